@@ -1,0 +1,394 @@
+"""Every wire message of protocol v1, declared once; decode, encode, MessageError.
+
+After `decode` a message is right: type, range, size, finiteness. Units stand in the field names
+(`_c` degC, `_s` s, `_ms` ms, `_mps` m/s, `_n` N). Knows nothing of sockets, sessions or devices.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Literal, get_args
+
+import msgspec
+from msgspec import Meta, Struct
+
+PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 0
+MAX_SIDE_PX = 4096
+MAX_MESSAGE_BYTES = 4 * 1024 * 1024
+FRAMES_PER_S = 90.0
+LEASE_MS = 250
+
+RequestId = Annotated[int, Meta(ge=1, le=2**53 - 1, description="echoed in the reply")]
+Clock = Annotated[float, Meta(ge=-1e12, le=1e12, description="seconds on the client's clock")]
+Celsius = Annotated[float, Meta(ge=-100.0, le=400.0)]
+AmbientCelsius = Annotated[float, Meta(ge=-60.0, le=80.0)]
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Side = Annotated[int, Meta(ge=1, le=MAX_SIDE_PX)]
+ObjectId = Annotated[str, Meta(min_length=1, max_length=128)]
+Label = Annotated[str, Meta(max_length=256)]
+Picture = Annotated[bytes, Meta(min_length=1, max_length=MAX_MESSAGE_BYTES)]
+
+ErrorCode = Literal[
+    "protocol", "message", "limit", "overload", "unsafe", "device", "model", "not_owner"
+]
+Scope = Literal["all", "speaker", "peltier"]
+Phase = Literal["approach", "contact", "slide", "release"]
+Interaction = Literal["tap", "strike", "press", "slide", "carve", "swing"]
+HandName = Literal["left", "right"]
+Rung = Literal["scene", "name", "shader", "encoder", "vlm", "unknown"]
+AmbientSource = Literal["scene", "vlm", "default"]
+Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
+SkipReason = Literal["superseded", "stale", "unchanged", "rate"]
+
+
+class MessageError(Exception):
+    """The peer's fault: what is wrong, where, and what to do; changes no output."""
+
+    def __init__(self, code: ErrorCode, text: str, *, path: str | None = None, id: int = 0) -> None:
+        super().__init__(text)
+        self.code: ErrorCode = code
+        self.text = text
+        self.path = path
+        self.id = id
+
+
+class Wire(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
+    """Common rules: immutable, no unknown fields, missing optional fields are absent."""
+
+
+class Party(Wire):
+    """Who speaks: a client or the service."""
+
+    name: Annotated[str, Meta(min_length=1, max_length=128)]
+    version: Annotated[str, Meta(max_length=64)]
+
+
+class ProtocolVersion(Wire):
+    """Same major needed; a newer minor is answered with the service's own."""
+
+    major: Annotated[int, Meta(ge=0, le=1000)]
+    minor: Annotated[int, Meta(ge=0, le=1000)]
+
+
+class Region(Wire):
+    """A rectangle of the upright frame, as fractions counted from the top left."""
+
+    x: Share
+    y: Share
+    w: Annotated[float, Meta(gt=0.0, le=1.0)]
+    h: Annotated[float, Meta(gt=0.0, le=1.0)]
+
+
+class Shader(Wire):
+    """Physically based shader parameters; base_color is linear or sRGB red, green, blue."""
+
+    metallic: Share | None = None
+    roughness: Share | None = None
+    transmission: Share | None = None
+    base_color: tuple[Share, Share, Share] | None = None
+
+
+class SceneObject(Wire):
+    """What the scene says of one object; everything but the id is optional."""
+
+    object_id: ObjectId
+    name: Label | None = None
+    material: Annotated[str, Meta(min_length=1, max_length=64)] | None = None
+    temperature_c: Celsius | None = None
+    shader: Shader | None = None
+    thickness_m: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
+
+
+class Hello(Wire, tag="hello", tag_field="type"):
+    """First message of every connection."""
+
+    id: RequestId
+    client: Party
+    protocol: ProtocolVersion
+    role: Literal["scene", "observer"]
+    token: Annotated[str, Meta(max_length=256)] | None = None
+
+
+class Scene(Wire, tag="scene", tag_field="type"):
+    """Objects of the scene; `replace` forgets those not listed."""
+
+    id: RequestId
+    objects: Annotated[list[SceneObject], Meta(max_length=4096)]
+    replace: bool
+    ambient_c: AmbientCelsius | None = None
+
+
+class Frame(Wire, tag="frame", tag_field="type"):
+    """One rendered frame; `mask` is an 8-bit PNG of the frame's size, nonzero = object."""
+
+    id: RequestId
+    captured_at: Clock
+    format: Literal["jpeg", "png", "rgb8", "rgba8"]
+    width: Side
+    height: Side
+    image: Picture
+    origin: Literal["top", "bottom"]
+    purpose: Literal["live", "enrol"] = "live"
+    object_id: ObjectId | None = None
+    region: Region | None = None
+    mask: Picture | None = None
+    max_age_ms: Annotated[float, Meta(ge=0.0, le=60_000.0)] | None = None
+
+
+class Touch(Wire, tag="touch", tag_field="type"):
+    """What a hand does now; renews that hand's lease unless it is a release."""
+
+    id: RequestId
+    phase: Phase
+    captured_at: Clock
+    hand: HandName
+    speed_mps: Annotated[float, Meta(ge=0.0, le=20.0)]
+    force_n: Annotated[float, Meta(ge=0.0, le=200.0)]
+    object_id: ObjectId | None = None
+    region: Region | None = None
+    interaction: Interaction | None = None
+
+
+class Set(Wire, tag="set", tag_field="type"):
+    """Settings of this connection's session."""
+
+    id: RequestId
+    ambient_c: AmbientCelsius | None = None
+    vibration_gain: Share | None = None
+    thermal_gain: Share | None = None
+    watch: Annotated[list[Literal["frames", "waveform", "log"]], Meta(max_length=3)] | None = None
+
+
+class Stop(Wire, tag="stop", tag_field="type"):
+    """Rest the outputs at once; always honoured, never queued."""
+
+    id: RequestId
+    scope: Scope
+
+
+ClientMessage = Hello | Scene | Frame | Touch | Set | Stop
+
+
+class SetpointRange(Wire):
+    """The band the plate's setpoint is kept in, degC."""
+
+    low: float
+    high: float
+
+
+class Limits(Wire):
+    """What the service enforces."""
+
+    message_bytes: int
+    pixels: int
+    frames_per_s: float
+    lease_ms: int
+    setpoint_c: SetpointRange
+
+
+class Device(Wire):
+    """One output and whether it is simulated."""
+
+    name: str
+    simulated: bool
+
+
+class Devices(Wire):
+    """The outputs of this service."""
+
+    speaker: Device
+    peltier: Device
+
+
+class Models(Wire):
+    """What decides; absent = not loaded."""
+
+    encoder: str | None = None
+    gallery: str | None = None
+    vlm: str | None = None
+
+
+class Privacy(Wire):
+    """What happens to pictures."""
+
+    frames_stored: bool
+    frames_leave_machine: bool
+
+
+class Welcome(Wire, tag="welcome", tag_field="type"):
+    """The answer to hello."""
+
+    id: RequestId
+    service: Party
+    protocol: ProtocolVersion
+    session: str
+    owner: bool
+    limits: Limits
+    devices: Devices
+    models: Models
+    materials: list[str]
+    privacy: Privacy
+
+
+class EvidenceItem(Wire):
+    """What one rung of the ladder says."""
+
+    rung: Rung
+    material: str
+    confidence: Share
+
+
+class Decision(Wire, tag="decision", tag_field="type"):
+    """What an object is and how it will feel; id 0 when it is an event."""
+
+    id: int
+    material: str
+    confidence: Share
+    source: Rung
+    cached: bool
+    evidence: list[EvidenceItem]
+    ambient_c: float
+    ambient_low_c: float
+    ambient_high_c: float
+    ambient_source: AmbientSource
+    surface_c: float
+    contact_c: float | None
+    setpoint_c: float
+    unlimited_c: float
+    thermal_cue: bool
+    object_id: str | None = None
+    runner_up: str | None = None
+    limited_by: Limit | None = None
+    pattern: str | None = None
+    stages_ms: dict[str, float] = {}
+    frame_age_ms: float | None = None
+
+
+class Telemetry(Wire, tag="telemetry", tag_field="type"):
+    """State of the outputs, ten times a second, to every connection."""
+
+    id: int
+    plate_c: float | None
+    setpoint_c: float
+    sink_c: float | None
+    duty: float
+    speaker_level: float
+    underruns: int
+    dropped_frames: int
+    leases: int
+    faults: list[str]
+
+
+class View(Wire, tag="view", tag_field="type"):
+    """What an observer asked to watch; nobody else gets it."""
+
+    id: int
+    kind: Literal["frames", "waveform", "log"]
+    object_id: str | None = None
+    region: Region | None = None
+    format: str | None = None
+    image: bytes | None = None
+    rate_hz: float | None = None
+    samples: list[float] | None = None
+    text: str | None = None
+
+
+class Skipped(Wire, tag="skipped", tag_field="type"):
+    """A frame that was not looked at, and why."""
+
+    id: int
+    reason: SkipReason
+
+
+class Ok(Wire, tag="ok", tag_field="type"):
+    """Done as asked."""
+
+    id: int
+
+
+class Error(Wire, tag="error", tag_field="type"):
+    """Refused, and why; id 0 when the request had none or it is an event."""
+
+    id: int
+    code: ErrorCode
+    text: str
+    path: str | None = None
+
+
+ServiceMessage = Welcome | Decision | Telemetry | View | Skipped | Ok | Error
+
+_msgpack_decoder = msgspec.msgpack.Decoder(ClientMessage)
+_json_decoder = msgspec.json.Decoder(ClientMessage)
+_msgpack_encoder = msgspec.msgpack.Encoder()
+_json_encoder = msgspec.json.Encoder()
+_CHOICES = {
+    "type": ("hello", "scene", "frame", "touch", "set", "stop"),
+    "phase": get_args(Phase),
+    "hand": get_args(HandName),
+    "interaction": get_args(Interaction),
+    "scope": get_args(Scope),
+    "role": ("scene", "observer"),
+    "format": ("jpeg", "png", "rgb8", "rgba8"),
+    "origin": ("top", "bottom"),
+    "purpose": ("live", "enrol"),
+    "watch": ("frames", "waveform", "log"),
+}
+
+
+class _IdOnly(Struct):
+    id: int = 0
+    type: str = ""
+
+
+def decode(data: bytes | str) -> ClientMessage:
+    """Parse one WebSocket message: bytes are MessagePack, str is JSON. Raises MessageError."""
+    as_text = isinstance(data, str)
+    try:
+        message = _json_decoder.decode(data) if as_text else _msgpack_decoder.decode(data)
+    except msgspec.ValidationError as error:
+        raise _explain(str(error), _id_of(data)) from None
+    except (msgspec.DecodeError, ValueError, RecursionError) as error:
+        kind = "JSON" if as_text else "MessagePack"
+        text = f"not a {kind} map: {error}; send one {kind} map per WebSocket message"
+        raise MessageError("message", text) from None
+    if as_text and isinstance(message, Frame):
+        text = "frames are binary: send them as MessagePack, text messages carry no images"
+        raise MessageError("message", text, path="$.image", id=message.id)
+    return message
+
+
+def encode(message: ServiceMessage | ClientMessage, *, as_text: bool) -> bytes | str:
+    """Write one message: JSON text or MessagePack bytes."""
+    if as_text:
+        return _json_encoder.encode(message).decode()
+    return _msgpack_encoder.encode(message)
+
+
+def _id_of(data: bytes | str) -> int:
+    try:
+        if isinstance(data, str):
+            found = msgspec.json.decode(data, type=_IdOnly).id
+        else:
+            found = msgspec.msgpack.decode(data, type=_IdOnly).id
+    except (msgspec.MsgspecError, ValueError, RecursionError):
+        return 0
+    return found if 1 <= found < 2**53 else 0
+
+
+def _explain(reason: str, id: int) -> MessageError:
+    text, _, where = reason.partition(" - at ")
+    path = where.strip("`") or "$"
+    code: ErrorCode = "message"
+    cure = "see schemas/messages.schema.json"
+    field = "type" if text.endswith("field `type`") else re.sub(r"\[.*\]$", "", path).split(".")[-1]
+    if "Invalid" in text or text.endswith("field `type`"):
+        cure = f"`{field}` is one of {', '.join(_CHOICES.get(field, ()))}"
+    elif "unknown field" in text:
+        cure = "remove it or correct its spelling"
+    elif "missing required field" in text:
+        cure = "add it"
+    elif re.search(r"<=|>=|<|>|length", text):
+        code, cure = "limit", "keep the value within this limit"
+    elif "Expected" in text:
+        cure = "send the expected type"
+    return MessageError(code, f"{path}: {text}; {cure}", path=path, id=id)
