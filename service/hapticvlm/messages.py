@@ -56,21 +56,21 @@ class Wire(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, 
     """Common rules: immutable, no unknown fields, missing optional fields are absent."""
 
 
-class Party(Wire):
+class Party(Wire, frozen=True):
     """Who speaks: a client or the service."""
 
     name: Annotated[str, Meta(min_length=1, max_length=128)]
     version: Annotated[str, Meta(max_length=64)]
 
 
-class ProtocolVersion(Wire):
+class ProtocolVersion(Wire, frozen=True):
     """Same major needed; a newer minor is answered with the service's own."""
 
     major: Annotated[int, Meta(ge=0, le=1000)]
     minor: Annotated[int, Meta(ge=0, le=1000)]
 
 
-class Region(Wire):
+class Region(Wire, frozen=True):
     """A rectangle of the upright frame, as fractions counted from the top left."""
 
     x: Share
@@ -79,7 +79,7 @@ class Region(Wire):
     h: Annotated[float, Meta(gt=0.0, le=1.0)]
 
 
-class Shader(Wire):
+class Shader(Wire, frozen=True):
     """Physically based shader parameters; base_color is linear or sRGB red, green, blue."""
 
     metallic: Share | None = None
@@ -88,7 +88,7 @@ class Shader(Wire):
     base_color: tuple[Share, Share, Share] | None = None
 
 
-class SceneObject(Wire):
+class SceneObject(Wire, frozen=True):
     """What the scene says of one object; everything but the id is optional."""
 
     object_id: ObjectId
@@ -99,7 +99,7 @@ class SceneObject(Wire):
     thickness_m: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
 
 
-class Hello(Wire, tag="hello", tag_field="type"):
+class Hello(Wire, frozen=True, tag="hello", tag_field="type"):
     """First message of every connection."""
 
     id: RequestId
@@ -109,7 +109,7 @@ class Hello(Wire, tag="hello", tag_field="type"):
     token: Annotated[str, Meta(max_length=256)] | None = None
 
 
-class Scene(Wire, tag="scene", tag_field="type"):
+class Scene(Wire, frozen=True, tag="scene", tag_field="type"):
     """Objects of the scene; `replace` forgets those not listed."""
 
     id: RequestId
@@ -118,7 +118,7 @@ class Scene(Wire, tag="scene", tag_field="type"):
     ambient_c: AmbientCelsius | None = None
 
 
-class Frame(Wire, tag="frame", tag_field="type"):
+class Frame(Wire, frozen=True, tag="frame", tag_field="type"):
     """One rendered frame; `mask` is an 8-bit PNG of the frame's size, nonzero = object."""
 
     id: RequestId
@@ -135,7 +135,7 @@ class Frame(Wire, tag="frame", tag_field="type"):
     max_age_ms: Annotated[float, Meta(ge=0.0, le=60_000.0)] | None = None
 
 
-class Touch(Wire, tag="touch", tag_field="type"):
+class Touch(Wire, frozen=True, tag="touch", tag_field="type"):
     """What a hand does now; renews that hand's lease unless it is a release."""
 
     id: RequestId
@@ -149,7 +149,7 @@ class Touch(Wire, tag="touch", tag_field="type"):
     interaction: Interaction | None = None
 
 
-class Set(Wire, tag="set", tag_field="type"):
+class Set(Wire, frozen=True, tag="set", tag_field="type"):
     """Settings of this connection's session."""
 
     id: RequestId
@@ -159,7 +159,7 @@ class Set(Wire, tag="set", tag_field="type"):
     watch: Annotated[list[Literal["frames", "waveform", "log"]], Meta(max_length=3)] | None = None
 
 
-class Stop(Wire, tag="stop", tag_field="type"):
+class Stop(Wire, frozen=True, tag="stop", tag_field="type"):
     """Rest the outputs at once; always honoured, never queued."""
 
     id: RequestId
@@ -169,14 +169,14 @@ class Stop(Wire, tag="stop", tag_field="type"):
 ClientMessage = Hello | Scene | Frame | Touch | Set | Stop
 
 
-class SetpointRange(Wire):
+class SetpointRange(Wire, frozen=True):
     """The band the plate's setpoint is kept in, degC."""
 
     low: float
     high: float
 
 
-class Limits(Wire):
+class Limits(Wire, frozen=True):
     """What the service enforces."""
 
     message_bytes: int
@@ -186,21 +186,21 @@ class Limits(Wire):
     setpoint_c: SetpointRange
 
 
-class Device(Wire):
+class Device(Wire, frozen=True):
     """One output and whether it is simulated."""
 
     name: str
     simulated: bool
 
 
-class Devices(Wire):
+class Devices(Wire, frozen=True):
     """The outputs of this service."""
 
     speaker: Device
     peltier: Device
 
 
-class Models(Wire):
+class Models(Wire, frozen=True):
     """What decides; absent = not loaded."""
 
     encoder: str | None = None
@@ -208,14 +208,14 @@ class Models(Wire):
     vlm: str | None = None
 
 
-class Privacy(Wire):
+class Privacy(Wire, frozen=True):
     """What happens to pictures."""
 
     frames_stored: bool
     frames_leave_machine: bool
 
 
-class Welcome(Wire, tag="welcome", tag_field="type"):
+class Welcome(Wire, frozen=True, tag="welcome", tag_field="type"):
     """The answer to hello."""
 
     id: RequestId
@@ -230,7 +230,7 @@ class Welcome(Wire, tag="welcome", tag_field="type"):
     privacy: Privacy
 
 
-class EvidenceItem(Wire):
+class EvidenceItem(Wire, frozen=True):
     """What one rung of the ladder says."""
 
     rung: Rung
@@ -238,7 +238,7 @@ class EvidenceItem(Wire):
     confidence: Share
 
 
-class Decision(Wire, tag="decision", tag_field="type"):
+class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     """What an object is and how it will feel; id 0 when it is an event."""
 
     id: int
@@ -264,7 +264,7 @@ class Decision(Wire, tag="decision", tag_field="type"):
     frame_age_ms: float | None = None
 
 
-class Telemetry(Wire, tag="telemetry", tag_field="type"):
+class Telemetry(Wire, frozen=True, tag="telemetry", tag_field="type"):
     """State of the outputs, ten times a second, to every connection."""
 
     id: int
@@ -279,7 +279,7 @@ class Telemetry(Wire, tag="telemetry", tag_field="type"):
     faults: list[str]
 
 
-class View(Wire, tag="view", tag_field="type"):
+class View(Wire, frozen=True, tag="view", tag_field="type"):
     """What an observer asked to watch; nobody else gets it."""
 
     id: int
@@ -293,20 +293,20 @@ class View(Wire, tag="view", tag_field="type"):
     text: str | None = None
 
 
-class Skipped(Wire, tag="skipped", tag_field="type"):
+class Skipped(Wire, frozen=True, tag="skipped", tag_field="type"):
     """A frame that was not looked at, and why."""
 
     id: int
     reason: SkipReason
 
 
-class Ok(Wire, tag="ok", tag_field="type"):
+class Ok(Wire, frozen=True, tag="ok", tag_field="type"):
     """Done as asked."""
 
     id: int
 
 
-class Error(Wire, tag="error", tag_field="type"):
+class Error(Wire, frozen=True, tag="error", tag_field="type"):
     """Refused, and why; id 0 when the request had none or it is an event."""
 
     id: int
@@ -317,8 +317,8 @@ class Error(Wire, tag="error", tag_field="type"):
 
 ServiceMessage = Welcome | Decision | Telemetry | View | Skipped | Ok | Error
 
-_msgpack_decoder = msgspec.msgpack.Decoder(ClientMessage)
-_json_decoder = msgspec.json.Decoder(ClientMessage)
+_msgpack_decoder: msgspec.msgpack.Decoder[ClientMessage] = msgspec.msgpack.Decoder(ClientMessage)
+_json_decoder: msgspec.json.Decoder[ClientMessage] = msgspec.json.Decoder(ClientMessage)
 _msgpack_encoder = msgspec.msgpack.Encoder()
 _json_encoder = msgspec.json.Encoder()
 _CHOICES = {
@@ -342,16 +342,15 @@ class _IdOnly(Struct):
 
 def decode(data: bytes | str) -> ClientMessage:
     """Parse one WebSocket message: bytes are MessagePack, str is JSON. Raises MessageError."""
-    as_text = isinstance(data, str)
     try:
-        message = _json_decoder.decode(data) if as_text else _msgpack_decoder.decode(data)
+        message = _parse(data)
     except msgspec.ValidationError as error:
         raise _explain(str(error), _id_of(data)) from None
     except (msgspec.DecodeError, ValueError, RecursionError) as error:
-        kind = "JSON" if as_text else "MessagePack"
+        kind = "JSON" if isinstance(data, str) else "MessagePack"
         text = f"not a {kind} map: {error}; send one {kind} map per WebSocket message"
         raise MessageError("message", text) from None
-    if as_text and isinstance(message, Frame):
+    if isinstance(data, str) and isinstance(message, Frame):
         text = "frames are binary: send them as MessagePack, text messages carry no images"
         raise MessageError("message", text, path="$.image", id=message.id)
     return message
@@ -362,6 +361,12 @@ def encode(message: ServiceMessage | ClientMessage, *, as_text: bool) -> bytes |
     if as_text:
         return _json_encoder.encode(message).decode()
     return _msgpack_encoder.encode(message)
+
+
+def _parse(data: bytes | str) -> ClientMessage:
+    if isinstance(data, str):
+        return _json_decoder.decode(data)
+    return _msgpack_decoder.decode(data)
 
 
 def _id_of(data: bytes | str) -> int:
