@@ -76,34 +76,67 @@ _THERMAL = {
     "foliage": Thermal(0.4, 700, 3500),  # fresh leaf, mostly water; from memory, no source found
 }
 
+# Modes: wood 100 / 80, rubber 30 / 60 and metal (aluminium) 300 / 90 as Okamura, Cutkosky and
+# Dennerlein, from memory; glass transposes a ringing preset (partials 1 : 1.86) into the band of
+# touch; all others are our choice, set apart by more than the 18-30 % that frequencies must differ
+# (physics reference 4.2, 4.3). Metal's close pair beats, as struck metal does. Pitches: our choice;
+# fabric inside the 0.3-1 mm of woven cloth.
 _VIBRATION = {
-    "wood": Vibration((Mode(100, 80, 1.0),), 1.0e-3, 0.8, 0.6),
-    "glass": Vibration((Mode(320, 40, 1.0),), 0.3e-3, 0.2, 0.1),
-    "fabric": Vibration((Mode(45, 150, 1.0),), 0.6e-3, 0.5, 0.7),
-    "metal": Vibration((Mode(300, 90, 1.0),), 0.4e-3, 0.3, 0.3),
-    "plastic": Vibration((Mode(170, 110, 1.0),), 0.5e-3, 0.4, 0.3),
-    "stone": Vibration((Mode(250, 140, 1.0),), 1.2e-3, 1.0, 0.8),
-    "ceramic": Vibration((Mode(290, 70, 1.0),), 0.4e-3, 0.3, 0.2),
-    "paper": Vibration((Mode(60, 160, 1.0),), 0.4e-3, 0.9, 0.3),
-    "leather": Vibration((Mode(55, 130, 1.0),), 0.9e-3, 0.7, 0.5),
+    "wood": Vibration((Mode(100, 80, 1.0), Mode(195, 150, 0.5)), 1.0e-3, 0.8, 0.6),
+    "glass": Vibration((Mode(350, 30, 1.0), Mode(650, 60, 0.3)), 0.3e-3, 0.2, 0.1),
+    "fabric": Vibration((Mode(45, 150, 1.0), Mode(80, 200, 0.3)), 0.6e-3, 0.5, 0.7),
+    "metal": Vibration(
+        (Mode(300, 90, 1.0), Mode(232, 16, 0.35), Mode(255, 16, 0.35)), 0.4e-3, 0.3, 0.3
+    ),
+    "plastic": Vibration((Mode(150, 110, 1.0), Mode(310, 180, 0.4)), 0.5e-3, 0.4, 0.3),
+    "stone": Vibration((Mode(240, 150, 1.0), Mode(430, 200, 0.5)), 1.2e-3, 1.0, 0.8),
+    "ceramic": Vibration((Mode(290, 60, 1.0), Mode(560, 90, 0.4)), 0.4e-3, 0.3, 0.2),
+    "paper": Vibration((Mode(60, 160, 1.0), Mode(180, 250, 0.4)), 0.4e-3, 0.9, 0.3),
+    "leather": Vibration((Mode(55, 120, 1.0), Mode(120, 180, 0.2)), 0.9e-3, 0.7, 0.5),
     "rubber": Vibration((Mode(30, 60, 1.0),), 0.8e-3, 0.6, 0.8),
-    "foliage": Vibration((Mode(40, 180, 1.0),), 1.5e-3, 1.0, 0.4),
+    "foliage": Vibration((Mode(40, 180, 1.0), Mode(110, 250, 0.5)), 1.5e-3, 1.0, 0.4),
 }
 
-_WORDS: dict[str, tuple[str, ...]] = {
-    "wood": ("wood", "wooden", "oak", "pine"),
-    "glass": ("glass",),
-    "fabric": ("fabric", "cloth", "curtain"),
-    "metal": ("metal", "steel", "iron"),
-    "plastic": ("plastic",),
-    "stone": ("stone", "brick", "concrete"),
-    "ceramic": ("ceramic", "porcelain", "tile"),
-    "paper": ("paper", "cardboard"),
-    "leather": ("leather",),
-    "rubber": ("rubber",),
-    "foliage": ("leaf", "leaves", "grass"),
+# Words that name the class itself, singular and in lower case; what objects imply is in
+# recognition/names.toml.
+_WORDS: dict[str, str] = {
+    "wood": """
+        wood wooden timber lumber plywood hardwood softwood oak pine walnut mahogany birch maple
+        beech teak cedar spruce ebony rosewood bamboo rattan wicker driftwood parquet chipboard
+        hardboard fibreboard fiberboard mdf osb log plank bark cork
+    """,
+    "glass": "glass glassware glazing windowpane glasspane crystal plexiglass wineglass hourglass",
+    "fabric": """
+        fabric cloth textile cotton linen wool woolen woollen silk satin velvet denim canvas felt
+        fleece tweed polyester nylon burlap jute lace corduroy chenille cashmere tartan gauze
+        muslin upholstery carpet rug curtain drapery tablecloth tapestry knit knitted
+    """,
+    "metal": """
+        metal steel iron aluminium aluminum copper brass bronze chrome chromium titanium zinc
+        nickel pewter tungsten cobalt stainless inox galvanized galvanised rust sheetmetal
+        ironwork metalwork chainmail
+    """,
+    "plastic": """
+        plastic polymer acrylic polycarbonate pvc vinyl abs polystyrene styrofoam polypropylene
+        polyethylene polyurethane bakelite melamine perspex fiberglass fibreglass
+    """,
+    "stone": """
+        stone rock granite marble limestone sandstone slate basalt travertine onyx quartz
+        quartzite cobblestone flagstone brick brickwork concrete cement asphalt terrazzo gravel
+        pebble boulder masonry stonework stucco plaster gypsum alabaster
+    """,
+    "ceramic": """
+        ceramic porcelain earthenware stoneware terracotta faience majolica tile pottery crockery
+    """,
+    "paper": "paper cardboard paperboard papyrus parchment wallpaper newspaper",
+    "leather": "leather suede nubuck cowhide",
+    "rubber": "rubber latex neoprene silicone",
+    "foliage": "leaf foliage grass lawn shrub hedge ivy moss fern plant houseplant",
 }
 
 MATERIALS = MappingProxyType(
-    {name: Material(name, _THERMAL[name], _VIBRATION[name], _WORDS[name]) for name in _THERMAL}
+    {
+        name: Material(name, _THERMAL[name], _VIBRATION[name], tuple(_WORDS[name].split()))
+        for name in _THERMAL
+    }
 )

@@ -1,0 +1,250 @@
+"""What an object's or material's name, and its shader's parameters, imply about its material. Pure.
+
+A name is cut into words (CamelCase, snake, kebab, digits, engine noise). Each word is looked up in
+materials.py (class words) and names.toml (things, finishes, phrases). Words are read the way
+English builds compounds: the last thing named is the head, words before it modify it, so
+"wooden handle steel pan" is a steel pan with a wooden handle. Other languages say nothing. Knows
+no picture; how often it is right is measured by `measure/names.py`.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+from hapticvlm import materials
+from hapticvlm.recognition.ladder import Evidence
+
+Kind = Literal["word", "form", "weak", "thing", "phrase", "part", "tail", "not", "fake", "look", ""]
+Distribution = Mapping[str, float]
+
+WORD_BELIEF = 0.93  # a class word is right this often; checked by the reliability table of measure
+FAKE = 0.3  # what is left of a belief in "faux leather" or "leather look"
+MINOR = 0.1  # weight of what stands beside the word that decides, and of things beside the head
+LEAST_PART = 3  # letters of the shortest word looked for inside an unbroken compound
+METALLIC = 0.9  # from here on a shader means bare metal
+DIELECTRIC = 0.1  # up to here it means no bare metal
+TRANSMISSIVE = 0.5  # from here on light passes through the object
+
+_CAMEL = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+")
+
+
+@dataclass(frozen=True, slots=True)
+class _Item:
+    kind: Kind
+    beliefs: Distribution
+    weight: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Lexicon:
+    items: Mapping[str, _Item]
+    phrases: Mapping[tuple[str, ...], _Item]
+    noise: frozenset[str]
+    vocabulary: frozenset[str]
+    longest: int
+
+
+def from_name(name: str) -> Evidence | None:
+    """Read a name; None when no word of it is known."""
+    items = _lookup(_words(name))
+    groups = _groups(_tone(items))
+    if not groups:
+        return None
+    head = max(range(len(groups)), key=lambda index: (not _is_aside(groups[index]), index))
+    weights = [1.0 if at == head else MINOR for at in range(len(groups))]
+    return _evidence("name", _mix([_meaning(group) for group in groups], weights))
+
+
+def from_shader(
+    metallic: float | None,
+    roughness: float | None,
+    transmission: float | None,
+    base_color: tuple[float, float, float] | None,
+) -> Evidence | None:
+    """Read physically based parameters (0..1); None when they say nothing.
+
+    metallic 1 with roughness 1 or unstated is glTF's default, found on textured wood as often as on
+    metal: it says nothing.
+    """
+    if (transmission or 0.0) >= TRANSMISSIVE and (metallic or 0.0) < METALLIC:
+        clear = {"glass": 0.8, "plastic": 0.1}
+        frosted = {"glass": 0.6, "plastic": 0.2}
+        return _evidence("shader", frosted if (roughness or 0.0) > 0.3 else clear)
+    if metallic is None or (metallic == 1.0 and roughness in (None, 1.0)):
+        return None
+    if metallic >= METALLIC:
+        is_dark = base_color is not None and max(base_color) < 0.1  # unlike any bare metal
+        return _evidence("shader", {"metal": 0.6 if is_dark else 0.9})
+    if metallic <= DIELECTRIC:
+        return _evidence("shader", _dielectric(roughness))
+    return None
+
+
+def _dielectric(roughness: float | None) -> dict[str, float]:
+    """Believe all but metal alike; smooth is hardly cloth or paper, rough hardly glass."""
+    doubt = {"metal": 0.3}
+    if roughness is not None and roughness <= 0.2:
+        doubt |= dict.fromkeys(("fabric", "paper", "rubber", "foliage"), 0.5)
+    if roughness is not None and roughness >= 0.7:
+        doubt |= {"glass": 0.4, "ceramic": 0.7}
+    odds = {name: doubt.get(name, 1.0) for name in materials.MATERIALS}
+    return {name: value / sum(odds.values()) for name, value in odds.items()}
+
+
+def _words(name: str) -> list[str]:
+    """Lower-case words of a name, without digits and single letters; non-Latin words stay whole."""
+    chunks = re.split(r"[\W\d_]+", unicodedata.normalize("NFKC", name))
+    cut = (_CAMEL.findall(chunk) if chunk.isascii() else [chunk] for chunk in chunks)
+    words = [word for part in cut for word in part]
+    return [word.lower() for word in words if len(word) > 1]
+
+
+def _lookup(words: Sequence[str]) -> list[_Item]:
+    """Words as items, longest known phrase first; noise is dropped, the unknown kept as ""."""
+    lexicon = _lexicon()
+    singular = [part for word in words for part in _split(_singular(word, lexicon), lexicon)]
+    found: list[_Item] = []
+    at = 0
+    while at < len(singular):
+        runs = [tuple(singular[at : at + n]) for n in range(lexicon.longest, 0, -1)]
+        run = next((run for run in runs if run in lexicon.phrases), runs[-1])
+        if run in lexicon.phrases or run[0] not in lexicon.noise:
+            found.append(lexicon.phrases.get(run) or lexicon.items.get(run[0], _Item("", {})))
+        at += len(run)
+    return found
+
+
+def _singular(word: str, lexicon: _Lexicon) -> str:
+    endings = (("", ""), ("s", ""), ("es", ""), ("ves", "f"), ("ves", "fe"), ("ies", "y"))
+    stems = [word.removesuffix(end) + new for end, new in endings if word.endswith(end)]
+    return next((stem for stem in stems if stem in lexicon.vocabulary), word)
+
+
+def _split(word: str, lexicon: _Lexicon) -> tuple[str, ...]:
+    """Cut an unbroken compound of two known words ("oaktable"); else the word itself."""
+    if word in lexicon.vocabulary or len(word) < 2 * LEAST_PART:
+        return (word,)
+    if word.startswith("non") and word[3:] in lexicon.items:
+        return ("non", word[3:])
+    for cut in range(len(word) - LEAST_PART, LEAST_PART - 1, -1):
+        parts = (word[:cut], _singular(word[cut:], lexicon))
+        kinds = [lexicon.items[part].kind for part in parts if part in lexicon.items]
+        if len(kinds) == 2 and all(kind in ("word", "form", "thing") for kind in kinds):
+            return parts
+    return (word,)
+
+
+def _tone(items: Iterable[_Item]) -> list[_Item]:
+    """Apply "not", "faux" and "look" to their neighbours, and drop what says nothing."""
+    kept: list[_Item] = []
+    pending: Kind = ""
+    for item in items:
+        if item.kind in ("not", "fake"):
+            pending = item.kind
+        elif item.kind == "look":
+            kept[-1:] = [_scaled(last, FAKE) for last in kept[-1:]]
+        elif item.beliefs and pending == "not":
+            pending = ""
+        elif item.beliefs and pending == "fake":
+            kept.append(_scaled(item, FAKE))
+            pending = ""
+        elif item.beliefs or item.kind in ("part", "tail"):
+            kept.append(item)
+    return kept
+
+
+def _scaled(item: _Item, factor: float) -> _Item:
+    return replace(item, beliefs={name: factor * p for name, p in item.beliefs.items()})
+
+
+def _groups(items: Iterable[_Item]) -> list[list[_Item]]:
+    """Noun groups: each ends with its thing or part; class words left over join the last one.
+
+    What follows "with" and the like gets little weight.
+    """
+    groups: list[list[_Item]] = []
+    current: list[_Item] = []
+    weight = 1.0
+    for item in items:
+        if item.kind == "tail":
+            weight = MINOR if groups or current else 1.0
+            continue
+        current.append(replace(item, weight=weight))
+        if item.kind in ("thing", "phrase", "part"):
+            groups.append(current)
+            current = []
+    if current and groups and weight == 1.0:
+        groups[-1] = groups[-1] + current
+    else:
+        groups.append(current)
+    return [group for group in groups if any(item.beliefs for item in group)]
+
+
+def _is_aside(group: Sequence[_Item]) -> bool:
+    """Whether a group names only a part of something, or stands after "with"."""
+    kinds = {item.kind for item in group}
+    return ("part" in kinds and not kinds & {"thing", "phrase"}) or all(
+        i.weight < 1.0 for i in group
+    )
+
+
+def _meaning(group: Sequence[_Item]) -> Distribution:
+    """One group's materials: class words decide, forms, finishes and things only when alone."""
+    ranks: tuple[tuple[Kind, ...], ...] = (("word",), ("form", "phrase"), ("thing", "weak"))
+    leading = next(rank for rank in ranks if any(i.kind in rank and i.beliefs for i in group))
+    items = [item for item in group if item.beliefs]
+    weights = [item.weight * (1.0 if item.kind in leading else MINOR) for item in items]
+    return _mix([item.beliefs for item in items], weights)
+
+
+def _mix(parts: Sequence[Distribution], weights: Sequence[float]) -> dict[str, float]:
+    total = sum(weights)
+    names = {name for part in parts for name in part}
+    return {
+        name: sum(w * p.get(name, 0.0) for w, p in zip(weights, parts, strict=True)) / total
+        for name in names
+    }
+
+
+def _evidence(rung: Literal["name", "shader"], beliefs: Distribution) -> Evidence:
+    ranked = sorted(beliefs.items(), key=lambda item: (-item[1], item[0]))
+    return Evidence(rung, tuple((name, round(p, 4)) for name, p in ranked))
+
+
+@cache
+def _lexicon() -> _Lexicon:
+    """Class words of the table and names.toml, read once."""
+    with Path(__file__).with_name("names.toml").open("rb") as file:
+        table = tomllib.load(file)
+    items = _entries("weak", table["weak"]) | _entries("thing", table["things"])
+    forms = set(table["grammar"]["form"].split())
+    for material in materials.MATERIALS.values():
+        for word in material.words:
+            kind: Kind = "form" if word in forms else "word"
+            items[word] = _Item(kind, {material.name: WORD_BELIEF})
+    marks: tuple[Kind, ...] = ("part", "tail", "not", "fake", "look")
+    for mark in marks:
+        items |= {word: _Item(mark, {}) for word in table["grammar"][mark].split()}
+    runs = _entries("word", table["stuffs"], ",") | _entries("phrase", table["phrases"], ",")
+    phrases = {tuple(run.split()): item for run, item in runs.items()}
+    vocabulary = frozenset(items) | {word for phrase in phrases for word in phrase}
+    noise = frozenset(table["grammar"]["noise"].split())
+    return _Lexicon(items, phrases, noise, vocabulary | noise, max(map(len, phrases)))
+
+
+def _entries(kind: Kind, table: Mapping[str, str], comma: str | None = None) -> dict[str, _Item]:
+    """Items of a table "class:probability" -> words; one under two classes is shared."""
+    found: dict[str, list[Distribution]] = {}
+    for key, words in table.items():
+        name, _, probability = key.partition(":")
+        belief = {name: float(probability)} if name else {}
+        for word in words.split(comma):
+            found.setdefault(word.strip(), []).append(belief)
+    return {word: _Item(kind, _mix(parts, [1.0] * len(parts))) for word, parts in found.items()}
