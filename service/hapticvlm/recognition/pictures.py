@@ -1,0 +1,235 @@
+"""Frames to crops: header checks, decoding, cutting, resizing, and "has it changed".
+
+JPEG is decoded at the largest power-of-two reduction that leaves the wanted side in the region,
+which is exact and cheap (latency reference 2); only then is it flipped, cut and resized. Nothing is
+decoded before `check_header` has compared the declared size with the picture's own header, so a
+small file cannot unfold into gigabytes. Knows no material.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from io import BytesIO
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm import messages
+
+Pixels = NDArray[np.uint8]
+Box = tuple[
+    int, int, int, int
+]  # left, top, right, bottom in px of the frame, the last two exclusive
+
+CENTRE = 0.5  # share of the frame's sides looked at when nothing says where the object is
+CENTRAL_DISC = 0.8  # diameter of the central mask over the crop's side
+MARGIN = 0.05  # of the mask's bounding box, kept around it: surroundings tell glass from paint
+REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than none (latency reference 2)
+MAX_SCANS = 32  # a JPEG of thousands of empty scans keeps a decoder busy for minutes; common: <= 10
+CELLS = 8  # cells a side of a signature
+MEAN_CHANGE = 4.0  # grey levels, root mean square over the cells, that count as another picture
+CELL_CHANGE = 24.0  # grey levels that one cell alone must move: a hand coming in, a lid opening
+
+_CHANNELS = {"rgb8": 3, "rgba8": 4}
+_PNG_HEADER = struct.Struct(">8s4x4sIIB")  # signature, IHDR, width, height, bits per channel
+
+
+class PictureError(ValueError):
+    """A picture that cannot be used: which field, why, and what to do."""
+
+    def __init__(self, path: str, text: str) -> None:
+        super().__init__(f"{path}: {text}")
+        self.path = path
+
+
+@dataclass(frozen=True, slots=True)
+class Crop:
+    """image (S, S, 3) uint8 RGB, mask (S, S) uint8 with nonzero = object; upright."""
+
+    image: Pixels
+    mask: Pixels
+
+
+def check_header(frame: messages.Frame) -> None:
+    """Compare declared format and size with the bytes; decodes no pixel. Raises PictureError."""
+    limit = messages.MAX_SIDE_PX
+    for path, side in (("$.width", frame.width), ("$.height", frame.height)):
+        if not 1 <= side <= limit:
+            raise PictureError(path, f"{side} px is outside 1..{limit}; send a smaller frame")
+    if frame.format == "jpeg":
+        _require_size("$.image", _jpeg_size(frame.image), frame)
+    elif frame.format == "png":
+        _require_size("$.image", _png_size("$.image", frame.image), frame)
+    else:
+        needed = frame.width * frame.height * _CHANNELS[frame.format]
+        if len(frame.image) != needed:
+            text = f"{len(frame.image)} bytes; {frame.format} {frame.width} x {frame.height} has"
+            raise PictureError("$.image", f"{text} {needed}: send whole rows without padding")
+    if frame.mask is not None:
+        _require_size("$.mask", _png_size("$.mask", frame.mask), frame)
+    _region_box(frame)
+
+
+def crop(frame: messages.Frame, side: int) -> Crop:
+    """Cut the object out of a frame as a (side, side) picture and mask. Raises PictureError."""
+    check_header(frame)
+    mask = None if frame.mask is None else _decode_mask(frame)
+    box = _region_box(frame) if mask is None else _mask_box(mask)
+    within = min(box[2] - box[0], box[3] - box[1])
+    reduction = next((k for k in REDUCTIONS if within // k >= side), 1)
+    pixels = _decode(frame, reduction)
+    image = _resize(pixels[::-1] if frame.origin == "bottom" else pixels, box, frame, side)
+    if mask is None:
+        return Crop(image, central_mask(side))
+    inside = _resize(mask, box, frame, side)
+    return Crop(image, np.where(inside >= 128, 255, 0).astype(np.uint8))
+
+
+def central_mask(side: int) -> Pixels:
+    """Draw the disc taken for the object when no mask is given: (side, side) uint8, 0 or 255."""
+    axis = (np.arange(side) + 0.5) / side - 0.5
+    inside = axis[:, None] ** 2 + axis[None, :] ** 2 <= (CENTRAL_DISC / 2) ** 2
+    return np.where(inside, 255, 0).astype(np.uint8)
+
+
+def signature(crop: Crop) -> NDArray[np.float32]:
+    """Shrink a crop to the means of CELLS x CELLS cells of picture and mask: float32, 0..255."""
+    planes = np.dstack([crop.image, crop.mask]).astype(np.float32)
+    edges = np.linspace(0, planes.shape[0], CELLS + 1).astype(int)[:-1]
+    sums = np.add.reduceat(np.add.reduceat(planes, edges, axis=0), edges, axis=1)
+    size = np.diff(np.append(edges, planes.shape[0])).astype(np.float32)
+    cells: NDArray[np.float32] = sums / (size[:, None] * size[None, :])[..., None]
+    return cells.ravel()
+
+
+def has_changed(before: NDArray[np.float32], after: NDArray[np.float32]) -> bool:
+    """Whether two signatures show different pictures, beyond JPEG noise and a pixel of jitter."""
+    moved = np.abs(before - after)
+    mean = float(np.sqrt(np.mean(moved**2)))
+    return mean > MEAN_CHANGE or float(moved.max()) > CELL_CHANGE
+
+
+def _require_size(path: str, found: tuple[int, int], frame: messages.Frame) -> None:
+    if found != (frame.width, frame.height):
+        text = f"the picture is {found[0]} x {found[1]} px, the frame says"
+        raise PictureError(path, f"{text} {frame.width} x {frame.height}; declare its real size")
+
+
+def _jpeg_size(data: bytes) -> tuple[int, int]:
+    import simplejpeg
+
+    try:
+        height, width, _, _ = simplejpeg.decode_jpeg_header(data)
+    except ValueError as error:
+        raise PictureError("$.image", f"no JPEG ({error}); check `format`") from None
+    if data.count(b"\xff\xda") > MAX_SCANS:
+        text = f"a JPEG of more than {MAX_SCANS} scans; send a baseline JPEG"
+        raise PictureError("$.image", text)
+    return width, height
+
+
+def _png_size(path: str, data: bytes) -> tuple[int, int]:
+    if len(data) < _PNG_HEADER.size:
+        raise PictureError(path, "no PNG: it ends within its header; send the whole file")
+    magic, chunk, width, height, bits = _PNG_HEADER.unpack_from(data)
+    if magic != b"\x89PNG\r\n\x1a\n" or chunk != b"IHDR":
+        raise PictureError(path, "no PNG: it does not begin like one; check `format`")
+    if bits != 8:
+        raise PictureError(path, f"a PNG of {bits} bits a channel; send 8")
+    return width, height
+
+
+def _region_box(frame: messages.Frame) -> Box:
+    """Find the region, or the centre, in px of the upright frame, clipped to it."""
+    edge = (1.0 - CENTRE) / 2
+    region = frame.region or messages.Region(x=edge, y=edge, w=CENTRE, h=CENTRE)
+    left, top = round(region.x * frame.width), round(region.y * frame.height)
+    right = min(frame.width, ceil((region.x + region.w) * frame.width))
+    bottom = min(frame.height, ceil((region.y + region.h) * frame.height))
+    if left >= right or top >= bottom:
+        raise PictureError("$.region", "lies outside the frame; x + w and y + h end within 0..1")
+    return left, top, right, bottom
+
+
+def _mask_box(mask: Pixels) -> Box:
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if rows.size == 0:
+        raise PictureError("$.mask", "no pixel is nonzero; mark the object or leave the mask out")
+    top, bottom, left, right = rows[0], rows[-1] + 1, columns[0], columns[-1] + 1
+    y, x = ceil((bottom - top) * MARGIN), ceil((right - left) * MARGIN)
+    height, width = mask.shape
+    return (
+        max(0, int(left) - x),
+        max(0, int(top) - y),
+        min(width, right + x),
+        min(height, bottom + y),
+    )
+
+
+def _decode(frame: messages.Frame, reduction: int) -> Pixels:
+    """Decode to (H', W', 3) RGB as stored; JPEG at 1 / reduction of its size."""
+    if frame.format == "jpeg":
+        return _decode_jpeg(frame, reduction)
+    if frame.format == "png":
+        return _decode_png("$.image", frame.image, frame, "RGB")
+    raw = np.frombuffer(frame.image, np.uint8)
+    return raw.reshape(frame.height, frame.width, _CHANNELS[frame.format])[..., :3]
+
+
+def _decode_jpeg(frame: messages.Frame, reduction: int) -> Pixels:
+    import simplejpeg
+
+    try:
+        pixels: Pixels = simplejpeg.decode_jpeg(
+            frame.image,
+            "RGB",
+            fastdct=True,
+            min_height=ceil(frame.height / reduction),
+            min_width=ceil(frame.width / reduction),
+            min_factor=reduction,
+        )
+    except ValueError as error:
+        raise PictureError("$.image", f"broken JPEG ({error}); send it again") from None
+    return pixels
+
+
+def _decode_png(path: str, data: bytes, frame: messages.Frame, mode: str) -> Pixels:
+    """Decode a PNG of that Pillow mode as it is, any other as (H, W, 3) RGB."""
+    from PIL import Image
+
+    try:
+        with Image.open(BytesIO(data), formats=("PNG",)) as image:
+            # A second header chunk would overrule the one that was checked.
+            _require_size(path, image.size, frame)
+            return np.asarray(image.convert(mode if image.mode == mode else "RGB"))
+    except PictureError:
+        raise
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise PictureError(path, f"broken PNG ({error}); send it again") from None
+
+
+def _decode_mask(frame: messages.Frame) -> Pixels:
+    """Decode the mask to (H, W) of 0 or 255, upright; only what lies in a given region counts."""
+    levels = _decode_png("$.mask", frame.mask or b"", frame, "L")
+    mask = np.where(levels if levels.ndim == 2 else levels.any(axis=2), 255, 0).astype(np.uint8)
+    if frame.region is None:
+        return mask
+    left, top, right, bottom = _region_box(frame)
+    within = np.zeros_like(mask)
+    within[top:bottom, left:right] = mask[top:bottom, left:right]
+    return within
+
+
+def _resize(pixels: Pixels, box: Box, frame: messages.Frame, side: int) -> Pixels:
+    """Cut a box, given in px of the frame, out of its decoded picture and resize it to a square."""
+    from PIL import Image
+
+    x, y = pixels.shape[1] / frame.width, pixels.shape[0] / frame.height
+    left, top, right, bottom = box[0] * x, box[1] * y, box[2] * x, box[3] * y
+    if (right - left, bottom - top) == (side, side) and left.is_integer() and top.is_integer():
+        return np.ascontiguousarray(pixels[int(top) : int(bottom), int(left) : int(right)])
+    image = Image.fromarray(np.ascontiguousarray(pixels))
+    small = image.resize((side, side), Image.Resampling.BILINEAR, box=(left, top, right, bottom))
+    return np.asarray(small)
