@@ -78,23 +78,23 @@ _THERMAL = {
 
 # Modes: wood 100 / 80, rubber 30 / 60 and metal (aluminium) 300 / 90 as Okamura, Cutkosky and
 # Dennerlein, from memory; glass transposes a ringing preset (partials 1 : 1.86) into the band of
-# touch; all others are our choice, set apart by more than the 18-30 % that frequencies must differ
-# (physics reference 4.2, 4.3). Metal's close pair beats, as struck metal does. Pitches: our choice;
-# fabric inside the 0.3-1 mm of woven cloth.
+# touch; all others are our choice; the first four are set apart by more than the 18-30 % that
+# frequencies must differ (physics reference 4.2, 4.3). Metal's close pair beats, as struck metal
+# does. Pitches: our choice, coarse enough to be felt at 0.2 m/s; cloth is woven at 0.3-1 mm.
 _VIBRATION = {
-    "wood": Vibration((Mode(100, 80, 1.0), Mode(195, 150, 0.5)), 1.0e-3, 0.8, 0.6),
-    "glass": Vibration((Mode(350, 30, 1.0), Mode(650, 60, 0.3)), 0.3e-3, 0.2, 0.1),
-    "fabric": Vibration((Mode(45, 150, 1.0), Mode(80, 200, 0.3)), 0.6e-3, 0.5, 0.7),
+    "wood": Vibration((Mode(100, 80, 1.0), Mode(195, 150, 0.5)), 1.6e-3, 0.8, 0.6),
+    "glass": Vibration((Mode(350, 30, 1.0), Mode(650, 60, 0.3)), 0.5e-3, 0.2, 0.1),
+    "fabric": Vibration((Mode(45, 150, 1.0), Mode(80, 200, 0.3)), 1.0e-3, 0.5, 0.7),
     "metal": Vibration(
-        (Mode(300, 90, 1.0), Mode(232, 16, 0.35), Mode(255, 16, 0.35)), 0.4e-3, 0.3, 0.3
+        (Mode(300, 90, 1.0), Mode(232, 16, 0.35), Mode(255, 16, 0.35)), 0.7e-3, 0.3, 0.3
     ),
-    "plastic": Vibration((Mode(150, 110, 1.0), Mode(310, 180, 0.4)), 0.5e-3, 0.4, 0.3),
-    "stone": Vibration((Mode(240, 150, 1.0), Mode(430, 200, 0.5)), 1.2e-3, 1.0, 0.8),
-    "ceramic": Vibration((Mode(290, 60, 1.0), Mode(560, 90, 0.4)), 0.4e-3, 0.3, 0.2),
-    "paper": Vibration((Mode(60, 160, 1.0), Mode(180, 250, 0.4)), 0.4e-3, 0.9, 0.3),
-    "leather": Vibration((Mode(55, 120, 1.0), Mode(120, 180, 0.2)), 0.9e-3, 0.7, 0.5),
-    "rubber": Vibration((Mode(30, 60, 1.0),), 0.8e-3, 0.6, 0.8),
-    "foliage": Vibration((Mode(40, 180, 1.0), Mode(110, 250, 0.5)), 1.5e-3, 1.0, 0.4),
+    "plastic": Vibration((Mode(150, 110, 1.0), Mode(310, 180, 0.4)), 0.8e-3, 0.4, 0.3),
+    "stone": Vibration((Mode(215, 130, 1.0), Mode(380, 150, 0.4)), 2.0e-3, 1.0, 0.8),
+    "ceramic": Vibration((Mode(290, 60, 1.0), Mode(560, 90, 0.4)), 0.6e-3, 0.3, 0.2),
+    "paper": Vibration((Mode(60, 160, 1.0), Mode(180, 250, 0.4)), 0.9e-3, 0.9, 0.3),
+    "leather": Vibration((Mode(55, 120, 1.0), Mode(120, 180, 0.2)), 1.4e-3, 0.7, 0.5),
+    "rubber": Vibration((Mode(30, 60, 1.0),), 1.2e-3, 0.6, 0.8),
+    "foliage": Vibration((Mode(40, 180, 1.0), Mode(110, 250, 0.5)), 2.4e-3, 1.0, 0.4),
 }
 
 # Words that name the class itself, singular and in lower case; what objects imply is in

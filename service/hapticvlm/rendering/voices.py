@@ -1,0 +1,224 @@
+"""Both hands' impacts and textures, mixed into blocks. Pure: time and commands are arguments.
+
+Knows commands and samples, no sound card and no scene. A hand sounds only while its lease runs: a
+command says until when, and past that the hand fades by itself. Every change of voice is a linear
+fade of FADE_S, so whatever ends is silent within 20 ms at any block size.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering import vibration
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Stroke, Texture
+
+FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
+_CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
+_MOST_RINGING, _MOST_IMPACTS, _MOST_FADING_TEXTURES = (
+    4,
+    8,
+    2,
+)  # per hand: bounds the cost of a block
+_LINEAR_PEAK = 0.8  # of full scale, the limiter leaves everything below it alone
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What one hand does now: hand 0 left, 1 right; no material is nothing to feel.
+
+    `onset` starts an impact; `expires_at` is in seconds of the clock that `render` is given.
+    """
+
+    hand: int
+    material: str | None
+    interaction: str
+    onset: bool
+    stroke: Stroke
+    seed: int
+    expires_at: float
+
+
+@dataclass(slots=True)
+class _Voice:
+    """One thing sounding; `aim` is the gain it fades towards, and 0 is its end."""
+
+    source: Texture | NDArray[np.float32]
+    stroke: Stroke
+    key: tuple[str, str]
+    gain: float
+    aim: float = 1.0
+    at: int = 0
+    ended: bool = False
+
+    def render(self, count: int, step: float) -> NDArray[np.float32]:
+        if isinstance(self.source, Texture):
+            block = self.source.render(count, self.stroke)
+        else:
+            block = np.zeros(count, np.float32)
+            part = self.source[self.at : self.at + count]
+            block[: part.size] = part
+            self.at += count
+            self.ended = self.at >= self.source.size
+        if self.gain != self.aim:
+            gains = _ramp(self.gain, self.aim, count, step)
+            self.gain = float(gains[-1])
+            block = block * gains
+        self.ended = self.ended or self.gain == self.aim == 0.0
+        return block
+
+
+@dataclass(slots=True)
+class _Hand:
+    voices: list[_Voice] = field(default_factory=list)
+    wanted: Command | None = None  # the texture to feel, when there is one
+    expires_at: float = -math.inf
+
+    def rest(self) -> None:
+        self.wanted, self.expires_at = None, -math.inf
+        self.voices = [voice for voice in self.voices if voice.at or voice.key[1] in TEXTURES]
+        for voice in self.voices:
+            voice.aim = 0.0
+
+    def impacts(self) -> list[_Voice]:
+        return [voice for voice in self.voices if voice.key[1] in IMPACTS]
+
+    def textures(self) -> list[_Voice]:
+        return [voice for voice in self.voices if voice.key[1] in TEXTURES]
+
+
+class Voices:
+    """The mixer: obeys commands, renders blocks, counts what it had to drop."""
+
+    def __init__(self, rate_hz: int = RATE_HZ, gain: float = 1.0) -> None:
+        self.gain = gain
+        self.level = 0.0  # rms of the last block
+        self.scrubbed = 0  # voices and commands dropped for not being finite
+        self.dropped = 0  # impacts refused because too many were sounding
+        self._rate_hz = rate_hz
+        self._step = 1.0 / (FADE_S * rate_hz)
+        self._gain = gain
+        self._hands = (_Hand(), _Hand())
+        _warm_up(rate_hz)
+
+    def obey(self, command: Command) -> None:
+        """Take a command in; it is heard from the next block on."""
+        if not (math.isfinite(command.stroke.speed_mps) and math.isfinite(command.stroke.force_n)):
+            self.scrubbed += 1
+            return
+        hand = self._hands[command.hand]
+        hand.expires_at = command.expires_at
+        if command.material not in MATERIALS:
+            hand.wanted = None
+            return
+        if command.onset and command.interaction != "swing":
+            self._strike(hand, command)
+        starts_texture = command.interaction in TEXTURES or not command.onset
+        hand.wanted = command if starts_texture else None
+
+    def release(self, hand: int) -> None:
+        """Fade one hand."""
+        self._hands[hand].rest()
+
+    def rest(self) -> None:
+        """Fade everything."""
+        for hand in self._hands:
+            hand.rest()
+
+    def render(self, count: int, now: float) -> NDArray[np.float32]:
+        """Next `count` samples, (count,) float32 in [-1, 1], of which the first sounds at `now`."""
+        wave = np.zeros(count, np.float32)
+        for begin in range(0, count, _CHUNK):
+            part = wave[begin : begin + _CHUNK]
+            self._mix_into(part, now + begin / self._rate_hz)
+        self.level = math.sqrt(float(np.dot(wave, wave)) / count) if count else 0.0
+        return wave
+
+    def _mix_into(self, part: NDArray[np.float32], now: float) -> None:
+        for hand in self._hands:
+            if not hand.expires_at >= now:
+                hand.rest()
+            _follow(hand, self._rate_hz)
+            for voice in hand.voices:
+                block = voice.render(part.size, self._step)
+                if math.isfinite(float(np.dot(block, block))):
+                    part += block
+                else:
+                    self.scrubbed += 1
+                    voice.ended, hand.wanted = True, None
+            hand.voices = [voice for voice in hand.voices if not voice.ended]
+        if self._gain != self.gain:
+            gains = _ramp(self._gain, self.gain, part.size, self._step)
+            self._gain = float(gains[-1])
+            part *= gains
+        elif self._gain != 1.0:
+            part *= np.float32(self._gain)
+        _limit(part)
+
+    def _strike(self, hand: _Hand, command: Command) -> None:
+        impacts = hand.impacts()
+        if len(impacts) >= _MOST_IMPACTS:
+            self.dropped += 1
+            return
+        ringing = [voice for voice in impacts if voice.aim > 0.0]
+        if len(ringing) >= _MOST_RINGING:
+            ringing[0].aim = 0.0
+        kind = command.interaction if command.interaction in IMPACTS else "tap"
+        material = MATERIALS[str(command.material)]
+        wave = vibration.impact(
+            material.vibration, kind, command.stroke, command.seed, self._rate_hz
+        )
+        hand.voices.append(_Voice(wave, command.stroke, (material.name, kind), gain=1.0))
+
+
+def _follow(hand: _Hand, rate_hz: int) -> None:
+    """Bring the hand's textures towards the wanted one, cross-fading, never more than a few."""
+    wanted = hand.wanted
+    textures = hand.textures()
+    key = None if wanted is None else _texture_key(wanted)
+    fitting = None
+    for voice in textures:
+        voice.aim = 1.0 if voice.key == key else 0.0
+        if wanted is not None and voice.key == key:
+            fitting, voice.stroke = voice, wanted.stroke
+    if wanted is None or key is None or fitting is not None:
+        return
+    if len(textures) <= _MOST_FADING_TEXTURES:
+        source = Texture(MATERIALS[key[0]].vibration, key[1], wanted.seed, rate_hz)
+        hand.voices.append(_Voice(source, wanted.stroke, key, gain=0.0))
+
+
+def _texture_key(command: Command) -> tuple[str, str]:
+    return str(
+        command.material
+    ), command.interaction if command.interaction in TEXTURES else "slide"
+
+
+def _ramp(begin: float, end: float, count: int, step: float) -> NDArray[np.float32]:
+    """Gains of the next samples, (count,), moving from `begin` by `step` each until at `end`."""
+    steps = np.arange(1, count + 1, dtype=np.float32) * np.float32(step)
+    gains = np.minimum(begin + steps, end) if end > begin else np.maximum(begin - steps, end)
+    return np.asarray(gains, dtype=np.float32)
+
+
+def _limit(part: NDArray[np.float32]) -> None:
+    """Bend what exceeds the linear range smoothly into [-1, 1], in place."""
+    size = np.abs(part)
+    if size.size == 0 or float(size.max()) <= _LINEAR_PEAK:
+        return
+    room = 1.0 - _LINEAR_PEAK
+    bent = _LINEAR_PEAK + room * np.tanh((size - _LINEAR_PEAK) / room)
+    np.copyto(part, np.copysign(bent, part), where=size > _LINEAR_PEAK)
+
+
+def _warm_up(rate_hz: int) -> None:
+    """Fill the caches of the table's materials, so that no first touch pays for them."""
+    for material in MATERIALS.values():
+        for kind in IMPACTS:
+            vibration.impact(material.vibration, kind, Stroke(1.0, 1.0), 0, rate_hz)
+        for kind in TEXTURES:
+            Texture(material.vibration, kind, 0, rate_hz)
