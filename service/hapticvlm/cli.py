@@ -1,0 +1,283 @@
+"""The command line: the only place that wires parts together. Imports late, to start at once."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import logging
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm import __version__
+
+if TYPE_CHECKING:
+    from hapticvlm.messages import Devices
+    from hapticvlm.recogniser import Look
+    from hapticvlm.server.edge import Address
+    from hapticvlm.server.gateway import Gateway
+
+    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
+
+DEFAULT_URL = "ws://127.0.0.1:8790/"
+GATEWAY_PRIORITY = 10
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; return its exit code."""
+    for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")
+    options = _parser().parse_args(arguments)
+    logging.basicConfig(
+        level=options.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
+    )
+    try:
+        code: int = options.run(options)
+    except KeyboardInterrupt:
+        return 130
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="hapticvlm",
+        description="Makes objects in a VR scene feel like what they look like.",
+    )
+    parser.add_argument("--version", action="version", version=f"hapticvlm {__version__}")
+    parser.add_argument(
+        "--log-level", default="warning", choices=["debug", "info", "warning", "error"]
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    _add_serve(commands)
+    _add_stream(commands)
+    _add_demo(commands)
+    _add_measure(commands)
+    return parser
+
+
+def _add_serve(commands: Commands) -> None:
+    serve = commands.add_parser("serve", help="run the service a scene connects to")
+    serve.set_defaults(run=_serve)
+    listen = serve.add_argument_group("connections")
+    listen.add_argument("--host", default="127.0.0.1", help="address to listen on (%(default)s)")
+    listen.add_argument("--port", type=int, default=8790, help="0 = any free one (%(default)s)")
+    listen.add_argument("--token", help="secret each client must send; needed off loopback")
+    listen.add_argument(
+        "--allow-origin",
+        action="append",
+        default=[],
+        metavar="ORIGIN",
+        help="also let pages of this origin connect, e.g. https://example.org (repeatable)",
+    )
+    outputs = serve.add_argument_group("outputs")
+    outputs.add_argument(
+        "--speaker",
+        default="simulated",
+        help="simulated, default, or part of an audio output's name (%(default)s)",
+    )
+    outputs.add_argument("--wav", type=Path, help="also write what is played to this WAV file")
+    outputs.add_argument(
+        "--block", type=int, default=128, help="samples per audio block at 48 kHz (%(default)s)"
+    )
+    outputs.add_argument("--peltier", default="simulated", help="the plate (%(default)s)")
+    outputs.add_argument(
+        "--no-realtime",
+        dest="realtime",
+        action="store_false",
+        help="do not ask for real-time priority",
+    )
+    models = serve.add_argument_group("recognition")
+    models.add_argument("--encoder", help="image encoder (the one shipped)")
+    models.add_argument("--gallery", type=Path, help="reference embeddings (those shipped)")
+    models.add_argument("--vlm", help="vision-language model for the ambient temperature (none)")
+
+
+def _add_stream(commands: Commands) -> None:
+    stream = commands.add_parser("stream", help="send a recorded headset capture to a service")
+    stream.set_defaults(run=_stream)
+    stream.add_argument("capture", type=Path, help="capture folder or video file")
+    stream.add_argument("--url", default=DEFAULT_URL, help="service (%(default)s)")
+    stream.add_argument("--token", help="the service's secret")
+    stream.add_argument("--fast", action="store_true", help="as fast as answers come back")
+    stream.add_argument("--no-masks", action="store_true", help="send regions instead of masks")
+    stream.add_argument("--json", action="store_true", help="print decisions as JSON lines")
+
+
+def _add_demo(commands: Commands) -> None:
+    demo = commands.add_parser("demo", help="stream a capture through a simulated set-up")
+    demo.set_defaults(run=_demo)
+    demo.add_argument("--capture", type=Path, help="capture to stream (the one in examples/)")
+    demo.add_argument("--out", type=Path, default=Path("demo-output"), help="(%(default)s)")
+    demo.add_argument("--quiet", action="store_true", help="no sound, even where one could play")
+
+
+def _add_measure(commands: Commands) -> None:
+    measure = commands.add_parser("measure", help="measure this service, floors beside figures")
+    kinds = measure.add_subparsers(title="measurements", required=True, metavar="WHAT")
+    latency = kinds.add_parser("latency", help="touch round trip against a bare echo")
+    latency.set_defaults(run=_measure_latency)
+    latency.add_argument("--seconds", type=float, default=20.0, help="per row (%(default)s)")
+    latency.add_argument("--json", action="store_true", help="print the JSON line only")
+    frames = kinds.add_parser("frames", help="frame path at 60 frames/s: memory, queue, answers")
+    frames.set_defaults(run=_measure_frames)
+    frames.add_argument("--seconds", type=float, default=60.0, help="(%(default)s)")
+    frames.add_argument("--json", action="store_true", help="print the JSON line only")
+    for name, text in (
+        ("names", "names and shaders to materials: confusion matrix"),
+        ("encoder", "pictures to materials, per held-back source"),
+    ):
+        kind = kinds.add_parser(name, help=text)
+        kind.set_defaults(run=_measure_recognition, what=name)
+        kind.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
+        kind.add_argument("--json", action="store_true", help="print the JSON line only")
+
+
+def _serve(options: argparse.Namespace) -> int:
+    from hapticvlm.devices.peltier import DeviceError
+    from hapticvlm.server.edge import Address
+
+    if options.log_level == "warning":
+        logging.getLogger("hapticvlm").setLevel(logging.INFO)
+    logging.getLogger("websockets").setLevel(logging.WARNING)
+    try:
+        _refuse_unbuilt(options)
+        origins = frozenset(options.allow_origin)
+        address = Address(options.host, options.port, options.token, origins)
+        asyncio.run(_run_service(options, address))
+    except (ValueError, OSError, RuntimeError, DeviceError) as error:
+        print(f"hapticvlm serve: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _refuse_unbuilt(options: argparse.Namespace) -> None:
+    if options.peltier != "simulated":
+        raise ValueError(f"--peltier {options.peltier}: only `simulated` is built so far")
+    if options.vlm is not None:
+        raise ValueError("--vlm: not built so far; state `ambient_c` in the scene instead")
+
+
+async def _run_service(options: argparse.Namespace, address: Address) -> None:
+    import time
+
+    from hapticvlm.devices.audio import AudioSettings
+    from hapticvlm.devices.simulated import SimulatedPlate
+    from hapticvlm.devices.speaker import Speaker
+    from hapticvlm.messages import Device, Devices, Models
+    from hapticvlm.recogniser import Recogniser, RecogniserSettings
+    from hapticvlm.server.edge import Edge, Offer
+    from hapticvlm.server.gateway import Gateway
+
+    loop = asyncio.get_running_loop()
+    stopping = asyncio.Event()
+    _on_signals(loop, stopping)
+    speaker = Speaker(AudioSettings(options.speaker, options.block, options.wav, options.realtime))
+    recogniser = Recogniser(RecogniserSettings(options.encoder, options.gallery))
+    plate = SimulatedPlate()
+    gateway = Gateway(speaker, plate, recogniser)
+    try:
+        await asyncio.gather(
+            asyncio.to_thread(speaker.start),
+            asyncio.to_thread(
+                recogniser.start,
+                partial(_hand_over, loop, gateway),
+            ),
+        )
+        devices = Devices(
+            speaker=Device(name=speaker.name, simulated=speaker.simulated),
+            peltier=Device(name=plate.name, simulated=plate.simulated),
+        )
+        loaded = recogniser.loaded
+        models = Models(encoder=loaded.encoder, gallery=loaded.gallery)
+        edge = Edge(address, gateway, Offer(devices, models), time.monotonic)
+        has_priority = options.realtime and _take_priority()
+        async with edge.listen() as port, asyncio.TaskGroup() as tasks:
+            running = [
+                tasks.create_task(gateway.run_ticks()),
+                tasks.create_task(gateway.run_telemetry()),
+            ]
+            _say_ready(address.host, port, devices, has_priority)
+            await stopping.wait()
+            gateway.rest()
+            for task in running:
+                task.cancel()
+    finally:
+        plate.close()
+        await asyncio.gather(asyncio.to_thread(speaker.close), asyncio.to_thread(recogniser.close))
+    print("hapticvlm stopped, outputs at rest", flush=True)
+
+
+def _hand_over(loop: asyncio.AbstractEventLoop, gateway: Gateway, look: Look) -> None:
+    """Pass an answer from the recogniser's reader thread to the event loop."""
+    with contextlib.suppress(RuntimeError):  # the loop has closed
+        loop.call_soon_threadsafe(gateway.on_look, look)
+
+
+def _say_ready(host: str, port: int, devices: Devices, has_priority: bool) -> None:
+    shown = f"[{host}]" if ":" in host else host
+    print(f"hapticvlm {__version__} ready on ws://{shown}:{port}/", flush=True)
+    print(f"  status page  http://{shown}:{port}/")
+    for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
+        print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
+    print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
+
+
+def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            loop.add_signal_handler(number, stopping.set)
+        except NotImplementedError:
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(stopping.set))
+
+
+def _take_priority() -> bool:
+    if not hasattr(os, "sched_setscheduler"):
+        return False
+    with contextlib.suppress(OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(GATEWAY_PRIORITY))
+        return True
+    return False
+
+
+def _stream(options: argparse.Namespace) -> int:
+    from hapticvlm.client.stream import run
+
+    return run(
+        options.capture,
+        options.url,
+        token=options.token,
+        fast=options.fast,
+        with_masks=not options.no_masks,
+        as_json=options.json,
+    )
+
+
+def _demo(options: argparse.Namespace) -> int:
+    from hapticvlm.measure.demo import run
+
+    return run(options.capture, options.out, quiet=options.quiet)
+
+
+def _measure_latency(options: argparse.Namespace) -> int:
+    from hapticvlm.measure.latency import run
+
+    return run(seconds=options.seconds, as_json=options.json)
+
+
+def _measure_frames(options: argparse.Namespace) -> int:
+    from hapticvlm.measure.frames import run
+
+    return run(seconds=options.seconds, as_json=options.json)
+
+
+def _measure_recognition(options: argparse.Namespace) -> int:
+    if options.what == "names":
+        from hapticvlm.measure.names import run
+    else:
+        from hapticvlm.measure.encoder import run
+    return run(options.data, options.json)

@@ -1,0 +1,99 @@
+"""A scene that streams different frames at a fixed rate from a process of its own.
+
+`python -m hapticvlm.measure.load URL RATE SECONDS BYTES` prints one JSON object at the end.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import sys
+import time
+from collections import Counter
+
+import numpy as np
+from PIL import Image
+
+from hapticvlm.client import connect
+
+SIDE = 448
+DIFFERENT = 120
+ANSWER_S = 10.0
+
+
+def pictures(count: int, size_bytes: int, seed: int = 0) -> list[bytes]:
+    """Return `count` different 448 x 448 JPEGs of about `size_bytes` each."""
+    rng = np.random.default_rng(seed)
+    return [_picture(rng, size_bytes) for _ in range(count)]
+
+
+def _picture(rng: np.random.Generator, size_bytes: int) -> bytes:
+    coarse = rng.integers(0, 255, (14, 14, 3), np.uint8)
+    smooth = np.asarray(Image.fromarray(coarse).resize((SIDE, SIDE), Image.Resampling.BICUBIC))
+    grain = rng.normal(0.0, 1.0, (SIDE, SIDE, 1))
+    low, high = 0.0, 80.0
+    data = b""
+    for _ in range(7):
+        middle = (low + high) / 2
+        noisy = np.clip(smooth + middle * grain, 0, 255).astype(np.uint8)
+        buffer = io.BytesIO()
+        Image.fromarray(noisy).save(buffer, "JPEG", quality=75)
+        data = buffer.getvalue()
+        low, high = (middle, high) if len(data) < size_bytes else (low, middle)
+    return data
+
+
+async def send(url: str, rate: float, seconds: float, size_bytes: int) -> dict[str, object]:
+    """Stream for `seconds`; return how many were sent and how each was answered."""
+    frames = pictures(DIFFERENT, size_bytes)
+    answers: Counter[str] = Counter()
+    ages: list[float] = []
+    waiting: set[asyncio.Future[dict[str, object]]] = set()
+
+    def keep(future: asyncio.Future[dict[str, object]]) -> None:
+        waiting.discard(future)
+        if not future.cancelled() and future.exception() is None:
+            answer = future.result()
+            kind = str(answer["type"])
+            answers[f"{kind} {answer.get('reason') or answer.get('code') or ''}".strip()] += 1
+            age = answer.get("frame_age_ms")
+            if isinstance(age, float):
+                ages.append(age)
+
+    async with connect(url, name="frame load") as client:
+        started = time.monotonic()
+        sent = 0
+        while (due := sent / rate) < seconds:
+            await asyncio.sleep(max(0.0, started + due - time.monotonic()))
+            future = await client.send(
+                "frame",
+                captured_at=time.monotonic(),
+                format="jpeg",
+                width=SIDE,
+                height=SIDE,
+                origin="top",
+                image=frames[sent % DIFFERENT],
+            )
+            waiting.add(future)
+            future.add_done_callback(keep)
+            sent += 1
+        if waiting:
+            await asyncio.wait(waiting, timeout=ANSWER_S)
+        await asyncio.sleep(0)
+    return {
+        "sent": sent,
+        "answers": dict(answers),
+        "unanswered": len(waiting),
+        "seconds": time.monotonic() - started,
+        "bytes_per_frame": sum(map(len, frames)) // DIFFERENT,
+        "age_ms": {
+            "median": float(np.median(ages)) if ages else None,
+            "p99": float(np.percentile(ages, 99)) if ages else None,
+        },
+    }
+
+
+if __name__ == "__main__":
+    result = asyncio.run(send(sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4])))
+    print(json.dumps(result))

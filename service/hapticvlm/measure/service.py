@@ -1,0 +1,78 @@
+"""Runs `hapticvlm serve` as its users do, in a process of its own, for measurements and the demo."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+READY_S = 30.0
+
+
+class ServiceError(Exception):
+    """The service did not start; the text is what it printed."""
+
+
+@dataclass(slots=True)
+class Service:
+    """A running service."""
+
+    process: subprocess.Popen[str]
+    url: str
+    seconds_to_ready: float
+    said: list[str] = field(default_factory=list)
+
+    @property
+    def page(self) -> str:
+        """The status page's address."""
+        return self.url.replace("ws://", "http://")
+
+    def stop(self, seconds: float = 10.0) -> int:
+        """Ask it to stop and return its exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        try:
+            return self.process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            return self.process.wait()
+
+
+@contextmanager
+def running(arguments: Sequence[str] = ()) -> Iterator[Service]:
+    """Start a service on a free port, and stop it at the end. Raises ServiceError."""
+    command = [sys.executable, "-m", "hapticvlm", "serve", "--port", "0", *arguments]
+    started = time.monotonic()
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
+    )
+    service = Service(process, "", 0.0)
+    ready = threading.Event()
+    threading.Thread(target=_read, args=(service, ready), daemon=True).start()
+    try:
+        if not ready.wait(READY_S) or not service.url:
+            raise ServiceError("".join(service.said) or "the service said nothing")
+        service.seconds_to_ready = time.monotonic() - started
+        yield service
+    finally:
+        service.stop()
+
+
+def _read(service: Service, ready: threading.Event) -> None:
+    """Keep what the service prints, until it ends."""
+    assert service.process.stdout is not None
+    with contextlib.suppress(ValueError):
+        for line in service.process.stdout:
+            service.said.append(line)
+            found = re.search(r"ready on (ws://\S+)", line)
+            if found:
+                service.url = found.group(1)
+                ready.set()
+    ready.set()

@@ -1,0 +1,92 @@
+"""One WebSocket connection: its session, its mailbox of frames, and what is still to be sent."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+from collections import Counter, deque
+from contextlib import suppress
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+from hapticvlm.messages import ServiceMessage, Telemetry, View, encode
+from hapticvlm.recogniser import Mailbox
+from hapticvlm.session.scene import SceneSession
+
+MAX_WAITING = 256
+DEAD_AFTER_S = 20
+
+logger = logging.getLogger(__name__)
+
+
+class Connection:
+    """Shell around one admitted client."""
+
+    def __init__(
+        self, socket_: ServerConnection, name: str, session: SceneSession, *, as_text: bool
+    ) -> None:
+        self.name = name
+        self.session = session
+        self.mailbox = Mailbox()
+        self.watches: frozenset[str] = frozenset()
+        self._socket = socket_
+        self._as_text = as_text
+        self._waiting: deque[ServiceMessage] = deque()
+        self._wake = asyncio.Event()
+        self.counts: Counter[str] = Counter()
+
+    async def send(self, message: ServiceMessage) -> None:
+        """Send a reply now, waiting if the client reads slowly."""
+        await self._socket.send(encode(message, as_text=self._as_text))
+
+    def post(self, message: ServiceMessage) -> None:
+        """Send an event soon; telemetry and views give way when the client reads slowly."""
+        if len(self._waiting) >= MAX_WAITING:
+            if isinstance(message, Telemetry | View):
+                self.counts["events not sent"] += 1
+                return
+            self._make_room()
+        self._waiting.append(message)
+        self._wake.set()
+
+    async def send_posted(self) -> None:
+        """Send what was posted, for as long as the connection lives."""
+        with suppress(ConnectionClosed):
+            while True:
+                await self._wake.wait()
+                self._wake.clear()
+                while self._waiting:
+                    await self.send(self._waiting.popleft())
+
+    def _make_room(self) -> None:
+        for index, waiting in enumerate(self._waiting):
+            if isinstance(waiting, Telemetry | View):
+                del self._waiting[index]
+                break
+        else:
+            self._waiting.popleft()
+        self.counts["events not sent"] += 1
+
+
+def notice_dead_peers(connection: ServerConnection) -> None:
+    """Have the kernel end a half-open connection, so that a paused program never loses its own.
+
+    A program that is only paused still has a kernel that answers; a late WebSocket ping would cut
+    it off although it is alive.
+    """
+    raw = connection.transport.get_extra_info("socket")
+    if raw is None:
+        return
+    options = {
+        "TCP_KEEPIDLE": DEAD_AFTER_S // 2,
+        "TCP_KEEPINTVL": 2,
+        "TCP_KEEPCNT": DEAD_AFTER_S // 4,
+        "TCP_USER_TIMEOUT": DEAD_AFTER_S * 1000,
+    }
+    with suppress(OSError):
+        raw.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for name, value in options.items():
+            if hasattr(socket, name):
+                raw.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)

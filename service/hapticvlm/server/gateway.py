@@ -1,0 +1,343 @@
+"""The gateway: carries out what sessions ask for, on one event loop that never computes for long.
+
+One scene owns the outputs until it closes; any number of others watch. Touches are handled where
+they arrive; frames are handed to the recogniser, newest first; ticks let leases lapse and follow
+the plate.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from hapticvlm.devices.peltier import Plate
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.messages import (
+    Decision,
+    Error,
+    ErrorCode,
+    Frame,
+    ServiceMessage,
+    Skipped,
+    Telemetry,
+    View,
+)
+from hapticvlm.recogniser import Look, QueueFull, Recogniser
+from hapticvlm.rendering.thermal import PlateReading
+from hapticvlm.server.connection import Connection
+from hapticvlm.session.actions import (
+    Action,
+    Feel,
+    Heat,
+    HoldAtRest,
+    LetGo,
+    LookAt,
+    Reply,
+    RestPlate,
+    SetGain,
+    Watch,
+)
+from hapticvlm.session.hands import Hold
+
+WAITS = 512
+TICK_S = 0.02
+TELEMETRY_S = 0.1
+VIEW_S = 0.5
+VIEW_SAMPLES, VIEW_STEP = 4800, 16
+
+logger = logging.getLogger(__name__)
+
+
+class Gateway:
+    """The outputs, the recogniser, and the connections that share them."""
+
+    def __init__(self, speaker: Speaker, plate: Plate, recogniser: Recogniser) -> None:
+        self.hold = Hold()
+        self.counts: Counter[str] = Counter()
+        self.owner: Connection | None = None
+        self._speaker = speaker
+        self._plate = plate
+        self._recogniser = recogniser
+        self._connections: list[Connection] = []
+        self._reading: PlateReading = plate.advance(time.monotonic())
+        self._looking: tuple[Connection, Frame] | None = None
+        self._viewed_at = 0.0
+
+    @property
+    def connections(self) -> int:
+        """How many connections are open."""
+        return len(self._connections)
+
+    def join(self, connection: Connection) -> None:
+        """Admit a connection; the first scene's is the owner's."""
+        self._connections.append(connection)
+        if connection.session.owner:
+            self.owner = connection
+
+    def leave(self, connection: Connection) -> None:
+        """Forget a connection; when it was the owner's, the outputs rest."""
+        self._connections.remove(connection)
+        connection.session.rest()
+        if self.owner is connection:
+            self.owner = None
+            self.rest()
+
+    def rest(self) -> None:
+        """Rest both outputs at once."""
+        self._speaker.rest()
+        self._plate.rest(time.monotonic())
+
+    def carry_out(self, connection: Connection, actions: Iterable[Action]) -> list[ServiceMessage]:
+        """Do what the session asked, in order; return what to send to its connection."""
+        replies: list[ServiceMessage] = []
+        for action in actions:
+            match action:
+                case Reply():
+                    replies.append(action.message)
+                    self._show(connection, action.message)
+                case LookAt():
+                    replies += self._queue(connection, action)
+                case Watch():
+                    connection.watches = action.kinds
+                case _:
+                    self._drive(action)
+        return replies
+
+    def refuse(self, code: ErrorCode) -> None:
+        """Count a refused message."""
+        self.counts[f"refused: {code}"] += 1
+
+    def on_look(self, look: Look) -> None:
+        """Take in the recogniser's answer (on the event loop)."""
+        self._recogniser.done()
+        asked, self._looking = self._looking, None
+        if asked is not None and asked[0] in self._connections:
+            connection, frame = asked
+            self._show_frame(frame)
+            for reply in self.carry_out(connection, self._learn(connection, frame, look)):
+                connection.post(reply)
+        self._look_at_next()
+
+    async def run_ticks(self) -> None:
+        """Let leases lapse, follow the plate and watch the children, until cancelled."""
+        while True:
+            await asyncio.sleep(TICK_S)
+            now = time.monotonic()
+            self._follow_plate(now)
+            if self.owner is not None:
+                actions = self.owner.session.tick(now, self._reading)
+                for reply in self.carry_out(self.owner, actions):
+                    self.owner.post(reply)
+            self._supervise(now)
+
+    async def run_telemetry(self) -> None:
+        """Tell every connection the state of the outputs, until cancelled."""
+        while True:
+            await asyncio.sleep(TELEMETRY_S)
+            telemetry = self._telemetry()
+            waveform = self._waveform()
+            for connection in self._connections:
+                connection.post(telemetry)
+                if "waveform" in connection.watches:
+                    connection.post(waveform)
+
+    def show_log(self, text: str) -> None:
+        """Pass one log line to the observers that watch the log."""
+        for connection in self._connections:
+            if "log" in connection.watches:
+                connection.post(View(id=0, kind="log", text=text))
+
+    def status(self) -> dict[str, Any]:
+        """Return every count, for the status page."""
+        counts = self.counts.copy()
+        for connection in self._connections:
+            counts += connection.counts
+        engine = self._speaker.status()
+        return {
+            "connections": len(self._connections),
+            "owner": self.owner.name if self.owner else None,
+            "counts": dict(counts),
+            "speaker": {
+                "name": self._speaker.name,
+                "simulated": self._speaker.simulated,
+                "realtime": engine.realtime,
+                "underruns": self._speaker.underruns,
+                "lost_commands": engine.lost,
+                "scrubbed": engine.scrubbed,
+                "restarts": self._speaker.restarts,
+                "command_wait_ms": self._command_wait_ms(),
+                "pid": self._speaker.pid,
+            },
+            "recogniser": {
+                "restarts": self._recogniser.restarts,
+                "pid": self._recogniser.pid,
+                "busy": self._recogniser.is_busy,
+            },
+        }
+
+    def _command_wait_ms(self) -> dict[str, float] | None:
+        """How long the newest commands waited for the block that plays them."""
+        newest = self._speaker.status().newest
+        waits = self._speaker.delays(max(1, newest - WAITS + 1), newest) * 1000.0
+        if not waits.size:
+            return None
+        return {
+            "n": waits.size,
+            "median": float(np.median(waits)),
+            "p99": float(np.percentile(waits, 99)),
+        }
+
+    def _drive(self, action: Feel | LetGo | SetGain | Heat | RestPlate | HoldAtRest) -> None:
+        match action:
+            case Feel():
+                self._speaker.obey(action.command)
+            case LetGo():
+                self._speaker.let_go(action.hand)
+            case SetGain():
+                self._speaker.set_gain(action.gain)
+            case Heat():
+                self._plate.command(action.setpoint_c, action.ttl_s, time.monotonic())
+            case RestPlate():
+                self._plate.rest(time.monotonic())
+            case HoldAtRest():
+                self._stop(action)
+
+    def _queue(self, connection: Connection, look: LookAt) -> list[ServiceMessage]:
+        try:
+            superseded = connection.mailbox.put(look.frame)
+        except QueueFull:
+            self.refuse("overload")
+            text = "too many enrol frames wait for this object: wait for its decisions first"
+            return [Error(id=look.frame.id, code="overload", text=text, path="$.purpose")]
+        skipped: list[ServiceMessage] = []
+        if superseded is not None and superseded.id:
+            self._drop("superseded")
+            skipped.append(Skipped(id=superseded.id, reason="superseded"))
+        self._look_at_next()
+        return skipped
+
+    def _look_at_next(self) -> None:
+        if self._recogniser.is_busy:
+            return
+        now = time.monotonic()
+        for connection in self._connections.copy():
+            while (frame := connection.mailbox.take()) is not None:
+                if connection.session.is_stale(frame, now):
+                    self._drop("stale")
+                    connection.post(Skipped(id=frame.id, reason="stale"))
+                    continue
+                self._looking = (connection, frame)
+                self._recogniser.look(
+                    frame, connection.name, now, anew=connection.session.wants_anew(frame)
+                )
+                self._connections.remove(connection)
+                self._connections.append(connection)
+                return
+
+    def _learn(self, connection: Connection, frame: Frame, look: Look) -> list[Action]:
+        if look.error is not None:
+            code: ErrorCode = "model" if look.is_our_fault else "message"
+            self.refuse(code)
+            return [Reply(Error(id=frame.id, code=code, text=look.error, path="$.image"))]
+        self.counts["looks"] += 1
+        return connection.session.recognised(frame, look.evidence, look.stages_ms, time.monotonic())
+
+    def _show(self, connection: Connection, message: ServiceMessage) -> None:
+        """Show observers what another connection is told; frames only to those who asked."""
+        if isinstance(message, Skipped) and message.reason == "rate":
+            self._drop("rate")
+        if not isinstance(message, Decision):
+            return
+        for observer in self._connections:
+            if observer is not connection and observer.session.observer:
+                observer.post(msgspec.structs.replace(message, id=0))
+
+    def _show_frame(self, frame: Frame) -> None:
+        now = time.monotonic()
+        if frame.format not in ("jpeg", "png") or now - self._viewed_at < VIEW_S:
+            return
+        for observer in self._connections:
+            if "frames" in observer.watches:
+                self._viewed_at = now
+                observer.post(
+                    View(
+                        id=0,
+                        kind="frames",
+                        object_id=frame.object_id,
+                        region=frame.region,
+                        format=frame.format,
+                        image=frame.image,
+                    )
+                )
+
+    def _drop(self, reason: str) -> None:
+        self.counts[f"frames {reason}"] += 1
+
+    def _stop(self, action: HoldAtRest) -> None:
+        self.hold.stop(action.scope)
+        if action.scope != "peltier":
+            self._speaker.rest()
+        if action.scope != "speaker":
+            self._plate.rest(time.monotonic())
+        if action.scope == "all" and self.owner is not None:
+            self.owner.session.rest()
+        logger.warning("outputs stopped: %s", action.scope)
+
+    def _follow_plate(self, now: float) -> None:
+        before = self._reading.faults
+        self._reading = self._plate.advance(now)
+        for fault in self._reading.faults:
+            if fault not in before:
+                self._report(Error(id=0, code="device", text=f"plate fault: {fault}"))
+
+    def _supervise(self, now: float) -> None:
+        trouble = self._speaker.supervise(now)
+        if trouble is not None:
+            self._rest_owner()
+            self._report(Error(id=0, code="device", text=trouble))
+        trouble = self._recogniser.supervise(now)
+        if trouble is not None:
+            asked, self._looking = self._looking, None
+            if asked is not None and asked[1].id:
+                asked[0].post(Error(id=asked[1].id, code="model", text=trouble))
+            self._report(Error(id=0, code="model", text=trouble))
+            self._look_at_next()
+
+    def _rest_owner(self) -> None:
+        if self.owner is not None:
+            self.owner.session.rest()
+        self._plate.rest(time.monotonic())
+
+    def _report(self, error: Error) -> None:
+        self.refuse(error.code)
+        logger.error("%s", error.text)
+        for connection in self._connections:
+            connection.post(error)
+
+    def _telemetry(self) -> Telemetry:
+        engine, plate = self._speaker.status(), self._reading
+        return Telemetry(
+            id=0,
+            plate_c=plate.plate_c,
+            setpoint_c=plate.setpoint_c,
+            sink_c=plate.sink_c,
+            duty=plate.duty,
+            speaker_level=engine.level,
+            underruns=self._speaker.underruns,
+            dropped_frames=sum(
+                count for name, count in self.counts.items() if name.startswith("frames ")
+            ),
+            leases=self.owner.session.leases if self.owner else 0,
+            faults=list(plate.faults),
+        )
+
+    def _waveform(self) -> View:
+        samples = self._speaker.waveform(VIEW_SAMPLES)[::VIEW_STEP]
+        return View(id=0, kind="waveform", rate_hz=48_000 / VIEW_STEP, samples=samples.tolist())

@@ -1,0 +1,114 @@
+"""What the port answers before a WebSocket begins: who may connect, and the static pages.
+
+Origin: absent (native clients) and loopback are accepted, anything else only if listed. Host: a
+loopback service accepts loopback names only, which stops DNS rebinding. Pages go to loopback only.
+"""
+
+from __future__ import annotations
+
+import http
+import ipaddress
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers, MultipleValuesError
+from websockets.http11 import Request, Response
+
+PAGES = Path(__file__).parent.parent / "pages"
+_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".svg": "image/svg+xml",
+}
+_POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
+
+
+@dataclass(frozen=True, slots=True)
+class Door:
+    """Who is let in; `host` is the address the service listens on."""
+
+    host: str
+    allowed_origins: frozenset[str]
+
+    def refusal(self, headers: Mapping[str, str]) -> str | None:
+        """Say why a request with these headers is refused, or None."""
+        try:
+            host, origin = headers.get("Host", ""), headers.get("Origin")
+        except MultipleValuesError:
+            return "more than one Host or Origin header"
+        if is_loopback(self.host) and not is_loopback(_host_of("//" + host)):
+            return f"Host {host[:80]!r} is not this machine"
+        if origin is None or origin in self.allowed_origins or is_loopback(_host_of(origin)):
+            return None
+        return f"Origin {origin[:80]!r} is not allowed: start with --allow-origin {origin[:80]}"
+
+
+def is_loopback(host: str | None) -> bool:
+    """Tell whether a host name or address means this machine."""
+    if host is None:
+        return False
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def answer(
+    connection: ServerConnection,
+    request: Request,
+    door: Door,
+    status: Callable[[], dict[str, Any]],
+) -> Response | None:
+    """Refuse, serve a page, or return None to let the WebSocket handshake go on."""
+    refusal = door.refusal(request.headers)
+    if refusal is not None:
+        return _response(403, refusal + "\n")
+    if "upgrade" in request.headers.get("Connection", "").lower():
+        return None
+    if not is_loopback(str(connection.remote_address[0])):
+        return _response(403, "pages are served to this machine only\n")
+    path = urlsplit(request.path).path
+    if path == "/healthz":
+        return _response(200, "ok\n")
+    if path == "/status":
+        return _response(200, json.dumps(status()) + "\n", "application/json")
+    return _page(path)
+
+
+def _page(path: str) -> Response:
+    name = "index.html" if path == "/" else path.removeprefix("/")
+    known = {page.name: page for page in PAGES.iterdir() if page.suffix in _TYPES}
+    page = known.get(name)
+    if page is None:
+        return _response(404, "no such page\n")
+    return _response(200, page.read_text(encoding="utf-8"), _TYPES[page.suffix])
+
+
+def _response(code: int, text: str, kind: str = "text/plain; charset=utf-8") -> Response:
+    body = text.encode()
+    headers = Headers(
+        [
+            ("Content-Type", kind),
+            ("Content-Length", str(len(body))),
+            ("Connection", "close"),
+            ("Content-Security-Policy", _POLICY),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Cache-Control", "no-store"),
+        ]
+    )
+    return Response(code, http.HTTPStatus(code).phrase, headers, body)
+
+
+def _host_of(url: str) -> str | None:
+    try:
+        return urlsplit(url).hostname
+    except ValueError:
+        return None

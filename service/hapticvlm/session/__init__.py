@@ -1,0 +1,1 @@
+"""One scene's state, sans I/O: a message and the time go in, actions come out."""

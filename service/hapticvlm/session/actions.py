@@ -1,0 +1,73 @@
+"""What a session asks the shell to do: immutable values, carried out in order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hapticvlm.messages import Frame, Scope, ServiceMessage
+from hapticvlm.rendering.voices import Command
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """Send this to the session's own connection."""
+
+    message: ServiceMessage
+
+
+@dataclass(frozen=True, slots=True)
+class LookAt:
+    """Have the recogniser look at this frame; id 0 means nobody waits for an answer."""
+
+    frame: Frame
+
+
+@dataclass(frozen=True, slots=True)
+class Feel:
+    """Put this into the audio ring."""
+
+    command: Command
+
+
+@dataclass(frozen=True, slots=True)
+class LetGo:
+    """Fade one hand's vibration (0 left, 1 right)."""
+
+    hand: int
+
+
+@dataclass(frozen=True, slots=True)
+class SetGain:
+    """Set the vibration gain (0..1)."""
+
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class Heat:
+    """Drive the plate to `setpoint_c` for at most `ttl_s`."""
+
+    setpoint_c: float
+    ttl_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class RestPlate:
+    """Let the plate return to neutral."""
+
+
+@dataclass(frozen=True, slots=True)
+class HoldAtRest:
+    """Rest the outputs of this scope at once and hold them there."""
+
+    scope: Scope
+
+
+@dataclass(frozen=True, slots=True)
+class Watch:
+    """What this observer wants to see."""
+
+    kinds: frozenset[str]
+
+
+Action = Reply | LookAt | Feel | LetGo | SetGain | Heat | RestPlate | HoldAtRest | Watch

@@ -1,0 +1,133 @@
+"""What is known of each object, and what it was decided to be.
+
+Evidence is gathered in the ladder's order and only as far as needed: the scene's own statement, the
+name, the shader; the encoder's is added when a picture was looked at. Names are read on first need.
+The key None stands for what a region of the newest frame shows.
+"""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, field
+
+from hapticvlm import materials
+from hapticvlm.messages import MessageError, Scene, SceneObject
+from hapticvlm.recognition import ladder, names
+from hapticvlm.recognition.ladder import Evidence, Verdict
+
+MAX_OBJECTS = 4096
+MAX_VIEWS = 8  # views of one object fused at scene load; more add nothing (ml reference 4)
+
+Key = str | None
+
+
+@dataclass(slots=True)
+class _Known:
+    facts: SceneObject | None
+    stated: tuple[Evidence, ...] | None = None
+    views: list[Evidence] = field(default_factory=list)
+    seen: Evidence | None = None
+    verdict: Verdict | None = None
+
+
+class SceneObjects:
+    """The objects of one scene, bounded; the oldest undeclared one makes room."""
+
+    def __init__(self) -> None:
+        self._known: dict[Key, _Known] = {}
+
+    def declare(self, scene: Scene) -> None:
+        """Take in what the scene states; raises MessageError and changes nothing if wrong."""
+        for index, stated in enumerate(scene.objects):
+            _check_material(stated.material, f"$.objects[{index}].material")
+        if len(scene.objects) + (0 if scene.replace else len(self._known)) > 2 * MAX_OBJECTS:
+            text = f"more than {2 * MAX_OBJECTS} objects: send `replace` true with those in use"
+            raise MessageError("limit", text, path="$.objects")
+        if scene.replace:
+            self._known.clear()
+        for stated in scene.objects:
+            known = self._known.get(stated.object_id)
+            seen = known.seen if known else None
+            self._known[stated.object_id] = _Known(stated, seen=seen)
+
+    def facts(self, key: Key) -> SceneObject | None:
+        """Return what the scene stated of this object, if anything."""
+        known = self._known.get(key)
+        return known.facts if known else None
+
+    def is_decided(self, key: Key) -> bool:
+        """Tell whether a verdict on this object is at hand."""
+        known = self._known.get(key)
+        return known is not None and known.verdict is not None
+
+    def is_seen(self, key: Key) -> bool:
+        """Tell whether a picture of this object is remembered."""
+        known = self._known.get(key)
+        return known is not None and known.seen is not None
+
+    def verdict(self, key: Key) -> Verdict:
+        """Return what this object is, from the cache or from what is known so far."""
+        known = self._entry(key)
+        if known.verdict is None:
+            known.verdict = ladder.decide(self._evidence(key, known))
+        return known.verdict
+
+    def needs_look(self, key: Key) -> bool:
+        """Tell whether a picture of this object could still change its verdict."""
+        return not ladder.is_sure(self._stated(key, self._entry(key)))
+
+    def see(self, key: Key, evidence: Evidence, *, enrol: bool = False) -> Verdict:
+        """Take in what the encoder says of a new picture and return the verdict."""
+        known = self._entry(key)
+        if enrol:
+            known.views = [*known.views, evidence][-MAX_VIEWS:]
+            evidence = ladder.fuse(known.views)
+        known.seen = evidence
+        new = ladder.decide(self._evidence(key, known))
+        known.verdict = ladder.prefer(known.verdict, new)
+        return known.verdict
+
+    def _entry(self, key: Key) -> _Known:
+        if key not in self._known:
+            if len(self._known) >= 2 * MAX_OBJECTS:
+                undeclared = (k for k, known in self._known.items() if known.facts is None)
+                del self._known[next(undeclared, next(iter(self._known)))]
+            self._known[key] = _Known(None)
+        return self._known[key]
+
+    def _evidence(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
+        stated = self._stated(key, known)
+        return (*stated, known.seen) if known.seen else stated
+
+    def _stated(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
+        if known.stated is None:
+            known.stated = _gather(key, known.facts)
+        return known.stated
+
+
+def _gather(key: Key, facts: SceneObject | None) -> tuple[Evidence, ...]:
+    """Climb the rungs that need no picture and stop at the first that is sure."""
+    if facts and facts.material and facts.material != materials.UNKNOWN:
+        return (Evidence("scene", ((facts.material, 1.0),)),)
+    found: list[Evidence] = []
+    name = (facts.name if facts else None) or key
+    named = names.from_name(name) if name else None
+    if named:
+        found.append(named)
+    if facts and facts.shader and not ladder.is_sure(found):
+        shader = facts.shader
+        shaded = names.from_shader(
+            shader.metallic, shader.roughness, shader.transmission, shader.base_color
+        )
+        if shaded:
+            found.append(shaded)
+    return tuple(found)
+
+
+def _check_material(material: str | None, path: str) -> None:
+    if material is None or material in materials.MATERIALS or material == materials.UNKNOWN:
+        return
+    near = difflib.get_close_matches(material.lower(), materials.MATERIALS, n=1, cutoff=0.0)
+    known = ", ".join(materials.MATERIALS)
+    text = f"{path}: no material `{material[:40]}`; nearest is `{near[0]}`; known: {known}, unknown"
+    raise MessageError("message", text, path=path)

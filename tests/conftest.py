@@ -1,0 +1,95 @@
+"""What several test modules share: a running service and a raw MessagePack client."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import time
+import urllib.request
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+import msgpack
+import pytest
+from websockets.asyncio.client import ClientConnection
+from websockets.asyncio.client import connect as open_socket
+
+from hapticvlm.measure.service import Service, running
+
+Message = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def service() -> Iterator[Service]:
+    """A real service on simulated devices, shared by the tests of one module."""
+    with running() as service:
+        yield service
+
+
+class Peer:
+    """A scripted client: sends maps, sorts answers by id from events."""
+
+    def __init__(self, socket: ClientConnection, *, as_text: bool = False) -> None:
+        self.socket = socket
+        self.events: list[Message] = []
+        self.as_text = as_text
+        self._ids = itertools.count(1)
+
+    async def send(self, **message: Any) -> int:
+        message = {"id": next(self._ids), **message}
+        data = json.dumps(message) if self.as_text else msgpack.packb(message)
+        await self.socket.send(data)
+        return int(message["id"])
+
+    async def read(self) -> Message:
+        data = await self.socket.recv()
+        message: Message = json.loads(data) if isinstance(data, str) else msgpack.unpackb(data)
+        return message
+
+    async def ask(self, **message: Any) -> Message:
+        """Send and return the answer with the same id; keep events that come before it."""
+        id = await self.send(**message)
+        while (answer := await self.read())["id"] != id:
+            self.events.append(answer)
+        return answer
+
+    async def event(self, type: str, **wanted: Any) -> Message:
+        """Return the next event of this type with these values."""
+        while True:
+            for event in self.events:
+                if event["type"] == type and wanted.items() <= event.items():
+                    self.events.remove(event)
+                    return event
+            self.events.append(await self.read())
+
+    async def hello(self, role: str = "scene", **fields: Any) -> Message:
+        client = {"name": "test", "version": "1"}
+        protocol = {"major": 1, "minor": 0}
+        hello = {"type": "hello", "client": client, "protocol": protocol, "role": role}
+        return await self.ask(**{**hello, **fields})
+
+    async def touch(self, phase: str, object_id: str | None = None, **fields: Any) -> Message:
+        given = {"hand": "right", "speed_mps": 0.3, "force_n": 1.5, "captured_at": time.monotonic()}
+        target = {} if object_id is None else {"object_id": object_id}
+        return await self.ask(type="touch", phase=phase, **target, **{**given, **fields})
+
+    async def telemetry(self) -> Message:
+        """Return telemetry newer than this call."""
+        self.events = [event for event in self.events if event["type"] != "telemetry"]
+        return await self.event("telemetry")
+
+
+@asynccontextmanager
+async def peer(service: Service, *, as_text: bool = False, **options: Any) -> AsyncIterator[Peer]:
+    """Open a raw connection to the service, without hello."""
+    async with open_socket(
+        service.url, compression=None, proxy=None, ping_interval=None, max_size=None, **options
+    ) as socket:
+        yield Peer(socket, as_text=as_text)
+
+
+def status(service: Service) -> dict[str, Any]:
+    with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
+        found: dict[str, Any] = json.load(answer)
+    return found
