@@ -74,7 +74,7 @@ def run(data: Path | None, as_json: bool) -> int:
     named = {"measure": "encoder", "encoder": encoder.name, "machine": platform.machine()}
     figures = named | versions | {"sources": rows, "open_set": rejection, "latency_ms": costs}
     if not as_json:
-        _print_tables(rows, {"open set": rejection} | costs)
+        _print_tables(rows, {"open set": rejection, **costs})
     print(json.dumps(figures))
     return 0
 
@@ -211,7 +211,8 @@ def _histogram(crop: Crop) -> Floats:
     """Root of the 4 x 4 x 4 colour histogram under the mask: (64,) float32, unit norm."""
     cells = (crop.image[crop.mask > 0] // 64).astype(int) @ np.array((16, 4, 1))
     counts = np.bincount(cells, minlength=64)
-    return np.sqrt(counts / counts.sum()).astype(np.float32)
+    roots: Floats = np.sqrt(counts / counts.sum()).astype(np.float32)
+    return roots
 
 
 def _timed(stage: Callable[[], object]) -> dict[str, float]:

@@ -147,8 +147,9 @@ def _spread(item: Evidence, named: Sequence[str]) -> dict[str, float]:
     """Fill an evidence up to a distribution: what it leaves open goes evenly to the others."""
     beliefs = dict(item.beliefs)
     classes = _classes([*named, *beliefs])
-    rest = max(0.0, 1.0 - sum(beliefs.values())) / max(1, len(classes) - len(beliefs))
-    return {name: beliefs.get(name, rest) for name in classes}
+    others = [name for name in classes if name not in beliefs] or classes
+    rest = max(0.0, 1.0 - sum(beliefs.values())) / len(others)
+    return {name: beliefs.get(name, 0.0) + (rest if name in others else 0.0) for name in classes}
 
 
 def _classes(named: Sequence[str]) -> tuple[str, ...]:

@@ -1,0 +1,1 @@
+"""Making the shipped encoders; nothing of it is imported at run time."""

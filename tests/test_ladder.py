@@ -1,0 +1,173 @@
+"""The ladder: who is believed, when climbing stops, and what keeps a label from flickering."""
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hapticvlm import materials
+from hapticvlm.recognition.ladder import (
+    FLIP_MARGIN,
+    KNOWN,
+    SURE,
+    Evidence,
+    Rung,
+    Verdict,
+    decide,
+    fuse,
+    is_sure,
+    prefer,
+)
+
+
+def says(rung: Rung, **beliefs: float) -> Evidence:
+    ranked = sorted(beliefs.items(), key=lambda item: -item[1])
+    return Evidence(rung, tuple(ranked))
+
+
+WOOD_SURE = says("name", wood=0.93)
+METAL_SEEN = says("encoder", metal=0.7, glass=0.1)
+
+
+def test_nothing_known_is_unknown() -> None:
+    for evidence in ([], [Evidence("encoder", ())]):
+        verdict = decide(evidence)
+        assert verdict.material == materials.UNKNOWN
+        assert verdict.source == "unknown"
+        assert verdict.confidence == 0.0
+        assert verdict.runner_up is None
+        assert not is_sure(evidence)
+
+
+def test_the_scene_wins_outright_wherever_it_stands() -> None:
+    scene = says("scene", glass=1.0)
+    for evidence in itertools.permutations([scene, WOOD_SURE, METAL_SEEN]):
+        verdict = decide(evidence)
+        assert (verdict.material, verdict.confidence, verdict.source) == ("glass", 1.0, "scene")
+        assert is_sure(evidence)
+
+
+def test_a_scene_may_name_a_material_of_the_users_own() -> None:
+    verdict = decide([says("scene", obsidian=1.0)])
+    assert (verdict.material, verdict.source) == ("obsidian", "scene")
+
+
+def test_one_sure_rung_stops_and_cheaper_rungs_come_first() -> None:
+    assert is_sure([WOOD_SURE])
+    verdict = decide([says("encoder", metal=0.95), WOOD_SURE])
+    assert (verdict.material, verdict.source) == ("wood", "name")
+    assert verdict.confidence == pytest.approx(0.93)
+
+
+def test_a_doubtful_rung_does_not_stop_the_climb() -> None:
+    assert not is_sure([says("name", wood=SURE - 0.01)])
+
+
+def test_two_doubtful_rungs_that_agree_are_surer_than_either() -> None:
+    together = [says("name", wood=0.7), says("encoder", wood=0.6)]
+    assert decide(together).material == "wood"
+    assert decide(together).confidence > 0.9
+    assert is_sure(together)
+
+
+def test_rungs_that_disagree_alike_leave_it_unknown_with_a_best_guess() -> None:
+    verdict = decide([says("name", wood=0.6), says("encoder", metal=0.6)])
+    assert verdict.material == materials.UNKNOWN
+    assert verdict.source == "unknown"
+    assert verdict.confidence < KNOWN
+    assert verdict.runner_up in ("wood", "metal")
+
+
+def test_one_doubtful_rung_keeps_its_own_confidence() -> None:
+    verdict = decide([says("name", wood=0.72)])
+    assert (verdict.material, verdict.source) == ("wood", "name")
+    assert verdict.confidence == pytest.approx(0.72)
+
+
+def test_a_rung_of_little_mass_pulls_towards_nothing() -> None:
+    name = says("name", wood=0.72)
+    alone, beside = decide([name]), decide([name, says("encoder", metal=0.1, wood=0.09)])
+    assert beside.material == "wood"
+    assert beside.confidence == pytest.approx(alone.confidence, abs=0.05)
+
+
+def test_the_source_is_the_rung_that_speaks_most_for_the_answer() -> None:
+    evidence = [says("name", wood=0.3, metal=0.3), says("encoder", wood=0.75)]
+    assert decide(evidence).source == "encoder"
+
+
+def test_a_label_flips_only_with_a_margin() -> None:
+    wood = decide([says("encoder", wood=0.6)])
+    close = decide([says("encoder", metal=0.52, wood=0.45)])
+    clear = decide([says("encoder", metal=0.7, wood=0.2)])
+    assert close.material == clear.material == "metal"
+    kept = prefer(wood, close)
+    assert (kept.material, kept.runner_up) == ("wood", "metal")
+    assert kept.confidence == pytest.approx(0.45)
+    assert kept.evidence == close.evidence
+    assert prefer(wood, clear) is clear
+
+
+def test_flicker_around_the_known_threshold_is_held() -> None:
+    wood = decide([says("encoder", wood=0.55)])
+    weaker = decide([says("encoder", wood=KNOWN - 0.05)])
+    lost = decide([says("encoder", wood=KNOWN - FLIP_MARGIN - 0.05)])
+    assert weaker.material == materials.UNKNOWN
+    assert prefer(wood, weaker).material == "wood"
+    assert prefer(wood, lost).material == materials.UNKNOWN
+
+
+def test_an_alternating_encoder_does_not_flicker() -> None:
+    felt: Verdict | None = None
+    flips = 0
+    for step in range(40):
+        lead = 0.04 if step % 2 else -0.04
+        new = decide([says("encoder", wood=0.5 + lead, metal=0.5 - lead)])
+        chosen = prefer(felt, new)
+        flips += felt is not None and felt.material != chosen.material
+        felt = chosen
+    assert flips == 0
+
+
+def test_the_scene_and_the_first_answer_need_no_margin() -> None:
+    wood = decide([says("encoder", wood=0.95)])
+    scene = decide([says("scene", metal=1.0)])
+    unknown = decide([])
+    assert prefer(None, wood) is wood
+    assert prefer(wood, scene) is scene
+    assert prefer(unknown, wood) is wood
+
+
+def test_views_of_one_object_are_averaged() -> None:
+    fused = fuse([says("encoder", wood=0.8, metal=0.1), says("encoder", wood=0.4, glass=0.4)])
+    assert fused.rung == "encoder"
+    assert fused.material == "wood"
+    assert fused.confidence == pytest.approx(0.6)
+    assert sum(belief for _, belief in fused.beliefs) <= 1.0 + 1e-9
+
+
+def test_fusing_one_view_changes_nothing_and_none_says_nothing() -> None:
+    assert fuse([METAL_SEEN]) == METAL_SEEN
+    assert fuse([]) == Evidence("encoder", ())
+    assert fuse([Evidence("encoder", ())]).material is None
+
+
+@st.composite
+def evidences(draw: st.DrawFn) -> Evidence:
+    rung: Rung = draw(st.sampled_from(["name", "shader", "encoder", "vlm"]))
+    names = draw(st.lists(st.sampled_from(sorted(materials.MATERIALS)), unique=True, max_size=11))
+    raw = [draw(st.floats(0.001, 1.0)) for _ in names]
+    total = max(1.0, sum(raw))
+    return says(rung, **{name: p / total for name, p in zip(names, raw, strict=True)})
+
+
+@given(st.lists(evidences(), max_size=5))
+def test_any_evidence_gives_a_verdict_of_a_probability(evidence: list[Evidence]) -> None:
+    verdict = decide(evidence)
+    assert 0.0 <= verdict.confidence <= 1.0
+    assert verdict.material in (*materials.MATERIALS, materials.UNKNOWN)
+    assert verdict.runner_up != verdict.material
+    assert verdict == decide(evidence)
+    assert 0.0 <= fuse(evidence).confidence <= 1.0 + 1e-9
+    assert prefer(verdict, verdict) is verdict
