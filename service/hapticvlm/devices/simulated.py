@@ -31,7 +31,7 @@ AMBIENT_C, SINK_K_PER_W, CORE_C = 23.0, 2.0, 35.0
 _CELLS_M = 5e-5 * 1.55 ** np.arange(8.0)  # 2.9 mm in all: reproduces the reference's 2.3 and 2.4
 _LONGEST_STEP_S, _KELVIN = 0.01, 273.15
 
-HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # stuck on, neither passes 43 degC at 23 (reference 3.4)
+HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # heat stuck on stays below 43 degC at 23 (reference 3.4)
 _HEAT_GAINS, _COOL_GAINS = (1.5, 0.6), (2.5, 1.5)  # A/K and A/(K s)
 _TICK_S = 0.02
 _LONGEST_GAP_S = 5.0  # s of a longer silence are lived through, the rest is not

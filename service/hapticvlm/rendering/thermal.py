@@ -40,6 +40,7 @@ PLATE_TRIP_LOW_C = 13.0
 SKIN = Thermal(0.37, 1000, 3770)  # from memory; e 1181 is inside the published 1090-1281
 _SINK_WARM_C = 45.0  # degC, from here to the trip the coldest setpoint rises to neutral; our choice
 _LONGEST_SLEW_S = 0.1  # s, a stalled caller must not earn a jump of many degrees
+_NO_RESISTANCE = 1e-12  # m2 K/W, far below any contact; less would overflow the roots
 _NEARLY_EQUAL = 1e-6  # of the discriminant: two equal lump roots are split by this much
 
 Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
@@ -178,11 +179,11 @@ def _lump_share(contact: ThermalContact, thickness_m: float, elapsed_s: float) -
     if capacity <= 0.0:
         return 0.0
     root_s = math.sqrt(elapsed_s)
-    if contact.contact_resistance <= 0.0:
+    if contact.contact_resistance <= _NO_RESISTANCE:
         return float(erfcx(SKIN.effusivity / capacity * root_s))
     half_sum = 0.5 / (SKIN.effusivity * contact.contact_resistance)
     product = 1.0 / (contact.contact_resistance * capacity)
-    discriminant = 1.0 - product / half_sum**2
+    discriminant = 1.0 - 4.0 * SKIN.effusivity**2 * contact.contact_resistance / capacity
     if abs(discriminant) < _NEARLY_EQUAL:
         discriminant = _NEARLY_EQUAL
     larger = half_sum * (1.0 + cmath.sqrt(discriminant))
