@@ -171,7 +171,7 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
     from hapticvlm.messages import Device, Devices, Models
     from hapticvlm.recogniser import Recogniser, RecogniserSettings
     from hapticvlm.server.edge import Edge, Offer
-    from hapticvlm.server.gateway import Gateway
+    from hapticvlm.server.gateway import Gateway, ObserverLog
 
     loop = asyncio.get_running_loop()
     stopping = asyncio.Event()
@@ -180,6 +180,7 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
     recogniser = Recogniser(RecogniserSettings(options.encoder, options.gallery))
     plate = SimulatedPlate()
     gateway = Gateway(speaker, plate, recogniser)
+    logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))
     try:
         await asyncio.gather(
             asyncio.to_thread(speaker.start),

@@ -117,6 +117,7 @@ class Recogniser:
         self._answer: Callable[[Look], None] | None = None
         self.loaded = Loaded("none", "none")
         self.restarts = 0
+        self.busy_s = 0.0
 
     @property
     def pid(self) -> int | None:
@@ -163,6 +164,8 @@ class Recogniser:
 
     def done(self) -> None:
         """Say that the answer was taken: the next look may begin."""
+        if self._asked_at is not None:
+            self.busy_s += time.monotonic() - self._asked_at
         self._asked_at = None
 
     def supervise(self, now: float) -> str | None:

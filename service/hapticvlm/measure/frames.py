@@ -1,4 +1,4 @@
-"""The frame path under steady load: is every frame answered, and does memory stay flat?
+"""The frame path under steady load: whether every frame is answered and memory stays flat.
 
 Streams different 40 KB frames at 60 a second from a process of its own. The floor beside it is the
 recogniser's own work on one frame (decode, embed, match) without sockets or processes.
@@ -47,7 +47,7 @@ def run(*, seconds: float, as_json: bool) -> int:
             text=True,
         )
         memory = _watch_memory(load, service.process.pid)
-        frames: dict[str, Any] = json.loads(load.communicate()[0])
+        frames: dict[str, Any] = json.loads(load.communicate()[0].splitlines()[-1])
     answered = sum(frames["answers"].values())
     settled = memory[int(SETTLE_S / SAMPLE_S) :] or memory
     result = {
@@ -85,7 +85,7 @@ def _memory_mb(pid: int) -> float:
 
     gateway = psutil.Process(pid)
     family = [gateway, *gateway.children(recursive=True)]
-    return round(sum(process.memory_info().rss for process in family) / 2**20, 1)
+    return round(float(sum(process.memory_info().rss for process in family)) / 2**20, 1)
 
 
 def _floor_ms() -> dict[str, float]:

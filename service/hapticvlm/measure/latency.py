@@ -1,8 +1,9 @@
 """Touch round trip against a bare echo of the same bytes, same client, same load, same run.
 
-Touches of a known object and echoes take turns, 100 of each a second, while nothing else happens
-and while a second process streams 60 different frames a second; with normal and with real-time
-priority for service, echo and client alike. The answer to a touch is sent after its command is in
+Touches of a known object and echoes take turns, 100 of each a second: while nothing else happens,
+while a second process streams 60 different frames a second, and while it streams 240, so that the
+recogniser is never idle; with normal and with real-time priority, which service, echo and client
+have alike. The answer to a touch is sent after its command is in
 the audio ring; how long the command then waits for its first block is read from the engine.
 """
 
@@ -23,7 +24,7 @@ from typing import Any
 
 import msgpack
 import numpy as np
-import websockets
+import websockets.version
 from rich.console import Console
 from rich.table import Table
 from websockets.asyncio.client import ClientConnection
@@ -36,7 +37,10 @@ RATE_HZ = 100.0
 FRAME_RATE_HZ = 60.0
 FRAME_BYTES = 40_000
 WARM_UP = 100
+SETTLE_S = 0.5
+MARGIN_S = SETTLE_S + WARM_UP / RATE_HZ + 1.0
 CLIENT_PRIORITY = 5
+LOADS = {0: "idle", 1: "60 frames/s", 4: "4 x 60 frames/s"}  # scenes that stream frames
 BLOCK_MS = 128 / 48.0
 
 
@@ -50,6 +54,7 @@ class Row:
     load: float
     frames: dict[str, Any] | None
     command_wait_ms: dict[str, float]
+    recogniser_busy: float
 
     def summary(self) -> dict[str, Any]:
         """Return the figures of this row."""
@@ -65,6 +70,7 @@ class Row:
             "median_ratio": round(float(np.median(touch) / np.median(echo)), 2),
             "p99_ratio": round(float(touch_99 / echo_99), 2),
             "load": round(self.load, 2),
+            "recogniser_busy": round(self.recogniser_busy, 2),
             "frames": self.frames,
             "command_to_block_median": round(self.command_wait_ms["median"] / BLOCK_MS, 2),
             "command_to_block_p99": round(self.command_wait_ms["p99"] / BLOCK_MS, 2),
@@ -73,26 +79,28 @@ class Row:
 
 def run(*, seconds: float, as_json: bool) -> int:
     """Measure, print a table and, last, one JSON object."""
-    console = Console(quiet=as_json)
+    console = Console(quiet=as_json, width=150)
     rows = []
     for realtime in (False, True) if _may_take_priority() else (False,):
         priority = "real-time" if realtime else "normal"
-        with _priority(realtime), _echo(realtime) as port:
-            with running([] if realtime else ["--no-realtime"]) as service:
-                for frames in (False, True):
-                    name = f"{priority}, {'60 frames/s' if frames else 'idle'}"
-                    with console.status(f"{name}: {seconds:.0f} s"):
-                        rows.append(asyncio.run(_row(name, service, port, seconds, frames)))
+        arguments = [] if realtime else ["--no-realtime"]
+        with _priority(realtime), _echo(realtime) as port, running(arguments) as service:
+            for scenes, what in LOADS.items():
+                name = f"{priority}, {what}"
+                with console.status(f"{name}: {seconds:.0f} s"):
+                    rows.append(asyncio.run(_row(name, service, port, seconds, scenes)))
     summaries = [row.summary() for row in rows]
     console.print(_table(summaries))
-    if len(rows) < 4:
+    if len(rows) < 2 * len(LOADS):
         console.print("real-time priority is not permitted here: those rows are missing")
-    print(json.dumps({"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}))
+    print(
+        json.dumps({"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries})
+    )
     return 0
 
 
-async def _row(name: str, service: Service, echo: int, seconds: float, frames: bool) -> Row:
-    load = await _start_load(service.url, seconds + 2.0) if frames else None
+async def _row(name: str, service: Service, echo: int, seconds: float, scenes: int) -> Row:
+    load = await _start_load(service.url, seconds + MARGIN_S, scenes) if scenes else None
     async with (
         open_socket(service.url, compression=None, proxy=None, ping_interval=None) as touches,
         open_socket(
@@ -100,15 +108,19 @@ async def _row(name: str, service: Service, echo: int, seconds: float, frames: b
         ) as echoes,
     ):
         await _introduce(touches)
-        if load is not None:
-            await asyncio.sleep(1.5)  # pictures are made before the first is sent
+        if load is not None and load.stdout is not None:
+            await load.stdout.readline()
+            await asyncio.sleep(SETTLE_S)
+        started, busy_s = time.monotonic(), _status(service)["recogniser"]["busy_s"]
         touch_ms, echo_ms = await _take_turns(touches, echoes, seconds)
-        waits = _status(service)["speaker"]["command_wait_ms"]
+        status = _status(service)
+        busy = (status["recogniser"]["busy_s"] - busy_s) / (time.monotonic() - started)
+        waits = status["speaker"]["command_wait_ms"]
     result = None
     if load is not None:
         out, _ = await load.communicate()
         result = json.loads(out)
-    return Row(name, touch_ms, echo_ms, os.getloadavg()[0], result, waits)
+    return Row(name, touch_ms, echo_ms, os.getloadavg()[0], result, waits, busy)
 
 
 async def _take_turns(
@@ -166,10 +178,10 @@ async def _introduce(socket: ClientConnection) -> None:
         await _round_trip(socket, msgpack.packb(message), int(str(message["id"])))
 
 
-async def _start_load(url: str, seconds: float) -> asyncio.subprocess.Process:
+async def _start_load(url: str, seconds: float, scenes: int) -> asyncio.subprocess.Process:
     return await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "hapticvlm.measure.load", url),
-        *(str(FRAME_RATE_HZ), str(seconds), str(FRAME_BYTES)),
+        *(str(FRAME_RATE_HZ), str(seconds), str(FRAME_BYTES), str(scenes)),
         stdout=subprocess.PIPE,
     )
 
@@ -219,7 +231,7 @@ def _table(rows: list[dict[str, Any]]) -> Table:
     table = Table(title="touch round trip, ms (floor: bare websockets echo of the same bytes)")
     for column in ("condition", "n", "touch median / p99", "echo median / p99"):
         table.add_column(column)
-    for column in ("ratio median / p99", "command to block, blocks", "frames", "load"):
+    for column in ("ratio median / p99", "to block, blocks", "busy", "load", "frames"):
         table.add_column(column)
     for row in rows:
         table.add_row(
@@ -229,8 +241,9 @@ def _table(rows: list[dict[str, Any]]) -> Table:
             f"{row['echo_median_ms']:.3f} / {row['echo_p99_ms']:.3f}",
             f"{row['median_ratio']:.2f} / {row['p99_ratio']:.2f}",
             f"{row['command_to_block_median']:.2f} / {row['command_to_block_p99']:.2f}",
-            _frames(row["frames"]),
+            f"{row['recogniser_busy']:.0%}",
             f"{row['load']:.1f}",
+            _frames(row["frames"]),
         )
     return table
 
@@ -246,6 +259,6 @@ def _versions() -> dict[str, Any]:
     return {
         "hapticvlm": __version__,
         "python": platform.python_version(),
-        "websockets": websockets.__version__,
+        "websockets": websockets.version.version,
         "cpus": os.cpu_count(),
     }

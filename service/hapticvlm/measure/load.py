@@ -1,6 +1,7 @@
 """A scene that streams different frames at a fixed rate from a process of its own.
 
-`python -m hapticvlm.measure.load URL RATE SECONDS BYTES` prints one JSON object at the end.
+`python -m hapticvlm.measure.load URL RATE SECONDS BYTES [SCENES]` prints "streaming" when it begins
+and one JSON object at the end; with several scenes each streams at RATE.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import json
 import sys
 import time
 from collections import Counter
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -25,28 +27,25 @@ ANSWER_S = 10.0
 def pictures(count: int, size_bytes: int, seed: int = 0) -> list[bytes]:
     """Return `count` different 448 x 448 JPEGs of about `size_bytes` each."""
     rng = np.random.default_rng(seed)
-    return [_picture(rng, size_bytes) for _ in range(count)]
+    low, high = 0.0, 80.0
+    for _ in range(7):
+        grain = (low + high) / 2
+        low, high = (grain, high) if len(_picture(rng, grain)) < size_bytes else (low, grain)
+    return [_picture(rng, low) for _ in range(count)]
 
 
-def _picture(rng: np.random.Generator, size_bytes: int) -> bytes:
+def _picture(rng: np.random.Generator, grain: float) -> bytes:
     coarse = rng.integers(0, 255, (14, 14, 3), np.uint8)
     smooth = np.asarray(Image.fromarray(coarse).resize((SIDE, SIDE), Image.Resampling.BICUBIC))
-    grain = rng.normal(0.0, 1.0, (SIDE, SIDE, 1))
-    low, high = 0.0, 80.0
-    data = b""
-    for _ in range(7):
-        middle = (low + high) / 2
-        noisy = np.clip(smooth + middle * grain, 0, 255).astype(np.uint8)
-        buffer = io.BytesIO()
-        Image.fromarray(noisy).save(buffer, "JPEG", quality=75)
-        data = buffer.getvalue()
-        low, high = (middle, high) if len(data) < size_bytes else (low, middle)
-    return data
+    noise = rng.normal(0.0, 1.0, (SIDE, SIDE, 1))
+    buffer = io.BytesIO()
+    noisy = np.clip(smooth + grain * noise, 0, 255).astype(np.uint8)
+    Image.fromarray(noisy).save(buffer, "JPEG", quality=75)
+    return buffer.getvalue()
 
 
-async def send(url: str, rate: float, seconds: float, size_bytes: int) -> dict[str, object]:
+async def send(url: str, rate: float, seconds: float, frames: list[bytes]) -> dict[str, Any]:
     """Stream for `seconds`; return how many were sent and how each was answered."""
-    frames = pictures(DIFFERENT, size_bytes)
     answers: Counter[str] = Counter()
     ages: list[float] = []
     waiting: set[asyncio.Future[dict[str, object]]] = set()
@@ -94,6 +93,26 @@ async def send(url: str, rate: float, seconds: float, size_bytes: int) -> dict[s
     }
 
 
+async def send_all(
+    url: str, rate: float, seconds: float, size_bytes: int, scenes: int
+) -> dict[str, object]:
+    """Stream from several scenes at once; return the sums, and the first scene's ages."""
+    frames = pictures(DIFFERENT, size_bytes)
+    print("streaming", flush=True)
+    results = await asyncio.gather(*(send(url, rate, seconds, frames) for _ in range(scenes)))
+    answers: Counter[str] = Counter()
+    for result in results:
+        answers.update(result["answers"])
+    return {
+        **results[0],
+        "sent": sum(result["sent"] for result in results),
+        "answers": dict(answers),
+        "unanswered": sum(result["unanswered"] for result in results),
+    }
+
+
 if __name__ == "__main__":
-    result = asyncio.run(send(sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4])))
+    url, rate, seconds, size_bytes, *scenes = sys.argv[1:]
+    several = int(scenes[0]) if scenes else 1
+    result = asyncio.run(send_all(url, float(rate), float(seconds), int(size_bytes), several))
     print(json.dumps(result))

@@ -1,4 +1,4 @@
-"""Runs `hapticvlm serve` as its users do, in a process of its own, for measurements and the demo."""
+"""Runs `hapticvlm serve` as users do, in a process of its own, to measure or to demonstrate."""
 
 from __future__ import annotations
 

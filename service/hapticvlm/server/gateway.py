@@ -168,6 +168,7 @@ class Gateway:
                 "name": self._speaker.name,
                 "simulated": self._speaker.simulated,
                 "realtime": engine.realtime,
+                "level": engine.level,
                 "underruns": self._speaker.underruns,
                 "lost_commands": engine.lost,
                 "scrubbed": engine.scrubbed,
@@ -175,10 +176,19 @@ class Gateway:
                 "command_wait_ms": self._command_wait_ms(),
                 "pid": self._speaker.pid,
             },
+            "plate": {
+                "name": self._plate.name,
+                "simulated": self._plate.simulated,
+                "setpoint_c": self._reading.setpoint_c,
+                "plate_c": self._reading.plate_c,
+                "dose_cem43": self._reading.dose_cem43,
+                "heated_s": self._reading.heated_s,
+            },
+            "leases": self.owner.session.leases if self.owner else 0,
             "recogniser": {
                 "restarts": self._recogniser.restarts,
                 "pid": self._recogniser.pid,
-                "busy": self._recogniser.is_busy,
+                "busy_s": round(self._recogniser.busy_s, 3),
             },
         }
 
@@ -341,3 +351,15 @@ class Gateway:
     def _waveform(self) -> View:
         samples = self._speaker.waveform(VIEW_SAMPLES)[::VIEW_STEP]
         return View(id=0, kind="waveform", rate_hz=48_000 / VIEW_STEP, samples=samples.tolist())
+
+
+class ObserverLog(logging.Handler):
+    """Passes log lines to the observers that watch the log; used on the event loop's thread."""
+
+    def __init__(self, gateway: Gateway) -> None:
+        super().__init__()
+        self._gateway = gateway
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show one line."""
+        self._gateway.show_log(self.format(record))
