@@ -13,8 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Protocol
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,10 +95,10 @@ class LinearEncoder:
 def load_encoder(name: str | None = None) -> Encoder:
     """Load the shipped encoder (None, or its own name). Raises EncoderError."""
     try:
-        with np.load(SHIPPED, allow_pickle=False) as file:
+        with np.load(BytesIO(SHIPPED.read_bytes()), allow_pickle=False) as file:
             arrays = [file[key].astype(np.float32) for key in ("centre", "scale", "projection")]
             shipped = LinearEncoder(str(file["name"]), int(file["side"]), *arrays)
-    except (OSError, KeyError, ValueError) as error:
+    except (OSError, EOFError, KeyError, ValueError, TypeError, BadZipFile) as error:
         raise EncoderError(
             f"{SHIPPED.name} cannot be read ({error}); reinstall hapticvlm"
         ) from None

@@ -11,7 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,13 +103,13 @@ def load_gallery(path: Path | None = None, *, encoder: Encoder) -> Gallery:
     """Read a gallery (None: the shipped one). Raises GalleryError when made for another encoder."""
     path = path or SHIPPED
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as file:
             made_with = str(file["encoder"])
             names = tuple(str(name) for name in file["materials"])
             references = _unit(file["references"].astype(np.float32))
             labels = file["labels"].astype(np.int64)
             calibration = Calibration(*(float(number) for number in file["calibration"]))
-    except (OSError, KeyError, ValueError, TypeError) as error:
+    except (OSError, EOFError, KeyError, ValueError, TypeError, BadZipFile) as error:
         raise GalleryError(f"{path} is no gallery ({error}); make it again") from None
     if made_with != encoder.name:
         text = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
