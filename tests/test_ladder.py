@@ -53,6 +53,12 @@ def test_a_scene_may_name_a_material_of_the_users_own() -> None:
     assert (verdict.material, verdict.source) == ("obsidian", "scene")
 
 
+def test_the_scene_wins_also_when_it_is_in_doubt_itself() -> None:
+    evidence = [says("scene", glass=0.6), WOOD_SURE]
+    assert (decide(evidence).material, decide(evidence).source) == ("glass", "scene")
+    assert is_sure(evidence[:1])
+
+
 def test_one_sure_rung_stops_and_cheaper_rungs_come_first() -> None:
     assert is_sure([WOOD_SURE])
     verdict = decide([says("encoder", metal=0.95), WOOD_SURE])

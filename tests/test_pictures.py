@@ -186,9 +186,10 @@ def _png_of(chunks: list[tuple[bytes, bytes]]) -> bytes:
 
 
 def _two_headers() -> bytes:
+    """A sound PNG of 600 px whose first header claims 448."""
     small = struct.pack(">IIBBBBB", 448, 448, 8, 2, 0, 0, 0)
-    large = struct.pack(">IIBBBBB", 8000, 8000, 8, 2, 0, 0, 0)
-    body = zlib.compress(bytes(1000))
+    large = struct.pack(">IIBBBBB", 600, 600, 8, 2, 0, 0, 0)
+    body = zlib.compress(bytes(600 * (1 + 600 * 3)))
     return _png_of([(b"IHDR", small), (b"IHDR", large), (b"IDAT", body), (b"IEND", b"")])
 
 
@@ -285,6 +286,13 @@ def test_another_material_a_hand_and_the_dark_are_changes() -> None:
     dark = np.zeros((448, 448, 3), np.uint8)
     for other in (weave(2), hand, dark):
         assert has_changed(before, signature(crop(frame(jpeg(other)), 128)))
+
+
+def test_a_faint_spot_in_one_cell_is_a_change() -> None:
+    before = signature(crop(frame(jpeg(weave(1))), 128))
+    spot = weave(1)
+    spot[196:224, 196:224] += 32  # grey levels
+    assert has_changed(before, signature(crop(frame(jpeg(spot)), 128)))
 
 
 def test_a_moved_mask_is_a_change() -> None:
