@@ -34,7 +34,7 @@ IMPACTS = ("tap", "strike", "press")
 TEXTURES = ("slide", "carve", "swing")
 
 # Where no source is named a figure is our choice, to be tuned by hand on real speakers.
-_CONTACT_S = {"tap": 3.0e-3, "strike": 2.4e-3, "press": 4.0e-3}  # s, pulse length at 1 m/s
+_CONTACT_S = {"tap": 3.0e-3, "strike": 2.4e-3, "press": 6.0e-3}  # s, pulse length at 1 m/s
 _SHORTEST_S = 2.2e-3  # s, its spectrum ends at 2 / T = 910 Hz: nothing rings above the band
 _DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and damps the modes
 _IMPACT_LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
@@ -132,7 +132,7 @@ class Texture:
     def _wanted_level(self, stroke: Stroke) -> float:
         speed = stroke.speed_mps
         if self._interaction == "swing":
-            return 1.0 - math.exp(-((speed / _SWING_SPEED_MPS) ** 2))
+            return 1.0 - math.exp(-speed * speed / _SWING_SPEED_MPS**2)
         pressed = 0.3 + 0.7 * stroke.force_n / (stroke.force_n + _LIGHT_FORCE_N)
         moved = pressed * speed / (speed + _SLOW_SPEED_MPS)
         if self._interaction == "carve":

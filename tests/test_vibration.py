@@ -1,0 +1,253 @@
+"""Waveforms: in the band, from and to zero, joined across blocks, different for every material."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hapticvlm.materials import MATERIALS, Vibration
+from hapticvlm.perception import drive_threshold_db
+from hapticvlm.rendering.vibration import (
+    IMPACTS,
+    RATE_HZ,
+    TEXTURES,
+    Stroke,
+    Texture,
+    impact,
+)
+
+FOUR = ("wood", "glass", "fabric", "metal")
+WOOD = MATERIALS["wood"].vibration
+Wave = NDArray[np.float32]
+
+
+def rub(vibration: Vibration, interaction: str, stroke: Stroke, seconds: float = 1.0) -> Wave:
+    """A steady texture, (N,), after its glide-in."""
+    texture = Texture(vibration, interaction, seed=1)
+    texture.render(RATE_HZ // 5, stroke)
+    return texture.render(int(seconds * RATE_HZ), stroke)
+
+
+def power(wave: Wave) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Frequencies in Hz and power; what does not end by itself is seen through a Hann window."""
+    size = max(wave.size, RATE_HZ)
+    window = np.ones(wave.size) if wave[0] == 0.0 else np.hanning(wave.size)
+    spectrum = np.abs(np.fft.rfft(wave * window, size)) ** 2
+    return np.arange(float(spectrum.size)) * (RATE_HZ / size), np.asarray(spectrum)
+
+
+def share_db(wave: Wave, low_hz: float, high_hz: float = RATE_HZ) -> float:
+    frequency_hz, spectrum = power(wave)
+    inside = (frequency_hz >= low_hz) & (frequency_hz < high_hz)
+    return float(10 * np.log10(spectrum[inside].sum() / spectrum.sum() + 1e-30))
+
+
+def centroid_hz(wave: Wave) -> float:
+    frequency_hz, spectrum = power(wave)
+    return float((frequency_hz * spectrum).sum() / spectrum.sum())
+
+
+def rms(wave: Wave) -> float:
+    return float(np.sqrt(np.mean(np.square(wave, dtype=np.float64))))
+
+
+def felt_db(wave: Wave) -> float:
+    """Energy over the threshold of a palm on a speaker, in dB, computed by third of an octave."""
+    spectrum = np.abs(np.fft.rfft(wave, RATE_HZ)) ** 2
+    edges = 10.0 * 2.0 ** (np.arange(20) / 3.0)
+    total = 0.0
+    for low_hz, high_hz in itertools.pairwise(edges):
+        needed_db = drive_threshold_db(np.array([np.sqrt(low_hz * high_hz)]))[0]
+        total += spectrum[int(low_hz) : int(high_hz)].sum() * 10.0 ** (-needed_db / 10.0)
+    return float(10.0 * np.log10(total))
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("interaction", IMPACTS)
+@pytest.mark.parametrize("speed_mps", [0.0, 0.1, 1.0, 30.0])
+def test_an_impact_stays_in_range_and_begins_and_ends_at_nothing(
+    name: str, interaction: str, speed_mps: float
+) -> None:
+    for seed in (0, 7):
+        wave = impact(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 50.0), seed)
+
+        assert wave.dtype == np.float32
+        assert wave.ndim == 1
+        assert wave.size <= RATE_HZ // 2
+        assert np.abs(wave).max() <= 1.0
+        assert wave[0] == 0.0
+        assert abs(wave[-1]) < 1e-6
+        assert np.abs(np.diff(wave)).max() < 0.12
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("interaction", IMPACTS)
+def test_an_impact_has_nothing_above_the_band(name: str, interaction: str) -> None:
+    for speed_mps in (0.1, 1.0, 30.0):
+        wave = impact(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 5.0), 3)
+        assert share_db(wave, 1050.0) < -50.0
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("interaction", TEXTURES)
+def test_a_texture_keeps_inside_the_band(name: str, interaction: str) -> None:
+    for speed_mps in (0.02, 0.2, 2.0, 50.0):
+        wave = rub(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 2.0))
+        assert share_db(wave, 1050.0) < -50.0
+        assert share_db(wave, 0.0, 1.0) < -40.0
+        assert np.abs(wave).max() <= 1.5
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("interaction", IMPACTS)
+def test_a_faster_impact_is_stronger_and_brighter(name: str, interaction: str) -> None:
+    slow, middle, fast = (
+        impact(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 1.0), 3)
+        for speed_mps in (0.1, 0.5, 2.0)
+    )
+
+    assert rms(slow) < rms(middle) < rms(fast)
+    if len(MATERIALS[name].vibration.modes) > 1:
+        assert centroid_hz(slow) < centroid_hz(middle) < centroid_hz(fast)
+
+
+def test_a_harder_press_is_stronger_and_needs_no_speed() -> None:
+    soft, hard = (impact(WOOD, "press", Stroke(0.0, force_n), 3) for force_n in (0.5, 5.0))
+
+    assert 0.0 < rms(soft) < rms(hard)
+
+
+def test_the_materials_strike_about_equally_strong() -> None:
+    strengths = [
+        np.mean([felt_db(impact(m.vibration, "strike", Stroke(0.5, 1.0), s)) for s in range(5)])
+        for m in MATERIALS.values()
+    ]
+
+    assert np.ptp(strengths) < 3.0  # dB, about one step of amplitude discrimination
+
+
+def test_the_loudest_impact_uses_the_range_it_has() -> None:
+    peaks = [
+        np.abs(impact(m.vibration, "strike", Stroke(30.0, 1.0), 0)).max()
+        for m in MATERIALS.values()
+    ]
+
+    assert 0.75 < max(peaks) < 1.0
+
+
+def test_materials_differ_in_pitch_or_in_ring() -> None:
+    waves = {n: impact(MATERIALS[n].vibration, "strike", Stroke(1.0, 1.0), 0) for n in FOUR}
+
+    def ring_s(wave: Wave) -> float:
+        energy = np.cumsum(np.square(wave, dtype=np.float64))
+        return float(np.searchsorted(energy, 0.9 * energy[-1])) / RATE_HZ
+
+    for one, other in itertools.combinations(FOUR, 2):
+        pitch = abs(np.log2(centroid_hz(waves[one]) / centroid_hz(waves[other])))
+        ring = abs(np.log2(ring_s(waves[one]) / ring_s(waves[other])))
+        assert pitch > np.log2(1.3) or ring > 1.0, (one, other)
+
+
+def test_each_material_rubs_at_its_own_pitch() -> None:
+    for name in FOUR:
+        vibration = MATERIALS[name].vibration
+        wave = rub(vibration, "slide", Stroke(0.2, 1.0), 4.0)
+        assert centroid_hz(wave) == pytest.approx(0.2 / vibration.pitch_m, rel=0.1)
+
+
+def test_the_pitch_of_rubbing_stops_at_its_limits() -> None:
+    glass = MATERIALS["glass"].vibration
+
+    assert centroid_hz(rub(glass, "slide", Stroke(5.0, 1.0))) == pytest.approx(800.0, rel=0.05)
+    assert centroid_hz(rub(glass, "slide", Stroke(0.001, 1.0), 4.0)) == pytest.approx(20.0, rel=0.1)
+
+
+@pytest.mark.parametrize("interaction", TEXTURES)
+@pytest.mark.parametrize("name", FOUR)
+def test_a_faster_stroke_is_stronger(name: str, interaction: str) -> None:
+    levels = [
+        rms(rub(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 1.0), 4.0))
+        for speed_mps in (0.02, 0.1, 0.5, 3.0)
+    ]
+
+    assert levels == sorted(levels)
+    assert levels[0] < 0.8 * levels[-1]
+
+
+@pytest.mark.parametrize("interaction", ["slide", "carve"])
+def test_a_harder_stroke_is_stronger(interaction: str) -> None:
+    light, hard = (rms(rub(WOOD, interaction, Stroke(0.2, f), 2.0)) for f in (0.2, 4.0))
+
+    assert hard > 1.3 * light
+
+
+@pytest.mark.parametrize("interaction", TEXTURES)
+def test_a_still_hand_feels_no_texture(interaction: str) -> None:
+    still = Texture(WOOD, interaction, seed=1)
+    assert not still.render(4800, Stroke(0.0, 3.0)).any()
+
+    stopping = Texture(WOOD, interaction, seed=1)
+    stopping.render(4800, Stroke(1.0, 3.0))
+    stopping.render(9600, Stroke(0.0, 3.0))
+    assert not stopping.render(4800, Stroke(0.0, 3.0)).any()
+
+
+@pytest.mark.parametrize("interaction", TEXTURES)
+def test_blocks_of_any_size_join_into_the_same_wave(interaction: str) -> None:
+    strokes = (Stroke(0.1, 1.0), Stroke(1.5, 3.0), Stroke(0.0, 1.0), Stroke(0.4, 0.2))
+    whole, cut = Texture(WOOD, interaction, seed=5), Texture(WOOD, interaction, seed=5)
+    sizes = itertools.cycle((1, 128, 37, 64, 512, 0, 255))
+
+    for stroke in strokes:
+        expected = whole.render(9600, stroke)
+        blocks, left = [], 9600
+        while left:
+            size = min(next(sizes), left)
+            blocks.append(cut.render(size, stroke))
+            left -= size
+        assert np.allclose(np.concatenate(blocks), expected, atol=2e-6)
+
+
+@pytest.mark.parametrize("interaction", TEXTURES)
+def test_a_changed_stroke_makes_no_click(interaction: str) -> None:
+    texture = Texture(WOOD, interaction, seed=5)
+    strokes = (Stroke(0.1, 1.0), Stroke(2.0, 5.0), Stroke(0.0, 0.0), Stroke(1.0, 1.0))
+    wave = np.concatenate([texture.render(4800, stroke) for stroke in strokes * 5])
+
+    assert share_db(wave, 1050.0) < -50.0
+
+
+def test_carving_breaks_fibres_ten_to_sixty_times_a_second() -> None:
+    for speed_mps, rate_hz in ((0.001, 10.0), (0.1, 25.0), (10.0, 60.0)):
+        texture = Texture(WOOD, "carve", seed=2)
+        starts, before = 0, texture._to_break
+        for _ in range(4000):
+            texture.render(128, Stroke(speed_mps, 1.0))
+            starts += texture._to_break > before
+            before = texture._to_break
+        assert starts / (4000 * 128 / RATE_HZ) == pytest.approx(rate_hz, rel=0.1)
+
+
+def test_a_seed_decides_everything() -> None:
+    stroke = Stroke(0.7, 1.0)
+
+    assert np.array_equal(impact(WOOD, "tap", stroke, 4), impact(WOOD, "tap", stroke, 4))
+    assert not np.array_equal(impact(WOOD, "tap", stroke, 4), impact(WOOD, "tap", stroke, 5))
+    for interaction in TEXTURES:
+        one, same, other = (Texture(WOOD, interaction, seed) for seed in (4, 4, 5))
+        first = one.render(2000, stroke)
+        assert np.array_equal(first, same.render(2000, stroke))
+        assert not np.array_equal(first, other.render(2000, stroke))
+
+
+def test_another_sample_rate_keeps_the_pitch() -> None:
+    waves = [impact(WOOD, "strike", Stroke(1.0, 1.0), 0, rate_hz) for rate_hz in (48_000, 44_100)]
+    peaks_hz = [
+        np.argmax(np.abs(np.fft.rfft(wave, rate_hz)))
+        for wave, rate_hz in zip(waves, (48_000, 44_100), strict=True)
+    ]
+
+    assert abs(int(peaks_hz[0]) - int(peaks_hz[1])) <= 1

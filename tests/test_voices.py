@@ -1,0 +1,364 @@
+"""The mixer: both hands, leases, fades, bounds and what it refuses to let out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hapticvlm.materials import MATERIALS, Vibration
+from hapticvlm.rendering import vibration
+from hapticvlm.rendering.vibration import RATE_HZ, Stroke
+from hapticvlm.rendering.voices import Command, Voices
+
+BLOCK = 128
+BLOCK_S = BLOCK / RATE_HZ
+SILENT_S = 0.020
+Wave = NDArray[np.float32]
+
+SLIDE = Command(
+    hand=0,
+    material="wood",
+    interaction="slide",
+    onset=False,
+    stroke=Stroke(0.3, 2.0),
+    seed=1,
+    expires_at=100.0,
+)
+STRIKE = replace(SLIDE, interaction="strike", onset=True, stroke=Stroke(1.0, 1.0))
+
+
+def listen(voices: Voices, seconds: float, now: float = 0.0, block: int = BLOCK) -> Wave:
+    """Render block by block from `now` on, (N,)."""
+    starts = range(0, round(seconds * RATE_HZ), block)
+    return np.concatenate([voices.render(block, now + start / RATE_HZ) for start in starts])
+
+
+def rms(wave: Wave) -> float:
+    return float(np.sqrt(np.mean(np.square(wave, dtype=np.float64))))
+
+
+def above_band_db(wave: Wave) -> float:
+    spectrum = np.abs(np.fft.rfft(wave * np.hanning(wave.size))) ** 2
+    frequency_hz = np.arange(float(spectrum.size)) * (RATE_HZ / wave.size)
+    return float(10 * np.log10(spectrum[frequency_hz > 1050].sum() / spectrum.sum()))
+
+
+def test_nothing_commanded_is_silence() -> None:
+    voices = Voices()
+
+    assert not listen(voices, 0.1).any()
+    assert voices.level == 0.0
+    assert voices.render(0, 0.0).shape == (0,)
+
+
+def test_an_impact_begins_with_the_next_block() -> None:
+    voices = Voices()
+    voices.obey(STRIKE)
+    block = voices.render(BLOCK, 0.0)
+
+    expected = vibration.impact(MATERIALS["wood"].vibration, "strike", STRIKE.stroke, STRIKE.seed)
+    assert np.allclose(block, expected[:BLOCK], atol=1e-6)
+    assert voices.level == pytest.approx(rms(block), rel=1e-4)
+
+
+def test_an_impact_rings_once_and_leaves_no_texture() -> None:
+    voices = Voices()
+    voices.obey(STRIKE)
+
+    assert rms(listen(voices, 0.2)) > 0.01
+    assert not listen(voices, 0.2, now=0.2).any()
+
+
+def test_sliding_on_sustains_a_texture() -> None:
+    voices = Voices()
+    voices.obey(SLIDE)
+    listen(voices, 0.1)
+
+    assert rms(listen(voices, 1.0, now=0.1)) > 0.03
+
+
+def test_an_impact_word_without_an_onset_updates_the_texture() -> None:
+    one, other = Voices(), Voices()
+    one.obey(SLIDE)
+    other.obey(replace(SLIDE, interaction="strike"))
+
+    assert np.array_equal(listen(one, 0.2), listen(other, 0.2))
+
+
+def test_a_stroke_update_keeps_the_same_texture_going() -> None:
+    voices = Voices()
+    voices.obey(SLIDE)
+    slow = listen(voices, 0.5)
+    voices.obey(replace(SLIDE, seed=99, stroke=Stroke(1.0, 4.0)))
+    fast = listen(voices, 0.5, now=0.5)
+
+    assert rms(fast) > 1.2 * rms(slow)
+    assert above_band_db(np.concatenate((slow, fast))) < -50.0
+
+
+@pytest.mark.parametrize("block", [64, 128, 256, 512, 1024, 4096])
+@pytest.mark.parametrize("command", [SLIDE, replace(STRIKE, material="metal")])
+def test_a_lapsed_lease_is_silent_within_20_ms(command: Command, block: int) -> None:
+    voices = Voices()
+    voices.obey(replace(command, expires_at=0.1))
+    wave = listen(voices, 0.4, block=block)
+
+    assert rms(wave[: round(0.1 * RATE_HZ)]) > 0.005
+    assert np.abs(wave[round(0.08 * RATE_HZ) : round(0.1 * RATE_HZ)]).max() > 0.0
+    assert not wave[round((0.1 + SILENT_S) * RATE_HZ) :].any()
+    assert above_band_db(wave) < -50.0
+
+
+def test_a_renewed_lease_sounds_on() -> None:
+    voices = Voices()
+    wave = np.zeros(0, np.float32)
+    for tenth in range(10):
+        voices.obey(replace(SLIDE, expires_at=tenth / 10 + 0.25))
+        wave = listen(voices, 0.1, now=tenth / 10)
+
+    assert rms(wave) > 0.03
+
+
+def test_a_command_that_arrives_after_its_end_never_sounds() -> None:
+    for expires_at in (0.9, -math.inf, math.nan):
+        voices = Voices()
+        voices.obey(replace(STRIKE, expires_at=expires_at))
+        voices.obey(replace(SLIDE, hand=1, expires_at=expires_at))
+        assert not listen(voices, 0.2, now=1.0).any()
+
+
+def test_release_fades_one_hand_and_leaves_the_other() -> None:
+    voices = Voices()
+    voices.obey(SLIDE)
+    voices.obey(replace(SLIDE, hand=1, material="glass"))
+    listen(voices, 0.3)
+    voices.release(0)
+    listen(voices, SILENT_S, now=0.3)
+    left_out = listen(voices, 0.3, now=0.32)
+    voices.release(1)
+    listen(voices, SILENT_S, now=0.62)
+
+    assert rms(left_out) > 0.01
+    assert not listen(voices, 0.1, now=0.64).any()
+
+
+def test_rest_fades_everything_without_a_click() -> None:
+    voices = Voices()
+    voices.obey(SLIDE)
+    voices.obey(replace(STRIKE, hand=1, material="glass"))
+    before = listen(voices, 0.05)
+    voices.rest()
+    after = listen(voices, 0.2, now=0.05)
+
+    assert rms(before) > 0.05
+    assert not after[round(SILENT_S * RATE_HZ) :].any()
+    assert above_band_db(np.concatenate((before, after))) < -45.0
+
+
+def test_a_hand_can_touch_again_after_its_release() -> None:
+    voices = Voices()
+    voices.obey(SLIDE)
+    listen(voices, 0.1)
+    voices.release(0)
+    listen(voices, 0.005, now=0.1)
+    voices.obey(SLIDE)
+    listen(voices, 0.05, now=0.105)
+
+    assert rms(listen(voices, 0.3, now=0.155)) > 0.03
+
+
+def test_both_hands_add_up() -> None:
+    left, right, both = Voices(), Voices(), Voices()
+    other = replace(SLIDE, hand=1, material="glass", interaction="carve", seed=7)
+    left.obey(SLIDE)
+    right.obey(other)
+    both.obey(SLIDE)
+    both.obey(other)
+    alone = listen(left, 0.5) + listen(right, 0.5)
+
+    quiet = np.abs(alone) < 0.8
+    assert quiet.mean() > 0.95
+    assert np.allclose(listen(both, 0.5)[quiet], alone[quiet], atol=1e-5)
+
+
+def test_another_material_cross_fades_without_click_or_hole() -> None:
+    voices = Voices()
+    voices.obey(SLIDE)
+    before = listen(voices, 0.3)
+    voices.obey(replace(SLIDE, material="metal"))
+    after = listen(voices, 0.3, now=0.3)
+    wave = np.concatenate((before, after))
+
+    assert above_band_db(wave) < -50.0
+    assert rms(after[: round(0.02 * RATE_HZ)]) > 0.2 * rms(before)
+    fresh = Voices()
+    fresh.obey(replace(SLIDE, material="metal"))
+    listen(fresh, 0.3)
+    assert rms(after[-4800:]) == pytest.approx(rms(listen(fresh, 0.1, now=0.3)), rel=0.5)
+
+
+@pytest.mark.parametrize("material", [None, "unobtainium"])
+def test_an_unknown_material_is_nothing_to_feel(material: str | None) -> None:
+    voices = Voices()
+    voices.obey(SLIDE)
+    listen(voices, 0.1)
+    voices.obey(replace(STRIKE, material=material))
+    listen(voices, SILENT_S, now=0.1)
+
+    assert not listen(voices, 0.2, now=0.12).any()
+
+
+def test_a_swing_needs_no_contact_and_makes_no_impact() -> None:
+    swing = replace(SLIDE, interaction="swing", stroke=Stroke(3.0, 0.0))
+    plain, onset = Voices(), Voices()
+    plain.obey(swing)
+    onset.obey(replace(swing, onset=True))
+
+    assert np.array_equal(listen(plain, 0.2), listen(onset, 0.2))
+    assert rms(listen(plain, 0.2, now=0.2)) > 0.02
+
+
+def test_a_slide_that_begins_a_contact_taps_first() -> None:
+    voices = Voices()
+    voices.obey(replace(SLIDE, onset=True))
+    tap = vibration.impact(MATERIALS["wood"].vibration, "tap", SLIDE.stroke, SLIDE.seed)
+
+    first = voices.render(BLOCK, 0.0)
+    assert np.abs(first).max() > 0.5 * np.abs(tap[:BLOCK]).max()
+    listen(voices, 0.3, now=BLOCK_S)
+    assert rms(listen(voices, 0.3, now=0.31)) > 0.03
+
+
+def test_a_new_impact_ends_the_texture_of_the_old_contact() -> None:
+    voices = Voices()
+    voices.obey(SLIDE)
+    listen(voices, 0.2)
+    voices.obey(replace(STRIKE, material="fabric"))
+    listen(voices, 0.15, now=0.2)
+
+    assert not listen(voices, 0.2, now=0.35).any()
+
+
+def test_a_drum_roll_stays_bounded_and_is_counted() -> None:
+    voices = Voices()
+    for seed in range(40):
+        voices.obey(replace(STRIKE, material="metal", seed=seed))
+    wave = voices.render(BLOCK, 0.0)
+
+    assert voices.dropped == 32
+    assert np.abs(wave).max() <= 1.0
+
+
+def test_a_hand_that_flickers_between_materials_settles_on_the_last() -> None:
+    voices = Voices()
+    names = list(MATERIALS)
+    for step in range(60):
+        voices.obey(replace(SLIDE, material=names[step % len(names)], seed=step))
+        voices.render(BLOCK, step * BLOCK_S)
+        assert len(voices._hands[0].voices) <= 3
+    voices.obey(replace(SLIDE, material="glass"))
+    listen(voices, 0.1, now=60 * BLOCK_S)
+
+    assert [voice.key for voice in voices._hands[0].voices] == [("glass", "slide")]
+
+
+def test_the_limiter_keeps_a_crowd_inside_the_range() -> None:
+    voices = Voices()
+    for seed in range(4):
+        for hand in (0, 1):
+            voices.obey(
+                replace(STRIKE, hand=hand, material="glass", seed=seed, stroke=Stroke(20.0, 9.0))
+            )
+    wave = listen(voices, 0.3)
+
+    assert 0.9 < np.abs(wave).max() <= 1.0
+    assert np.abs(np.diff(wave)).max() < 0.5
+
+
+def test_the_limiter_leaves_what_fits_alone() -> None:
+    voices = Voices()
+    voices.obey(STRIKE)
+    wave = listen(voices, 0.02)
+    expected = vibration.impact(MATERIALS["wood"].vibration, "strike", STRIKE.stroke, STRIKE.seed)
+
+    assert np.abs(wave).max() < 0.8
+    assert np.allclose(wave, expected[: wave.size], atol=1e-6)
+
+
+@pytest.mark.parametrize("bad", [Stroke(math.nan, 1.0), Stroke(1.0, math.inf)])
+def test_a_stroke_that_is_no_number_is_refused_and_counted(bad: Stroke) -> None:
+    voices = Voices()
+    voices.obey(replace(STRIKE, stroke=bad))
+
+    assert voices.scrubbed == 1
+    assert not listen(voices, 0.1).any()
+
+
+def test_a_voice_that_turns_to_nan_is_dropped_and_the_rest_sounds_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def broken(*_: object) -> Wave:
+        return np.full(4800, np.nan, np.float32)
+
+    voices, healthy = Voices(), Voices()
+    voices.obey(replace(SLIDE, hand=1))
+    healthy.obey(replace(SLIDE, hand=1))
+    monkeypatch.setattr(vibration, "impact", broken)
+    voices.obey(STRIKE)
+    wave = listen(voices, 0.2)
+
+    assert voices.scrubbed == 1
+    assert np.isfinite(wave).all()
+    assert np.array_equal(wave, listen(healthy, 0.2))
+
+
+def test_a_texture_that_turns_to_nan_is_dropped_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_: object, count: int, __: Stroke) -> Wave:
+        return np.full(count, np.nan, np.float32)
+
+    voices = Voices()
+    monkeypatch.setattr(vibration.Texture, "render", broken)
+    voices.obey(SLIDE)
+
+    assert not listen(voices, 0.2).any()
+    assert voices.scrubbed == 1
+
+
+def test_gain_scales_and_glides() -> None:
+    full, half = Voices(), Voices(gain=0.5)
+    full.obey(SLIDE)
+    half.obey(SLIDE)
+    loud, soft = listen(full, 0.3), listen(half, 0.3)
+    assert np.allclose(soft, 0.5 * loud, atol=1e-6)
+
+    full.gain = 0.0
+    fading = listen(full, 0.1, now=0.3)
+    assert not fading[round(SILENT_S * RATE_HZ) :].any()
+    assert above_band_db(np.concatenate((loud, fading))) < -50.0
+
+
+@pytest.mark.parametrize("interaction", ["slide", "carve", "swing"])
+def test_huge_movements_stay_finite(interaction: str) -> None:
+    voices = Voices()
+    voices.obey(replace(SLIDE, interaction=interaction, stroke=Stroke(1e300, 1e300)))
+    voices.obey(replace(STRIKE, hand=1, stroke=Stroke(1e300, 1e300)))
+    wave = listen(voices, 0.1)
+
+    assert np.isfinite(wave).all()
+    assert np.abs(wave).max() <= 1.0
+    assert voices.scrubbed == 0
+
+
+def test_every_material_and_interaction_can_be_felt() -> None:
+    for name in MATERIALS:
+        assert isinstance(MATERIALS[name].vibration, Vibration)
+        for interaction in ("tap", "strike", "press", "slide", "carve", "swing"):
+            voices = Voices()
+            voices.obey(
+                replace(STRIKE, material=name, interaction=interaction, stroke=Stroke(2.0, 2.0))
+            )
+            assert rms(listen(voices, 0.1)) > 0.005, (name, interaction)
