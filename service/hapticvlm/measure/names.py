@@ -1,9 +1,10 @@
 """How far names carry: coverage, accuracy, calibration and confusion of `recognition.names`.
 
-Held back: the word lists were committed before any name of pbr, ambientcg_tiles or pb_renders was
-read; those of models and caltech101 were known to their author. Textures are numbered variants of
-few words, so every figure is also given over distinct words ("Wood001" and "Wood002" count once);
-and their labels were made from their names, so they test spelling more than judgement.
+Held back: the word lists were committed before the names of pbr, ambientcg_tiles and pb_renders
+were read, but for a first glance ("Wood001", "aluminum", "beryllium"); those of models and
+caltech101 were known to their author. Textures are numbered variants of few words, so every figure
+is also given over distinct words ("Wood001" and "Wood002" count once); and their labels were made
+from their names, so they test spelling more than judgement.
 """
 
 from __future__ import annotations

@@ -74,8 +74,8 @@ def from_shader(
     metal: it says nothing.
     """
     if (transmission or 0.0) >= TRANSMISSIVE and (metallic or 0.0) < METALLIC:
-        clear = {"glass": 0.8, "plastic": 0.1}
-        frosted = {"glass": 0.6, "plastic": 0.2}
+        clear = {"glass": 0.75, "plastic": 0.15}  # not sure by itself: acrylic and water are clear
+        frosted = {"glass": 0.55, "plastic": 0.3}
         return _evidence("shader", frosted if (roughness or 0.0) > 0.3 else clear)
     if metallic is None or (metallic == 1.0 and roughness in (None, 1.0)):
         return None
