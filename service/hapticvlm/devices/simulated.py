@@ -94,9 +94,11 @@ class Plant:
         source = self._source.copy()
         source[0] += joule - pumped * _KELVIN
         source[1] += joule + pumped * _KELVIN
-        onwards = np.linalg.inv(system)
-        for _ in range(count):
-            self._state_c = onwards @ (stored * self._state_c + source)
+        inverse, size = np.linalg.inv(system), len(source)
+        onwards = np.eye(size + 1)
+        onwards[:size, :size], onwards[:size, size] = inverse * stored, inverse @ source
+        onwards = np.linalg.matrix_power(onwards, count)
+        self._state_c = onwards[:size, :size] @ self._state_c + onwards[:size, size]
 
 
 class SimulatedPlate:
@@ -140,12 +142,9 @@ class SimulatedPlate:
         elapsed_s = 0.0 if self._now is None else now - self._now
         if math.isfinite(now):
             self._now = now
-        if not elapsed_s >= 0.0:
+        if not 0.0 <= elapsed_s <= _LONGEST_GAP_S:
             self._lapse()
-            elapsed_s = 0.0
-        if elapsed_s > _LONGEST_GAP_S:
-            self._lapse()
-            elapsed_s = _LONGEST_GAP_S
+            elapsed_s = _LONGEST_GAP_S if elapsed_s > 0.0 else 0.0
         ticks = math.ceil(elapsed_s / _TICK_S - 1e-6)
         for _ in range(ticks):
             self._tick(elapsed_s / ticks)
