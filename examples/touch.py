@@ -36,6 +36,8 @@ async def main(url: str = "ws://127.0.0.1:8790/") -> None:
                         f"({answer['confidence']:.0%}, from its {answer['source']}), "
                         f"plate to {answer['setpoint_c']:.1f} degC"
                     )
+                if answer["type"] == "error":
+                    raise SystemExit(f"refused: {answer['text']}")
                 if answer["id"] == id:
                     return answer
 

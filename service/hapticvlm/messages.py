@@ -351,7 +351,7 @@ def decode(data: bytes | str) -> ClientMessage:
         text = f"not a {kind} map: {error}; send one {kind} map per WebSocket message"
         raise MessageError("message", text) from None
     if isinstance(data, str) and isinstance(message, Frame):
-        text = "frames are binary: send them as MessagePack, text messages carry no images"
+        text = "$.image: text messages carry no images; send frames as MessagePack"
         raise MessageError("message", text, path="$.image", id=message.id)
     return message
 

@@ -88,13 +88,11 @@ def run(
     try:
         capture = read(path)
         return asyncio.run(_run(capture, url, console, token, fast, with_masks, as_json))
-    except (CaptureError, Refused, ConnectionError) as error:
+    except (CaptureError, Refused) as error:
         print(f"hapticvlm stream: {error}", file=sys.stderr)
     except OSError as error:
-        print(
-            f"hapticvlm stream: no service at {url} ({error}); start one with `hapticvlm serve`",
-            file=sys.stderr,
-        )
+        hint = "start a service with `hapticvlm serve`"
+        print(f"hapticvlm stream: {url}: {error}; {hint}", file=sys.stderr)
     return 2
 
 

@@ -55,7 +55,8 @@ def running(arguments: Sequence[str] = ()) -> Iterator[Service]:
     )
     service = Service(process, "", 0.0)
     ready = threading.Event()
-    threading.Thread(target=_read, args=(service, ready), daemon=True).start()
+    reader = threading.Thread(target=_read, args=(service, ready), daemon=True)
+    reader.start()
     try:
         if not ready.wait(READY_S) or not service.url:
             raise ServiceError("".join(service.said) or "the service said nothing")
@@ -63,6 +64,7 @@ def running(arguments: Sequence[str] = ()) -> Iterator[Service]:
         yield service
     finally:
         service.stop()
+        reader.join(5.0)
 
 
 def _read(service: Service, ready: threading.Event) -> None:
@@ -76,3 +78,4 @@ def _read(service: Service, ready: threading.Event) -> None:
                 service.url = found.group(1)
                 ready.set()
     ready.set()
+    service.process.stdout.close()

@@ -122,10 +122,8 @@ class Edge:
             connection = await self._welcome(socket)
             if connection is not None:
                 await self._converse(socket, connection)
-        except ConnectionClosed:
-            pass
-        finally:
-            if socket.close_code == TOO_BIG:
+        except ConnectionClosed as closed:
+            if closed.sent is not None and closed.sent.code == TOO_BIG:
                 self._gateway.counts["closed: message too big"] += 1
 
     async def _welcome(self, socket: ServerConnection) -> Connection | None:

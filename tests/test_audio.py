@@ -1,0 +1,117 @@
+"""The ring and the audio engine: commands in, sound out, nothing late and nothing half."""
+
+import time
+
+import numpy as np
+import pytest
+import soundfile
+
+from hapticvlm.devices.audio import AudioSettings, Engine
+from hapticvlm.devices.peltier import DeviceError
+from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, Gain, LetGo, RestAll, Ring
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.rendering.vibration import RATE_HZ, Stroke
+from hapticvlm.rendering.voices import Command
+
+BLOCK = 128
+
+
+def command(**fields):
+    given = {"hand": 1, "material": "wood", "interaction": "strike", "onset": True}
+    given |= {"stroke": Stroke(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + 0.25}
+    return Command(**{**given, **fields})
+
+
+def test_what_is_put_into_the_ring_comes_out_the_same_and_once():
+    ring = Ring.create()
+    orders = [command(), command(material=None, onset=False), LetGo(0), RestAll(), Gain(0.25)]
+    for order in orders:
+        ring.put(order, 1.0)
+    taken = list(ring.take(0))
+    assert [number for number, _, _ in taken] == [1, 2, 3, 4, 5]
+    assert [order for _, _, order in taken] == [
+        pytest.approx(order) if isinstance(order, Gain) else order for order in orders
+    ]
+    assert list(ring.take(5)) == []
+
+
+def test_a_reader_a_whole_ring_behind_is_told_what_it_lost():
+    ring = Ring.create()
+    for number in range(SLOTS + 50):
+        ring.put(Gain(number / 1000), 1.0)
+    taken = [order for _, _, order in ring.take(0)]
+    lost = taken.count(None)
+    assert lost == 51
+    assert taken[-1] == Gain(pytest.approx((SLOTS + 49) / 1000))
+
+
+def test_a_half_written_record_is_not_acted_on():
+    ring = Ring.create()
+    ring.put(command(), 1.0)
+    view = np.frombuffer(memoryview(ring.shared), np.uint8)
+    (last,) = np.flatnonzero(view)[-1:]
+    view[last] ^= 0xFF
+    assert [order for _, _, order in ring.take(0)] == [None]
+
+
+def test_the_waveform_is_the_newest_samples_across_the_wrap():
+    ring = Ring.create()
+    total = SAMPLES + 300
+    played = np.arange(total, dtype=np.float32)
+    for end in range(100, total + 1, 100):
+        status = EngineStatus(0.0, 0.0, 0, 0, 0, end, 0, realtime=False)
+        ring.report(status, played[end - 100 : end])
+    assert ring.waveform(500).tolist() == played[end - 500 : end].tolist()
+
+
+def test_a_command_is_heard_from_the_first_sample_of_the_next_block():
+    ring = Ring.create()
+    engine = Engine(ring, BLOCK)
+    assert not engine.fill(BLOCK).any()
+    number = ring.put(command(), time.monotonic())
+    assert engine.fill(BLOCK)[1:].any()
+    assert ring.status().newest == number
+    assert 0.0 <= ring.delays(number, number)[0] < 0.1
+
+
+def test_an_engine_whose_gateway_hangs_falls_silent_by_itself():
+    ring = Ring.create()
+    engine = Engine(ring, BLOCK)
+    slide = command(interaction="slide", onset=False, expires_at=time.monotonic() + 0.05)
+    ring.put(slide, time.monotonic())
+    for _ in range(30):
+        engine.fill(BLOCK)
+    assert ring.status().level > 0.0
+    time.sleep(0.06)
+    blocks = np.concatenate([engine.fill(BLOCK) for _ in range(30)])
+    assert not blocks[RATE_HZ // 50 + BLOCK :].any()
+
+
+def test_commands_written_before_an_engine_started_are_not_played_late():
+    ring = Ring.create()
+    ring.put(command(), time.monotonic())
+    assert not Engine(ring, BLOCK).fill(BLOCK).any()
+
+
+def test_the_simulated_speaker_writes_what_it_played(tmp_path):
+    path = tmp_path / "played.wav"
+    speaker = Speaker(AudioSettings(wav=path))
+    speaker.start()
+    try:
+        speaker.obey(command())
+        time.sleep(0.3)
+        status = speaker.status()
+        assert status.samples > 0.2 * RATE_HZ
+    finally:
+        speaker.close()
+    played, rate = soundfile.read(path, dtype="float32")
+    assert rate == RATE_HZ
+    assert played.size >= status.samples
+    onset = int(np.flatnonzero(np.abs(played) > 1e-4)[0])
+    assert not played[:onset].all()
+    assert np.abs(played).max() <= 1.0
+
+
+def test_an_output_that_is_not_there_names_those_that_are():
+    with pytest.raises(DeviceError, match=r"no such output|cannot open"):
+        Speaker(AudioSettings(output="a speaker nobody has")).start()

@@ -1,0 +1,126 @@
+"""The wire: golden vectors, the published schema, hostile bytes."""
+
+import importlib
+import json
+from pathlib import Path
+
+import jsonschema
+import msgpack
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hapticvlm.messages import ClientMessage, MessageError, ServiceMessage, decode, encode
+
+ROOT = Path(__file__).parents[1]
+SCHEMA = json.loads((ROOT / "schemas/messages.schema.json").read_text())
+
+
+def vectors(name):
+    return json.loads((ROOT / f"schemas/vectors/{name}.json").read_text())
+
+
+def with_bytes(value):
+    if isinstance(value, dict):
+        if value.keys() == {"$bin"}:
+            return bytes.fromhex(value["$bin"])
+        return {name: with_bytes(part) for name, part in value.items()}
+    return [with_bytes(part) for part in value] if isinstance(value, list) else value
+
+
+def sent(vector):
+    return bytes.fromhex(vector["msgpack"]) if "msgpack" in vector else vector["json"]
+
+
+@pytest.mark.parametrize("vector", vectors("accepted"), ids=lambda v: v["name"])
+def test_an_accepted_vector_decodes_to_its_value(vector):
+    expected = msgspec.convert(with_bytes(vector["value"]), ClientMessage)
+    assert decode(sent(vector)) == expected
+
+
+@pytest.mark.parametrize("vector", vectors("refused"), ids=lambda v: v["name"])
+def test_a_refused_vector_gives_its_code_path_and_id(vector):
+    with pytest.raises(MessageError) as refused:
+        decode(sent(vector))
+    error = refused.value
+    assert (error.code, error.path, error.id) == (vector["code"], vector["path"], vector["id"])
+    assert ";" in error.text, "an error says what to do"
+
+
+@pytest.mark.parametrize("vector", vectors("answers"), ids=lambda v: v["name"])
+def test_an_answer_is_read_by_another_implementation_and_written_byte_for_byte(vector):
+    data = bytes.fromhex(vector["msgpack"])
+    assert msgpack.unpackb(data) == with_bytes(vector["value"])
+    message = msgspec.msgpack.decode(data, type=ServiceMessage)
+    assert encode(message, as_text=False) == data
+    assert encode(message, as_text=True) == vector["json"]
+
+
+@pytest.mark.parametrize(
+    "vector", vectors("accepted") + vectors("answers"), ids=lambda v: v["name"]
+)
+def test_the_published_schema_accepts_what_the_service_speaks(vector):
+    jsonschema.Draft7Validator(SCHEMA).validate(with_bytes(vector["value"]))
+
+
+def test_the_published_schema_refuses_what_the_service_refuses():
+    validator = jsonschema.Draft7Validator({**SCHEMA, "oneOf": [{"$ref": "#/$defs/ClientMessage"}]})
+    checked = 0
+    for vector in vectors("refused"):
+        if "json" in vector and vector["name"] not in ("broken JSON", "a frame as text"):
+            assert not validator.is_valid(json.loads(vector["json"])), vector["name"]
+            checked += 1
+    assert checked > 15
+
+
+def test_every_generated_file_is_current():
+    generate = importlib.import_module("generate")
+    assert generate.main(["--check"]) == 0
+
+
+def test_a_stale_file_is_noticed(tmp_path, monkeypatch):
+    generate = importlib.import_module("generate")
+    monkeypatch.setattr(generate, "HERE", tmp_path)
+    assert generate.main(["--check"]) == 1
+
+
+def test_the_asyncapi_document_names_every_message_and_resolves_every_reference():
+    document = importlib.import_module("generate").asyncapi()
+    text = json.dumps(document)
+    references = {part.split('"')[0] for part in text.split('"$ref": "#/')[1:]}
+    for reference in references:
+        target = document
+        for step in reference.split("/"):
+            target = target[step]
+        assert target
+    assert len(document["channels"]["scene"]["messages"]) == 13
+    assert document["asyncapi"].startswith("3.")
+
+
+@given(st.binary(max_size=400))
+def test_random_bytes_never_raise_anything_but_a_message_error(data):
+    with pytest.raises(MessageError):
+        decode(data)
+
+
+@given(st.text(max_size=400))
+def test_random_text_never_raises_anything_but_a_message_error(text):
+    with pytest.raises(MessageError):
+        decode(text)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\x81\xa4type" * 200_000,
+        b"\x91" * 600_000,
+        b"\xdd\xff\xff\xff\xff" + b"\x80" * 100_000,
+        "[" * 600_000,
+        '{"type":' * 200_000,
+    ],
+    ids=["maps in maps", "lists in lists", "a million empty maps", "JSON lists", "JSON maps"],
+)
+def test_bombs_are_refused(data):
+    with pytest.raises(MessageError):
+        decode(data)
