@@ -20,48 +20,57 @@ OBJECTS: list[dict[str, Any]] = [
 ]
 
 
+class Service:
+    """Sends requests and waits for their answers; prints the decisions that come meanwhile."""
+
+    def __init__(self, socket: websockets.ClientConnection) -> None:
+        self.socket = socket
+        self.ids = itertools.count(1)
+
+    async def ask(self, **message: Any) -> dict[str, Any]:
+        """Send one message and return the answer with its id."""
+        id = next(self.ids)
+        await self.socket.send(msgpack.packb({"id": id, **message}))
+        while True:
+            answer: dict[str, Any] = msgpack.unpackb(await self.socket.recv())
+            if answer["type"] == "decision":
+                show(answer)
+            if answer["type"] == "error":
+                raise SystemExit(f"refused: {answer['text']}")
+            if answer["id"] == id:
+                return answer
+
+    async def touch(self, phase: str, object_id: str, speed: float) -> None:
+        """Say what the right hand does."""
+        hand = {"hand": "right", "captured_at": time.monotonic()}
+        motion = {"speed_mps": speed, "force_n": 1.5}
+        await self.ask(type="touch", phase=phase, object_id=object_id, **hand, **motion)
+
+
+def show(decision: dict[str, Any]) -> None:
+    """Print what an object was decided to be."""
+    what = f"{decision['material']} ({decision['confidence']:.0%}, from its {decision['source']})"
+    print(f"  {decision['object_id']}: {what}, plate to {decision['setpoint_c']:.1f} degC")
+
+
 async def main(url: str = "ws://127.0.0.1:8790/") -> None:
     """Stroke each object for half a second."""
-    ids = itertools.count(1)
     async with websockets.connect(url, compression=None) as socket:
-
-        async def ask(**message: Any) -> dict[str, Any]:
-            id = next(ids)
-            await socket.send(msgpack.packb({"id": id, **message}))
-            while True:
-                answer: dict[str, Any] = msgpack.unpackb(await socket.recv())
-                if answer["type"] == "decision":
-                    print(
-                        f"  {answer['object_id']}: {answer['material']} "
-                        f"({answer['confidence']:.0%}, from its {answer['source']}), "
-                        f"plate to {answer['setpoint_c']:.1f} degC"
-                    )
-                if answer["type"] == "error":
-                    raise SystemExit(f"refused: {answer['text']}")
-                if answer["id"] == id:
-                    return answer
-
+        service = Service(socket)
         client = {"name": "touch.py", "version": "1"}
         protocol = {"major": 1, "minor": 0}
-        welcome = await ask(type="hello", client=client, protocol=protocol, role="scene")
-        print("connected; owner of the outputs:", welcome["owner"])
-        await ask(type="scene", objects=OBJECTS, ambient_c=21.0, replace=True)
-
-        async def touch(phase: str, object_id: str, speed: float) -> None:
-            hand = {"hand": "right", "captured_at": time.monotonic()}
-            motion = {"speed_mps": speed, "force_n": 1.5}
-            await ask(type="touch", phase=phase, object_id=object_id, **hand, **motion)
-
+        await service.ask(type="hello", client=client, protocol=protocol, role="scene")
+        await service.ask(type="scene", objects=OBJECTS, ambient_c=21.0, replace=True)
         for stated in OBJECTS:
             object_id = stated["object_id"]
             print("touching", object_id)
-            await touch("approach", object_id, 0.3)
+            await service.touch("approach", object_id, 0.3)
             await asyncio.sleep(0.2)
-            await touch("contact", object_id, 0.3)
+            await service.touch("contact", object_id, 0.3)
             for _ in range(10):  # renew at 20 Hz: without it the lease ends after 250 ms
                 await asyncio.sleep(0.05)
-                await touch("slide", object_id, 0.1)
-            await touch("release", object_id, 0.0)
+                await service.touch("slide", object_id, 0.1)
+            await service.touch("release", object_id, 0.0)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import time
 import urllib.error
 import urllib.request
 from contextlib import nullcontext
+from typing import Any
 
 import msgpack
 import numpy as np
@@ -84,6 +85,7 @@ async def test_anything_before_hello_is_refused_and_closed_with_4000(service, fi
         assert (answer["type"], answer["code"]) == ("error", "protocol")
         with pytest.raises(ConnectionClosed) as closed:
             await client.read()
+    assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == 4000
 
 
@@ -210,7 +212,7 @@ async def test_the_newest_frame_wins_and_every_frame_is_answered(service):
     async with peer(service) as client:
         await owner_of(client)
         ids = [await client.send(**frame(seed, object_id="thing")) for seed in range(40)]
-        answers = {}
+        answers: dict[int, dict[str, Any]] = {}
         while len(answers) < len(ids):
             answer = await client.read()
             if answer["id"] in ids:
@@ -246,7 +248,7 @@ async def test_too_many_frames_to_enrol_are_refused_as_overload(service):
             await client.send(**frame(seed, object_id="thing", purpose="enrol"))
             for seed in range(60)
         ]
-        answers = []
+        answers: list[dict[str, Any]] = []
         while len(answers) < len(ids):
             answer = await client.read()
             if answer["id"] in ids:
@@ -286,6 +288,7 @@ async def test_a_message_over_the_limit_closes_with_1009_and_is_counted(service)
         await client.socket.send(b"\x00" * (4 * 1024 * 1024 + 1))
         with pytest.raises(ConnectionClosedError) as closed:
             await client.event("never")
+    assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == 1009
     await until(service, lambda found: found["counts"].get("closed: message too big", 0) >= 1)
 

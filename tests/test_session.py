@@ -152,9 +152,7 @@ def test_a_swing_needs_no_contact_and_no_target():
     actions = owner().receive(touch("approach", None, interaction="swing"), 1.0)
     assert not replies(actions, Error)
     session = owner(SceneObject(object_id="sword", material="metal"))
-    (feel,) = only(
-        session.receive(touch("approach", "sword", interaction="swing"), 1.0), Feel
-    )
+    (feel,) = only(session.receive(touch("approach", "sword", interaction="swing"), 1.0), Feel)
     assert feel.command.interaction == "swing"
 
 
@@ -363,9 +361,7 @@ def test_a_new_scene_changes_what_a_touching_hand_feels():
 
 
 def test_a_shader_alone_can_decide():
-    chrome = SceneObject(
-        object_id="x", name="Cube.003", shader=Shader(metallic=1.0, roughness=0.1)
-    )
+    chrome = SceneObject(object_id="x", name="Cube.003", shader=Shader(metallic=1.0, roughness=0.1))
     (decision,) = replies(owner(chrome).receive(touch(object_id="x"), 1.0), Decision)
     assert (decision.material, decision.source) == ("metal", "shader")
 
@@ -437,7 +433,7 @@ def test_undeclared_objects_are_bounded():
     assert only(session.receive(touch(), 1.1), Feel)[0].command.material == "wood"
 
 
-def test_pictures_of_another_format_are_told_apart(tmp_path):
+def test_pictures_of_another_format_are_told_apart():
     buffer = io.BytesIO()
     Image.new("RGB", (32, 32)).save(buffer, "PNG")
     with pytest.raises(MessageError):

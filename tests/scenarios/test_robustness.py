@@ -205,7 +205,8 @@ async def test_a_thousand_random_and_mutated_messages_each_get_an_answer_and_cha
 async def test_frames_of_three_seconds_at_60_a_second_are_all_answered(service):
     async with peer(service) as client:
         await owner_of(client)
-        ids, answers = set(), set()
+        ids: set[int] = set()
+        answers: set[int] = set()
 
         async def read():
             while len(answers) < 180:

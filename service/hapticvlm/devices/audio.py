@@ -202,6 +202,9 @@ def _open_device(engine: Engine, settings: AudioSettings) -> tuple[Callable[[], 
         device_id=found["id"] if found else None,
         app_name="HapticVLM",
     )
+    if "null" in device.backend.lower():
+        device.close()
+        raise LookupError("this machine has no audio output")
     device.start(stream)
     return device.close, found["name"] if found else f"default output ({device.backend})"
 

@@ -1,0 +1,51 @@
+# Two commands do everything on a fresh machine: `make demo` and `make test`.
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt
+CAPTURE := examples/captures/make
+
+.PHONY: demo test check schemas format toolchains coverage clean
+
+demo: $(VENV)/.demo
+	$(BIN)/hapticvlm demo
+
+test: $(VENV)/.dev toolchains
+	$(BIN)/python -m pytest
+
+check: $(VENV)/.dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/mypy tests --allow-untyped-defs --allow-untyped-calls --allow-incomplete-defs --check-untyped-defs
+	$(BIN)/lint-imports --no-logo
+	$(BIN)/python schemas/generate.py --check
+
+schemas: $(VENV)/.dev
+	$(BIN)/python schemas/generate.py
+
+format: $(VENV)/.dev
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+coverage: $(VENV)/.dev
+	$(BIN)/python -m pytest --cov=hapticvlm --cov-report=term
+
+# What pip does not bring: a browser and node, for the tests that drive a real one.
+toolchains:
+	./.ci/toolchains
+	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix $(CAPTURE); fi
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.demo: $(VENV)/bin/python pyproject.toml constraints.txt
+	$(PIP) -e '.[charts]'
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt
+	$(PIP) -e '.[dev]'
+	@touch $@ $(VENV)/.demo
+
+clean:
+	rm -rf $(VENV) demo-output build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
