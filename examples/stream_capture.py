@@ -1,6 +1,6 @@
 """Streams a recorded headset capture and prints each decision: your own tool in a few lines.
 
-`hapticvlm stream CAPTURE` does the same with a progress bar. Run a service first: `hapticvlm serve`.
+`hapticvlm stream CAPTURE` does the same with a progress bar. Needs a running `hapticvlm serve`.
 """
 
 import asyncio
