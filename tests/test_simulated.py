@@ -234,6 +234,16 @@ def test_rest_returns_to_neutral_at_once() -> None:
     assert readings[-1].duty == 0.0
 
 
+def test_a_plate_that_drifted_cold_is_not_warmed_on_its_way_to_cold() -> None:
+    plate = SimulatedPlate(ambient_c=18.0)
+    drifted = leave(plate, 30.0, begin_s=0.0)[-1]
+    assert plate_c(drifted) < 27.0
+    readings = hold(plate, 20.0, 3.0, begin_s=30.0)
+
+    assert max(reading.duty for reading in readings) <= 0.0
+    assert max(reading.setpoint_c for reading in readings) < plate_c(drifted) + 0.5
+
+
 def test_a_close_opens_the_bridge_at_once() -> None:
     plate = SimulatedPlate()
     hold(plate, 38.0, 2.0)
@@ -318,9 +328,12 @@ def test_a_gap_lapses_the_lease_and_is_lived_through_in_small_steps(gap_s: float
 def test_a_command_after_a_gap_is_not_backdated() -> None:
     plate = SimulatedPlate()
     plate.advance(0.0)
-    plate.command(20.0, 0.25, 100.0)
+    before_c = plate_c(plate.advance(100.0))
+    plate.command(20.0, 0.25, 200.0)
 
-    assert plate.advance(100.02).setpoint_c == pytest.approx(31.9)
+    after = plate.advance(200.02)
+    assert after.setpoint_c == pytest.approx(before_c - 0.1, abs=2.0)
+    assert abs(plate_c(after) - after.setpoint_c) < 0.2
 
 
 def test_heated_time_counts_heat_only() -> None:

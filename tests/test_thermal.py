@@ -225,7 +225,8 @@ def test_an_approach_passes_into_contact_without_a_step() -> None:
 
     assert wanted_c(contact, None) == skin_surface_c(contact, LEAD_S)
     assert wanted_c(contact, 0.0) == wanted_c(contact, None)
-    assert wanted_c(contact, 2.0) < wanted_c(contact, 0.0)
+    assert wanted_c(contact, LEAD_S) == wanted_c(contact, None)
+    assert wanted_c(contact, 2.0) == skin_surface_c(contact, 2.0) < wanted_c(contact, 0.0)
 
 
 def test_gain_scales_the_deviation_from_neutral() -> None:

@@ -129,6 +129,8 @@ class SimulatedPlate:
         self.advance(now)
         if self._faults or not 0.0 < ttl_s < math.inf:
             return
+        if not self._on:
+            self._target_c = thermal.within_range(self._sensed_c()).setpoint_c
         self._asked_c = thermal.within_range(setpoint_c).setpoint_c
         self._left_s, self._returning_s, self._on = ttl_s, None, True
 
@@ -199,8 +201,7 @@ class SimulatedPlate:
     def _open(self) -> None:
         self._on, self._returning_s, self._asked_c = False, None, NEUTRAL_C
         self._current_a = self._integral_a = 0.0
-        self._current_limited = False
-        self._target_c = NEUTRAL_C
+        self._current_limited, self._target_c = False, NEUTRAL_C
 
     def _control(self, sensed_c: float, dt_s: float) -> None:
         """PI with gains per direction; the integral waits while more of it would change nothing."""

@@ -118,11 +118,11 @@ def skin_surface_c(contact: ThermalContact, elapsed_s: float) -> float:
 def wanted_c(contact: ThermalContact, elapsed_s: float | None, gain: float = 1.0) -> float:
     """Plate temperature that physics asks for: None while the hand approaches, else since contact.
 
-    The plate runs LEAD_S ahead of the contact throughout, so approach passes into contact smoothly.
-    `gain` (0..1) scales the deviation from NEUTRAL_C.
+    An approach waits where the skin would be at LEAD_S, and contact goes on from there: it never
+    falls back to skin temperature. `gain` (0..1) scales the deviation from NEUTRAL_C.
     """
-    ahead_s = LEAD_S if elapsed_s is None else elapsed_s + LEAD_S
-    return NEUTRAL_C + gain * (skin_surface_c(contact, ahead_s) - NEUTRAL_C)
+    reached_s = LEAD_S if elapsed_s is None else max(elapsed_s, LEAD_S)
+    return NEUTRAL_C + gain * (skin_surface_c(contact, reached_s) - NEUTRAL_C)
 
 
 def carries_cue(contact: ThermalContact) -> bool:
