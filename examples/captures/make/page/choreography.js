@@ -1,0 +1,182 @@
+/**
+ * Where the hands and the head are, as smooth functions of simulated time.
+ *
+ * A touch is a ray: it starts off the object, runs `toward` it, and the object's own surface says
+ * where the fingertip lands and how it follows while it slides. Between touches the fingertip runs
+ * on cubic Hermite pieces. Nothing here knows what a touch will be reported as.
+ */
+import * as THREE from 'three';
+import {smooth, step} from './noise.js';
+
+export const TIP_RADIUS = 0.009;
+
+const FIRST_CONTACT = 0.55;
+const SPACING = 0.9;
+const HOVER_TIME = 0.36;
+const HOVER_DISTANCE = 0.135;
+const SETTLE_TIME = 0.05;
+const PRESS_DEPTH = 0.004;
+const HOVER_SPEED = 0.42;
+const LIFT_SPEED = 0.75;
+const HEAD_HEIGHT = 1.44;
+const REST = {right: new THREE.Vector3(0.3, 0.92, 0.3), left: new THREE.Vector3(-0.4, 0.92, 0.3)};
+
+/**
+ * The touches in order. `probe` is a point on the object, `toward` the finger's direction into it,
+ * `slide` how far it rubs, `speed` how fast it lands (m/s), `hold` how long it stays (s), `lead` the extra
+ * time its way there takes (s), `gaze` how close the head comes (m).
+ */
+const TOUCHES = [
+  {hand: 'right', name: 'Oak_Table_02', probe: [0.03, 0.74, -0.06], toward: [0, -1, -0.2], slide: [0.06, 0, 0.01], speed: 0.5},
+  {hand: 'right', name: 'Newspaper_A3', probe: [0.23, 0.76, 0], toward: [0, -1, -0.2], slide: [0.07, 0, -0.02], speed: 0.25},
+  {hand: 'left', name: 'TeaMug_01', probe: [-0.25, 0.8, -0.01], toward: [0.1, -0.35, -1], slide: [0.015, 0.02, 0], speed: 0.25, hold: 0.85, gaze: 0.33},
+  {hand: 'right', name: 'LeatherJournal', probe: [0.5, 0.78, 0], toward: [0, -1, -0.25], slide: [0.06, 0, -0.03], speed: 0.25},
+  {hand: 'right', name: 'Object_19', probe: [0.76, 0.8, 0.02], toward: [0, -0.5, -1], slide: [0.03, 0.01, 0], speed: 0.5},
+  {hand: 'right', name: 'Curtain.001', probe: [0.8, 1.1, -0.75], toward: [0, 0, -1], slide: [-0.07, -0.03, 0], speed: 0.25, lead: 0.3},
+  {hand: 'right', name: 'Sphere.021', probe: [0.8, 0.83, -0.4], toward: [0, -0.3, -1], slide: [-0.03, 0.01, 0], speed: 0.25, lead: 0.1, gaze: 0.38},
+  {hand: 'right', name: 'Object_07', probe: [0.5, 0.82, -0.38], toward: [0, -0.3, -1], slide: [-0.02, -0.02, 0], speed: 0.4, gaze: 0.38},
+  {hand: 'right', name: 'Mesh_31', probe: [0.25, 0.82, -0.36], toward: [0, -0.3, -1], slide: [0.03, 0.015, 0], speed: 0.35, gaze: 0.4},
+  {hand: 'right', name: 'Cube.003', probe: [0.01, 0.87, -0.42], toward: [0, -1, -0.35], slide: [-0.05, 0, 0.01], speed: 0.5, gaze: 0.4},
+  {hand: 'left', name: 'Mesh_12', probe: [-0.5, 0.84, -0.02], toward: [0, -1, -0.25], slide: [-0.06, 0, -0.02], speed: 0.25},
+  {hand: 'right', name: 'GlassVase', probe: [-0.25, 0.84, -0.36], toward: [-0.1, -0.3, -1], slide: [-0.02, 0.02, 0], speed: 0.4, gaze: 0.36},
+  {hand: 'left', name: 'Torus.002', probe: [-0.7, 0.81, -0.0], toward: [0, -1, -0.25], slide: [0.02, 0, -0.03], speed: 0.3},
+  {hand: 'right', name: 'M_BrushedSteel_Kettle', probe: [-0.48, 0.83, -0.36], toward: [-0.1, -0.4, -1], slide: [-0.04, 0.02, 0], speed: 0.5},
+  {hand: 'left', name: 'Prop_Crate', probe: [-0.78, 0.87, -0.36], toward: [0, -0.5, -1], slide: [0.05, 0, 0], speed: 0.4},
+  {hand: 'left', name: 'Plant_Monstera', probe: [-1.0, 0.99, -0.25], toward: [0, -1, -0.4], slide: [0.015, 0.01, 0.04], speed: 0.25, lead: 0.1},
+];
+
+const CONTACTS = TOUCHES.map((_, index) =>
+  TOUCHES.slice(0, index + 1).reduce((at, {lead = 0}) => at + lead, FIRST_CONTACT + SPACING * index),
+);
+
+/** Simulated seconds from the first pose to the hands back at rest. */
+export const DURATION = CONTACTS.at(-1) + 0.8;
+
+/** The script made concrete for these objects: {tip(hand, t), finger(hand, t), head(t)}. */
+export function choreograph(objects) {
+  const touches = TOUCHES.map((touch, index) => plan(touch, CONTACTS[index], objects));
+  const tracks = {};
+  for (const hand of ['right', 'left']) {
+    tracks[hand] = track(hand, touches.filter((touch) => touch.hand === hand));
+  }
+  return {
+    tip: (hand, t) => position(tracks[hand].keys, t),
+    finger: (hand, t) => direction(tracks[hand].aims, t),
+    head: (t) => headPose(touches, t),
+  };
+}
+
+/** One touch with its surface points, found by casting rays at the object itself. */
+function plan(touch, contactAt, objects) {
+  const {root} = objects.find(({name}) => name === touch.name);
+  root.updateWorldMatrix(true, true);
+  const toward = new THREE.Vector3(...touch.toward).normalize();
+  const slide = new THREE.Vector3(...touch.slide);
+  const rub = Array.from({length: 7}, (_, i) => {
+    const probe = new THREE.Vector3(...touch.probe).addScaledVector(slide, i / 6);
+    return landing(root, probe, toward, touch.name);
+  });
+  const holdTime = touch.hold ?? 0.3;
+  return {...touch, toward, rub, contactAt, holdTime, releaseAt: contactAt + SETTLE_TIME + holdTime};
+}
+
+/** The fingertip centre that just rests on the object, and the surface normal there. */
+function landing(root, probe, toward, name) {
+  const origin = probe.clone().addScaledVector(toward, -0.25);
+  const [hit] = new THREE.Raycaster(origin, toward, 0, 0.6).intersectObject(root, true);
+  if (!hit) throw new Error(`the finger misses ${name}`);
+  const normal = hit.face.normal.clone().transformDirection(hit.object.matrixWorld);
+  if (normal.dot(toward) > 0) normal.negate();
+  return {point: hit.point.addScaledVector(normal, TIP_RADIUS), normal};
+}
+
+/** Position keys {t, at, velocity} and aim keys {t, finger} of one hand. */
+function track(hand, touches) {
+  const still = new THREE.Vector3();
+  const forward = new THREE.Vector3(0, -0.25, -1).normalize();
+  const keys = [];
+  const aims = [];
+  const rest = (t) => {
+    keys.push({t, at: REST[hand], velocity: still});
+    aims.push({t, finger: forward});
+  };
+  touches.forEach((touch, index) => {
+    const before = touches[index - 1];
+    const hoverAt = touch.contactAt - HOVER_TIME;
+    if (!before || hoverAt - before.releaseAt > 1.6) {
+      if (before) rest(before.releaseAt + 0.7);
+      rest(Math.max(hoverAt - 0.7, before ? before.releaseAt + 0.7 : -1));
+    }
+    keys.push(...touchKeys(touch));
+    const finger = aim(touch);
+    aims.push({t: touch.contactAt - 0.2, finger}, {t: touch.releaseAt, finger});
+  });
+  rest(touches.at(-1).releaseAt + 0.6);
+  return {keys, aims};
+}
+
+function touchKeys({toward, rub, contactAt, releaseAt, holdTime, speed}) {
+  const away = (point, distance) => point.clone().addScaledVector(toward, -distance);
+  const pressed = rub.map(({point, normal}) => point.clone().addScaledVector(normal, -PRESS_DEPTH));
+  const pace = pressed.length - 1;
+  const rubbing = pressed.map((at, i) => {
+    const next = pressed[Math.min(i + 1, pace)];
+    const last = pressed[Math.max(i - 1, 0)];
+    const span = (Math.min(i + 1, pace) - Math.max(i - 1, 0)) * (holdTime / pace);
+    return {t: contactAt + SETTLE_TIME + (i / pace) * holdTime, at, velocity: next.clone().sub(last).divideScalar(span)};
+  });
+  rubbing.at(-1).velocity.addScaledVector(toward, -LIFT_SPEED);
+  return [
+    {t: contactAt - HOVER_TIME, at: away(rub[0].point, HOVER_DISTANCE), velocity: toward.clone().multiplyScalar(HOVER_SPEED)},
+    {t: contactAt, at: rub[0].point, velocity: toward.clone().multiplyScalar(speed)},
+    ...rubbing,
+  ];
+}
+
+/** The finger comes from an elbow below and beside it, and leans into the surface. */
+function aim({hand, toward}) {
+  const elbow = new THREE.Vector3(hand === 'right' ? 0.16 : -0.16, 0.2, 0.36);
+  return elbow.negate().normalize().addScaledVector(toward, 0.35).normalize();
+}
+
+/** Cubic Hermite through the keys. */
+function position(keys, t) {
+  const next = keys.findIndex((key) => key.t > t);
+  if (next <= 0) return (next === 0 ? keys[0] : keys.at(-1)).at.clone();
+  const [a, b] = [keys[next - 1], keys[next]];
+  const span = b.t - a.t;
+  const s = (t - a.t) / span;
+  return new THREE.Vector3()
+    .addScaledVector(a.at, (1 + 2 * s) * (1 - s) ** 2)
+    .addScaledVector(a.velocity, s * (1 - s) ** 2 * span)
+    .addScaledVector(b.at, s * s * (3 - 2 * s))
+    .addScaledVector(b.velocity, s * s * (s - 1) * span);
+}
+
+function direction(aims, t) {
+  const next = aims.findIndex((key) => key.t > t);
+  if (next <= 0) return (next === 0 ? aims[0] : aims.at(-1)).finger;
+  const [a, b] = [aims[next - 1], aims[next]];
+  return a.finger.clone().lerp(b.finger, smooth((t - a.t) / (b.t - a.t))).normalize();
+}
+
+/** The head leans towards each touch in turn: {position, target}. */
+function headPose(touches, t) {
+  const poses = touches.map(gaze);
+  const pose = {position: poses[0].position.clone(), target: poses[0].target.clone()};
+  for (let i = 1; i < touches.length; i++) {
+    const turn = step(touches[i].contactAt - 0.55, touches[i].contactAt - 0.08, t);
+    pose.position.lerp(poses[i].position, turn);
+    pose.target.lerp(poses[i].target, turn);
+  }
+  pose.position.x += 0.004 * Math.sin(t * 2.1);
+  pose.position.y += 0.003 * Math.sin(t * 3.3 + 1);
+  return pose;
+}
+
+function gaze({rub, gaze: distance = 0.43}) {
+  const target = rub[0].point.clone().lerp(rub.at(-1).point, 0.5);
+  const seat = new THREE.Vector3(target.x * 0.75, HEAD_HEIGHT, 0.62);
+  const line = seat.sub(target).normalize();
+  return {target, position: target.clone().addScaledVector(line, distance)};
+}
