@@ -84,7 +84,13 @@ class Peer:
 async def peer(service: Service, *, as_text: bool = False, **options: Any) -> AsyncIterator[Peer]:
     """Open a raw connection to the service, without hello."""
     async with open_socket(
-        service.url, compression=None, proxy=None, ping_interval=None, max_size=None, **options
+        service.url,
+        compression=None,
+        proxy=None,
+        ping_interval=None,
+        max_size=None,
+        max_queue=None,  # a test that does not read for a while must still see the close
+        **options,
     ) as socket:
         yield Peer(socket, as_text=as_text)
 

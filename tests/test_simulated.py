@@ -325,15 +325,16 @@ def test_a_gap_lapses_the_lease_and_is_lived_through_in_small_steps(gap_s: float
     assert not after.faults
 
 
-def test_a_command_after_a_gap_is_not_backdated() -> None:
-    plate = SimulatedPlate()
+def test_a_command_after_a_gap_holds_from_now_on() -> None:
+    plate, idle = SimulatedPlate(), SimulatedPlate()
     plate.advance(0.0)
-    before_c = plate_c(plate.advance(100.0))
-    plate.command(20.0, 0.25, 200.0)
+    idle.advance(0.0)
+    plate.command(20.0, 0.25, 4.0)
+    drifted_c = plate_c(leave(idle, 4.0, begin_s=0.0)[-1])
 
-    after = plate.advance(200.02)
-    assert after.setpoint_c == pytest.approx(before_c - 0.1, abs=2.0)
-    assert abs(plate_c(after) - after.setpoint_c) < 0.2
+    assert plate_c(plate.advance(4.0)) == pytest.approx(drifted_c, abs=0.01)
+    assert drifted_c < 31.0
+    assert plate.advance(4.2).setpoint_c == pytest.approx(drifted_c - 1.0, abs=0.05)
 
 
 def test_heated_time_counts_heat_only() -> None:

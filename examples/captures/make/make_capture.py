@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from PIL import Image
 from playwright.sync_api import JSHandle, sync_playwright
@@ -134,12 +134,6 @@ def _served() -> Iterator[str]:
 
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):
-    extensions_map: ClassVar = {
-        ".js": "text/javascript",
-        ".html": "text/html",
-        "": "application/octet-stream",
-    }
-
     def log_message(self, format: str, *args: Any) -> None:
         """Say nothing about requests that went well."""
 
