@@ -31,7 +31,7 @@ from hapticvlm.rendering.thermal import PlateReading
 from hapticvlm.session.actions import Feel, Heat, HoldAtRest, LetGo, LookAt, Reply, RestPlate
 from hapticvlm.session.clock import WINDOW_S, ClockOffset, FrameRate
 from hapticvlm.session.hands import LEASE_S, Hold
-from hapticvlm.session.scene import SceneSession
+from hapticvlm.session.scene import NEUTRAL_HOLD_S, SceneSession
 
 READING = PlateReading(
     plate_c=NEUTRAL_C,
@@ -114,14 +114,15 @@ def test_a_slide_to_another_object_changes_the_material_without_an_impact():
     assert (feel.command.material, feel.command.onset) == ("glass", False)
 
 
-def test_a_lapsed_lease_lets_go_and_rests_the_plate():
+def test_a_lapsed_lease_lets_go_and_returns_the_plate_to_neutral():
     session = owner(SceneObject(object_id="table", material="metal"), ambient_c=20.0)
     session.receive(touch(), 1.0)
     assert only(session.tick(1.02, READING), Heat)
+    cooled = only(session.tick(1.0 + LEASE_S, READING), Heat)[0].setpoint_c
     later = session.tick(1.0 + LEASE_S + 0.02, READING)
     assert only(later, LetGo)
-    assert only(later, RestPlate)
     assert session.leases == 0
+    assert only(later, Heat)[0].setpoint_c > cooled
 
 
 def test_a_contact_after_a_lapse_is_a_new_onset():
@@ -164,7 +165,17 @@ def test_an_unknown_object_feels_like_nothing():
     assert decision.material == "unknown"
     assert decision.setpoint_c == NEUTRAL_C
     assert decision.contact_c is None
-    assert not only(session.tick(1.02, READING), Heat)
+    assert only(session.tick(1.02, READING), Heat)[0].setpoint_c == NEUTRAL_C
+
+
+def test_between_touches_the_plate_is_kept_neutral_and_then_rests():
+    session = owner(SceneObject(object_id="table", material="metal"))
+    session.receive(touch(), 1.0)
+    session.receive(touch("release"), 1.1)
+    for now in (1.2, 5.0, 1.0 + NEUTRAL_HOLD_S):
+        assert only(session.tick(now, READING), Heat)
+    assert only(session.tick(1.1 + NEUTRAL_HOLD_S, READING), RestPlate)
+    assert session.tick(1.2 + NEUTRAL_HOLD_S, READING) == []
 
 
 def test_the_plate_follows_the_latest_contact_of_two_hands():

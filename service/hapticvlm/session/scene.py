@@ -50,6 +50,7 @@ from hapticvlm.session.hands import LEASE_S, Hand, Hold
 from hapticvlm.session.objects import Key, SceneObjects
 
 HANDS = {"left": 0, "right": 1}
+NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
 
 
 class SceneSession:
@@ -69,6 +70,7 @@ class SceneSession:
         self._thermal_gain = 1.0
         self._setpoint_c = NEUTRAL_C
         self._is_driving = False
+        self._touched_at = float("-inf")
         self._ticked_at: float | None = None
         self._announced: dict[Key, Decision] = {}
         self._onsets = 0
@@ -163,7 +165,7 @@ class SceneSession:
             raise MessageError("unsafe", text, path="$.phase", id=touch.id)
         was_touching = hand.is_touching
         onset = hand.follow(touch, now)
-        self._latest_hand = hand
+        self._latest_hand, self._touched_at = hand, now
         actions: list[Action] = []
         if hand.is_touching or touch.interaction == "swing":
             actions.append(Feel(self._command(hand, onset=onset)))
@@ -221,12 +223,13 @@ class SceneSession:
     def _heat(self, now: float, elapsed: float, reading: PlateReading) -> list[Action]:
         hand = self._plate_hand()
         contact = self._contact(hand.key) if hand else None
-        if hand is None or contact is None or self._hold.holds("peltier"):
+        if self._hold.holds("peltier") or not 0.0 <= now - self._touched_at <= NEUTRAL_HOLD_S:
             was_driving, self._is_driving = self._is_driving, False
-            self._setpoint_c = NEUTRAL_C
             return [RestPlate()] if was_driving else []
-        since = None if hand.contact_at is None else now - hand.contact_at + thermal.LEAD_S
-        wanted = thermal.wanted_c(contact, since, self._thermal_gain)
+        wanted = NEUTRAL_C
+        if hand is not None and contact is not None:
+            since = None if hand.contact_at is None else now - hand.contact_at + thermal.LEAD_S
+            wanted = thermal.wanted_c(contact, since, self._thermal_gain)
         if not self._is_driving and reading.plate_c is not None:
             low, high = thermal.SETPOINT_MIN_C, thermal.SETPOINT_MAX_C
             self._setpoint_c = min(max(reading.plate_c, low), high)
