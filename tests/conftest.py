@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 import json
 import time
@@ -18,6 +19,7 @@ from websockets.asyncio.client import connect as open_socket
 from hapticvlm.measure.service import Service, running
 
 Message = dict[str, Any]
+ANSWER_S = 10.0  # telemetry comes ten times a second: silence this long is a failure
 
 
 @pytest.fixture(scope="module")
@@ -43,15 +45,17 @@ class Peer:
         return int(message["id"])
 
     async def read(self) -> Message:
-        data = await self.socket.recv()
+        async with asyncio.timeout(ANSWER_S):
+            data = await self.socket.recv()
         message: Message = json.loads(data) if isinstance(data, str) else msgpack.unpackb(data)
         return message
 
     async def ask(self, **message: Any) -> Message:
         """Send and return the answer with the same id; keep events that come before it."""
         id = await self.send(**message)
-        while (answer := await self.read())["id"] != id:
-            self.events.append(answer)
+        async with asyncio.timeout(ANSWER_S):
+            while (answer := await self.read())["id"] != id:
+                self.events.append(answer)
         return answer
 
     async def event(self, type: str, **wanted: Any) -> Message:

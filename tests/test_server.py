@@ -213,10 +213,11 @@ async def test_the_newest_frame_wins_and_every_frame_is_answered(service):
         await owner_of(client)
         ids = [await client.send(**frame(seed, object_id="thing")) for seed in range(40)]
         answers: dict[int, dict[str, Any]] = {}
-        while len(answers) < len(ids):
-            answer = await client.read()
-            if answer["id"] in ids:
-                answers[answer["id"]] = answer
+        async with asyncio.timeout(10.0):
+            while len(answers) < len(ids):
+                answer = await client.read()
+                if answer["id"] in ids:
+                    answers[answer["id"]] = answer
     assert answers[ids[-1]]["type"] == "decision"
     assert any(answer.get("reason") == "superseded" for answer in answers.values())
     assert {answer["type"] for answer in answers.values()} == {"decision", "skipped"}
@@ -249,10 +250,11 @@ async def test_too_many_frames_to_enrol_are_refused_as_overload(service):
             for seed in range(60)
         ]
         answers: list[dict[str, Any]] = []
-        while len(answers) < len(ids):
-            answer = await client.read()
-            if answer["id"] in ids:
-                answers.append(answer)
+        async with asyncio.timeout(10.0):
+            while len(answers) < len(ids):
+                answer = await client.read()
+                if answer["id"] in ids:
+                    answers.append(answer)
     kinds = {answer.get("code", answer["type"]) for answer in answers}
     assert kinds == {"decision", "overload"}
 
