@@ -10,7 +10,7 @@ import {smooth, step} from './noise.js';
 
 export const TIP_RADIUS = 0.009;
 
-const FIRST_CONTACT = 0.55;
+const FIRST_CONTACT = 33.5 / 60; // between two steps, so that no contact hangs on rounding
 const SPACING = 0.9;
 const HOVER_TIME = 0.36;
 const HOVER_DISTANCE = 0.135;
@@ -27,22 +27,38 @@ const REST = {right: new THREE.Vector3(0.3, 0.92, 0.3), left: new THREE.Vector3(
  * time its way there takes (s), `gaze` how close the head comes (m).
  */
 const TOUCHES = [
-  {hand: 'right', name: 'Oak_Table_02', probe: [0.03, 0.74, -0.06], toward: [0, -1, -0.2], slide: [0.06, 0, 0.01], speed: 0.5},
-  {hand: 'right', name: 'Newspaper_A3', probe: [0.23, 0.76, 0], toward: [0, -1, -0.2], slide: [0.07, 0, -0.02], speed: 0.25},
-  {hand: 'left', name: 'TeaMug_01', probe: [-0.25, 0.8, -0.01], toward: [0.1, -0.35, -1], slide: [0.015, 0.02, 0], speed: 0.25, hold: 0.85, gaze: 0.33},
-  {hand: 'right', name: 'LeatherJournal', probe: [0.5, 0.78, 0], toward: [0, -1, -0.25], slide: [0.06, 0, -0.03], speed: 0.25},
-  {hand: 'right', name: 'Object_19', probe: [0.76, 0.8, 0.02], toward: [0, -0.5, -1], slide: [0.03, 0.01, 0], speed: 0.5},
-  {hand: 'right', name: 'Curtain.001', probe: [0.8, 1.1, -0.75], toward: [0, 0, -1], slide: [-0.07, -0.03, 0], speed: 0.25, lead: 0.3},
-  {hand: 'right', name: 'Sphere.021', probe: [0.8, 0.83, -0.4], toward: [0, -0.3, -1], slide: [-0.03, 0.01, 0], speed: 0.25, lead: 0.1, gaze: 0.38},
-  {hand: 'right', name: 'Object_07', probe: [0.5, 0.82, -0.38], toward: [0, -0.3, -1], slide: [-0.02, -0.02, 0], speed: 0.4, gaze: 0.38},
-  {hand: 'right', name: 'Mesh_31', probe: [0.25, 0.82, -0.36], toward: [0, -0.3, -1], slide: [0.03, 0.015, 0], speed: 0.35, gaze: 0.4},
-  {hand: 'right', name: 'Cube.003', probe: [0.01, 0.87, -0.42], toward: [0, -1, -0.35], slide: [-0.05, 0, 0.01], speed: 0.5, gaze: 0.4},
-  {hand: 'left', name: 'Mesh_12', probe: [-0.5, 0.84, -0.02], toward: [0, -1, -0.25], slide: [-0.06, 0, -0.02], speed: 0.25},
-  {hand: 'right', name: 'GlassVase', probe: [-0.25, 0.84, -0.36], toward: [-0.1, -0.3, -1], slide: [-0.02, 0.02, 0], speed: 0.4, gaze: 0.36},
-  {hand: 'left', name: 'Torus.002', probe: [-0.7, 0.81, -0.0], toward: [0, -1, -0.25], slide: [0.02, 0, -0.03], speed: 0.3},
-  {hand: 'right', name: 'M_BrushedSteel_Kettle', probe: [-0.48, 0.83, -0.36], toward: [-0.1, -0.4, -1], slide: [-0.04, 0.02, 0], speed: 0.5},
-  {hand: 'left', name: 'Prop_Crate', probe: [-0.78, 0.87, -0.36], toward: [0, -0.5, -1], slide: [0.05, 0, 0], speed: 0.4},
-  {hand: 'left', name: 'Plant_Monstera', probe: [-1.0, 0.99, -0.25], toward: [0, -1, -0.4], slide: [0.015, 0.01, 0.04], speed: 0.25, lead: 0.1},
+  {hand: 'right', name: 'Oak_Table_02', speed: 0.5,
+   probe: [0.03, 0.74, -0.06], toward: [0, -1, -0.2], slide: [0.06, 0, 0.01]},
+  {hand: 'right', name: 'Newspaper_A3', speed: 0.25,
+   probe: [0.23, 0.76, 0], toward: [0, -1, -0.2], slide: [0.07, 0, -0.02]},
+  {hand: 'left', name: 'TeaMug_01', speed: 0.25, hold: 0.85, gaze: 0.33,
+   probe: [-0.25, 0.8, -0.01], toward: [0.1, -0.35, -1], slide: [0.004, 0.005, 0]},
+  {hand: 'right', name: 'LeatherJournal', speed: 0.25,
+   probe: [0.5, 0.78, 0], toward: [0, -1, -0.25], slide: [0.06, 0, -0.03]},
+  {hand: 'right', name: 'Object_19', speed: 0.5,
+   probe: [0.76, 0.8, 0.02], toward: [0, -0.5, -1], slide: [0.03, 0.01, 0]},
+  {hand: 'right', name: 'Curtain.001', speed: 0.25, lead: 0.3,
+   probe: [0.8, 1.1, -0.75], toward: [0, 0, -1], slide: [-0.07, -0.03, 0]},
+  {hand: 'right', name: 'Sphere.021', speed: 0.25, lead: 0.1, gaze: 0.38,
+   probe: [0.8, 0.83, -0.4], toward: [0, -0.3, -1], slide: [-0.03, 0.01, 0]},
+  {hand: 'right', name: 'Object_07', speed: 0.4, gaze: 0.38,
+   probe: [0.5, 0.82, -0.38], toward: [0, -0.3, -1], slide: [-0.02, -0.02, 0]},
+  {hand: 'right', name: 'Mesh_31', speed: 0.35, gaze: 0.4,
+   probe: [0.25, 0.82, -0.36], toward: [0, -0.3, -1], slide: [0.03, 0.015, 0]},
+  {hand: 'right', name: 'Cube.003', speed: 0.5, gaze: 0.4,
+   probe: [0.01, 0.87, -0.42], toward: [0, -1, -0.35], slide: [-0.05, 0, 0.01]},
+  {hand: 'left', name: 'Mesh_12', speed: 0.25,
+   probe: [-0.5, 0.84, -0.02], toward: [0, -1, -0.25], slide: [-0.06, 0, -0.02]},
+  {hand: 'right', name: 'GlassVase', speed: 0.4, gaze: 0.36,
+   probe: [-0.25, 0.84, -0.36], toward: [-0.1, -0.3, -1], slide: [-0.02, 0.02, 0]},
+  {hand: 'left', name: 'Torus.002', speed: 0.3,
+   probe: [-0.7, 0.81, -0.0], toward: [0, -1, -0.25], slide: [0.02, 0, -0.03]},
+  {hand: 'right', name: 'M_BrushedSteel_Kettle', speed: 0.5,
+   probe: [-0.48, 0.83, -0.36], toward: [-0.1, -0.4, -1], slide: [-0.04, 0.02, 0]},
+  {hand: 'left', name: 'Prop_Crate', speed: 0.4,
+   probe: [-0.78, 0.87, -0.36], toward: [0, -0.5, -1], slide: [0.05, 0, 0]},
+  {hand: 'left', name: 'Plant_Monstera', speed: 0.25, lead: 0.1,
+   probe: [-1.0, 0.99, -0.25], toward: [0, -1, -0.4], slide: [0.015, 0.01, 0.04]},
 ];
 
 const CONTACTS = TOUCHES.map((_, index) =>
@@ -118,25 +134,26 @@ function track(hand, touches) {
 function touchKeys({toward, rub, contactAt, releaseAt, holdTime, speed}) {
   const away = (point, distance) => point.clone().addScaledVector(toward, -distance);
   const pressed = rub.map(({point, normal}) => point.clone().addScaledVector(normal, -PRESS_DEPTH));
-  const pace = pressed.length - 1;
+  const end = pressed.length - 1;
   const rubbing = pressed.map((at, i) => {
-    const next = pressed[Math.min(i + 1, pace)];
-    const last = pressed[Math.max(i - 1, 0)];
-    const span = (Math.min(i + 1, pace) - Math.max(i - 1, 0)) * (holdTime / pace);
-    return {t: contactAt + SETTLE_TIME + (i / pace) * holdTime, at, velocity: next.clone().sub(last).divideScalar(span)};
+    const [before, after] = [Math.max(i - 1, 0), Math.min(i + 1, end)];
+    const span = (after - before) * (holdTime / end);
+    const velocity = pressed[after].clone().sub(pressed[before]).divideScalar(span);
+    return {t: contactAt + SETTLE_TIME + (i / end) * holdTime, at, velocity};
   });
   rubbing.at(-1).velocity.addScaledVector(toward, -LIFT_SPEED);
+  const inward = (pace) => toward.clone().multiplyScalar(pace);
   return [
-    {t: contactAt - HOVER_TIME, at: away(rub[0].point, HOVER_DISTANCE), velocity: toward.clone().multiplyScalar(HOVER_SPEED)},
-    {t: contactAt, at: rub[0].point, velocity: toward.clone().multiplyScalar(speed)},
+    {t: contactAt - HOVER_TIME, at: away(rub[0].point, HOVER_DISTANCE), velocity: inward(HOVER_SPEED)},
+    {t: contactAt, at: rub[0].point, velocity: inward(speed)},
     ...rubbing,
   ];
 }
 
-/** The finger comes from an elbow below and beside it, and leans into the surface. */
+/** The finger comes from an elbow behind and beside it, and leans into the surface. */
 function aim({hand, toward}) {
-  const elbow = new THREE.Vector3(hand === 'right' ? 0.16 : -0.16, 0.2, 0.36);
-  return elbow.negate().normalize().addScaledVector(toward, 0.35).normalize();
+  const elbow = new THREE.Vector3(hand === 'right' ? 0.16 : -0.16, 0.12, 0.36);
+  return elbow.negate().normalize().addScaledVector(toward, 0.3).normalize();
 }
 
 /** Cubic Hermite through the keys. */

@@ -144,12 +144,14 @@ function kettle() {
   const steel = textures.brushed({color: [0.8, 0.81, 0.83]});
   const metal = matte(steel, {repeat: [1, 2], bump: 0.35, metalness: 1, envMapIntensity: 1.2});
   const grip = new THREE.MeshStandardMaterial({color: 0x17181a, roughness: 0.5});
+  const spout = [[0.08, 0.06, 0], [0.125, 0.085, 0], [0.142, 0.13, 0], [0.17, 0.152, 0]];
+  const handle = [[-0.07, 0.14, 0], [-0.075, 0.21, 0], [0, 0.245, 0], [0.075, 0.21, 0], [0.07, 0.14, 0]];
   const outline = [[0.0, 0.0], [0.096, 0.0], [0.106, 0.012], [0.105, 0.05], [0.092, 0.11], [0.066, 0.15],
     [0.05, 0.158], [0.0, 0.172]];
   return group(
     solid(shapes.turned(outline), metal),
-    solid(shapes.tube([[0.08, 0.06, 0], [0.125, 0.085, 0], [0.142, 0.13, 0], [0.17, 0.152, 0]], 0.014), metal),
-    solid(shapes.tube([[-0.07, 0.14, 0], [-0.075, 0.21, 0], [0, 0.245, 0], [0.075, 0.21, 0], [0.07, 0.14, 0]], 0.009), grip),
+    solid(shapes.tube(spout, 0.014), metal),
+    solid(shapes.tube(handle, 0.009), grip),
     solid(new THREE.SphereGeometry(0.015, 24, 16), grip, [0, 0.182, 0]),
   );
 }
@@ -158,7 +160,7 @@ function bowl() {
   const copper = textures.hammered({color: [0.97, 0.68, 0.56]});
   const outline = [[0.0, 0.004], [0.045, 0.0], [0.05, 0.006], [0.092, 0.04], [0.112, 0.085], [0.118, 0.098],
     [0.113, 0.098], [0.086, 0.046], [0.04, 0.014], [0.0, 0.012]];
-  const metal = matte(copper, {repeat: [1, 1], bump: 1.1, metalness: 1, envMapIntensity: 1.3, side: THREE.DoubleSide});
+  const metal = matte(copper, {bump: 1.1, metalness: 1, envMapIntensity: 1.3, side: THREE.DoubleSide});
   return group(solid(shapes.turned(outline), metal));
 }
 

@@ -33,7 +33,8 @@ function walls() {
   const wall = new THREE.MeshStandardMaterial({...plaster, bumpScale: 0.25});
   const boards = timber({light: [0.45, 0.3, 0.19], dark: [0.28, 0.17, 0.1], planks: 6, seed: 51});
   for (const map of Object.values(boards)) map.repeat.set(3, 3);
-  const floor = solid(new THREE.PlaneGeometry(8, 8).rotateX(-Math.PI / 2), new THREE.MeshStandardMaterial(boards));
+  const ground = new THREE.PlaneGeometry(8, 8).rotateX(-Math.PI / 2);
+  const floor = solid(ground, new THREE.MeshStandardMaterial(boards));
   const panel = (width, height, x, y, z, turn) => {
     const mesh = solid(new THREE.PlaneGeometry(width, height), wall, [x, y, z]);
     mesh.rotation.y = turn;
@@ -130,6 +131,7 @@ function pictureFrame() {
 
 function flowerPot() {
   const terracotta = new THREE.MeshStandardMaterial({color: 0xa9573a, roughness: 0.85});
-  const outline = [[0.0, 0.0], [0.05, 0.0], [0.066, 0.09], [0.072, 0.092], [0.073, 0.108], [0.06, 0.108], [0.0, 0.1]];
+  const outline = [[0.0, 0.0], [0.05, 0.0], [0.066, 0.09], [0.072, 0.092], [0.073, 0.108], [0.06, 0.108],
+    [0.0, 0.1]];
   return solid(turned(outline, {sharp: true}), terracotta, [PLANT.x, TABLE_TOP, PLANT.z]);
 }
