@@ -91,11 +91,18 @@ def test_one_doubtful_rung_keeps_its_own_confidence() -> None:
     assert verdict.confidence == pytest.approx(0.72)
 
 
-def test_a_rung_of_little_mass_pulls_towards_nothing() -> None:
+def test_a_rung_that_knows_nothing_pulls_towards_nothing() -> None:
     name = says("name", wood=0.72)
-    alone, beside = decide([name]), decide([name, says("encoder", metal=0.1, wood=0.09)])
+    alone, beside = decide([name]), decide([name, says("encoder", metal=0.01, wood=0.01)])
     assert beside.material == "wood"
-    assert beside.confidence == pytest.approx(alone.confidence, abs=0.05)
+    assert beside.confidence == pytest.approx(alone.confidence, abs=0.06)
+
+
+def test_a_rung_that_rejects_its_own_best_guess_does_not_speak_against_it() -> None:
+    shader = says("shader", glass=0.75)
+    beside = decide([shader, says("encoder", glass=0.016, paper=0.01, wood=0.008)])
+    assert (beside.material, beside.source) == ("glass", "shader")
+    assert beside.confidence >= decide([shader]).confidence
 
 
 def test_the_source_is_the_rung_that_speaks_most_for_the_answer() -> None:

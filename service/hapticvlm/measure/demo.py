@@ -40,6 +40,7 @@ class Show:
         self.decisions: list[tuple[float, Message]] = []
         self.telemetry: list[tuple[float, Message]] = []
         self._newest: dict[str, tuple[float, Message]] = {}
+        self._names = keepsakes.names(capture)
 
     def begin(self) -> None:
         """Count time from now."""
@@ -65,7 +66,7 @@ class Show:
         for object_id, (at, decision) in list(self._newest.items())[-ROWS:]:
             limited = f" ({decision['limited_by']} limit)" if decision.get("limited_by") else ""
             table.add_row(
-                object_id,
+                self._names.get(object_id, object_id),
                 decision["material"],
                 f"{decision['confidence']:.0%}",
                 decision["source"],
@@ -97,8 +98,9 @@ def run(path: Path | None, out: Path, *, quiet: bool) -> int:
     except (CaptureError, ServiceError) as error:
         print(f"hapticvlm demo: {error}", file=sys.stderr)
         return 2
-    with console.status("drawing"):
+    with console.status("drawing what happened"):
         files = keepsakes.write(capture, outcome, show.decisions, show.telemetry, out)
+    console.print()
     console.print((out / "summary.txt").read_text(encoding="utf-8"), highlight=False)
     for file in files:
         console.print(f"  {file}", highlight=False)

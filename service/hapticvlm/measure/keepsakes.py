@@ -66,15 +66,12 @@ def write(
 
 def contacts(capture: Capture, decisions: Timed) -> list[Contact]:
     """Return the capture's touches in order, each with its last decision before its release."""
-    names: dict[str, str] = {}
+    known = names(capture)
     frames: list[Line] = []
     open_: dict[str, tuple[Line, Line | None]] = {}
     found: list[Contact] = []
     for line in capture.lines():
-        if line.type == "scene":
-            stated = line.fields["objects"]
-            names |= {o["object_id"]: o.get("name", o["object_id"]) for o in stated}
-        elif line.type == "frame":
+        if line.type == "frame":
             frames.append(line)
         elif line.type == "touch":
             hand, phase = line.fields["hand"], line.fields["phase"]
@@ -83,8 +80,14 @@ def contacts(capture: Capture, decisions: Timed) -> list[Contact]:
                 open_[hand] = (line, _shows(frames, object_id))
             elif phase == "release" and hand in open_:
                 first, frame = open_.pop(hand)
-                found.append(_contact(first, line.t_s, frame, names, decisions))
+                found.append(_contact(first, line.t_s, frame, known, decisions))
     return found
+
+
+def names(capture: Capture) -> dict[str, str]:
+    """Return the names the capture's scenes state, by object id."""
+    stated = [line.fields["objects"] for line in capture.lines() if line.type == "scene"]
+    return {o["object_id"]: o.get("name", o["object_id"]) for scene in stated for o in scene}
 
 
 def draw_plate(telemetry: Timed, touches: list[Contact], path: Path) -> None:
@@ -227,13 +230,18 @@ def _thumbnail(touch: Contact) -> Image.Image:
 
 
 def _caption(draw: ImageDraw.ImageDraw, touch: Contact, x: int, y: int) -> None:
-    decision = touch.decision
-    said = "nothing"
-    if decision is not None:
-        said = f"{decision['material']} {decision['confidence']:.0%} from {decision['source']}"
     draw.text((x, y), touch.name, INK, ImageFont.load_default(14))
-    draw.text((x, y + 19), f"decided: {said}", _colour(touch), ImageFont.load_default(13))
+    draw.text((x, y + 19), _said(touch.decision), _colour(touch), ImageFont.load_default(13))
     draw.text((x, y + 36), f"truth: {touch.truth}", SOFT, ImageFont.load_default(13))
+
+
+def _said(decision: Message | None) -> str:
+    if decision is None:
+        return "decided: nothing"
+    if decision["material"] == "unknown":
+        guess = decision.get("runner_up")
+        return f"decided: unknown ({guess}?)" if guess else "decided: unknown"
+    return f"decided: {decision['material']} {decision['confidence']:.0%} by {decision['source']}"
 
 
 def _colour(touch: Contact) -> str:

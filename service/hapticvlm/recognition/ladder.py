@@ -3,7 +3,7 @@
 Each rung gives a distribution over materials, p_r(m). Rungs look at different things (a name, a
 shader, pixels), so they are pooled log-linearly, p(m) ~ prod_r p_r(m)^w_r, where w_r < 1 discounts
 a rung for leaning on the same hints as the others. What the beliefs of an evidence leave open is
-spread evenly over the other classes, so an unsure rung pulls towards nothing. Knows neither
+spread evenly over all classes, so a rung that knows nothing pulls towards nothing. Knows neither
 pictures nor objects, and keeps no state.
 """
 
@@ -23,7 +23,8 @@ FLIP_MARGIN = 0.15  # lead in belief a new material needs over the one already f
 FLOOR = 1e-4  # least belief any rung may hold: no rung can veto a material for good
 
 _ORDER: tuple[Rung, ...] = ("scene", "name", "shader", "encoder", "vlm", "unknown")
-# Exponents of the pool. Names and shaders are typed by the same person, so a shader adds less.
+# Exponents of the pool. Names and shaders come from the same person, so beside a name a shader
+# adds less; alone it counts in full.
 _WEIGHT: Mapping[Rung, float] = {
     "scene": 1.0,
     "name": 1.0,
@@ -38,7 +39,7 @@ _WEIGHT: Mapping[Rung, float] = {
 class Evidence:
     """What one rung says: (material, probability) best first, summing to at most 1.
 
-    The mass the beliefs leave open belongs to the other classes alike.
+    The mass the beliefs leave open belongs to no class: it is what the rung does not know.
     """
 
     rung: Rung
@@ -113,8 +114,8 @@ def fuse(views: Sequence[Evidence]) -> Evidence:
     The mean, not the product: views of one object repeat each other's errors.
     """
     named = sorted({name for view in views for name, _ in view.beliefs})
-    spreads = [_spread(view, named) for view in views]
-    means = {name: sum(s.get(name, 0.0) for s in spreads) / len(spreads) for name in named}
+    beliefs = [dict(view.beliefs) for view in views]
+    means = {name: sum(b.get(name, 0.0) for b in beliefs) / len(views) for name in named}
     ranked = sorted(means.items(), key=lambda item: (-item[1], item[0]))
     return Evidence("encoder", tuple(ranked))
 
@@ -131,25 +132,42 @@ def _statement(evidence: Sequence[Evidence]) -> Evidence | None:
 def _posterior(evidence: Sequence[Evidence]) -> dict[str, float]:
     named = [name for item in evidence for name, _ in item.beliefs]
     spoken = _statement(evidence)
-    if spoken is not None:
-        return _spread(spoken, named)
+    telling = [item for item in evidence if item.beliefs]
+    if spoken is not None or len(telling) == 1:
+        return _spread(spoken or telling[0], named)
     logs = dict.fromkeys(_classes(named), 0.0)
-    for item in evidence:
-        if item.beliefs:
-            for name, belief in _spread(item, named).items():
-                logs[name] += _WEIGHT[item.rung] * math.log(max(belief, FLOOR))
+    for item in telling:
+        for name, belief in _hedge(item, named).items():
+            logs[name] += _weight(item.rung, evidence) * math.log(max(belief, FLOOR))
     top = max(logs.values())
     total = sum(math.exp(value - top) for value in logs.values())
     return {name: math.exp(value - top) / total for name, value in logs.items()}
 
 
+def _weight(rung: Rung, evidence: Sequence[Evidence]) -> float:
+    has_name = any(item.rung == "name" and item.beliefs for item in evidence)
+    return 1.0 if rung == "shader" and not has_name else _WEIGHT[rung]
+
+
 def _spread(item: Evidence, named: Sequence[str]) -> dict[str, float]:
-    """Fill an evidence up to a distribution: what it leaves open goes evenly to the others."""
+    """Fill a lone evidence up to a distribution: what it leaves open goes to the others alike."""
     beliefs = dict(item.beliefs)
     classes = _classes([*named, *beliefs])
     others = [name for name in classes if name not in beliefs] or classes
     rest = max(0.0, 1.0 - sum(beliefs.values())) / len(others)
     return {name: beliefs.get(name, 0.0) + (rest if name in others else 0.0) for name in classes}
+
+
+def _hedge(item: Evidence, named: Sequence[str]) -> dict[str, float]:
+    """Fill an evidence up for the pool: what it leaves open goes to all classes alike.
+
+    To all, also to those it names: a rung that believes its own best guess at 2 % and nothing else
+    must not thereby speak against it.
+    """
+    beliefs = dict(item.beliefs)
+    classes = _classes([*named, *beliefs])
+    rest = max(0.0, 1.0 - sum(beliefs.values())) / len(classes)
+    return {name: beliefs.get(name, 0.0) + rest for name in classes}
 
 
 def _classes(named: Sequence[str]) -> tuple[str, ...]:
@@ -162,7 +180,7 @@ def _heaviest(evidence: Sequence[Evidence], material: str) -> Rung:
     named = [name for item in evidence for name, _ in item.beliefs]
 
     def weight(item: Evidence) -> float:
-        belief = _spread(item, named)[material]
-        return _WEIGHT[item.rung] * math.log(max(belief, FLOOR) * len(_classes(named)))
+        belief = _hedge(item, named)[material]
+        return _weight(item.rung, evidence) * math.log(max(belief, FLOOR) * len(_classes(named)))
 
     return max((item for item in evidence if item.beliefs), key=weight).rung

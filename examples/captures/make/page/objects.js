@@ -45,15 +45,17 @@ export function sceneEntry({object_id, name, states, root}) {
   return {object_id, name, ...stated, ...(shader && {shader: shaderOf(root)})};
 }
 
+/** What an engine knows of a material without a picture: its factors times the mean of its maps. */
 function shaderOf(root) {
   let material = null;
   root.traverse((node) => (material ??= node.material));
+  const tint = material.map?.userData.mean ?? [1, 1, 1];
   const round = (x) => Math.round(x * 1000) / 1000;
   return {
     metallic: material.metalness,
-    roughness: round(material.roughness),
+    roughness: round(material.roughness * (material.roughnessMap?.userData.mean ?? 1)),
     transmission: material.transmission ?? 0,
-    base_color: material.color.toArray().map(round),
+    base_color: material.color.toArray().map((part, i) => round(part * tint[i])),
   };
 }
 

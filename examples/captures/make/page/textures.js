@@ -202,20 +202,26 @@ function halftone(pen, random, {x, y, width, height}) {
  */
 function surface(size, shade) {
   const color = new ImageData(size, size);
+  const sum = {color: [0, 0, 0], roughness: 0};
   const relief = new ImageData(size, size);
   for (let y = 0; y < size; y++) {
     for (let x = 0; x < size; x++) {
       const point = shade(x / size, 1 - y / size);
       const at = (y * size + x) * 4;
       for (let i = 0; i < 3; i++) color.data[at + i] = point.color[i] * 255;
+      point.color.forEach((part, i) => (sum.color[i] += part / size ** 2));
+      sum.roughness += point.roughness / size ** 2;
       relief.data[at] = point.height * 255;
       relief.data[at + 1] = point.roughness * 255;
       color.data[at + 3] = relief.data[at + 3] = 255;
     }
   }
   const reliefMap = texture(relief, THREE.NoColorSpace);
+  const map = texture(color, THREE.SRGBColorSpace);
+  map.userData.mean = new THREE.Color().setRGB(...sum.color, THREE.SRGBColorSpace).toArray();
+  reliefMap.userData.mean = sum.roughness;
   return {
-    map: texture(color, THREE.SRGBColorSpace),
+    map,
     bumpMap: reliefMap,
     roughnessMap: reliefMap,
   };
