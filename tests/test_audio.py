@@ -64,7 +64,7 @@ def test_the_waveform_is_the_newest_samples_across_the_wrap():
 
 def test_a_command_is_heard_from_the_first_sample_of_the_next_block():
     ring = Ring.create()
-    engine = Engine(ring, BLOCK)
+    engine = Engine(ring)
     assert not engine.fill(BLOCK).any()
     number = ring.put(command(), time.monotonic())
     assert engine.fill(BLOCK)[1:].any()
@@ -74,7 +74,7 @@ def test_a_command_is_heard_from_the_first_sample_of_the_next_block():
 
 def test_an_engine_whose_gateway_hangs_falls_silent_by_itself():
     ring = Ring.create()
-    engine = Engine(ring, BLOCK)
+    engine = Engine(ring)
     slide = command(interaction="slide", onset=False, expires_at=time.monotonic() + 0.05)
     ring.put(slide, time.monotonic())
     for _ in range(30):
@@ -88,7 +88,7 @@ def test_an_engine_whose_gateway_hangs_falls_silent_by_itself():
 def test_commands_written_before_an_engine_started_are_not_played_late():
     ring = Ring.create()
     ring.put(command(), time.monotonic())
-    assert not Engine(ring, BLOCK).fill(BLOCK).any()
+    assert not Engine(ring).fill(BLOCK).any()
 
 
 def test_the_simulated_speaker_writes_what_it_played(tmp_path):

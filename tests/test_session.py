@@ -1,5 +1,6 @@
 """The session's state machine: messages and times in, actions out; no socket, no clock."""
 
+import dataclasses
 import io
 
 import numpy as np
@@ -74,6 +75,12 @@ def only(actions, kind):
 
 def replies(actions, kind):
     return [a.message for a in only(actions, Reply) if isinstance(a.message, kind)]
+
+
+def looked(session, message, evidence, now=1.1, stages=None):
+    """Send a frame, take the look it asks for, and return what its answer leads to."""
+    look = only(session.receive(message, now), LookAt)[-1]
+    return session.recognised(look, evidence, stages or {}, now)
 
 
 TABLE = SceneObject(object_id="table", material="wood")
@@ -279,8 +286,8 @@ def test_a_frame_of_an_object_the_scene_has_named_is_answered_without_a_look():
 
 def test_a_frame_of_an_unsure_object_is_looked_at_and_then_decided():
     session = owner(BLOB)
-    (look,) = only(session.receive(frame(object_id="blob"), 1.0), LookAt)
-    (decision,) = replies(session.recognised(look.frame, WOOD, {"encode": 2.0}, 1.1), Decision)
+    answers = looked(session, frame(object_id="blob"), WOOD, stages={"encode": 2.0})
+    (decision,) = replies(answers, Decision)
     assert (decision.id, decision.material, decision.source) == (5, "wood", "encoder")
     assert decision.stages_ms == {"encode": 2.0}
     (later,) = replies(session.receive(touch(object_id="blob"), 1.2), Decision) or [decision]
@@ -289,14 +296,15 @@ def test_a_frame_of_an_unsure_object_is_looked_at_and_then_decided():
 
 def test_an_unchanged_picture_is_skipped_as_unchanged():
     session = owner(BLOB)
-    (answer,) = replies(session.recognised(frame(object_id="blob"), None, {}, 1.0), Skipped)
+    (answer,) = replies(looked(session, frame(object_id="blob"), None), Skipped)
     assert answer.reason == "unchanged"
 
 
 def test_a_decision_that_arrives_under_a_hand_changes_what_it_feels_without_an_impact():
     session = owner(BLOB)
     session.receive(touch(object_id="blob"), 1.0)
-    (feel,) = only(session.recognised(frame(object_id="blob"), WOOD, {}, 1.1), Feel)
+    session.receive(touch("slide", "blob"), 1.05)
+    (feel,) = only(looked(session, frame(object_id="blob"), WOOD), Feel)
     assert (feel.command.material, feel.command.onset) == ("wood", False)
 
 
@@ -307,17 +315,17 @@ def test_a_touched_region_has_the_newest_frame_looked_at():
     actions = session.receive(touch(object_id=None, region=region), 1.1)
     (look,) = only(actions, LookAt)
     assert (look.frame.id, look.frame.region) == (0, region)
-    assert session.wants_anew(look.frame)
-    answers = session.recognised(look.frame, GLASS, {}, 1.2)
-    assert only(answers, Feel)[0].command.material == "glass"
-    assert replies(answers, Decision)[0].id == 0
+    assert session.wants_anew(look)
+    assert replies(session.recognised(look, GLASS, {}, 1.2), Decision)[0].id == 0
+    (feel,) = only(session.receive(touch("slide", None, region=region), 1.25), Feel)
+    assert feel.command.material == "glass"
 
 
 def test_enrolled_views_of_one_object_are_fused():
     session = owner(BLOB)
     for number, seen in enumerate((WOOD, GLASS, WOOD, WOOD)):
         view = frame(id=number + 1, object_id="blob", purpose="enrol")
-        actions = session.recognised(view, seen, {}, 1.0)
+        actions = looked(session, view, seen)
     assert replies(actions, Decision)[0].material == "wood"
 
 
@@ -365,6 +373,7 @@ def test_replace_forgets_the_objects_not_listed():
 def test_a_new_scene_changes_what_a_touching_hand_feels():
     session = owner(TABLE)
     session.receive(touch(), 1.0)
+    session.receive(touch("slide"), 1.05)
     metal = SceneObject(object_id="table", material="metal")
     actions = session.receive(scene(metal, replace=False), 1.1)
     assert only(actions, Feel)[0].command.material == "metal"
@@ -449,3 +458,124 @@ def test_pictures_of_another_format_are_told_apart():
     Image.new("RGB", (32, 32)).save(buffer, "PNG")
     with pytest.raises(MessageError):
         owner().receive(frame(image=buffer.getvalue()), 1.0)
+
+
+def test_the_first_contact_is_not_called_cached_and_names_how_it_is_touched():
+    session = owner(TABLE, PANE)
+    (first,) = replies(session.receive(touch(), 1.0), Decision)
+    assert (first.cached, first.pattern) == (False, "wood strike")
+    (second,) = replies(session.receive(touch("slide", "pane"), 1.1), Decision)
+    assert second.pattern == "glass slide"
+
+
+def test_a_stop_is_not_undone_by_the_other_hand():
+    hold = Hold()
+    session = SceneSession(owner=True, hold=hold)
+    session.receive(scene(TABLE), 0.0)
+    session.receive(touch(hand="left"), 1.0)
+    session.receive(touch(hand="right"), 1.0)
+    hold.stop("all")
+    session.rest()
+    session.receive(touch("release", hand="left"), 1.1)
+    for phase in ("contact", "slide"):
+        with pytest.raises(MessageError):
+            session.receive(touch(phase, hand="right"), 1.2)
+    assert only(session.receive(touch(hand="left"), 1.3), Feel)
+    with pytest.raises(MessageError):
+        session.receive(touch(hand="right"), 1.4)
+
+
+def test_the_plate_stays_with_the_latest_contact_while_the_other_hand_renews_or_approaches():
+    cold = SceneObject(object_id="cold", material="metal", temperature_c=0.0)
+    hot = SceneObject(object_id="hot", material="metal", temperature_c=60.0)
+    session = owner(cold, hot)
+    now = 1.0
+    session.receive(touch(object_id="cold", hand="left"), now)
+    session.receive(touch(object_id="hot", hand="right"), now + 0.01)
+    setpoints = []
+    for step in range(60):
+        now += 0.02
+        renewing = touch("slide", "cold", hand="left") if step % 2 else touch("slide", "hot")
+        session.receive(renewing, now)
+        setpoints += [heat.setpoint_c for heat in only(session.tick(now, READING), Heat)]
+    assert setpoints == sorted(setpoints)
+    session.receive(touch("release", hand="left"), now)
+    session.receive(touch("approach", "cold", hand="left"), now)
+    (heat,) = only(session.tick(now + 0.02, READING), Heat)
+    assert heat.setpoint_c >= setpoints[-1]
+
+
+def test_a_setting_or_a_late_look_during_an_impact_starts_no_rubbing():
+    session = owner(BLOB, TABLE)
+    session.receive(touch(), 1.0)
+    assert not only(session.receive(Set(id=3, ambient_c=10.0), 1.05), Feel)
+    session.receive(touch("slide"), 1.1)
+    assert only(session.receive(Set(id=4, ambient_c=12.0), 1.15), Feel)
+    other = owner(BLOB)
+    other.receive(touch(object_id="blob"), 1.0)
+    assert not only(looked(other, frame(object_id="blob"), WOOD), Feel)
+
+
+def test_the_regions_of_two_hands_are_decided_apart_and_from_other_frames():
+    session = owner()
+    session.receive(frame(object_id=None), 1.0)
+    regions = [Region(x=x, y=0.1, w=0.2, h=0.2) for x in (0.1, 0.7)]
+    looks = []
+    for hand, region in zip(("left", "right"), regions, strict=True):
+        answers = session.receive(touch(object_id=None, region=region, hand=hand), 1.1)
+        looks += only(answers, LookAt)
+    assert looks[0].key != looks[1].key
+    session.recognised(looks[0], WOOD, {}, 1.15)
+    whole = session.receive(frame(id=9, object_id=None), 1.16)
+    session.recognised(only(whole, LookAt)[-1], GLASS, {}, 1.17)
+    for hand, region, expected in zip(("left", "right"), regions, ("wood", None), strict=True):
+        again = touch("slide", None, region=region, hand=hand)
+        (feel,) = only(session.receive(again, 1.2), Feel)
+        assert feel.command.material == expected
+
+
+def test_a_touched_region_is_looked_at_again_in_every_newer_frame():
+    session = owner()
+    region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
+    assert not only(session.receive(touch(object_id=None, region=region), 1.0), LookAt)
+    looks = only(session.receive(frame(object_id=None), 1.1), LookAt)
+    assert [look.frame.id for look in looks] == [0, 5]
+
+
+def test_an_answer_for_a_scene_since_replaced_is_not_believed():
+    session = owner(BLOB)
+    (look,) = only(session.receive(frame(object_id="blob"), 1.0), LookAt)
+    session.receive(scene(BLOB), 1.05)
+    (answer,) = replies(session.recognised(look, WOOD, {}, 1.1), Skipped)
+    assert answer.reason == "superseded"
+    assert replies(session.receive(touch(object_id="blob"), 1.2), Decision)[0].material == "unknown"
+
+
+def test_a_swing_ends_when_the_hand_only_approaches():
+    session = owner(SceneObject(object_id="sword", material="metal"))
+    session.receive(touch("approach", "sword", interaction="swing"), 1.0)
+    assert only(session.receive(touch("approach", "sword"), 1.1), LetGo)
+
+
+def test_a_decision_says_when_the_heat_of_the_session_is_used_up():
+    session = owner(SceneObject(object_id="table", material="metal", temperature_c=60.0))
+    session.tick(0.5, dataclasses.replace(READING, dose_cem43=2.5))
+    (decision,) = replies(session.receive(touch(), 1.0), Decision)
+    assert (decision.setpoint_c, decision.limited_by) == (NEUTRAL_C, "dose")
+    assert decision.unlimited_c > 40.0
+
+
+def test_restating_the_same_objects_is_no_overflow_and_declared_ones_are_never_forgotten():
+    many = [SceneObject(object_id=f"o{number}") for number in range(4096)]
+    session = owner(*many)
+    for number in range(5000):
+        session.receive(touch("slide", f"undeclared{number}"), 1.0)
+    session.receive(scene(*many, replace=False), 1.1)
+    assert session._objects.facts("o0") is not None
+    assert len(session._objects._known) <= 8192
+
+
+def test_observers_set_no_ambient():
+    with pytest.raises(MessageError) as refused:
+        SceneSession(owner=False, observer=True).receive(Set(id=3, ambient_c=20.0), 1.0)
+    assert refused.value.path == "$.ambient_c"

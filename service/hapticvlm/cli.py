@@ -138,6 +138,7 @@ def _add_measure(commands: Commands) -> None:
 
 
 def _serve(options: argparse.Namespace) -> int:
+    from hapticvlm.child import ChildError
     from hapticvlm.devices.peltier import DeviceError
     from hapticvlm.server.edge import Address
 
@@ -149,7 +150,7 @@ def _serve(options: argparse.Namespace) -> int:
         origins = frozenset(options.allow_origin)
         address = Address(options.host, options.port, options.token, origins)
         asyncio.run(_run_service(options, address))
-    except (ValueError, OSError, RuntimeError, DeviceError) as error:
+    except (ValueError, OSError, ChildError, DeviceError) as error:
         print(f"hapticvlm serve: {error}", file=sys.stderr)
         return 2
     return 0
@@ -204,9 +205,11 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
             ]
             _say_ready(address.host, port, devices, has_priority)
             await stopping.wait()
-            gateway.rest()
+            gateway.close()
             for task in running:
                 task.cancel()
+            plate.close()
+            await asyncio.to_thread(speaker.close)
     finally:
         plate.close()
         await asyncio.gather(asyncio.to_thread(speaker.close), asyncio.to_thread(recogniser.close))
@@ -229,18 +232,24 @@ def _say_ready(host: str, port: int, devices: Devices, has_priority: bool) -> No
 
 
 def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:
+    def stop() -> None:
+        if stopping.is_set():  # asked twice: leave at once, the engine fades by itself
+            os._exit(130)
+        stopping.set()
+
     for number in (signal.SIGINT, signal.SIGTERM):
         try:
-            loop.add_signal_handler(number, stopping.set)
+            loop.add_signal_handler(number, stop)
         except NotImplementedError:
-            signal.signal(number, lambda *_: loop.call_soon_threadsafe(stopping.set))
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(stop))
 
 
 def _take_priority() -> bool:
     if not hasattr(os, "sched_setscheduler"):
         return False
     with contextlib.suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(GATEWAY_PRIORITY))
+        policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+        os.sched_setscheduler(0, policy, os.sched_param(GATEWAY_PRIORITY))
         return True
     return False
 

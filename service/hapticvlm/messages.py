@@ -337,7 +337,6 @@ _CHOICES = {
 
 class _IdOnly(Struct):
     id: int = 0
-    type: str = ""
 
 
 def decode(data: bytes | str) -> ClientMessage:
@@ -389,6 +388,7 @@ def _explain(reason: str, id: int) -> MessageError:
     if "Invalid" in text or text.endswith("field `type`"):
         cure = f"`{field}` is one of {', '.join(_CHOICES.get(field, ()))}"
     elif "unknown field" in text:
+        path += "." + text.split("`")[1]
         cure = "remove it or correct its spelling"
     elif "missing required field" in text:
         cure = "add it"

@@ -7,6 +7,7 @@ waits meanwhile sits in a mailbox where the newest frame wins. Knows no sockets 
 from __future__ import annotations
 
 import ctypes
+import logging
 import multiprocessing
 import os
 import signal
@@ -15,15 +16,16 @@ import time
 from collections import OrderedDict, deque
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
+from hapticvlm.child import Child
 from hapticvlm.messages import MAX_MESSAGE_BYTES, Frame
 from hapticvlm.recognition import pictures
 from hapticvlm.recognition.encoder import Encoder, load_encoder
@@ -31,48 +33,62 @@ from hapticvlm.recognition.gallery import Gallery, load_gallery
 from hapticvlm.recognition.ladder import Evidence
 
 MAX_ENROL_PER_OBJECT = 8
-MAX_ENROL = 256
+MAX_ENROL_BYTES = 32 * 1024 * 1024
 MAX_SEEN = 1024
 NICE = 5
-START_S = 20.0
-RESTART_S = 2.0
+SLOT_BYTES = MAX_MESSAGE_BYTES + 4096
 STUCK_S = 20.0
+
+T = TypeVar("T")
+
+logger = logging.getLogger(__name__)
 
 
 class QueueFull(Exception):
-    """The enrol queue of an object is full; the client sends too fast."""
+    """Too much waits to be enrolled; the client sends too fast."""
 
 
-class Mailbox:
-    """What waits of one connection: the newest live frame, and a bounded queue to enrol.
+class Mailbox(Generic[T]):
+    """What waits of one connection, all of it bounded; the newest wins.
 
-    Live and enrol frames take turns, so that neither starves the other.
+    What a hand touches comes first; live frames and frames to enrol take turns after it.
     """
 
     def __init__(self) -> None:
-        self._newest: Frame | None = None
-        self._enrol: deque[Frame] = deque()
+        self._live: T | None = None
+        self._touched: dict[str, T] = {}
+        self._enrol: deque[tuple[T, str | None, int]] = deque()
         self._enrol_next = False
 
-    def put(self, frame: Frame) -> Frame | None:
-        """Keep `frame`; return the live frame it supersedes. Raises QueueFull for enrol."""
-        if frame.purpose == "enrol":
-            same = sum(waiting.object_id == frame.object_id for waiting in self._enrol)
-            if same >= MAX_ENROL_PER_OBJECT or len(self._enrol) >= MAX_ENROL:
-                raise QueueFull
-            self._enrol.append(frame)
-            return None
-        superseded, self._newest = self._newest, frame
+    def put_live(self, item: T) -> T | None:
+        """Keep the newest live frame; return the one it supersedes."""
+        superseded, self._live = self._live, item
         return superseded
 
-    def take(self) -> Frame | None:
+    def put_touch(self, item: T, hand: str) -> T | None:
+        """Keep the newest look for this hand; return the one it supersedes."""
+        superseded = self._touched.get(hand)
+        self._touched[hand] = item
+        return superseded
+
+    def put_enrol(self, item: T, object_id: str | None, size_bytes: int) -> None:
+        """Queue a view of an object. Raises QueueFull."""
+        same = sum(waiting[1] == object_id for waiting in self._enrol)
+        held_bytes = sum(waiting[2] for waiting in self._enrol)
+        if same >= MAX_ENROL_PER_OBJECT or held_bytes + size_bytes > MAX_ENROL_BYTES:
+            raise QueueFull
+        self._enrol.append((item, object_id, size_bytes))
+
+    def take(self) -> T | None:
         """Remove and return what to look at next, if anything waits."""
-        if self._enrol and (self._enrol_next or self._newest is None):
+        if self._touched:
+            return self._touched.pop(next(iter(self._touched)))
+        if self._enrol and (self._enrol_next or self._live is None):
             self._enrol_next = False
-            return self._enrol.popleft()
+            return self._enrol.popleft()[0]
         self._enrol_next = True
-        frame, self._newest = self._newest, None
-        return frame
+        item, self._live = self._live, None
+        return item
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +107,7 @@ class Look:
     stages_ms: dict[str, float]
     error: str | None = None
     is_our_fault: bool = False
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,120 +123,85 @@ class Recogniser:
 
     def __init__(self, settings: RecogniserSettings) -> None:
         self._settings = settings
-        self._slot = multiprocessing.get_context("spawn").RawArray(
-            "B", 2 * MAX_MESSAGE_BYTES + 4096
-        )
-        self._bytes = np.frombuffer(self._slot, np.uint8)
-        self._process: BaseProcess | None = None
-        self._control: Connection | None = None
-        self._started_at = 0.0
-        self._asked_at: float | None = None
+        self._slot = multiprocessing.get_context("spawn").RawArray("B", SLOT_BYTES)
+        self._bytes = np.frombuffer(memoryview(self._slot), np.uint8)
+        self._child = Child("recogniser", run_recogniser, self._arguments, self._begin)
         self._answer: Callable[[Look], None] | None = None
+        self._asked_at: float | None = None
+        self._asked = 0
         self.loaded = Loaded("none", "none")
-        self.restarts = 0
         self.busy_s = 0.0
 
     @property
     def pid(self) -> int | None:
         """Process id of the recogniser."""
-        return self._process.pid if self._process else None
+        return self._child.pid
+
+    @property
+    def restarts(self) -> int:
+        """How often the process had to be restarted."""
+        return self._child.restarts
 
     @property
     def is_busy(self) -> bool:
-        """Whether a look is under way."""
-        return self._asked_at is not None
+        """Whether it cannot take a look now: one is under way, or it is not ready."""
+        return self._asked_at is not None or self._child.ready_at is None
 
     def start(self, answer: Callable[[Look], None]) -> None:
-        """Start the process and wait until its models are loaded; raises RuntimeError if not.
+        """Start the process and wait until its models are loaded; raises ChildError if not.
 
         `answer` is called from a thread of ours for each look and must only pass it on.
         """
         self._answer = answer
-        self._spawn()
-        assert self._control is not None
-        if not self._control.poll(START_S):
-            self.close()
-            raise RuntimeError("the recogniser did not start within 20 s")
-        try:
-            loaded = self._control.recv()
-        except EOFError:
-            loaded = "the recogniser died while it loaded its models"
-        if isinstance(loaded, str):
-            self.close()
-            raise RuntimeError(loaded)
-        self.loaded = loaded
-        self._listen()
+        self._child.start()
 
-    def look(self, frame: Frame, owner: str, now: float, *, anew: bool) -> None:
-        """Hand over one frame of connection `owner`; only while not busy.
+    def look(self, frame: Frame, subject: str, now: float, *, anew: bool) -> None:
+        """Hand over one frame; only while not busy.
 
-        `anew` = also if its picture has not changed.
+        `subject` names what it shows, to notice an unchanged picture; `anew` = look all the same.
         """
-        assert self._control is not None
-        data = msgspec.msgpack.encode(frame)
+        data = msgspec.msgpack.encode(msgspec.structs.replace(frame, id=1))  # 0 is no wire id
         self._bytes[: len(data)] = np.frombuffer(data, np.uint8)
         self._asked_at = now
+        self._asked += 1
         with suppress(OSError):
-            self._control.send((len(data), owner, now, anew))
+            self._child.control.send((self._asked, len(data), subject, now, anew))
 
-    def done(self) -> None:
-        """Say that the answer was taken: the next look may begin."""
-        if self._asked_at is not None:
-            self.busy_s += time.monotonic() - self._asked_at
+    def done(self, look: Look) -> bool:
+        """Take note of an answer; false if it is to a question of long ago."""
+        if look.number != self._asked or self._asked_at is None:
+            return False
+        self.busy_s += time.monotonic() - self._asked_at
         self._asked_at = None
+        return True
 
     def supervise(self, now: float) -> str | None:
         """Restart a dead or stuck process; return what happened, if anything."""
-        process = self._process
-        if process is None or now - self._started_at < RESTART_S:
-            return None
-        stuck = self._asked_at is not None and now - self._asked_at > STUCK_S
-        if process.is_alive() and not stuck:
-            return None
-        why = "hung" if process.is_alive() else f"died (exit code {process.exitcode})"
-        self._end()
-        self._spawn()
-        self._asked_at = None
-        self.restarts += 1
-        self._listen(skip_first=True)
-        return f"the recogniser {why} and was restarted; the frame it looked at is lost"
+        is_stuck = self._asked_at is not None and now - self._asked_at > STUCK_S
+        trouble = self._child.supervise(now, is_well=not is_stuck)
+        if trouble is not None:
+            self._asked_at = None
+            self._asked += 1
+        return trouble
 
     def close(self) -> None:
         """Stop the process."""
-        self._end()
+        self._child.close(0.0)
 
-    def _spawn(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._control, theirs = context.Pipe()
-        self._process = context.Process(
-            target=run_recogniser,
-            args=(self._slot, self._settings, theirs),
-            name="hapticvlm recogniser",
-            daemon=True,
-        )
-        self._process.start()
-        theirs.close()
-        self._started_at = time.monotonic()
+    def _arguments(self) -> tuple[Any, ...]:
+        return self._slot, self._settings
 
-    def _listen(self, *, skip_first: bool = False) -> None:
-        control, answer = self._control, self._answer
-        assert control is not None
+    def _begin(self, loaded: Loaded) -> None:
+        self.loaded = loaded
+        control, answer = self._child.control, self._answer
         assert answer is not None
 
         def read() -> None:
             with suppress(EOFError, OSError):
-                if skip_first:
-                    control.recv()
                 while True:
                     answer(control.recv())
 
         threading.Thread(target=read, name="recogniser answers", daemon=True).start()
-
-    def _end(self) -> None:
-        if self._process is not None:
-            self._process.kill()
-            self._process.join(2.0)
-        self._process = self._control = None
 
 
 def run_recogniser(
@@ -232,16 +214,22 @@ def run_recogniser(
         encoder = load_encoder(settings.encoder)
         gallery = load_gallery(settings.gallery, encoder=encoder)
     except Exception as error:  # noqa: BLE001 - the gateway must hear why, whatever a model threw
-        control.send(f"cannot load the models: {error}")
+        control.send(("failed", f"cannot load the models: {error}"))
         return
-    control.send(Loaded(encoder.name, settings.gallery.name if settings.gallery else "shipped"))
+    gallery_name = settings.gallery.name if settings.gallery else "shipped"
+    control.send(("ready", Loaded(encoder.name, gallery_name)))
     eye = Eye(encoder, gallery)
     data = np.frombuffer(memoryview(slot), np.uint8).data
     with suppress(EOFError, OSError):
         while True:
-            length, owner, asked_at, anew = control.recv()
+            number, length, subject, asked_at, anew = control.recv()
             waited_ms = (time.monotonic() - asked_at) * 1000.0
-            control.send(eye.look(bytes(data[:length]), owner, waited_ms, anew=anew))
+            try:
+                look = eye.look(bytes(data[:length]), subject, waited_ms, anew=anew)
+            except Exception:  # a picture that trips a bug of ours must not take the others down
+                logger.exception("a look failed")
+                look = Look(None, {}, "looking at this picture failed", is_our_fault=True)
+            control.send(replace(look, number=number))
 
 
 def _lower_priority() -> None:
@@ -258,9 +246,9 @@ class Eye:
     def __init__(self, encoder: Encoder, gallery: Gallery) -> None:
         self._encoder = encoder
         self._gallery = gallery
-        self._seen: OrderedDict[tuple[str, str | None], Any] = OrderedDict()
+        self._seen: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
 
-    def look(self, data: bytes, owner: str, waited_ms: float, *, anew: bool) -> Look:
+    def look(self, data: bytes, subject: str, waited_ms: float, *, anew: bool) -> Look:
         """Decode, compare with the last picture of the same object, embed and match."""
         stages = {"queue": waited_ms}
         started = time.perf_counter()
@@ -270,7 +258,7 @@ class Eye:
         except pictures.PictureError as error:
             return Look(None, stages, str(error))
         stages["decode"], started = _lap(started)
-        unchanged = self._is_unchanged((owner, frame.object_id), crop)
+        unchanged = self._is_unchanged(subject, crop)
         if unchanged and frame.purpose == "live" and not anew:
             return Look(None, stages)
         embedding = self._encoder.embed([crop])[0]
@@ -281,13 +269,13 @@ class Eye:
         stages["match"], _ = _lap(started)
         return Look(evidence, stages)
 
-    def _is_unchanged(self, key: tuple[str, str | None], crop: pictures.Crop) -> bool:
+    def _is_unchanged(self, subject: str, crop: pictures.Crop) -> bool:
         signature = pictures.signature(crop)
-        before = self._seen.get(key)
+        before = self._seen.get(subject)
         if before is not None and not pictures.has_changed(before, signature):
             return True
-        self._seen[key] = signature
-        self._seen.move_to_end(key)
+        self._seen[subject] = signature
+        self._seen.move_to_end(subject)
         if len(self._seen) > MAX_SEEN:
             self._seen.popitem(last=False)
         return False

@@ -222,3 +222,64 @@ async def test_frames_of_three_seconds_at_60_a_second_are_all_answered(service):
         async with asyncio.timeout(5.0):
             await reading
         assert answers == ids
+
+
+async def test_the_gain_a_person_set_survives_a_crash_of_the_engine(service):
+    async def loudest(client):
+        level = 0.0
+        for _ in range(20):
+            await client.touch("slide", "table", speed_mps=0.5, force_n=3.0)
+            level = max(level, status(service)["speaker"]["level"])
+            await asyncio.sleep(0.03)
+        await client.touch("release")
+        return level
+
+    async with peer(service) as client:
+        await owner_of(client)
+        full = await loudest(client)
+        await client.ask(type="set", vibration_gain=0.1)
+        await asyncio.sleep(0.1)
+        quiet = await loudest(client)
+        restarts = status(service)["speaker"]["restarts"]
+        os.kill(status(service)["speaker"]["pid"], signal.SIGKILL)
+        await until(service, lambda found: found["speaker"]["restarts"] > restarts)
+        await asyncio.sleep(1.5)
+        assert quiet < 0.3 * full
+        assert await loudest(client) < 0.3 * full
+    async with peer(service) as newcomer:
+        await owner_of(newcomer)
+        await asyncio.sleep(0.1)
+        assert await loudest(newcomer) > 0.5 * full
+
+
+async def test_the_service_stops_at_once_although_a_client_does_not_read():
+    with running() as service:
+        async with peer(service) as lazy, peer(service) as client:
+            await lazy.hello("observer")
+            lazy.socket.transport.pause_reading()
+            await owner_of(client)
+            for _ in range(3000):
+                await lazy.socket.send(b"\xc1" * 40)
+                await asyncio.sleep(0)
+            await client.touch("contact", "table")
+            started = time.monotonic()
+            service.process.send_signal(signal.SIGTERM)
+            assert await asyncio.to_thread(service.process.wait, 8.0) == 0
+            assert time.monotonic() - started < 4.0
+            lazy.socket.transport.abort()
+
+
+async def test_a_region_touch_is_decided_while_frames_stream(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        region = {"x": 0.1, "y": 0.1, "w": 0.8, "h": 0.8}
+        looks = status(service)["counts"].get("looks", 0)
+        for number in range(30):
+            await client.send(**frame(number + 500))
+            phase = "slide" if number else "contact"
+            assert (await client.touch(phase, region=region))["type"] == "ok"
+            await asyncio.sleep(0.02)
+        event = await client.event("decision", id=0)
+        assert event["source"] in ("encoder", "unknown")
+        await client.touch("release")
+        assert status(service)["counts"]["looks"] > looks + 10

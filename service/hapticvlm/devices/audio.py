@@ -44,15 +44,16 @@ class AudioSettings:
     block: int = 128
     wav: Path | None = None
     realtime: bool = True
+    gain: float = 1.0
 
 
 class Engine:
     """Turns ring commands into blocks; `fill` is all the audio callback calls."""
 
-    def __init__(self, ring: Ring, block: int) -> None:
+    def __init__(self, ring: Ring, gain: float = 1.0) -> None:
         self._ring = ring
-        self._block_s = block / RATE_HZ
-        self._voices = Voices()
+        self._voices = Voices(gain=gain)
+        self._is_leaving = False
         self._newest = ring.newest
         self._lost = self._samples = 0
         self.underruns = 0
@@ -67,7 +68,8 @@ class Engine:
             if order is None:
                 self._lost += 1
                 continue
-            self._obey(order)
+            if not self._is_leaving:
+                self._obey(order)
             self._ring.note_delay(number, now - written_at)
         block = self._voices.render(count, now)
         self._samples += count
@@ -75,6 +77,11 @@ class Engine:
             self.tee(block)
         self._ring.report(self._status(now), block)
         return block
+
+    def leave(self) -> None:
+        """Fade everything and obey nothing from now on."""
+        self._is_leaving = True
+        self._voices.rest()
 
     def _obey(self, order: Order) -> None:
         match order:
@@ -104,7 +111,7 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     """Entry point of the engine process; ends on a message or when the gateway is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
-    engine = Engine(Ring(shared), settings.block)
+    engine = Engine(Ring(shared), settings.gain)
     wav = WavFile(settings.wav) if settings.wav else None
     if wav is not None:
         engine.tee = wav.append
@@ -120,7 +127,7 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     with suppress(EOFError, OSError, _Leave):
         control.recv()
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    Ring(shared).put(RestAll(), time.monotonic())
+    engine.leave()
     time.sleep(FADE_S)
     stop()
     if wav is not None:

@@ -1,27 +1,26 @@
 """The gateway's end of the palm speaker: starts the audio engine, writes commands, watches it.
 
 A dead engine is restarted and reported; meanwhile commands go into a ring nobody reads, and the new
-engine starts behind them, so nothing late is played.
+engine starts behind them, so nothing late is played. It starts with the gain the old one had.
 """
 
 from __future__ import annotations
 
-import multiprocessing
+import dataclasses
 import time
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.child import Child, ChildError
 from hapticvlm.devices.audio import AudioSettings, run_engine
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, RestAll, Ring
 from hapticvlm.rendering.voices import Command
 
-START_S = 10.0
 SILENT_S = 1.0
-RESTART_S = 1.0
+FADE_AND_CLOSE_S = 5.0
 
 
 class Speaker:
@@ -30,13 +29,9 @@ class Speaker:
     def __init__(self, settings: AudioSettings) -> None:
         self._settings = settings
         self._ring = Ring.create()
-        self._process: BaseProcess | None = None
-        self._control: Connection | None = None
-        self._started_at = 0.0
         self._underruns_before = 0
-        self._gain = 1.0
+        self._child = Child("audio engine", run_engine, self._arguments, self._begin)
         self.name = settings.output
-        self.restarts = 0
 
     @property
     def simulated(self) -> bool:
@@ -46,20 +41,19 @@ class Speaker:
     @property
     def pid(self) -> int | None:
         """Process id of the engine."""
-        return self._process.pid if self._process else None
+        return self._child.pid
+
+    @property
+    def restarts(self) -> int:
+        """How often the engine had to be restarted."""
+        return self._child.restarts
 
     def start(self) -> None:
         """Start the engine and wait until it plays; raises DeviceError if it can't."""
-        self._spawn()
-        assert self._control is not None
-        if not self._control.poll(START_S):
-            self.close()
-            raise DeviceError("the audio engine did not start within 10 s")
-        answer, text = self._control.recv()
-        if answer == "failed":
-            self.close()
-            raise DeviceError(text)
-        self.name = text
+        try:
+            self._child.start()
+        except ChildError as error:
+            raise DeviceError(str(error)) from None
 
     def obey(self, command: Command) -> int:
         """Write one command into the ring and return its number; never blocks."""
@@ -75,7 +69,7 @@ class Speaker:
 
     def set_gain(self, gain: float) -> None:
         """Set the vibration gain (0..1)."""
-        self._gain = gain
+        self._settings = dataclasses.replace(self._settings, gain=gain)
         self._ring.put(Gain(gain), time.monotonic())
 
     def status(self) -> EngineStatus:
@@ -97,43 +91,21 @@ class Speaker:
 
     def supervise(self, now: float) -> str | None:
         """Restart a dead or silent engine; return what happened, if anything."""
-        process = self._process
-        if process is None or now - self._started_at < RESTART_S:
+        ready_at = self._child.ready_at or now
+        is_well = now - max(self._ring.status().beat_at, ready_at) <= SILENT_S
+        underruns = self.underruns
+        trouble = self._child.supervise(now, is_well=is_well)
+        if trouble is None:
             return None
-        silent = now - max(self._ring.status().beat_at, self._started_at) > SILENT_S
-        if process.is_alive() and not silent:
-            return None
-        why = "hung" if process.is_alive() else f"died (exit code {process.exitcode})"
-        self._underruns_before = self.underruns
-        self._end()
-        self._spawn()
-        self.restarts += 1
-        self._ring.put(Gain(self._gain), time.monotonic())
-        return f"the audio engine {why} and was restarted; vibration rested meanwhile"
+        self._underruns_before = underruns
+        return f"{trouble}; vibration rests meanwhile"
 
     def close(self) -> None:
         """Fade out, stop the engine and wait for it."""
-        if self._control is not None:
-            self._control.close()
-        if self._process is not None:
-            self._process.join(2.0)
-        self._end()
+        self._child.close(FADE_AND_CLOSE_S)
 
-    def _spawn(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._control, theirs = context.Pipe()
-        self._process = context.Process(
-            target=run_engine,
-            args=(self._ring.shared, self._settings, theirs),
-            name="hapticvlm audio engine",
-            daemon=True,
-        )
-        self._process.start()
-        theirs.close()
-        self._started_at = time.monotonic()
+    def _arguments(self) -> tuple[Any, ...]:
+        return self._ring.shared, self._settings
 
-    def _end(self) -> None:
-        if self._process is not None and self._process.is_alive():
-            self._process.kill()
-            self._process.join(1.0)
-        self._process = self._control = None
+    def _begin(self, name: str) -> None:
+        self.name = name

@@ -6,6 +6,7 @@ const history = [];
 const decisions = new Map();
 let socket = null;
 let nextId = 2;
+let stopId = null;
 
 function connect() {
   socket = new WebSocket(`ws://${location.host}/`);
@@ -20,7 +21,9 @@ function token() {
 }
 
 function send(message) {
-  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+  const isOpen = socket?.readyState === WebSocket.OPEN;
+  if (isOpen) socket.send(JSON.stringify(message));
+  return isOpen;
 }
 
 function take(message) {
@@ -28,6 +31,7 @@ function take(message) {
   else if (message.type === "telemetry") telemetry(message);
   else if (message.type === "decision") decide(message);
   else if (message.type === "view" && message.kind === "waveform") drawWave(message.samples);
+  else if (message.type === "ok" && message.id === stopId) byId("state").textContent = "stopped: outputs rest until the scene releases and touches anew";
   else if (message.type === "error") byId("state").textContent = message.text;
 }
 
@@ -133,8 +137,10 @@ async function count() {
 }
 
 byId("stop").addEventListener("click", () => {
-  send({ type: "stop", id: nextId++, scope: "all" });
-  byId("state").textContent = "stopped: outputs rest until the scene releases and touches anew";
+  stopId = nextId++;
+  byId("state").textContent = "stopping";
+  const isSent = send({ type: "stop", id: stopId, scope: "all" });
+  if (!isSent) byId("state").textContent = "NOT STOPPED: no connection to the service; switch the devices off by hand";
 });
 connect();
 count();

@@ -131,7 +131,7 @@ def carries_cue(contact: ThermalContact) -> bool:
 
 
 def within_range(unlimited_c: float) -> Limited:
-    """Apply the setpoint band alone, as a decision reports it; no number becomes neutral."""
+    """Apply the setpoint band alone; what is no number becomes neutral."""
     if not math.isfinite(unlimited_c):
         return Limited(NEUTRAL_C, NEUTRAL_C, "setpoint")
     setpoint_c = min(max(unlimited_c, SETPOINT_MIN_C), SETPOINT_MAX_C)
@@ -143,8 +143,20 @@ def limit(
 ) -> Limited:
     """Turn a wish into the setpoint of this moment; `limited_by` names the limit that decided it.
 
-    In order: setpoint band, dose and heated time, sink, slew from `previous_c`. A plate at its
-    current limit keeps its setpoint and is named only when nothing else limits.
+    As `settle`, then slew from `previous_c`.
+    """
+    settled = settle(unlimited_c, reading)
+    slewed_c = _slew(settled.setpoint_c, previous_c, elapsed_s)
+    if slewed_c != settled.setpoint_c:
+        return Limited(slewed_c, settled.unlimited_c, "slew")
+    return settled
+
+
+def settle(unlimited_c: float, reading: PlateReading) -> Limited:
+    """Turn a wish into the setpoint the plate will come to, as a decision reports it.
+
+    In order: setpoint band, dose and heated time, sink. A plate at its current limit keeps its
+    setpoint and is named only when nothing else limits.
     """
     banded = within_range(unlimited_c)
     setpoint_c, limited_by = banded.setpoint_c, banded.limited_by
@@ -153,9 +165,6 @@ def limit(
     coldest_c = _coldest_setpoint_c(reading.sink_c)
     if setpoint_c < coldest_c:
         setpoint_c, limited_by = coldest_c, "sink"
-    slewed_c = _slew(setpoint_c, previous_c, elapsed_s)
-    if slewed_c != setpoint_c:
-        setpoint_c, limited_by = slewed_c, "slew"
     if limited_by is None and reading.current_limited:
         limited_by = "current"
     return Limited(setpoint_c, banded.unlimited_c, limited_by)

@@ -13,10 +13,12 @@ from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.messages import ServiceMessage, Telemetry, View, encode
 from hapticvlm.recogniser import Mailbox
+from hapticvlm.session.actions import LookAt
 from hapticvlm.session.scene import SceneSession
 
 MAX_WAITING = 256
-DEAD_AFTER_S = 20
+IDLE_S, PROBE_S, PROBES = 10, 2, 5  # a silent dead peer is noticed after 20 s
+DEAD_AFTER_S = 120  # a peer that acknowledges nothing of what was sent
 
 logger = logging.getLogger(__name__)
 
@@ -29,7 +31,7 @@ class Connection:
     ) -> None:
         self.name = name
         self.session = session
-        self.mailbox = Mailbox()
+        self.mailbox: Mailbox[LookAt] = Mailbox()
         self.watches: frozenset[str] = frozenset()
         self._socket = socket_
         self._as_text = as_text
@@ -74,15 +76,16 @@ def notice_dead_peers(connection: ServerConnection) -> None:
     """Have the kernel end a half-open connection, so that a paused program never loses its own.
 
     A program that is only paused still has a kernel that answers; a late WebSocket ping would cut
-    it off although it is alive.
+    it off although it is alive. Only one whose buffers stay full for DEAD_AFTER_S is given up.
     """
     raw = connection.transport.get_extra_info("socket")
     if raw is None:
         return
     options = {
-        "TCP_KEEPIDLE": DEAD_AFTER_S // 2,
-        "TCP_KEEPINTVL": 2,
-        "TCP_KEEPCNT": DEAD_AFTER_S // 4,
+        "TCP_KEEPIDLE": IDLE_S,
+        "TCP_KEEPALIVE": IDLE_S,  # the same on macOS
+        "TCP_KEEPINTVL": PROBE_S,
+        "TCP_KEEPCNT": PROBES,
         "TCP_USER_TIMEOUT": DEAD_AFTER_S * 1000,
     }
     with suppress(OSError):

@@ -48,6 +48,9 @@ from hapticvlm.session.scene import SceneSession
 
 CLOSE_PROTOCOL = 4000
 HELLO_S = 10.0
+CLOSE_S = 1.0
+MAX_HELLO_BYTES = 16 * 1024  # nobody unknown may keep the event loop busy with parsing
+MAX_TEXT_BYTES = 1024 * 1024  # text carries no pictures, and JSON is slow to parse
 MAX_CONNECTIONS = 64
 TOO_BIG = 1009
 
@@ -90,6 +93,7 @@ class Edge:
         self._clock = clock
         self._door = http.Door(address.host, address.allowed_origins)
         self._numbers = itertools.count(1)
+        self._open_sockets: set[ServerConnection] = set()
 
     @asynccontextmanager
     async def listen(self) -> AsyncIterator[int]:
@@ -107,8 +111,16 @@ class Edge:
             ping_interval=None,
             server_header=None,
         )
-        async with server:
+        try:
             yield server.sockets[0].getsockname()[1]
+        finally:
+            server.close()
+            try:
+                await asyncio.wait_for(asyncio.shield(server.wait_closed()), CLOSE_S)
+            except TimeoutError:
+                for connection in self._open_sockets.copy():
+                    connection.transport.abort()
+                await server.wait_closed()
 
     def _process_request(self, connection: ServerConnection, request: Request) -> Response | None:
         response = http.answer(connection, request, self._door, self._gateway.status)
@@ -118,6 +130,7 @@ class Edge:
 
     async def _handle(self, socket: ServerConnection) -> None:
         notice_dead_peers(socket)
+        self._open_sockets.add(socket)
         try:
             connection = await self._welcome(socket)
             if connection is not None:
@@ -125,6 +138,8 @@ class Edge:
         except ConnectionClosed as closed:
             if closed.sent is not None and closed.sent.code == TOO_BIG:
                 self._gateway.counts["closed: message too big"] += 1
+        finally:
+            self._open_sockets.discard(socket)
 
     async def _welcome(self, socket: ServerConnection) -> Connection | None:
         """Wait for hello; answer welcome, or an error and close."""
@@ -133,6 +148,8 @@ class Edge:
             async with asyncio.timeout(HELLO_S):
                 data = await socket.recv()
             as_text = isinstance(data, str)
+            if len(data) > MAX_HELLO_BYTES:
+                raise MessageError("protocol", f"hello is at most {MAX_HELLO_BYTES} bytes")
             hello = self._admit(decode(data))
         except TimeoutError:
             error = MessageError("protocol", f"no hello within {HELLO_S:.0f} s")
@@ -163,7 +180,7 @@ class Edge:
         if wanted is not None and not hmac.compare_digest(given.encode(), wanted.encode()):
             text = "wrong or missing token: send the one the service was started with"
             raise MessageError("protocol", text, path="$.token", id=message.id)
-        if self._gateway.connections >= MAX_CONNECTIONS:
+        if len(self._gateway.connections) >= MAX_CONNECTIONS:
             text = f"{MAX_CONNECTIONS} connections are open already: close one"
             raise MessageError("protocol", text, id=message.id)
         return message
@@ -174,8 +191,9 @@ class Edge:
             owner=not observer and self._gateway.owner is None,
             observer=observer,
             hold=self._gateway.hold,
+            reading=self._gateway.reading,
         )
-        name = f"{hello.client.name[:40]} #{next(self._numbers)}"
+        name = f"{hello.client.name[:40]!r} #{next(self._numbers)}"
         connection = Connection(socket, name, session, as_text=as_text)
         self._gateway.join(connection)
         logger.info("%s connected as %s, owner: %s", name, hello.role, session.owner)
@@ -203,7 +221,10 @@ class Edge:
             devices=self._offer.devices,
             models=self._offer.models,
             materials=list(MATERIALS),
-            privacy=Privacy(frames_stored=False, frames_leave_machine=False),
+            privacy=Privacy(
+                frames_stored=False,
+                frames_leave_machine=not http.is_loopback(self._address.host),
+            ),
         )
 
     async def _converse(self, socket: ServerConnection, connection: Connection) -> None:
@@ -221,6 +242,9 @@ class Edge:
     async def _receive(self, connection: Connection, data: bytes | str) -> None:
         now = self._clock()
         try:
+            if isinstance(data, str) and len(data) > MAX_TEXT_BYTES:
+                text = f"$: text messages are at most {MAX_TEXT_BYTES} bytes; send MessagePack"
+                raise MessageError("limit", text, path="$")
             message = decode(data)
             actions = connection.session.receive(message, now)
         except MessageError as error:

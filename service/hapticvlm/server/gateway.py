@@ -23,15 +23,15 @@ from hapticvlm.messages import (
     Decision,
     Error,
     ErrorCode,
-    Frame,
     ServiceMessage,
     Skipped,
     Telemetry,
     View,
 )
-from hapticvlm.recogniser import Look, QueueFull, Recogniser
+from hapticvlm.recogniser import Look, Recogniser
 from hapticvlm.rendering.thermal import PlateReading
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.looks import Looks
 from hapticvlm.session.actions import (
     Action,
     Feel,
@@ -49,7 +49,6 @@ from hapticvlm.session.hands import Hold
 WAITS = 512
 TICK_S = 0.02
 TELEMETRY_S = 0.1
-VIEW_S = 0.5
 VIEW_SAMPLES, VIEW_STEP = 4800, 16
 
 logger = logging.getLogger(__name__)
@@ -65,29 +64,35 @@ class Gateway:
         self._speaker = speaker
         self._plate = plate
         self._recogniser = recogniser
-        self._connections: list[Connection] = []
+        self.connections: list[Connection] = []
+        self._looks = Looks(recogniser, self)
         self._reading: PlateReading = plate.advance(time.monotonic())
-        self._looking: tuple[Connection, Frame] | None = None
-        self._viewed_at = 0.0
+        self._is_closing = False
 
     @property
-    def connections(self) -> int:
-        """How many connections are open."""
-        return len(self._connections)
+    def reading(self) -> PlateReading:
+        """What the plate last said."""
+        return self._reading
 
     def join(self, connection: Connection) -> None:
         """Admit a connection; the first scene's is the owner's."""
-        self._connections.append(connection)
+        self.connections.append(connection)
         if connection.session.owner:
             self.owner = connection
+            self._speaker.set_gain(1.0)
 
     def leave(self, connection: Connection) -> None:
         """Forget a connection; when it was the owner's, the outputs rest."""
-        self._connections.remove(connection)
+        self.connections.remove(connection)
         connection.session.rest()
         if self.owner is connection:
             self.owner = None
             self.rest()
+
+    def close(self) -> None:
+        """Rest both outputs and move nothing from now on."""
+        self._is_closing = True
+        self.rest()
 
     def rest(self) -> None:
         """Rest both outputs at once."""
@@ -103,7 +108,7 @@ class Gateway:
                     replies.append(action.message)
                     self._show(connection, action.message)
                 case LookAt():
-                    replies += self._queue(connection, action)
+                    replies += self._looks.queue(connection, action)
                 case Watch():
                     connection.watches = action.kinds
                 case _:
@@ -116,14 +121,12 @@ class Gateway:
 
     def on_look(self, look: Look) -> None:
         """Take in the recogniser's answer (on the event loop)."""
-        self._recogniser.done()
-        asked, self._looking = self._looking, None
-        if asked is not None and asked[0] in self._connections:
-            connection, frame = asked
-            self._show_frame(frame)
-            for reply in self.carry_out(connection, self._learn(connection, frame, look)):
-                connection.post(reply)
-        self._look_at_next()
+        self._looks.take(look)
+
+    def deliver(self, connection: Connection, actions: list[Action]) -> None:
+        """Carry out actions that no message asked for just now; send what they tell."""
+        for reply in self.carry_out(connection, actions):
+            connection.post(reply)
 
     async def run_ticks(self) -> None:
         """Let leases lapse, follow the plate and watch the children, until cancelled."""
@@ -132,9 +135,7 @@ class Gateway:
             now = time.monotonic()
             self._follow_plate(now)
             if self.owner is not None:
-                actions = self.owner.session.tick(now, self._reading)
-                for reply in self.carry_out(self.owner, actions):
-                    self.owner.post(reply)
+                self.deliver(self.owner, self.owner.session.tick(now, self._reading))
             self._supervise(now)
 
     async def run_telemetry(self) -> None:
@@ -142,26 +143,28 @@ class Gateway:
         while True:
             await asyncio.sleep(TELEMETRY_S)
             telemetry = self._telemetry()
-            waveform = self._waveform()
-            for connection in self._connections:
+            for connection in self.connections:
                 connection.post(telemetry)
-                if "waveform" in connection.watches:
+            watching = [other for other in self.connections if "waveform" in other.watches]
+            if watching:
+                waveform = self._waveform()
+                for connection in watching:
                     connection.post(waveform)
 
     def show_log(self, text: str) -> None:
         """Pass one log line to the observers that watch the log."""
-        for connection in self._connections:
+        for connection in self.connections:
             if "log" in connection.watches:
                 connection.post(View(id=0, kind="log", text=text))
 
     def status(self) -> dict[str, Any]:
         """Return every count, for the status page."""
         counts = self.counts.copy()
-        for connection in self._connections:
+        for connection in self.connections:
             counts += connection.counts
         engine = self._speaker.status()
         return {
-            "connections": len(self._connections),
+            "connections": len(self.connections),
             "owner": self.owner.name if self.owner else None,
             "counts": dict(counts),
             "speaker": {
@@ -189,6 +192,7 @@ class Gateway:
                 "restarts": self._recogniser.restarts,
                 "pid": self._recogniser.pid,
                 "busy_s": round(self._recogniser.busy_s, 3),
+                "encoder": self._recogniser.loaded.encoder,
             },
         }
 
@@ -205,6 +209,8 @@ class Gateway:
         }
 
     def _drive(self, action: Feel | LetGo | SetGain | Heat | RestPlate | HoldAtRest) -> None:
+        if self._is_closing:
+            return
         match action:
             case Feel():
                 self._speaker.obey(action.command)
@@ -219,76 +225,15 @@ class Gateway:
             case HoldAtRest():
                 self._stop(action)
 
-    def _queue(self, connection: Connection, look: LookAt) -> list[ServiceMessage]:
-        try:
-            superseded = connection.mailbox.put(look.frame)
-        except QueueFull:
-            self.refuse("overload")
-            text = "too many enrol frames wait for this object: wait for its decisions first"
-            return [Error(id=look.frame.id, code="overload", text=text, path="$.purpose")]
-        skipped: list[ServiceMessage] = []
-        if superseded is not None and superseded.id:
-            self._drop("superseded")
-            skipped.append(Skipped(id=superseded.id, reason="superseded"))
-        self._look_at_next()
-        return skipped
-
-    def _look_at_next(self) -> None:
-        if self._recogniser.is_busy:
-            return
-        now = time.monotonic()
-        for connection in self._connections.copy():
-            while (frame := connection.mailbox.take()) is not None:
-                if connection.session.is_stale(frame, now):
-                    self._drop("stale")
-                    connection.post(Skipped(id=frame.id, reason="stale"))
-                    continue
-                self._looking = (connection, frame)
-                self._recogniser.look(
-                    frame, connection.name, now, anew=connection.session.wants_anew(frame)
-                )
-                self._connections.remove(connection)
-                self._connections.append(connection)
-                return
-
-    def _learn(self, connection: Connection, frame: Frame, look: Look) -> list[Action]:
-        if look.error is not None:
-            code: ErrorCode = "model" if look.is_our_fault else "message"
-            self.refuse(code)
-            return [Reply(Error(id=frame.id, code=code, text=look.error, path="$.image"))]
-        self.counts["looks"] += 1
-        return connection.session.recognised(frame, look.evidence, look.stages_ms, time.monotonic())
-
     def _show(self, connection: Connection, message: ServiceMessage) -> None:
         """Show observers what another connection is told; frames only to those who asked."""
         if isinstance(message, Skipped) and message.reason == "rate":
-            self._drop("rate")
+            self.counts["frames rate"] += 1
         if not isinstance(message, Decision):
             return
-        for observer in self._connections:
+        for observer in self.connections:
             if observer is not connection and observer.session.observer:
                 observer.post(msgspec.structs.replace(message, id=0))
-
-    def _show_frame(self, frame: Frame) -> None:
-        now = time.monotonic()
-        if frame.format not in ("jpeg", "png") or now - self._viewed_at < VIEW_S:
-            return
-        for observer in self._connections:
-            if "frames" in observer.watches:
-                self._viewed_at = now
-                observer.post(
-                    View(
-                        id=0,
-                        kind="frames",
-                        object_id=frame.object_id,
-                        region=frame.region,
-                        format=frame.format,
-                        image=frame.image,
-                    )
-                )
-
-    def _drop(self, reason: str) -> None:
-        self.counts[f"frames {reason}"] += 1
 
     def _stop(self, action: HoldAtRest) -> None:
         self.hold.stop(action.scope)
@@ -314,11 +259,9 @@ class Gateway:
             self._report(Error(id=0, code="device", text=trouble))
         trouble = self._recogniser.supervise(now)
         if trouble is not None:
-            asked, self._looking = self._looking, None
-            if asked is not None and asked[1].id:
-                asked[0].post(Error(id=asked[1].id, code="model", text=trouble))
+            self._looks.fail(trouble)
             self._report(Error(id=0, code="model", text=trouble))
-            self._look_at_next()
+        self._looks.feed()  # a recogniser that has just come back has nobody else to wake it
 
     def _rest_owner(self) -> None:
         if self.owner is not None:
@@ -328,7 +271,7 @@ class Gateway:
     def _report(self, error: Error) -> None:
         self.refuse(error.code)
         logger.error("%s", error.text)
-        for connection in self._connections:
+        for connection in self.connections:
             connection.post(error)
 
     def _telemetry(self) -> Telemetry:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hapticvlm.messages import Frame, Scope, ServiceMessage
 from hapticvlm.rendering.voices import Command
+from hapticvlm.session.objects import Key
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,9 +18,15 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class LookAt:
-    """Have the recogniser look at this frame; id 0 means nobody waits for an answer."""
+    """Have the recogniser look at this frame; id 0 means nobody waits for an answer.
+
+    `key` is what it shows (an object's id, or the region a hand touches); `generation` is that of
+    the scene it belongs to, so that an answer for a scene since replaced is not believed.
+    """
 
     frame: Frame
+    key: Key
+    generation: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+from dataclasses import dataclass
+
 from hapticvlm import materials
 from hapticvlm.messages import Decision, EvidenceItem, SceneObject
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition.ambient import Ambient
 from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.rendering import thermal
-from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.rendering.thermal import PlateReading, ThermalContact
 
 
 def known(material: str) -> str | None:
@@ -34,27 +37,36 @@ def contact(verdict: Verdict, facts: SceneObject | None, ambient: Ambient) -> Th
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Circumstances:
+    """What a decision depends on beside the object: ambient, gain, and the plate's state."""
+
+    ambient: Ambient
+    thermal_gain: float
+    reading: PlateReading
+
+
 def describe(
-    key: str | None,
+    object_id: str | None,
     verdict: Verdict,
     facts: SceneObject | None,
-    ambient: Ambient,
-    thermal_gain: float,
-    cached: bool,
+    around: Circumstances,
+    manner: str | None = None,
 ) -> Decision:
-    """Write the decision on one object as an event (id 0)."""
+    """Write the decision on one object as an event (id 0); `manner` is how it is touched."""
+    ambient = around.ambient
     touched = contact(verdict, facts, ambient)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
-    deviation = 0.0 if contact_c is None else thermal_gain * (contact_c - NEUTRAL_C)
-    limited = thermal.within_range(NEUTRAL_C + deviation)
+    deviation = 0.0 if contact_c is None else around.thermal_gain * (contact_c - NEUTRAL_C)
+    limited = thermal.settle(NEUTRAL_C + deviation, around.reading)
     return Decision(
         id=0,
-        object_id=key,
+        object_id=object_id,
         material=verdict.material,
         confidence=verdict.confidence,
         runner_up=verdict.runner_up,
         source=verdict.source,
-        cached=cached,
+        cached=False,
         evidence=[_item(evidence) for evidence in verdict.evidence if evidence.material],
         ambient_c=ambient.value_c,
         ambient_low_c=ambient.low_c,
@@ -66,6 +78,21 @@ def describe(
         unlimited_c=limited.unlimited_c,
         limited_by=limited.limited_by,
         thermal_cue=touched is not None and thermal.carries_cue(touched),
+        pattern=f"{verdict.material} {manner}" if touched is not None and manner else None,
+    )
+
+
+def gist(decision: Decision) -> Hashable:
+    """Return what makes a decision new: not the last digit, nor the plate catching its breath."""
+    limited_by = None if decision.limited_by == "current" else decision.limited_by
+    return (
+        decision.material,
+        decision.source,
+        decision.thermal_cue,
+        limited_by,
+        round(decision.confidence, 1),
+        round(decision.surface_c, 1),
+        round(decision.setpoint_c),
     )
 
 

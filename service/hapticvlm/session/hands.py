@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Literal
 
-from hapticvlm.messages import LEASE_MS, Interaction, Region, Scope, Touch
-from hapticvlm.rendering.vibration import Stroke
+from hapticvlm.messages import LEASE_MS, HandName, Interaction, Region, Scope, Touch
+from hapticvlm.rendering.vibration import TEXTURES, Stroke
+from hapticvlm.session.objects import Key
 
+Output = Literal["speaker", "peltier"]
 LEASE_S = LEASE_MS / 1000.0
+NAMES: tuple[HandName, ...] = ("left", "right")
 STILL = Stroke(speed_mps=0.0, force_n=0.0)
 
 
@@ -18,10 +22,21 @@ class Hand:
     number: int
     lease_until: float | None = None
     contact_at: float | None = None
-    key: str | None = None
+    object_id: str | None = None
     region: Region | None = None
     interaction: Interaction | None = None
     stroke: Stroke = STILL
+    rubs: bool = False
+
+    @property
+    def key(self) -> Key:
+        """What this hand touches: an object's id, or a region of its own."""
+        return self.object_id if self.region is None or self.object_id else ("region", self.name)
+
+    @property
+    def name(self) -> HandName:
+        """Left or right, as on the wire."""
+        return NAMES[self.number]
 
     @property
     def is_active(self) -> bool:
@@ -33,53 +48,70 @@ class Hand:
         """Whether this hand is in contact."""
         return self.lease_until is not None and self.contact_at is not None
 
+    @property
+    def manner(self) -> str:
+        """How this hand touches: what the client says, else strike, and slide once it rubs."""
+        return self.interaction or ("slide" if self.rubs else "strike")
+
+    @property
+    def is_felt(self) -> bool:
+        """Whether this hand vibrates: in contact, or swinging."""
+        return self.is_active and (self.contact_at is not None or self.interaction == "swing")
+
     def follow(self, touch: Touch, now: float) -> bool:
         """Take in a touch that is no release; return whether it is an onset."""
-        lapsed = not self.is_touching
+        begins = not self.is_touching
         self.lease_until = now + LEASE_S
-        self.key, self.region = touch.object_id, touch.region
+        self.object_id, self.region = touch.object_id, touch.region
         self.stroke = Stroke(touch.speed_mps, touch.force_n)
         self.interaction = touch.interaction
         if touch.phase == "approach":
             self.contact_at = None
+            self.rubs = touch.interaction == "swing"
             return False
-        if lapsed:
+        if begins:
             self.contact_at = now
-        return lapsed and touch.phase == "contact"
+        onset = begins and touch.phase == "contact"
+        self.rubs = not onset or touch.interaction in TEXTURES
+        return onset
 
     def let_go(self) -> None:
         """End the lease and the contact."""
         self.lease_until = self.contact_at = None
-        self.key = self.region = self.interaction = None
+        self.object_id = self.region = self.interaction = None
+        self.rubs = False
         self.stroke = STILL
 
 
-@dataclass(slots=True)
 class Hold:
-    """Scopes at rest after a stop, until a release and then a new approach or contact.
+    """Outputs at rest after a stop, for each hand until its release and then a new touch.
 
     Shared by all sessions of a service, so that a scene that reconnects does not undo a stop.
     """
 
-    _held: dict[str, bool] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self._held: dict[tuple[Output, HandName], bool] = {}
 
     def stop(self, scope: Scope) -> None:
-        """Hold this scope."""
-        for output in ("speaker", "peltier") if scope == "all" else (scope,):
-            self._held[output] = False
+        """Hold the outputs of this scope for both hands."""
+        outputs: tuple[Output, ...] = ("speaker", "peltier") if scope == "all" else (scope,)
+        self._held |= {(output, hand): False for output in outputs for hand in NAMES}
 
     def follow(self, touch: Touch) -> None:
-        """Take in a touch of the owner: release arms, a new approach or contact lifts."""
-        if touch.phase == "release":
-            self._held = dict.fromkeys(self._held, True)
-        elif touch.phase in ("approach", "contact"):
-            self._held = {output: armed for output, armed in self._held.items() if not armed}
+        """Take in a touch of the owner: release arms its hand, a new approach or contact lifts."""
+        for (output, hand), armed in tuple(self._held.items()):
+            if hand != touch.hand:
+                continue
+            if touch.phase == "release":
+                self._held[output, hand] = True
+            elif armed and touch.phase in ("approach", "contact"):
+                del self._held[output, hand]
 
-    def holds(self, output: str) -> bool:
-        """Tell whether this output must stay at rest."""
-        return output in self._held
+    def holds(self, output: Output, hand: HandName | None) -> bool:
+        """Tell whether this output must rest for this hand; None = whoever touches."""
+        hands = NAMES if hand is None else (hand,)
+        return any((output, name) in self._held for name in hands)
 
-    @property
-    def holds_all(self) -> bool:
-        """Whether nothing may move."""
-        return len(self._held) == 2
+    def holds_all(self, hand: HandName) -> bool:
+        """Whether nothing may move for this hand."""
+        return self.holds("speaker", hand) and self.holds("peltier", hand)

@@ -2,12 +2,14 @@
 
 Evidence is gathered in the ladder's order and only as far as needed: the scene's own statement, the
 name, the shader; the encoder's is added when a picture was looked at. Names are read on first need.
-The key None stands for what a region of the newest frame shows.
+The key None stands for what a frame without an object id shows, ("region", hand) for what that hand
+touches in the newest frame.
 """
 
 from __future__ import annotations
 
 import difflib
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 from hapticvlm import materials
@@ -15,10 +17,13 @@ from hapticvlm.messages import MessageError, Scene, SceneObject
 from hapticvlm.recognition import ladder, names
 from hapticvlm.recognition.ladder import Evidence, Verdict
 
-MAX_OBJECTS = 4096
+MAX_KNOWN = 8192
 MAX_VIEWS = 8  # views of one object fused at scene load; more add nothing (ml reference 4)
 
-Key = str | None
+Key = str | tuple[str, str] | None
+
+
+_NOBODY = ("nobody", "")
 
 
 @dataclass(slots=True)
@@ -28,6 +33,7 @@ class _Known:
     views: list[Evidence] = field(default_factory=list)
     seen: Evidence | None = None
     verdict: Verdict | None = None
+    announced: Hashable = None
 
 
 class SceneObjects:
@@ -35,16 +41,19 @@ class SceneObjects:
 
     def __init__(self) -> None:
         self._known: dict[Key, _Known] = {}
+        self.generation = 0
 
     def declare(self, scene: Scene) -> None:
         """Take in what the scene states; raises MessageError and changes nothing if wrong."""
         for index, stated in enumerate(scene.objects):
             _check_material(stated.material, f"$.objects[{index}].material")
-        if len(scene.objects) + (0 if scene.replace else len(self._known)) > 2 * MAX_OBJECTS:
-            text = f"more than {2 * MAX_OBJECTS} objects: send `replace` true with those in use"
+        declared = {key for key, known in self._known.items() if known.facts and not scene.replace}
+        if len(declared | {stated.object_id for stated in scene.objects}) > MAX_KNOWN:
+            text = f"$.objects: more than {MAX_KNOWN}; send `replace` true with those in use"
             raise MessageError("limit", text, path="$.objects")
         if scene.replace:
             self._known.clear()
+            self.generation += 1
         for stated in scene.objects:
             known = self._known.get(stated.object_id)
             seen = known.seen if known else None
@@ -64,6 +73,16 @@ class SceneObjects:
         """Tell whether a picture of this object is remembered."""
         known = self._known.get(key)
         return known is not None and known.seen is not None
+
+    def is_news(self, key: Key, gist: Hashable) -> bool:
+        """Tell whether this differs from what was last announced of the object; remember it."""
+        known = self._entry(key)
+        before, known.announced = known.announced, gist
+        return before != gist
+
+    def forget(self, key: Key) -> None:
+        """Forget what was seen under this key."""
+        self._known.pop(key, None)
 
     def verdict(self, key: Key) -> Verdict:
         """Return what this object is, from the cache or from what is known so far."""
@@ -88,12 +107,17 @@ class SceneObjects:
         return known.verdict
 
     def _entry(self, key: Key) -> _Known:
-        if key not in self._known:
-            if len(self._known) >= 2 * MAX_OBJECTS:
-                undeclared = (k for k, known in self._known.items() if known.facts is None)
-                del self._known[next(undeclared, next(iter(self._known)))]
-            self._known[key] = _Known(None)
-        return self._known[key]
+        known = self._known.get(key)
+        if known is None:
+            known = _Known(None)
+            if len(self._known) < MAX_KNOWN or self._forget_one():
+                self._known[key] = known
+        return known
+
+    def _forget_one(self) -> bool:
+        """Make room by forgetting the oldest undeclared object, if there is one."""
+        undeclared = next((k for k, known in self._known.items() if known.facts is None), _NOBODY)
+        return self._known.pop(undeclared, None) is not None
 
     def _evidence(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
         stated = self._stated(key, known)
@@ -110,7 +134,7 @@ def _gather(key: Key, facts: SceneObject | None) -> tuple[Evidence, ...]:
     if facts and facts.material and facts.material != materials.UNKNOWN:
         return (Evidence("scene", ((facts.material, 1.0),)),)
     found: list[Evidence] = []
-    name = (facts.name if facts else None) or key
+    name = (facts.name if facts else None) or (key if isinstance(key, str) else None)
     named = names.from_name(name) if name else None
     if named:
         found.append(named)

@@ -6,8 +6,6 @@ message that is wrong raises MessageError before anything has changed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import msgspec
 
 from hapticvlm.messages import (
@@ -46,23 +44,39 @@ from hapticvlm.session.actions import (
     Watch,
 )
 from hapticvlm.session.clock import ClockOffset, FrameRate
-from hapticvlm.session.hands import LEASE_S, Hand, Hold
+from hapticvlm.session.hands import LEASE_S, NAMES, Hand, Hold
 from hapticvlm.session.objects import Key, SceneObjects
 
-HANDS = {"left": 0, "right": 1}
 NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
+AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint band limits
+    plate_c=None,
+    sink_c=22.0,
+    setpoint_c=NEUTRAL_C,
+    duty=0.0,
+    current_limited=False,
+    dose_cem43=0.0,
+    heated_s=0.0,
+    faults=(),
+)
 
 
 class SceneSession:
     """One connection's scene: objects, decisions, hands and their leases."""
 
-    def __init__(self, *, owner: bool, observer: bool = False, hold: Hold | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        owner: bool,
+        observer: bool = False,
+        hold: Hold | None = None,
+        reading: PlateReading = AT_REST,
+    ) -> None:
         self.owner = owner
         self.observer = observer
         self._hold = hold if hold is not None else Hold()
+        self._reading = reading
         self._objects = SceneObjects()
-        self._hands = {name: Hand(number) for name, number in HANDS.items()}
-        self._latest_hand: Hand | None = None
+        self._hands = {name: Hand(number) for number, name in enumerate(NAMES)}
         self._clock = ClockOffset()
         self._rate = FrameRate(FRAMES_PER_S)
         self._newest: Frame | None = None
@@ -72,7 +86,6 @@ class SceneSession:
         self._is_driving = False
         self._touched_at = float("-inf")
         self._ticked_at: float | None = None
-        self._announced: dict[Key, Decision] = {}
         self._onsets = 0
 
     @property
@@ -98,26 +111,28 @@ class SceneSession:
                 raise MessageError("protocol", text, path="$.type", id=message.id)
 
     def recognised(
-        self, frame: Frame, evidence: Evidence | None, stages_ms: dict[str, float], now: float
+        self, look: LookAt, evidence: Evidence | None, stages_ms: dict[str, float], now: float
     ) -> list[Action]:
-        """Take in what a look at `frame` gave; None means its picture has not changed."""
+        """Take in what a look gave; None means its picture has not changed."""
+        frame, key = look.frame, look.key
+        if look.generation != self._objects.generation:
+            return self.skipped(frame, "superseded")
         if evidence is None:
             return self.skipped(frame, "unchanged")
-        key = frame.object_id
         self._objects.see(key, evidence, enrol=frame.purpose == "enrol")
-        decision = self._decision(key, cached=False)
-        age_ms = self.age_s(frame, now) * 1000.0
-        reply = msgspec.structs.replace(
-            decision, id=frame.id, stages_ms=stages_ms, frame_age_ms=age_ms
-        )
-        is_news = self._is_news(key, decision)
-        actions: list[Action] = [Reply(reply)] if frame.id or is_news else []
-        actions += [
-            Feel(self._command(hand, onset=False))
-            for hand in self._hands.values()
-            if hand.is_touching and hand.key == key
-        ]
-        return self._allowed(actions)
+        decision = self._decision(key)
+        is_news = self._objects.is_news(key, decisions.gist(decision))
+        actions: list[Action] = []
+        if frame.id or is_news:
+            age_ms = self.age_s(frame, now) * 1000.0
+            actions.append(
+                Reply(
+                    msgspec.structs.replace(
+                        decision, id=frame.id, stages_ms=stages_ms, frame_age_ms=age_ms
+                    )
+                )
+            )
+        return [*actions, *self._refeel(key)]
 
     def skipped(self, frame: Frame, reason: SkipReason) -> list[Action]:
         """Say that `frame` was not looked at."""
@@ -131,12 +146,13 @@ class SceneSession:
         """Tell whether the frame has outlived its own `max_age_ms`."""
         return frame.max_age_ms is not None and self.age_s(frame, now) * 1000.0 > frame.max_age_ms
 
-    def wants_anew(self, frame: Frame) -> bool:
+    def wants_anew(self, look: LookAt) -> bool:
         """Tell whether to look even if the picture is unchanged: nothing is remembered of it."""
-        return frame.id == 0 or not self._objects.is_seen(frame.object_id)
+        return not self._objects.is_seen(look.key)
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
         """Let leases lapse and follow the plate's course; call at 50 Hz or so while owner."""
+        self._reading = reading
         actions: list[Action] = []
         for hand in self._hands.values():
             if hand.lease_until is not None and hand.lease_until < now:
@@ -144,7 +160,7 @@ class SceneSession:
                 actions.append(LetGo(hand.number))
         elapsed = 0.0 if self._ticked_at is None else max(0.0, now - self._ticked_at)
         self._ticked_at = now
-        return actions + self._heat(now, elapsed, reading)
+        return actions + self._heat(now, elapsed)
 
     def rest(self) -> None:
         """Drop every lease: the outputs were put to rest from outside."""
@@ -160,18 +176,24 @@ class SceneSession:
         if touch.phase == "release":
             hand.let_go()
             return [LetGo(hand.number), done]
-        if self._hold.holds_all:
+        if self._hold.holds_all(touch.hand):
             text = "outputs are held by stop: send release, then a new approach or contact"
             raise MessageError("unsafe", text, path="$.phase", id=touch.id)
-        was_touching = hand.is_touching
+        was_felt, was_touching = hand.is_felt, hand.is_touching
         onset = hand.follow(touch, now)
-        self._latest_hand, self._touched_at = hand, now
+        self._touched_at = now
+        begins = hand.is_touching and not was_touching
+        if begins and isinstance(hand.key, tuple):
+            self._objects.forget(hand.key)
+        was_decided = self._objects.is_decided(hand.key)
         actions: list[Action] = []
-        if hand.is_touching or touch.interaction == "swing":
-            actions.append(Feel(self._command(hand, onset=onset)))
-        elif was_touching:
+        if hand.is_felt:
+            actions += self._feel(hand, onset=onset)
+        elif was_felt:
             actions.append(LetGo(hand.number))
-        return [*self._allowed(actions), done, *self._news(hand, begins=onset or not was_touching)]
+        actions.append(done)
+        actions += self._news(hand, cached=was_decided)
+        return [*actions, *self._look_at_region(hand)] if begins else actions
 
     def _check_touch(self, touch: Touch) -> None:
         if not self.owner:
@@ -182,76 +204,77 @@ class SceneSession:
             text = "$: a touch needs `object_id` or `region`; add one"
             raise MessageError("message", text, path="$.object_id", id=touch.id)
 
-    def _news(self, hand: Hand, *, begins: bool) -> Iterator[Action]:
-        """Yield what the touch makes known: a decision event, or a look at the touched region."""
-        if hand.key is None and hand.region is not None and begins and self._newest is not None:
-            touched = msgspec.structs.replace(
-                self._newest, id=0, object_id=None, region=hand.region, mask=None
-            )
-            yield LookAt(touched)
-        decision = self._decision(hand.key, cached=self._objects.is_decided(hand.key))
-        if self._is_news(hand.key, decision):
-            pattern = _pattern(decision.material, hand)
-            yield Reply(msgspec.structs.replace(decision, pattern=pattern))
+    def _look_at_region(self, hand: Hand) -> list[Action]:
+        """Have the region a hand touches looked at in the newest frame."""
+        if not isinstance(hand.key, tuple) or self._newest is None:
+            return []
+        touched = msgspec.structs.replace(
+            self._newest, id=0, object_id=None, region=hand.region, mask=None, purpose="live"
+        )
+        return [LookAt(touched, hand.key, self._objects.generation)]
 
-    def _is_news(self, key: Key, decision: Decision) -> bool:
-        as_new = msgspec.structs.replace(decision, cached=False)
-        if self._announced.get(key) == as_new:
-            return False
-        self._announced[key] = as_new
-        return True
+    def _news(self, hand: Hand, *, cached: bool) -> list[Action]:
+        """Tell the decision on what a hand touches if it is new or changed."""
+        decision = self._decision(hand.key)
+        if not self._objects.is_news(hand.key, decisions.gist(decision)):
+            return []
+        return [Reply(msgspec.structs.replace(decision, cached=cached))]
 
-    def _command(self, hand: Hand, *, onset: bool) -> Command:
-        material = self._objects.verdict(hand.key).material
+    def _feel(self, hand: Hand, *, onset: bool) -> list[Action]:
+        if self._hold.holds("speaker", hand.name) or hand.lease_until is None:
+            return []
         self._onsets += onset
-        assert hand.lease_until is not None
-        return Command(
+        command = Command(
             hand=hand.number,
-            material=decisions.known(material),
-            interaction=hand.interaction or ("strike" if onset else "slide"),
+            material=decisions.known(self._objects.verdict(hand.key).material),
+            interaction=hand.manner,
             onset=onset,
             stroke=hand.stroke,
             seed=self._onsets,
             expires_at=hand.lease_until,
         )
+        return [Feel(command)]
 
-    def _allowed(self, actions: list[Action]) -> list[Action]:
-        if self._hold.holds("speaker"):
-            return [action for action in actions if not isinstance(action, Feel)]
-        return actions
-
-    def _heat(self, now: float, elapsed: float, reading: PlateReading) -> list[Action]:
+    def _heat(self, now: float, elapsed: float) -> list[Action]:
         hand = self._plate_hand()
-        contact = self._contact(hand.key) if hand else None
-        if self._hold.holds("peltier") or not 0.0 <= now - self._touched_at <= NEUTRAL_HOLD_S:
+        is_held = self._hold.holds("peltier", hand.name if hand else None)
+        if is_held or not 0.0 <= now - self._touched_at <= NEUTRAL_HOLD_S:
             was_driving, self._is_driving = self._is_driving, False
             return [RestPlate()] if was_driving else []
+        contact = self._contact(hand.key) if hand else None
         wanted = NEUTRAL_C
         if hand is not None and contact is not None:
             since = None if hand.contact_at is None else now - hand.contact_at + thermal.LEAD_S
             wanted = thermal.wanted_c(contact, since, self._thermal_gain)
-        if not self._is_driving and reading.plate_c is not None:
+        if not self._is_driving and self._reading.plate_c is not None:
             low, high = thermal.SETPOINT_MIN_C, thermal.SETPOINT_MAX_C
-            self._setpoint_c = min(max(reading.plate_c, low), high)
+            self._setpoint_c = min(max(self._reading.plate_c, low), high)
         self._is_driving = True
-        limited = thermal.limit(wanted, self._setpoint_c, elapsed, reading)
+        limited = thermal.limit(wanted, self._setpoint_c, elapsed, self._reading)
         self._setpoint_c = limited.setpoint_c
         return [Heat(limited.setpoint_c, LEASE_S)]
 
     def _plate_hand(self) -> Hand | None:
-        latest = self._latest_hand
-        if latest is not None and latest.is_active:
-            return latest
+        """Return the hand of the latest contact; without one, a hand that approaches."""
+        touching = [hand for hand in self._hands.values() if hand.is_touching]
+        if touching:
+            return max(touching, key=lambda hand: hand.contact_at or 0.0)
         return next((hand for hand in self._hands.values() if hand.is_active), None)
 
     def _contact(self, key: Key) -> thermal.ThermalContact | None:
         verdict = self._objects.verdict(key)
         return decisions.contact(verdict, self._objects.facts(key), ambient(self._ambient_c))
 
-    def _decision(self, key: Key, *, cached: bool) -> Decision:
+    def _decision(self, key: Key) -> Decision:
+        around = decisions.Circumstances(
+            ambient(self._ambient_c), self._thermal_gain, self._reading
+        )
+        object_id = key if isinstance(key, str) else None
         verdict, facts = self._objects.verdict(key), self._objects.facts(key)
-        gain = self._thermal_gain
-        return decisions.describe(key, verdict, facts, ambient(self._ambient_c), gain, cached)
+        manner = next(
+            (h.manner for h in self._hands.values() if h.is_active and h.key == key), None
+        )
+        return decisions.describe(object_id, verdict, facts, around, manner)
 
     def _frame(self, frame: Frame, now: float) -> list[Action]:
         if self.observer:
@@ -264,13 +287,26 @@ class SceneSession:
         except pictures.PictureError as error:
             raise MessageError("message", str(error), path=error.path, id=frame.id) from None
         self._clock.observe(frame.captured_at, now)
-        self._newest = frame
-        if frame.object_id is not None and not self._objects.needs_look(frame.object_id):
-            cached = self._objects.is_decided(frame.object_id)
-            decision = self._decision(frame.object_id, cached=cached)
-            age_ms = self.age_s(frame, now) * 1000.0
-            return [Reply(msgspec.structs.replace(decision, id=frame.id, frame_age_ms=age_ms))]
-        return [LookAt(frame)]
+        touched: list[Action] = []
+        if frame.purpose == "live":
+            self._newest = frame
+            for hand in self._hands.values():
+                touched += self._look_at_region(hand) if hand.is_touching else []
+        return [*touched, *self._answer_frame(frame, now)]
+
+    def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
+        """Answer at once what needs no look, else have the frame looked at."""
+        key = frame.object_id
+        if key is None or self._objects.needs_look(key):
+            return [LookAt(frame, key, self._objects.generation)]
+        cached = self._objects.is_decided(key)
+        age_ms = self.age_s(frame, now) * 1000.0
+        decision = self._decision(key)
+        return [
+            Reply(
+                msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
+            )
+        ]
 
     def _scene(self, scene: Scene) -> list[Action]:
         if self.observer:
@@ -283,35 +319,46 @@ class SceneSession:
             raise
         if scene.ambient_c is not None:
             self._ambient_c = scene.ambient_c
-        return [Reply(Ok(id=scene.id)), *self._refeel()]
+        return [Reply(Ok(id=scene.id)), *self._renew()]
 
     def _set(self, wanted: Set) -> list[Action]:
+        self._check_set(wanted)
         actions: list[Action] = []
         if wanted.watch is not None:
-            if not self.observer:
-                text = "$.watch: only observers watch; connect with role observer"
-                raise MessageError("protocol", text, path="$.watch", id=wanted.id)
             actions.append(Watch(frozenset(wanted.watch)))
-        if not self.owner and (wanted.vibration_gain, wanted.thermal_gain) != (None, None):
-            text = "another scene owns the outputs; only their owner sets gains"
-            raise MessageError("not_owner", text, path="$", id=wanted.id)
         if wanted.ambient_c is not None:
             self._ambient_c = wanted.ambient_c
         if wanted.thermal_gain is not None:
             self._thermal_gain = wanted.thermal_gain
         if wanted.vibration_gain is not None:
             actions.append(SetGain(wanted.vibration_gain))
-        return [*actions, Reply(Ok(id=wanted.id)), *self._refeel()]
+        return [*actions, Reply(Ok(id=wanted.id)), *self._renew()]
 
-    def _refeel(self) -> Iterator[Action]:
-        """Yield what changes for the hands after the scene or a setting changed."""
+    def _check_set(self, wanted: Set) -> None:
+        if wanted.watch is not None and not self.observer:
+            text = "$.watch: only observers watch; connect with role observer"
+            raise MessageError("protocol", text, path="$.watch", id=wanted.id)
+        if wanted.ambient_c is not None and self.observer:
+            text = "$.ambient_c: observers have no scene; connect with role scene"
+            raise MessageError("protocol", text, path="$.ambient_c", id=wanted.id)
+        if not self.owner and (wanted.vibration_gain, wanted.thermal_gain) != (None, None):
+            text = "another scene owns the outputs; only their owner sets gains"
+            raise MessageError("not_owner", text, path="$", id=wanted.id)
+
+    def _renew(self) -> list[Action]:
+        """Say and feel what changed for the hands after the scene or a setting changed."""
+        actions: list[Action] = []
         for hand in self._hands.values():
             if hand.is_touching:
-                yield from self._allowed([Feel(self._command(hand, onset=False))])
-                yield from self._news(hand, begins=False)
+                actions += self._refeel(hand.key)
+                actions += self._news(hand, cached=False)
+        return actions
 
-
-def _pattern(material: str, hand: Hand) -> str | None:
-    if decisions.known(material) is None or not (hand.is_touching or hand.interaction):
-        return None
-    return f"{material} {hand.interaction or 'strike'}"
+    def _refeel(self, key: Key) -> list[Action]:
+        """Give a rubbing hand its texture anew; an impact that rings is left alone."""
+        return [
+            action
+            for hand in self._hands.values()
+            if hand.is_felt and hand.rubs and hand.key == key
+            for action in self._feel(hand, onset=False)
+        ]
