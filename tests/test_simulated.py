@@ -11,6 +11,7 @@ import pytest
 from hapticvlm.devices.peltier import Plate
 from hapticvlm.devices.simulated import (
     FACE_J_PER_K,
+    REST_S,
     SINK_J_PER_K,
     SINK_K_PER_W,
     Plant,
@@ -379,3 +380,21 @@ def test_it_says_that_it_is_simulated() -> None:
 @pytest.mark.parametrize("make", [SimulatedPlate, lambda: SimulatedPlate(ambient_c=35.0)])
 def test_two_plates_with_the_same_past_are_equal(make: Callable[[], SimulatedPlate]) -> None:
     assert hold(make(), 24.0, 2.0) == hold(make(), 24.0, 2.0)
+
+
+def test_a_rest_as_long_as_a_session_gives_its_heat_back_and_a_shorter_one_does_not() -> None:
+    plate = SimulatedPlate()
+    now = 0.0
+    for _ in range(100):
+        now += 0.1
+        plate.command(38.0, 0.5, now)
+    used = plate.advance(now)
+    assert used.heated_s > 5.0
+    for _ in range(int(REST_S * 0.9)):
+        now += 1.0
+        short = plate.advance(now)
+    assert short.heated_s >= used.heated_s
+    for _ in range(int(REST_S * 0.2)):
+        now += 1.0
+        rested = plate.advance(now)
+    assert rested.heated_s == 0.0

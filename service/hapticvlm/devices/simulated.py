@@ -101,6 +101,9 @@ class Plant:
         self._state_c = onwards[:size, :size] @ self._state_c + onwards[:size, size]
 
 
+REST_S = 900.0  # without heat until a new session's heat may begin: our choice, as long as one
+
+
 class SimulatedPlate:
     """A plate on the plant, with the guards a firmware has: lease, limits, trips that latch."""
 
@@ -121,7 +124,7 @@ class SimulatedPlate:
         self._on = False
         self._target_c, self._current_a, self._integral_a = NEUTRAL_C, 0.0, 0.0
         self._current_limited = False
-        self._dose_cem43, self._heated_s = 0.0, 0.0
+        self._dose_cem43, self._heated_s, self._rested_s = 0.0, 0.0, 0.0
         self._faults: tuple[str, ...] = ()
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
@@ -219,6 +222,11 @@ class SimulatedPlate:
         self._dose_cem43 += dt_s / 60.0 * halving ** (43.0 - skin_c)
         if self._on and self._target_c > NEUTRAL_C + THERMAL_FLOOR_C:
             self._heated_s += dt_s
+            self._rested_s = 0.0
+            return
+        self._rested_s += dt_s
+        if self._rested_s >= REST_S:
+            self._dose_cem43 = self._heated_s = 0.0
 
     def _sensed_c(self) -> float:
         return self._plant.plate_c if self._stuck_sensor_c is None else self._stuck_sensor_c
