@@ -208,6 +208,7 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
             gateway.close()
             for task in running:
                 task.cancel()
+            # The outputs end first: closing connections may wait for a client that does not read.
             plate.close()
             await asyncio.to_thread(speaker.close)
     finally:
