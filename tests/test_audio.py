@@ -1,5 +1,7 @@
 """The ring and the audio engine: commands in, sound out, nothing late and nothing half."""
 
+import os
+import signal
 import time
 
 import numpy as np
@@ -31,6 +33,29 @@ def test_what_is_put_into_the_ring_comes_out_the_same_and_once():
     assert [number for number, _, _ in taken] == [1, 2, 3, 4, 5]
     assert [order for _, _, order in taken] == orders
     assert list(ring.take(5)) == []
+
+
+def test_a_gain_set_while_the_engine_restarts_holds_for_the_new_one():
+    speaker = Speaker(AudioSettings())
+    speaker.start()
+    try:
+        os.kill(speaker.pid, signal.SIGKILL)
+        while speaker.supervise(time.monotonic()) is None:
+            time.sleep(0.01)
+        speaker.set_gain(0.0)
+        before = speaker.status().samples
+        while speaker.status().samples < before + 8 * BLOCK:
+            speaker.supervise(time.monotonic())
+            time.sleep(0.01)
+        speaker.obey(command())
+        time.sleep(0.1)
+        assert not speaker.waveform(2000).any()
+        speaker.set_gain(1.0)
+        speaker.obey(command())
+        time.sleep(0.1)
+        assert speaker.waveform(4000).any()
+    finally:
+        speaker.close()
 
 
 def test_a_reader_a_whole_ring_behind_is_told_what_it_lost():

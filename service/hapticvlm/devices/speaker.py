@@ -109,3 +109,5 @@ class Speaker:
 
     def _begin(self, name: str) -> None:
         self.name = name
+        # The engine skips what was put into the ring before it was ready, a gain among it.
+        self.set_gain(self._settings.gain)
