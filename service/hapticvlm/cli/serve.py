@@ -1,4 +1,4 @@
-"""The command line: the only place that wires parts together. Imports late, to start at once."""
+"""`hapticvlm serve`: puts the service together and runs it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import logging
 import os
 import signal
 import sys
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,50 +16,17 @@ from typing import TYPE_CHECKING
 from hapticvlm import __version__
 
 if TYPE_CHECKING:
+    from hapticvlm.cli import Commands
     from hapticvlm.messages import Devices
     from hapticvlm.recogniser import Look
     from hapticvlm.server.edge import Address
     from hapticvlm.server.gateway import Gateway
 
-    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
-
-DEFAULT_URL = "ws://127.0.0.1:8790/"
 GATEWAY_PRIORITY = 10
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; return its exit code."""
-    for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(threads, "1")
-    options = _parser().parse_args(arguments)
-    logging.basicConfig(
-        level=options.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
-    )
-    try:
-        code: int = options.run(options)
-    except KeyboardInterrupt:
-        return 130
-    return code
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="hapticvlm",
-        description="Makes objects in a VR scene feel like what they look like.",
-    )
-    parser.add_argument("--version", action="version", version=f"hapticvlm {__version__}")
-    parser.add_argument(
-        "--log-level", default="warning", choices=["debug", "info", "warning", "error"]
-    )
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    _add_serve(commands)
-    _add_stream(commands)
-    _add_demo(commands)
-    _add_measure(commands)
-    return parser
-
-
-def _add_serve(commands: Commands) -> None:
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
     serve = commands.add_parser("serve", help="run the service a scene connects to")
     serve.set_defaults(run=_serve)
     listen = serve.add_argument_group("connections")
@@ -95,46 +61,6 @@ def _add_serve(commands: Commands) -> None:
     models.add_argument("--encoder", help="image encoder (the one shipped)")
     models.add_argument("--gallery", type=Path, help="reference embeddings (those shipped)")
     models.add_argument("--vlm", help="vision-language model for the ambient temperature (none)")
-
-
-def _add_stream(commands: Commands) -> None:
-    stream = commands.add_parser("stream", help="send a recorded headset capture to a service")
-    stream.set_defaults(run=_stream)
-    stream.add_argument("capture", type=Path, help="capture folder or video file")
-    stream.add_argument("--url", default=DEFAULT_URL, help="service (%(default)s)")
-    stream.add_argument("--token", help="the service's secret")
-    stream.add_argument("--fast", action="store_true", help="as fast as answers come back")
-    stream.add_argument("--no-masks", action="store_true", help="send regions instead of masks")
-    stream.add_argument("--json", action="store_true", help="print decisions as JSON lines")
-
-
-def _add_demo(commands: Commands) -> None:
-    demo = commands.add_parser("demo", help="stream a capture through a simulated set-up")
-    demo.set_defaults(run=_demo)
-    demo.add_argument("--capture", type=Path, help="capture to stream (the one in examples/)")
-    demo.add_argument("--out", type=Path, default=Path("demo-output"), help="(%(default)s)")
-    demo.add_argument("--quiet", action="store_true", help="no sound, even where one could play")
-
-
-def _add_measure(commands: Commands) -> None:
-    measure = commands.add_parser("measure", help="measure this service, floors beside figures")
-    kinds = measure.add_subparsers(title="measurements", required=True, metavar="WHAT")
-    latency = kinds.add_parser("latency", help="touch round trip against a bare echo")
-    latency.set_defaults(run=_measure_latency)
-    latency.add_argument("--seconds", type=float, default=20.0, help="per row (%(default)s)")
-    latency.add_argument("--json", action="store_true", help="print the JSON line only")
-    frames = kinds.add_parser("frames", help="frame path at 60 frames/s: memory, queue, answers")
-    frames.set_defaults(run=_measure_frames)
-    frames.add_argument("--seconds", type=float, default=60.0, help="(%(default)s)")
-    frames.add_argument("--json", action="store_true", help="print the JSON line only")
-    for name, text in (
-        ("names", "names and shaders to materials: confusion matrix"),
-        ("encoder", "pictures to materials, per held-back source"),
-    ):
-        kind = kinds.add_parser(name, help=text)
-        kind.set_defaults(run=_measure_recognition, what=name)
-        kind.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
-        kind.add_argument("--json", action="store_true", help="print the JSON line only")
 
 
 def _serve(options: argparse.Namespace) -> int:
@@ -253,42 +179,3 @@ def _take_priority() -> bool:
         os.sched_setscheduler(0, policy, os.sched_param(GATEWAY_PRIORITY))
         return True
     return False
-
-
-def _stream(options: argparse.Namespace) -> int:
-    from hapticvlm.client.stream import run
-
-    return run(
-        options.capture,
-        options.url,
-        token=options.token,
-        fast=options.fast,
-        with_masks=not options.no_masks,
-        as_json=options.json,
-    )
-
-
-def _demo(options: argparse.Namespace) -> int:
-    from hapticvlm.measure.demo import run
-
-    return run(options.capture, options.out, quiet=options.quiet)
-
-
-def _measure_latency(options: argparse.Namespace) -> int:
-    from hapticvlm.measure.latency import run
-
-    return run(seconds=options.seconds, as_json=options.json)
-
-
-def _measure_frames(options: argparse.Namespace) -> int:
-    from hapticvlm.measure.frames import run
-
-    return run(seconds=options.seconds, as_json=options.json)
-
-
-def _measure_recognition(options: argparse.Namespace) -> int:
-    if options.what == "names":
-        from hapticvlm.measure.names import run
-    else:
-        from hapticvlm.measure.encoder import run
-    return run(options.data, options.json)

@@ -1,0 +1,52 @@
+"""`hapticvlm measure`: what this service costs, floors beside figures."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hapticvlm.cli import Commands
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    measure = commands.add_parser("measure", help="measure this service, floors beside figures")
+    kinds = measure.add_subparsers(title="measurements", required=True, metavar="WHAT")
+    latency = kinds.add_parser("latency", help="touch round trip against a bare echo")
+    latency.set_defaults(run=_measure_latency)
+    latency.add_argument("--seconds", type=float, default=20.0, help="per row (%(default)s)")
+    latency.add_argument("--json", action="store_true", help="print the JSON line only")
+    frames = kinds.add_parser("frames", help="frame path at 60 frames/s: memory, queue, answers")
+    frames.set_defaults(run=_measure_frames)
+    frames.add_argument("--seconds", type=float, default=60.0, help="(%(default)s)")
+    frames.add_argument("--json", action="store_true", help="print the JSON line only")
+    for name, text in (
+        ("names", "names and shaders to materials: confusion matrix"),
+        ("encoder", "pictures to materials, per held-back source"),
+    ):
+        kind = kinds.add_parser(name, help=text)
+        kind.set_defaults(run=_measure_recognition, what=name)
+        kind.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
+        kind.add_argument("--json", action="store_true", help="print the JSON line only")
+
+
+def _measure_latency(options: argparse.Namespace) -> int:
+    from hapticvlm.measure.latency import run
+
+    return run(seconds=options.seconds, as_json=options.json)
+
+
+def _measure_frames(options: argparse.Namespace) -> int:
+    from hapticvlm.measure.frames import run
+
+    return run(seconds=options.seconds, as_json=options.json)
+
+
+def _measure_recognition(options: argparse.Namespace) -> int:
+    if options.what == "names":
+        from hapticvlm.measure.names import run
+    else:
+        from hapticvlm.measure.encoder import run
+    return run(options.data, options.json)

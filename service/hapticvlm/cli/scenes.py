@@ -1,0 +1,56 @@
+"""`hapticvlm stream` and `demo`: recorded captures as scenes."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hapticvlm.cli import Commands
+
+DEFAULT_URL = "ws://127.0.0.1:8790/"
+
+
+def add(commands: Commands) -> None:
+    """Declare the commands and their options."""
+    _add_stream(commands)
+    _add_demo(commands)
+
+
+def _add_stream(commands: Commands) -> None:
+    stream = commands.add_parser("stream", help="send a recorded headset capture to a service")
+    stream.set_defaults(run=_stream)
+    stream.add_argument("capture", type=Path, help="capture folder or video file")
+    stream.add_argument("--url", default=DEFAULT_URL, help="service (%(default)s)")
+    stream.add_argument("--token", help="the service's secret")
+    stream.add_argument("--fast", action="store_true", help="as fast as answers come back")
+    stream.add_argument("--no-masks", action="store_true", help="send regions instead of masks")
+    stream.add_argument("--json", action="store_true", help="print decisions as JSON lines")
+
+
+def _add_demo(commands: Commands) -> None:
+    demo = commands.add_parser("demo", help="stream a capture through a simulated set-up")
+    demo.set_defaults(run=_demo)
+    demo.add_argument("--capture", type=Path, help="capture to stream (the one in examples/)")
+    demo.add_argument("--out", type=Path, default=Path("demo-output"), help="(%(default)s)")
+    demo.add_argument("--quiet", action="store_true", help="no sound, even where one could play")
+
+
+def _stream(options: argparse.Namespace) -> int:
+    from hapticvlm.client.stream import run
+
+    return run(
+        options.capture,
+        options.url,
+        token=options.token,
+        fast=options.fast,
+        with_masks=not options.no_masks,
+        as_json=options.json,
+    )
+
+
+def _demo(options: argparse.Namespace) -> int:
+    from hapticvlm.measure.demo import run
+
+    return run(options.capture, options.out, quiet=options.quiet)

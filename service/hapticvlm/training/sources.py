@@ -1,0 +1,56 @@
+"""Which source teaches and which is held back. The one place that says so.
+
+Sources are split whole, never picture by picture: pictures of one source look alike. What is held
+back is touched by measurements alone, never by training, gallery or calibration. Paths are relative
+to the data folder (labels.csv, README.md).
+"""
+
+from __future__ import annotations
+
+from zlib import crc32
+
+from hapticvlm import materials
+
+# Labelled pictures that teach.
+LABELLED = ("ambientcg_tiles", "trashnet", "clothing", "woodboards")
+# Held back whole: photographs, other people's renders, the shapes and the textures with maps.
+HELD_BACK = ("caltech101", "pb_renders", "models", "pbr")
+# Pictures of no material: scenery calibrates "unknown"; half of the living things of
+# unlabelled_caltech101 teach it, the other half are held back to measure it.
+SCENERY = "weather"
+UNLABELLED = "unlabelled_caltech101"
+# Folders of UNLABELLED that show the objects of the held-back caltech101: never looked at.
+SAME_AS_HELD_BACK = frozenset(
+    "cup euphonium mandolin metronome saxophone scissors umbrella windsor_chair wrench".split()  # noqa: SIM905
+)
+LIVING_TAUGHT = frozenset(
+    """Leopards ant crab crocodile crocodile_head dolphin dragonfly emu gerenuk ibis llama mayfly
+    okapi panda platypus rhino scorpion sea_horse strawberry tick wild_cat""".split()  # noqa: SIM905
+)
+LIVING_HELD_BACK = frozenset(
+    """Faces Faces_easy beaver brain cougar_body cougar_face crayfish dalmatian elephant flamingo
+    flamingo_head hedgehog kangaroo lobster octopus pigeon pizza rooster starfish""".split()  # noqa: SIM905
+)
+HDRI_HELD_BACK = frozenset({"forest_slope", "lebombo", "studio_small_03", "venice_sunset"})
+
+_SAME = {"brick": "stone", "concrete": "stone"}
+_ALSO_IN_PBR = frozenset(
+    """Tiles036 Grass001 Metal007 Metal053 Metal055 Marble006 Marble009 Onyx003 Rock020 Rock053
+    Rock058 Terrazzo019 Bark014 WoodFloor043""".split()  # noqa: SIM905
+)
+_TILES_HELD_BACK = 4  # one in so many tiles dresses the held-back renders
+
+
+def material_of(label: str) -> str:
+    """Map a class of labels.csv to one of the material table, UNKNOWN when it has none."""
+    name = _SAME.get(label, label)
+    return name if name in materials.MATERIALS else materials.UNKNOWN
+
+
+def is_tile_held_back(path: str) -> bool:
+    """Whether a tile of ambientcg_tiles is kept from training; `path` as in labels.csv.
+
+    Variants of one asset (a final letter) go together, and what `pbr` also has is held back.
+    """
+    asset = path.rsplit("/", 1)[-1].split(".")[0].split("_")[0].rstrip("ABCDEFGHM")
+    return asset in _ALSO_IN_PBR or crc32(asset.encode()) % _TILES_HELD_BACK == 0
