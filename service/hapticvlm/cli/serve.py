@@ -95,6 +95,7 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
     from hapticvlm.devices.audio import AudioSettings
     from hapticvlm.devices.simulated import SimulatedPlate
     from hapticvlm.devices.speaker import Speaker
+    from hapticvlm.materials import MATERIALS
     from hapticvlm.messages import Device, Devices, Models
     from hapticvlm.recogniser import Recogniser, RecogniserSettings
     from hapticvlm.server.edge import Edge, Offer
@@ -122,7 +123,7 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
         )
         loaded = recogniser.loaded
         models = Models(encoder=loaded.encoder, gallery=loaded.gallery)
-        edge = Edge(address, gateway, Offer(devices, models), time.monotonic)
+        edge = Edge(address, gateway, Offer(devices, models, MATERIALS), time.monotonic)
         has_priority = options.realtime and _take_priority()
         async with edge.listen() as port, asyncio.TaskGroup() as tasks:
             running = [

@@ -14,11 +14,12 @@ import tomllib
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
 from hapticvlm import materials
+from hapticvlm.materials import Material
 from hapticvlm.recognition.ladder import Evidence
 
 Kind = Literal["word", "form", "weak", "thing", "phrase", "part", "tail", "not", "fake", "look", ""]
@@ -43,7 +44,9 @@ class _Item:
 
 
 @dataclass(frozen=True, slots=True)
-class _Lexicon:
+class Lexicon:
+    """The words that say something: of a material table and of names.toml; see `read_lexicon`."""
+
     items: Mapping[str, _Item]
     phrases: Mapping[tuple[str, ...], _Item]
     noise: frozenset[str]
@@ -51,9 +54,16 @@ class _Lexicon:
     longest: int
 
 
-def from_name(name: str) -> Evidence | None:
-    """Read a name; None when no word of it is known."""
-    items = _lookup(_words(name))
+def read_lexicon(table: Mapping[str, Material]) -> Lexicon:
+    """Collect the words of these materials and of names.toml; the last ones are remembered."""
+    return _lexicon(tuple(table.values()))
+
+
+def from_name(name: str, lexicon: Lexicon | None = None) -> Evidence | None:
+    """Read a name; None when no word of it is known. No lexicon means the built-in materials'."""
+    if lexicon is None:
+        lexicon = read_lexicon(materials.MATERIALS)
+    items = _lookup(_words(name), lexicon)
     groups = _groups(_tone(items))
     if not groups:
         return None
@@ -106,9 +116,8 @@ def _words(name: str) -> list[str]:
     return [word.lower() for word in words if len(word) > 1]
 
 
-def _lookup(words: Sequence[str]) -> list[_Item]:
+def _lookup(words: Sequence[str], lexicon: Lexicon) -> list[_Item]:
     """Words as items, longest known phrase first; noise is dropped, the unknown kept as ""."""
-    lexicon = _lexicon()
     singular = [part for word in words for part in _split(_singular(word, lexicon), lexicon)]
     found: list[_Item] = []
     at = 0
@@ -121,13 +130,13 @@ def _lookup(words: Sequence[str]) -> list[_Item]:
     return found
 
 
-def _singular(word: str, lexicon: _Lexicon) -> str:
+def _singular(word: str, lexicon: Lexicon) -> str:
     endings = (("", ""), ("s", ""), ("es", ""), ("ves", "f"), ("ves", "fe"), ("ies", "y"))
     stems = [word.removesuffix(end) + new for end, new in endings if word.endswith(end)]
     return next((stem for stem in stems if stem in lexicon.vocabulary), word)
 
 
-def _split(word: str, lexicon: _Lexicon) -> tuple[str, ...]:
+def _split(word: str, lexicon: Lexicon) -> tuple[str, ...]:
     """Cut an unbroken compound of two known words ("oaktable"); else the word itself."""
     if word in lexicon.vocabulary or len(word) < 2 * LEAST_PART:
         return (word,)
@@ -218,9 +227,9 @@ def _evidence(rung: Literal["name", "shader"], beliefs: Distribution) -> Evidenc
     return Evidence(rung, tuple((name, round(p, 4)) for name, p in ranked))
 
 
-@cache
-def _lexicon() -> _Lexicon:
-    """Class words of the table and names.toml, read once."""
+@lru_cache(maxsize=4)
+def _lexicon(stuff: tuple[Material, ...]) -> Lexicon:
+    """Class words of the table and names.toml; the words of a user's materials come before both."""
     with Path(__file__).with_name("names.toml").open("rb") as file:
         table = tomllib.load(file)
     items = _entries("weak", table["weak"]) | _entries("thing", table["things"])
@@ -229,14 +238,17 @@ def _lexicon() -> _Lexicon:
         for word in material.words:
             kind: Kind = "form" if word in forms else "word"
             items[word] = _Item(kind, {material.name: WORD_BELIEF})
+    own = [m for m in stuff if m.words and m.name not in materials.MATERIALS]
+    said = _entries("word", {f"{m.name}:{WORD_BELIEF}": ",".join(m.words) for m in own}, ",")
     marks: tuple[Kind, ...] = ("part", "tail", "not", "fake", "look")
     for mark in marks:
         items |= {word: _Item(mark, {}) for word in table["grammar"][mark].split()}
     runs = _entries("word", table["stuffs"], ",") | _entries("phrase", table["phrases"], ",")
-    phrases = {tuple(run.split()): item for run, item in runs.items()}
+    phrases = {tuple(run.split()): item for run, item in (runs | said).items()}
+    items |= {word: item for word, item in said.items() if " " not in word}
     vocabulary = frozenset(items) | {word for phrase in phrases for word in phrase}
     noise = frozenset(table["grammar"]["noise"].split())
-    return _Lexicon(items, phrases, noise, vocabulary | noise, max(map(len, phrases)))
+    return Lexicon(items, phrases, noise, vocabulary | noise, max(map(len, phrases)))
 
 
 def _entries(kind: Kind, table: Mapping[str, str], comma: str | None = None) -> dict[str, _Item]:

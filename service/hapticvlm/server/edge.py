@@ -8,7 +8,7 @@ import hmac
 import itertools
 import logging
 import secrets
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from hapticvlm import __version__
-from hapticvlm.materials import MATERIALS
+from hapticvlm.materials import Material
 from hapticvlm.messages import (
     FRAMES_PER_S,
     LEASE_MS,
@@ -79,6 +79,7 @@ class Offer:
 
     devices: Devices
     models: Models
+    table: Mapping[str, Material]
 
 
 class Edge:
@@ -192,6 +193,7 @@ class Edge:
             observer=observer,
             hold=self._gateway.hold,
             reading=self._gateway.reading,
+            table=self._offer.table,
         )
         name = f"{hello.client.name[:40]!r} #{next(self._numbers)}"
         connection = Connection(socket, name, session, as_text=as_text)
@@ -220,7 +222,7 @@ class Edge:
             ),
             devices=self._offer.devices,
             models=self._offer.models,
-            materials=list(MATERIALS),
+            materials=list(self._offer.table),
             privacy=Privacy(
                 frames_stored=False,
                 frames_leave_machine=not http.is_loopback(self._address.host),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 
 from hapticvlm import materials
+from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, EvidenceItem, SceneObject
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition.ambient import Ambient
@@ -25,13 +26,18 @@ def surface_c(facts: SceneObject | None, ambient: Ambient) -> float:
     return ambient.value_c if stated is None else stated
 
 
-def contact(verdict: Verdict, facts: SceneObject | None, ambient: Ambient) -> ThermalContact | None:
+def contact(
+    verdict: Verdict,
+    facts: SceneObject | None,
+    ambient: Ambient,
+    table: Mapping[str, Material] = materials.MATERIALS,
+) -> ThermalContact | None:
     """Return the thermal contact of skin and object, or None when the material is unknown."""
     name = known(verdict.material)
     if name is None:
         return None
     return thermal.thermal_contact(
-        materials.MATERIALS[name].thermal,
+        table[name].thermal,
         surface_c(facts, ambient),
         thickness_m=facts.thickness_m if facts else None,
     )
@@ -39,11 +45,12 @@ def contact(verdict: Verdict, facts: SceneObject | None, ambient: Ambient) -> Th
 
 @dataclass(frozen=True, slots=True)
 class Circumstances:
-    """What a decision depends on beside the object: ambient, gain, and the plate's state."""
+    """What a decision depends on beside the object: ambient, gain, plate's state, materials."""
 
     ambient: Ambient
     thermal_gain: float
     reading: PlateReading
+    table: Mapping[str, Material]
 
 
 def describe(
@@ -55,7 +62,7 @@ def describe(
 ) -> Decision:
     """Write the decision on one object as an event (id 0); `manner` is how it is touched."""
     ambient = around.ambient
-    touched = contact(verdict, facts, ambient)
+    touched = contact(verdict, facts, ambient, around.table)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
     deviation = 0.0 if contact_c is None else around.thermal_gain * (contact_c - NEUTRAL_C)
     limited = thermal.settle(NEUTRAL_C + deviation, around.reading)

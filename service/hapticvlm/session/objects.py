@@ -9,13 +9,15 @@ touches in the newest frame.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 
 from hapticvlm import materials
+from hapticvlm.materials import Material
 from hapticvlm.messages import MessageError, Scene, SceneObject
 from hapticvlm.recognition import ladder, names
 from hapticvlm.recognition.ladder import Evidence, Verdict
+from hapticvlm.recognition.names import Lexicon
 
 MAX_KNOWN = 8192
 MAX_VIEWS = 8  # views of one object fused at scene load; more add nothing (ml reference 4)
@@ -39,14 +41,16 @@ class _Known:
 class SceneObjects:
     """The objects of one scene, bounded; the oldest undeclared one makes room."""
 
-    def __init__(self) -> None:
+    def __init__(self, table: Mapping[str, Material] = materials.MATERIALS) -> None:
+        self._table = table
+        self._lexicon = names.read_lexicon(table)
         self._known: dict[Key, _Known] = {}
         self.generation = 0
 
     def declare(self, scene: Scene) -> None:
         """Take in what the scene states; raises MessageError and changes nothing if wrong."""
         for index, stated in enumerate(scene.objects):
-            _check_material(stated.material, f"$.objects[{index}].material")
+            _check_material(stated.material, self._table, f"$.objects[{index}].material")
         declared = {key for key, known in self._known.items() if known.facts and not scene.replace}
         if len(declared | {stated.object_id for stated in scene.objects}) > MAX_KNOWN:
             text = f"$.objects: more than {MAX_KNOWN}; send `replace` true with those in use"
@@ -125,17 +129,17 @@ class SceneObjects:
 
     def _stated(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
         if known.stated is None:
-            known.stated = _gather(key, known.facts)
+            known.stated = _gather(key, known.facts, self._lexicon)
         return known.stated
 
 
-def _gather(key: Key, facts: SceneObject | None) -> tuple[Evidence, ...]:
+def _gather(key: Key, facts: SceneObject | None, lexicon: Lexicon) -> tuple[Evidence, ...]:
     """Climb the rungs that need no picture and stop at the first that is sure."""
     if facts and facts.material and facts.material != materials.UNKNOWN:
         return (Evidence("scene", ((facts.material, 1.0),)),)
     found: list[Evidence] = []
     name = (facts.name if facts else None) or (key if isinstance(key, str) else None)
-    named = names.from_name(name) if name else None
+    named = names.from_name(name, lexicon) if name else None
     if named:
         found.append(named)
     if facts and facts.shader and not ladder.is_sure(found):
@@ -148,10 +152,10 @@ def _gather(key: Key, facts: SceneObject | None) -> tuple[Evidence, ...]:
     return tuple(found)
 
 
-def _check_material(material: str | None, path: str) -> None:
-    if material is None or material in materials.MATERIALS or material == materials.UNKNOWN:
+def _check_material(material: str | None, table: Mapping[str, Material], path: str) -> None:
+    if material is None or material in table or material == materials.UNKNOWN:
         return
-    near = difflib.get_close_matches(material.lower(), materials.MATERIALS, n=1, cutoff=0.0)
-    known = ", ".join(materials.MATERIALS)
+    near = difflib.get_close_matches(material.lower(), table, n=1, cutoff=0.0)
+    known = ", ".join(table)
     text = f"{path}: no material `{material[:40]}`; nearest is `{near[0]}`; known: {known}, unknown"
     raise MessageError("message", text, path=path)

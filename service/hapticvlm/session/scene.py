@@ -6,8 +6,11 @@ message that is wrong raises MessageError before anything has changed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import msgspec
 
+from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.messages import (
     FRAMES_PER_S,
     ClientMessage,
@@ -70,12 +73,14 @@ class SceneSession:
         observer: bool = False,
         hold: Hold | None = None,
         reading: PlateReading = AT_REST,
+        table: Mapping[str, Material] = MATERIALS,
     ) -> None:
         self.owner = owner
         self.observer = observer
         self._hold = hold if hold is not None else Hold()
         self._reading = reading
-        self._objects = SceneObjects()
+        self._table = table
+        self._objects = SceneObjects(table)
         self._hands = {name: Hand(number) for number, name in enumerate(NAMES)}
         self._clock = ClockOffset()
         self._rate = FrameRate(FRAMES_PER_S)
@@ -263,11 +268,12 @@ class SceneSession:
 
     def _contact(self, key: Key) -> thermal.ThermalContact | None:
         verdict = self._objects.verdict(key)
-        return decisions.contact(verdict, self._objects.facts(key), ambient(self._ambient_c))
+        facts = self._objects.facts(key)
+        return decisions.contact(verdict, facts, ambient(self._ambient_c), self._table)
 
     def _decision(self, key: Key) -> Decision:
         around = decisions.Circumstances(
-            ambient(self._ambient_c), self._thermal_gain, self._reading
+            ambient(self._ambient_c), self._thermal_gain, self._reading, self._table
         )
         object_id = key if isinstance(key, str) else None
         verdict, facts = self._objects.verdict(key), self._objects.facts(key)
