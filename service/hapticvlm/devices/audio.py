@@ -14,7 +14,7 @@ import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, Order, RestAll, Ring
+from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Command, Voices
 
@@ -38,21 +39,27 @@ MAX_WAITING_BLOCKS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class AudioSettings:
-    """How the engine plays: `output` is "simulated", "default" or part of a device's name."""
+    """How the engine plays: `output` is "simulated", "default" or part of a device's name.
+
+    `materials` are those it can render, in the order in which the ring counts them.
+    """
 
     output: str = "simulated"
     block: int = 128
     wav: Path | None = None
     realtime: bool = True
     gain: float = 1.0
+    materials: tuple[Material, ...] = tuple(MATERIALS.values())
 
 
 class Engine:
     """Turns ring commands into blocks; `fill` is all the audio callback calls."""
 
-    def __init__(self, ring: Ring, gain: float = 1.0) -> None:
+    def __init__(
+        self, ring: Ring, gain: float = 1.0, table: Mapping[str, Material] = MATERIALS
+    ) -> None:
         self._ring = ring
-        self._voices = Voices(gain=gain)
+        self._voices = Voices(gain=gain, table=table)
         self._is_leaving = False
         self._newest = ring.newest
         self._lost = self._samples = 0
@@ -111,7 +118,8 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     """Entry point of the engine process; ends on a message or when the gateway is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
-    engine = Engine(Ring(shared), settings.gain)
+    table = {material.name: material for material in settings.materials}
+    engine = Engine(Ring(shared, tuple(table)), settings.gain, table)
     wav = WavFile(settings.wav) if settings.wav else None
     if wav is not None:
         engine.tee = wav.append

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 import multiprocessing
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +38,6 @@ _RING_AT = _SAMPLES_AT + 4 * SAMPLES
 _SIZE = _RING_AT + SLOTS * _RECORD.size
 
 _INTERACTIONS = (*IMPACTS, *TEXTURES)
-_NAMES = tuple(MATERIALS)
 _OBEY, _LET_GO, _REST, _GAIN = 1, 2, 3, 4
 
 
@@ -79,18 +78,22 @@ class EngineStatus:
 
 
 class Ring:
-    """Both ends' view of one shared block of memory."""
+    """Both ends' view of one shared block of memory.
 
-    def __init__(self, shared: Shared) -> None:
+    Materials travel as places in `materials`, so both ends are made with the same names.
+    """
+
+    def __init__(self, shared: Shared, materials: Sequence[str] = tuple(MATERIALS)) -> None:
         self._shared = shared
+        self._materials = tuple(materials)
         self._view = np.frombuffer(memoryview(shared), np.uint8).data
         self._delays = np.frombuffer(memoryview(shared), np.float32, DELAYS, _DELAYS_AT)
         self._samples = np.frombuffer(memoryview(shared), np.float32, SAMPLES, _SAMPLES_AT)
 
     @classmethod
-    def create(cls) -> Ring:
+    def create(cls, materials: Sequence[str] = tuple(MATERIALS)) -> Ring:
         """Allocate a ring that a spawned process can share."""
-        return cls(multiprocessing.get_context("spawn").RawArray("B", _SIZE))
+        return cls(multiprocessing.get_context("spawn").RawArray("B", _SIZE), materials)
 
     @property
     def shared(self) -> Shared:
@@ -106,7 +109,8 @@ class Ring:
         """Write one order (gateway side) and return its number."""
         number = self.newest + 1
         offset = _RING_AT + number % SLOTS * _RECORD.size
-        _RECORD.pack_into(self._view, offset, number, *_fields(order), now, number)
+        fields = _fields(order, self._materials)
+        _RECORD.pack_into(self._view, offset, number, *fields, now, number)
         self._view[_NEWEST : _NEWEST + 8] = number.to_bytes(8, "little")
         return number
 
@@ -119,7 +123,8 @@ class Ring:
                 continue
             offset = _RING_AT + number % SLOTS * _RECORD.size
             first, *fields, written_at, last = _RECORD.unpack_from(self._view, offset)
-            yield number, written_at, _order(fields) if first == last == number else None
+            is_whole = first == last == number
+            yield number, written_at, _order(fields, self._materials) if is_whole else None
 
     def report(self, status: EngineStatus, block: NDArray[np.float32]) -> None:
         """Publish status and the newest block of samples (engine side)."""
@@ -160,10 +165,10 @@ class Ring:
         return np.array(self._samples[np.arange(end - count, end) % SAMPLES])
 
 
-def _fields(order: Order) -> tuple[int | float, ...]:
+def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]:
     match order:
         case Command():
-            material = -1 if order.material is None else _NAMES.index(order.material)
+            material = -1 if order.material is None else materials.index(order.material)
             interaction = _INTERACTIONS.index(order.interaction)
             stroke = order.stroke
             return (
@@ -178,7 +183,7 @@ def _fields(order: Order) -> tuple[int | float, ...]:
             return _GAIN, 0, 0, 0, -1, 0.0, 0.0, order.gain, 0.0, 0
 
 
-def _order(fields: list[Any]) -> Order:
+def _order(fields: list[Any], materials: tuple[str, ...]) -> Order:
     kind, hand, interaction, onset, material, speed, force, gain, expires_at, seed = fields
     if kind == _LET_GO:
         return LetGo(hand)
@@ -188,7 +193,7 @@ def _order(fields: list[Any]) -> Order:
         return Gain(gain)
     return Command(
         hand=hand,
-        material=None if material < 0 else _NAMES[material],
+        material=None if material < 0 else materials[material],
         interaction=_INTERACTIONS[interaction],
         onset=bool(onset),
         stroke=Stroke(speed, force),

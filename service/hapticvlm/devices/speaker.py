@@ -28,7 +28,7 @@ class Speaker:
 
     def __init__(self, settings: AudioSettings) -> None:
         self._settings = settings
-        self._ring = Ring.create()
+        self._ring = Ring.create([material.name for material in settings.materials])
         self._underruns_before = 0
         self._child = Child("audio engine", run_engine, self._arguments, self._begin)
         self.name = settings.output

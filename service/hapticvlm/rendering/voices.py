@@ -8,12 +8,13 @@ fade of FADE_S, so whatever ends is silent within 20 ms at any block size.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.materials import MATERIALS
+from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering import vibration
 from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Stroke, Texture
 
@@ -94,16 +95,22 @@ class _Hand:
 class Voices:
     """The mixer: obeys commands, renders blocks, counts what it had to drop."""
 
-    def __init__(self, rate_hz: int = RATE_HZ, gain: float = 1.0) -> None:
+    def __init__(
+        self,
+        rate_hz: int = RATE_HZ,
+        gain: float = 1.0,
+        table: Mapping[str, Material] = MATERIALS,
+    ) -> None:
         self.gain = gain
         self.level = 0.0  # rms of the last block
         self.scrubbed = 0  # voices and commands dropped for not being finite
         self.dropped = 0  # impacts refused because too many were sounding
         self._rate_hz = rate_hz
+        self._table = table
         self._step = 1.0 / (FADE_S * rate_hz)
         self._gain = gain
         self._hands = (_Hand(), _Hand())
-        _warm_up(rate_hz)
+        _warm_up(table.values(), rate_hz)
 
     def obey(self, command: Command) -> None:
         """Take a command in; it is heard from the next block on."""
@@ -112,7 +119,7 @@ class Voices:
             return
         hand = self._hands[command.hand]
         hand.expires_at = command.expires_at
-        if command.material not in MATERIALS:
+        if command.material not in self._table:
             hand.wanted = None
             return
         if command.onset and command.interaction != "swing":
@@ -142,7 +149,7 @@ class Voices:
         for hand in self._hands:
             if not hand.expires_at >= now:
                 hand.rest()
-            _follow(hand, self._rate_hz)
+            self._follow(hand)
             for voice in hand.voices:
                 block = voice.render(part.size, self._step)
                 if math.isfinite(float(np.dot(block, block))):
@@ -168,28 +175,27 @@ class Voices:
         if len(ringing) >= _MOST_RINGING:
             ringing[0].aim = 0.0
         kind = command.interaction if command.interaction in IMPACTS else "tap"
-        material = MATERIALS[str(command.material)]
+        material = self._table[str(command.material)]
         wave = vibration.impact(
             material.vibration, kind, command.stroke, command.seed, self._rate_hz
         )
         hand.voices.append(_Voice(wave, command.stroke, (material.name, kind), gain=1.0))
 
-
-def _follow(hand: _Hand, rate_hz: int) -> None:
-    """Bring the hand's textures towards the wanted one, cross-fading, never more than a few."""
-    wanted = hand.wanted
-    textures = hand.textures()
-    key = None if wanted is None else _texture_key(wanted)
-    fitting = None
-    for voice in textures:
-        voice.aim = 1.0 if voice.key == key else 0.0
-        if wanted is not None and voice.key == key:
-            fitting, voice.stroke = voice, wanted.stroke
-    if wanted is None or key is None or fitting is not None:
-        return
-    if len(textures) <= _MOST_FADING_TEXTURES:
-        source = Texture(MATERIALS[key[0]].vibration, key[1], wanted.seed, rate_hz)
-        hand.voices.append(_Voice(source, wanted.stroke, key, gain=0.0))
+    def _follow(self, hand: _Hand) -> None:
+        """Bring the hand's textures towards the wanted one, cross-fading, never more than a few."""
+        wanted = hand.wanted
+        textures = hand.textures()
+        key = None if wanted is None else _texture_key(wanted)
+        fitting = None
+        for voice in textures:
+            voice.aim = 1.0 if voice.key == key else 0.0
+            if wanted is not None and voice.key == key:
+                fitting, voice.stroke = voice, wanted.stroke
+        if wanted is None or key is None or fitting is not None:
+            return
+        if len(textures) <= _MOST_FADING_TEXTURES:
+            source = Texture(self._table[key[0]].vibration, key[1], wanted.seed, self._rate_hz)
+            hand.voices.append(_Voice(source, wanted.stroke, key, gain=0.0))
 
 
 def _texture_key(command: Command) -> tuple[str, str]:
@@ -215,9 +221,9 @@ def _limit(part: NDArray[np.float32]) -> None:
     np.copyto(part, np.copysign(bent, part), where=size > _LINEAR_PEAK)
 
 
-def _warm_up(rate_hz: int) -> None:
-    """Fill the caches of the table's materials, so that no first touch pays for them."""
-    for material in MATERIALS.values():
+def _warm_up(stuff: Iterable[Material], rate_hz: int) -> None:
+    """Fill the caches of these materials, so that no first touch pays for them."""
+    for material in stuff:
         for kind in IMPACTS:
             vibration.impact(material.vibration, kind, Stroke(1.0, 1.0), 0, rate_hz)
         for kind in TEXTURES:
