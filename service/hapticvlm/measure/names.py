@@ -134,7 +134,7 @@ def evaluate(title: str, names: Sequence[Name], *, held_back: bool) -> Score:
     )
 
 
-def wilson(right: int, n: int) -> tuple[float, float]:
+def wilson(right: float, n: float) -> tuple[float, float]:
     """95 % interval of a share; (0, 1) when n is 0."""
     if n == 0:
         return 0.0, 1.0

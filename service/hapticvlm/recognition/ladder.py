@@ -74,12 +74,12 @@ def is_sure(evidence: Sequence[Evidence]) -> bool:
     """Whether climbing can stop: the scene spoke, a rung is sure, or all together are."""
     if _statement(evidence) is not None:
         return True
-    return max(_posterior(evidence).values()) >= SURE
+    return max(pool(evidence).values()) >= SURE
 
 
 def decide(evidence: Sequence[Evidence]) -> Verdict:
     """Judge what was gathered so far; unknown when nothing is believed enough."""
-    posterior = _posterior(evidence)
+    posterior = pool(evidence)
     best, second = sorted(posterior, key=lambda name: -posterior[name])[:2]
     spoken = _statement(evidence)
     confidence = min(1.0, posterior[best])
@@ -98,7 +98,7 @@ def prefer(previous: Verdict | None, new: Verdict) -> Verdict:
         return new
     if previous.material == materials.UNKNOWN:
         return new
-    posterior = _posterior(new.evidence)
+    posterior = pool(new.evidence)
     held = posterior.get(previous.material, FLOOR)
     bar = KNOWN if new.material == materials.UNKNOWN else new.confidence
     if bar - held > FLIP_MARGIN:
@@ -120,16 +120,8 @@ def fuse(views: Sequence[Evidence]) -> Evidence:
     return Evidence("encoder", tuple(ranked))
 
 
-def _statement(evidence: Sequence[Evidence]) -> Evidence | None:
-    """Find the scene's word, else the first rung in order of cost that is sure by itself."""
-    for rung in _ORDER:
-        for item in evidence:
-            if item.rung == rung and item.beliefs and (rung == "scene" or item.confidence >= SURE):
-                return item
-    return None
-
-
-def _posterior(evidence: Sequence[Evidence]) -> dict[str, float]:
+def pool(evidence: Sequence[Evidence]) -> dict[str, float]:
+    """Belief in every class after all evidence: the posterior, which sums to 1."""
     named = [name for item in evidence for name, _ in item.beliefs]
     spoken = _statement(evidence)
     telling = [item for item in evidence if item.beliefs]
@@ -142,6 +134,15 @@ def _posterior(evidence: Sequence[Evidence]) -> dict[str, float]:
     top = max(logs.values())
     total = sum(math.exp(value - top) for value in logs.values())
     return {name: math.exp(value - top) / total for name, value in logs.items()}
+
+
+def _statement(evidence: Sequence[Evidence]) -> Evidence | None:
+    """Find the scene's word, else the first rung in order of cost that is sure by itself."""
+    for rung in _ORDER:
+        for item in evidence:
+            if item.rung == rung and item.beliefs and (rung == "scene" or item.confidence >= SURE):
+                return item
+    return None
 
 
 def _weight(rung: Rung, evidence: Sequence[Evidence]) -> float:
