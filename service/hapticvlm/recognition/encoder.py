@@ -1,46 +1,34 @@
-"""Picture and mask to a unit embedding: the interface, and the first encoder behind it.
+"""Picture and mask to a unit embedding: what every encoder promises, and how one is had by name.
 
-The first encoder is a plain one: a hand-made description of what lies under the mask (colour,
-highlights, gradients, orientation, local binary patterns, spectrum, contrast to the surroundings),
-followed by one learned linear map. The map is a discriminant analysis that counts the spread
-between sources of one class as noise, so it keeps what tells materials apart in every source. It
-recognises enrolled objects better than unseen ones (training/LOG.md has the figures), and a trained
-network will replace it behind the same interface. Its preprocessing travels with it: `describe`
-plus the file.
+The shipped encoder runs on onnxruntime; any network of transformers runs on torch (extra `models`),
+which is imported only then. All take the same crops, and none hands out anything but finite unit
+embeddings: a gallery would match the rest, with confidence. An encoder's preprocessing travels with
+it, in its graph or in its own file. Knows no gallery and no material.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from io import BytesIO
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.pictures import Crop
+from hapticvlm.recognition.pictures import Crop, central_mask
 
 Floats = NDArray[np.float32]
-Inside = NDArray[np.bool_]
+Pixels = NDArray[np.uint8]
 
-SHIPPED = Path(__file__).with_name("first_encoder.npz")
-SIDE = 112  # px: a 448 px JPEG decodes to it, or its centre does, without any resizing
-LEVELS = 4  # of the pyramid: 112, 56, 28 and 14 px
-HUES = 8
-ORIENTATIONS = 8
-BANDS = 6  # of the spectrum, an octave each but the lowest
-LBP_STEP = 0.008  # of full scale, about 2 grey levels: below it neighbours count as equal
-LIT = 0.94  # brightness from which a pixel counts as highlight
-EPSILON = 1e-4
-
-_NEIGHBOURS = ((0, 0), (0, 1), (0, 2), (1, 2), (2, 2), (2, 1), (2, 0), (1, 0))
+SHIPPED = Path(__file__).with_name("shipped")
+CARD = "encoder.json"  # lies in the folder of every encoder that runs on onnxruntime
+DEVICES = ("cpu", "cuda", "auto")
+BATCH = 16  # crops a pass: bounds the memory of a long list, and longer ones are no faster
+UNIT_ERROR = 1e-3  # of an embedding's norm
 
 
 class EncoderError(RuntimeError):
-    """An encoder that cannot be had: why, and what to do."""
+    """An encoder that cannot be had, or does not do what it should: why, and what to do."""
 
 
 class Encoder(Protocol):
@@ -59,159 +47,90 @@ class Encoder(Protocol):
         """Length of an embedding."""
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
-        """Embed N crops: (N, D) float32, each of unit norm."""
+        """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
 
 
-@dataclass(frozen=True, slots=True)
-class LinearEncoder:
-    """The first encoder: centre (F,), scale (F,) and projection (F, D), float32."""
+def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int = 1) -> Encoder:
+    """Load an encoder and embed with it once, so that the next inference is not a slow first one.
 
-    name: str
-    side: int
-    centre: Floats
-    scale: Floats
-    projection: Floats
-
-    @property
-    def dimension(self) -> int:
-        """Length of an embedding."""
-        return int(self.projection.shape[1])
-
-    def embed(self, crops: Sequence[Crop]) -> Floats:
-        """Embed N crops of side `side`: (N, D) float32, each of unit norm."""
-        if not crops:
-            return np.zeros((0, self.dimension), np.float32)
-        return self.project(np.stack([describe(crop) for crop in crops]))
-
-    def project(self, descriptions: Floats) -> Floats:
-        """Map (N, F) descriptions to (N, D) unit embeddings, float32."""
-        standard = np.clip((descriptions - self.centre) / self.scale, -4.0, 4.0)
-        raw = standard @ self.projection
-        norms = np.linalg.norm(raw, axis=1, keepdims=True)
-        unit: Floats = (raw / np.maximum(norms, EPSILON)).astype(np.float32)
-        return unit
+    name: None or its own name = the shipped one; a folder with an encoder.json; or a network of
+    transformers, by folder or by name. device: cpu, cuda or auto, where only those of transformers
+    run on another than the cpu. threads: of one inference. Raises EncoderError.
+    """
+    if device not in DEVICES or threads < 1:
+        text = f"device {device!r}, {threads} threads: devices are {', '.join(DEVICES)}, threads 1 "
+        raise EncoderError(text + "or more")
+    encoder = _find(name, device, threads)
+    blank = Crop(
+        np.full((encoder.side, encoder.side, 3), 127, np.uint8), central_mask(encoder.side)
+    )
+    encoder.embed([blank])
+    return encoder
 
 
-def load_encoder(name: str | None = None) -> Encoder:
-    """Load the shipped encoder (None, or its own name). Raises EncoderError."""
-    try:
-        with np.load(BytesIO(SHIPPED.read_bytes()), allow_pickle=False) as file:
-            arrays = [file[key].astype(np.float32) for key in ("centre", "scale", "projection")]
-            shipped = LinearEncoder(str(file["name"]), int(file["side"]), *arrays)
-    except (OSError, EOFError, KeyError, ValueError, TypeError, BadZipFile) as error:
-        raise EncoderError(
-            f"{SHIPPED.name} cannot be read ({error}); reinstall hapticvlm"
-        ) from None
-    if name not in (None, shipped.name):
-        raise EncoderError(f"no encoder `{name}` in this version; leave it out for {shipped.name}")
-    return shipped
+def embed_all(
+    crops: Sequence[Crop], encoder: Encoder, run: Callable[[Pixels], NDArray[np.generic]]
+) -> Floats:
+    """Let `run` map (n, S, S, 4) uint8, RGB and mask (0 or 255), to (n, D), BATCH crops at most.
+
+    Returns (N, D) float32, finite and of unit norm. Raises EncoderError.
+    """
+    parts = [np.zeros((0, encoder.dimension), np.float32)]
+    for start in range(0, len(crops), BATCH):
+        pixels = _stack(crops[start : start + BATCH], encoder)
+        parts.append(_require_unit(run(pixels), len(pixels), encoder))
+    return np.concatenate(parts)
 
 
-def describe(crop: Crop) -> Floats:
-    """Describe what lies under the mask: (F,) float32, all finite."""
-    pixels = crop.image.astype(np.float32) / 255.0
-    inside = crop.mask > 0
-    if not inside.any():
-        inside = np.ones(inside.shape, np.bool_)
-    grey = pixels @ np.array((0.299, 0.587, 0.114), np.float32)
-    parts = [_colours(pixels[inside], grey[inside]), _contrast(pixels, grey, inside)]
-    parts.append(_spectrum(grey, inside))
-    for _ in range(LEVELS):
-        parts += [_gradients(grey, inside), _patterns(grey, inside)]
-        grey, inside = _halve(grey, inside)
-    description: Floats = np.nan_to_num(np.concatenate(parts)).astype(np.float32)
-    return description
+def _stack(crops: Sequence[Crop], encoder: Encoder) -> Pixels:
+    side = encoder.side
+    pixels = np.empty((len(crops), side, side, 4), np.uint8)
+    for number, crop in enumerate(crops):
+        if crop.image.shape != (side, side, 3) or crop.mask.shape != (side, side):
+            text = f"a crop of {crop.image.shape}, mask {crop.mask.shape}, for `{encoder.name}`"
+            raise EncoderError(f"{text}, which takes crops of {side} px: cut them at that side")
+        pixels[number, ..., :3] = crop.image
+        pixels[number, ..., 3] = np.where(crop.mask > 0, 255, 0)
+    return pixels
 
 
-def _colours(colour: Floats, grey: Floats) -> Floats:
-    """Statistics of (P, 3) colours and (P,) brightness: level, spread, tails, hues, highlights."""
-    red_green = colour[:, 0] - colour[:, 1]
-    yellow_blue = (colour[:, 0] + colour[:, 1]) / 2 - colour[:, 2]
-    chroma = np.hypot(red_green, yellow_blue)
-    hue = np.arctan2(yellow_blue, red_green) / (2 * np.pi) % 1.0
-    hues = np.bincount((hue * HUES).astype(int) % HUES, weights=chroma, minlength=HUES)
-    tails = np.percentile(grey, (2, 10, 25, 50, 75, 90, 98))
-    deviation = grey - grey.mean()
-    skew = (deviation**3).mean() / (deviation.std() ** 3 + EPSILON)
-    lit = grey > LIT
-    saturation = chroma / (grey + 0.05)
-    means = [red_green.mean(), yellow_blue.mean(), chroma.mean(), saturation.mean()]
-    spreads = [red_green.std(), yellow_blue.std(), chroma.std(), saturation.std(), grey.std()]
-    rest = [skew, np.sqrt(lit.mean()), np.sqrt((lit & (chroma < 0.05)).mean())]
-    scaled = np.sqrt(hues / (hues.sum() + EPSILON)) * np.sqrt(min(1.0, chroma.mean() * 8))
-    return np.concatenate([means, spreads, tails, tails - tails[3], rest, scaled])
+def _require_unit(found: NDArray[np.generic], count: int, encoder: Encoder) -> Floats:
+    embeddings: Floats = np.asarray(found, np.float32)
+    if embeddings.shape != (count, encoder.dimension):
+        wanted = (count, encoder.dimension)
+        text = f"`{encoder.name}` gave embeddings of shape {embeddings.shape}, not {wanted}"
+        raise EncoderError(f"{text}: load another encoder")
+    norms = np.linalg.norm(embeddings, axis=1)
+    if not (np.abs(norms - 1.0) <= UNIT_ERROR).all():  # false for NaN too
+        text = f"`{encoder.name}` gave an embedding that is not finite and of unit norm"
+        raise EncoderError(f"{text}: load another encoder")
+    return embeddings
 
 
-def _contrast(pixels: Floats, grey: Floats, inside: Inside) -> Floats:
-    """Object against its surroundings: glass takes their colours, paint does not. (9,)."""
-    outside = ~inside
-    if not outside.any():
-        return np.zeros(9, np.float32)
-    gap = pixels[inside].mean(axis=0) - pixels[outside].mean(axis=0)
-    spread = np.log((grey[inside].std() + 0.01) / (grey[outside].std() + 0.01))
-    steps = np.abs(np.diff(grey, axis=1))
-    busy = np.log((steps[inside[:, 1:]].mean() + 0.002) / (steps[outside[:, 1:]].mean() + 0.002))
-    level = gap.mean()
-    return np.concatenate([gap - level, np.abs(gap), [level, spread, busy]])
+def _find(name: str | None, device: str, threads: int) -> Encoder:
+    """Load what `name` says; each loader is imported late, with its own heavy library."""
+    folder = SHIPPED if name in (None, _shipped_name()) else Path(str(name)).expanduser()
+    if folder != SHIPPED and not (folder / CARD).is_file():
+        from hapticvlm.recognition.torch_encoder import load_transformers_encoder
+
+        return load_transformers_encoder(str(name), device, threads)
+    if device == "cuda":
+        text = "--device cuda is for networks of transformers; this encoder runs on the cpu"
+        raise EncoderError(f"{text}: leave --device out")
+    if (folder / CARD).is_file():
+        from hapticvlm.recognition.onnx_encoder import load_onnx_encoder
+
+        return load_onnx_encoder(folder, threads)
+    from hapticvlm.recognition.linear_encoder import load_linear_encoder
+
+    return load_linear_encoder()
 
 
-def _spectrum(grey: Floats, inside: Inside) -> Floats:
-    """Log energy and peakedness by octave, and how much one direction leads. (2 BANDS + 1,)."""
-    side = grey.shape[0]
-    window = np.hanning(side).astype(np.float32)
-    flat = np.where(inside, grey - grey[inside].mean(), 0.0) * np.outer(window, window)
-    power = np.abs(np.fft.rfft2(flat)) ** 2
-    y = np.fft.fftfreq(side)[:, None]
-    x = np.fft.rfftfreq(side)[None, :]
-    octave = np.clip(np.log2(np.hypot(x, y) * side + 1.0), 0, BANDS - 0.01).astype(int)
-    counts = np.bincount(octave.ravel(), minlength=BANDS)[:BANDS]
-    energy = np.bincount(octave.ravel(), weights=power.ravel(), minlength=BANDS)[:BANDS]
-    peaks = np.array([power[octave == band].max() for band in range(BANDS)])
-    mean = energy / np.maximum(counts, 1)
-    share = np.log(energy / (energy.sum() + EPSILON) + EPSILON)
-    twice = np.exp(2j * np.angle(x + 1j * y))
-    middle = octave >= 2
-    lead = np.abs((power * twice)[middle].sum()) / (power[middle].sum() + EPSILON)
-    return np.concatenate([share, np.log(peaks / (mean + EPSILON) + 1.0), [lead]])
+def _shipped_name() -> str:
+    if (SHIPPED / CARD).is_file():
+        from hapticvlm.recognition.onnx_encoder import read_card
 
+        return read_card(SHIPPED).name
+    from hapticvlm.recognition.linear_encoder import load_linear_encoder
 
-def _gradients(grey: Floats, inside: Inside) -> Floats:
-    """Strength, tails and orientation of the gradient; bins start at the leading direction."""
-    dx = (grey[1:-1, 2:] - grey[1:-1, :-2]) / 2
-    dy = (grey[2:, 1:-1] - grey[:-2, 1:-1]) / 2
-    bend = np.abs(grey[1:-1, 2:] + grey[1:-1, :-2] + grey[2:, 1:-1] + grey[:-2, 1:-1])
-    bend = np.abs(bend - 4 * grey[1:-1, 1:-1])
-    within = inside[1:-1, 1:-1]
-    if not within.any():
-        within = np.ones(within.shape, np.bool_)
-    dx, dy, bend = dx[within], dy[within], bend[within]
-    size = np.hypot(dx, dy)
-    mean = size.mean() + EPSILON
-    level = grey[1:-1, 1:-1][within].mean() + 0.05
-    turn = (np.arctan2(dy, dx) / np.pi % 1.0 * ORIENTATIONS).astype(int) % ORIENTATIONS
-    bins = np.bincount(turn, weights=size, minlength=ORIENTATIONS) / (size.sum() + EPSILON)
-    bins = np.roll(bins, -int(bins.argmax()))
-    tails = np.percentile(size, (50, 95, 99)) / mean
-    shape = [np.log(mean), np.log(mean / level), np.log(bend.mean() / mean + 0.05)]
-    return np.concatenate([shape, np.log(tails + 0.05), bins])
-
-
-def _patterns(grey: Floats, inside: Inside) -> Floats:
-    """Rotation-invariant uniform local binary patterns: (10,) square roots of their shares."""
-    rows, columns = grey.shape[0] - 2, grey.shape[1] - 2
-    centre = grey[1:-1, 1:-1] + LBP_STEP
-    bits = np.stack([grey[y : y + rows, x : x + columns] > centre for y, x in _NEIGHBOURS])
-    turns = (bits != np.roll(bits, 1, axis=0)).sum(axis=0)
-    codes = np.where(turns <= 2, bits.sum(axis=0), 9)
-    within = inside[1:-1, 1:-1]
-    chosen = codes[within] if within.any() else codes.ravel()
-    return np.sqrt(np.bincount(chosen, minlength=10) / chosen.size)
-
-
-def _halve(grey: Floats, inside: Inside) -> tuple[Floats, Inside]:
-    """Half the size: mean of 2 x 2 for the picture, all of 2 x 2 for the mask."""
-    side = grey.shape[0] // 2 * 2
-    blocks = grey[:side, :side].reshape(side // 2, 2, side // 2, 2)
-    masks = inside[:side, :side].reshape(side // 2, 2, side // 2, 2)
-    smaller: Inside = np.asarray(masks.all(axis=(1, 3)))
-    return blocks.mean(axis=(1, 3)), smaller
+    return load_linear_encoder().name

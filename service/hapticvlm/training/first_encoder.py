@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.recognition import encoder as encoders
 from hapticvlm.recognition import gallery as galleries
-from hapticvlm.recognition.encoder import LinearEncoder
+from hapticvlm.recognition import linear_encoder as encoders
 from hapticvlm.recognition.gallery import Calibration, Gallery
+from hapticvlm.recognition.linear_encoder import LinearEncoder
 from hapticvlm.training.fit import (
     Fold,
     Table,

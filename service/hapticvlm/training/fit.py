@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.encoder import LinearEncoder
 from hapticvlm.recognition.gallery import Calibration, believe, score
+from hapticvlm.recognition.linear_encoder import LinearEncoder
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
