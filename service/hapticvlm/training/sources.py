@@ -13,11 +13,13 @@ from hapticvlm import materials
 
 # Labelled pictures that teach.
 LABELLED = ("ambientcg_tiles", "trashnet", "clothing", "woodboards")
-# Held back whole: photographs, other people's renders, the shapes and the textures with maps.
-HELD_BACK = ("caltech101", "pb_renders", "models", "pbr")
-# Pictures of no material: scenery calibrates "unknown"; half of the living things of
-# unlabelled_caltech101 teach it, the other half are held back to measure it.
+# Held back whole: photographs, the shapes and the textures with maps.
+HELD_BACK = ("caltech101", "models", "pbr")
+# Calibrate the confidence and nothing else: other people's renders, and scenery of no material.
+CALIBRATION = ("pb_renders", "weather")
 SCENERY = "weather"
+# Pictures without labels; some of the living things among them teach "none of ours", others are
+# held back to measure it.
 UNLABELLED = "unlabelled_caltech101"
 # Folders of UNLABELLED that show the objects of the held-back caltech101: never looked at.
 SAME_AS_HELD_BACK = frozenset(
