@@ -95,7 +95,7 @@ def pool(network: Any, images: Tensor, masks: Tensor) -> Tensor:  # noqa: ANN401
     cells = _cells(outputs.last_hidden_state)
     if cells is None:
         return functional.normalize(outputs.pooler_output.flatten(1), dim=1)
-    weights = functional.adaptive_avg_pool2d(masks[:, None], tuple(cells.shape[-2:]))
+    weights = functional.adaptive_avg_pool2d(masks[:, None], (cells.shape[2], cells.shape[3]))
     weights = weights + (weights.sum(dim=(2, 3), keepdim=True) <= 0)
     pooled = (cells * weights).sum(dim=(2, 3)) / weights.sum(dim=(2, 3))
     final = getattr(network, "layernorm", None)
