@@ -34,8 +34,11 @@ class Table:
     names: tuple[str, ...]
 
 
-def load(folders: Sequence[Path], basis: Basis | None = None) -> Table:
-    """Read all shards of some folders that the teacher has described."""
+def load(folders: Sequence[Path], basis_file: Path) -> Table:
+    """Read all shards of some folders that the teacher has described.
+
+    The teacher's directions are read from `basis_file`, or found and written there.
+    """
     found = [path for path in shards.paths(folders) if shards.features_path(path).exists()]
     parts = [shards.read(path) for path in found]
     features = np.concatenate([np.load(shards.features_path(path)) for path in found])
@@ -64,7 +67,7 @@ def load(folders: Sequence[Path], basis: Basis | None = None) -> Table:
         crops[kept],
         np.array([index.get(label, NOBODY_KNOWS) for label in labels[kept].tolist()], np.int64),
         cells.astype(np.int64),
-        (basis or Basis.of(features)).targets(features[kept]),
+        _basis(basis_file, features).targets(features[kept]),
         instances[kept],
         tuple(names.tolist()),
     )
@@ -73,6 +76,14 @@ def load(folders: Sequence[Path], basis: Basis | None = None) -> Table:
 def _instances(path: Path) -> NDArray[np.int64]:
     with np.load(path) as file:
         return np.asarray(file["instances"], np.int64)
+
+
+def _basis(path: Path, features: NDArray[np.float16]) -> Basis:
+    if not path.exists():
+        found = Basis.of(features)
+        np.savez(path, mean=found.mean, axes=found.axes)
+    with np.load(path) as file:
+        return Basis(file["mean"], file["axes"])
 
 
 @dataclass(frozen=True, slots=True)

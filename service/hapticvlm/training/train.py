@@ -11,6 +11,7 @@ import argparse
 import copy
 import json
 import math
+import shutil
 import sys
 import time
 from dataclasses import asdict, dataclass, field
@@ -26,6 +27,7 @@ from hapticvlm.training.losses import Heads, Weights
 from hapticvlm.training.network import Network, Shape, prepare
 
 CHECKPOINT = "checkpoint.pt"
+BASIS = "basis.npz"
 SAVE_S = 120.0
 SAY_EVERY = 50
 AVERAGE = 0.998
@@ -162,13 +164,14 @@ def main() -> int:
         run.load(chosen.run / CHECKPOINT)
     elif chosen.start is not None:
         run.begin_with(chosen.start / CHECKPOINT)
+        shutil.copy(chosen.start / BASIS, chosen.run / BASIS)
     train(run, chosen.run, chosen.shards)
     return 0
 
 
 def train(run: Run, folder: Path, shards: list[Path]) -> None:
     """Train to the end of the plan, saving now and then."""
-    plan, known = run.plan, table.load(shards)
+    plan, known = run.plan, table.load(shards, folder / BASIS)
     _say(f"{len(known.labels)} pictures, {len(known.names)} cells, from step {run.step}")
     draws = table.Draws(known, plan.unlabelled, plan.seed + run.step)
     dice = torch.Generator().manual_seed(plan.seed + run.step)
