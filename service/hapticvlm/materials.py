@@ -1,6 +1,8 @@
 """The material table: what each class is to the skin, to the ear of the palm, and in words.
 
-Knows facts and their sources only; nothing here measures, decides or renders. Thermal figures are
+Knows facts and their sources only; nothing here measures, decides or renders. MATERIALS is the
+built-in table and never changes; a material of the user's own is derived from one of its classes,
+and whoever uses such materials is handed a table that has them too. Thermal figures are
 handbook values at room temperature as collected in the project's physics reference, section 1.2
 (plywood, hardwood and softwood: Mechanical Engineers' Handbook vol. 4; the others from memory of
 handbooks, so parameters and not claims). Effusivity e = sqrt(k rho c) follows from them.
@@ -8,11 +10,38 @@ handbooks, so parameters and not claims). Effusivity e = sqrt(k rho c) follows f
 
 from __future__ import annotations
 
+import difflib
 import math
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
+from typing import Any
 
 UNKNOWN = "unknown"
+
+# What a fact of a user's material may be, lowest and highest: from aerogel to diamond and osmium
+# for the bulk, the palm's band and what rendering/vibration.py can play for the rest.
+LIMITS = MappingProxyType(
+    {
+        "thermal.conductivity": (0.005, 2500.0),  # W/(m K)
+        "thermal.density": (1.0, 23_000.0),  # kg/m3
+        "thermal.heat_capacity": (100.0, 6000.0),  # J/(kg K)
+        "vibration.pitch_m": (5e-5, 0.05),
+        "vibration.bandwidth": (0.05, 1.5),
+        "vibration.roughness": (0.0, 1.0),
+        "vibration.modes.frequency_hz": (20.0, 1000.0),
+        "vibration.modes.decay_per_s": (5.0, 280.0),
+        "vibration.modes.gain": (0.01, 1.0),
+    }
+)
+MAX_MODES = 8
+MAX_WORDS, MAX_WORD_LETTERS = 64, 60
+_NAME = re.compile(r"[a-z0-9_-]{1,40}")
+
+
+class MaterialError(ValueError):
+    """A material of the user's that cannot be: which field, why, and what to do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,3 +169,105 @@ MATERIALS = MappingProxyType(
         for name in _THERMAL
     }
 )
+
+
+def derive(
+    name: str,
+    like: str,
+    words: object = None,
+    facts: Mapping[str, object] = MappingProxyType({}),
+) -> Material:
+    """Make a user's material from a built-in class; raises MaterialError.
+
+    `facts` replace those of the class, {"thermal": {...}, "vibration": {...}} with the field names
+    of Thermal and Vibration, `modes` as a list of maps; `words` is a list, None the name's own.
+    """
+    _check_name(name)
+    parent = MATERIALS.get(like)
+    if parent is None:
+        raise MaterialError(f"like: no class `{like[:60]}`{_nearest(like, MATERIALS)}")
+    _check_fields("", facts, ("thermal", "vibration"))
+    thermal = _changes("thermal", facts.get("thermal", {}), parent.thermal)
+    vibration = _changes("vibration", facts.get("vibration", {}), parent.vibration)
+    if "modes" in vibration:
+        vibration["modes"] = _modes(vibration["modes"])
+    return Material(
+        name,
+        replace(parent.thermal, **thermal),
+        replace(parent.vibration, **vibration),
+        _own_words(name) if words is None else _checked_words(words),
+    )
+
+
+def _check_name(name: str) -> None:
+    if not _NAME.fullmatch(name):
+        raise MaterialError(f"name: `{name[:60]}` is not 1 to 40 of a-z, 0-9, _ and -; rename it")
+    if name in MATERIALS or name == UNKNOWN:
+        raise MaterialError(f"name: `{name}` is built in; choose another name")
+
+
+def _check_fields(path: str, given: object, known: Sequence[str]) -> None:
+    if not isinstance(given, Mapping):
+        raise MaterialError(f"{path}: expected a table of {', '.join(known)}")
+    for field in given:
+        if field not in known:
+            raise MaterialError(f"{path}{field}: no such fact{_nearest(str(field), known)}")
+
+
+def _changes(part: str, given: object, parent: Thermal | Vibration) -> dict[str, Any]:
+    """Check one table of facts; numbers become floats."""
+    _check_fields(f"{part}.", given, [field.name for field in fields(parent)])
+    assert isinstance(given, Mapping)
+    return {
+        field: value if field == "modes" else _number(f"{part}.{field}", value)
+        for field, value in given.items()
+    }
+
+
+def _modes(given: object) -> tuple[Mode, ...]:
+    path = "vibration.modes"
+    if not isinstance(given, list | tuple) or not 1 <= len(given) <= MAX_MODES:
+        known = ", ".join(field.name for field in fields(Mode))
+        raise MaterialError(f"{path}: expected a list of 1 to {MAX_MODES} maps of {known}")
+    for mode in given:
+        _check_fields(f"{path}.", mode, [field.name for field in fields(Mode)])
+        for field in fields(Mode):
+            if field.name not in mode:
+                raise MaterialError(f"{path}.{field.name}: missing; add it to every mode")
+    return tuple(Mode(**{k: _number(f"{path}.{k}", v) for k, v in m.items()}) for m in given)
+
+
+def _number(path: str, value: object) -> float:
+    low, high = LIMITS[path]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise MaterialError(f"{path}: {value} is not a number within {low:g}..{high:g}; change it")
+    return float(value)
+
+
+def _own_words(name: str) -> tuple[str, ...]:
+    words = re.sub("[_-]+", " ", name).strip()
+    return (words,) if _is_words(words) else ()
+
+
+def _checked_words(words: object) -> tuple[str, ...]:
+    if not isinstance(words, list | tuple) or len(words) > MAX_WORDS:
+        raise MaterialError(f"words: expected a list of at most {MAX_WORDS} words")
+    for word in words:
+        if not isinstance(word, str) or not _is_words(word):
+            text = "is not one or more lower-case words of two letters or more; write"
+            raise MaterialError(f"words: `{str(word)[:60]}` {text} letters and single spaces only")
+    return tuple(words)
+
+
+def _is_words(text: str) -> bool:
+    """Whether names can have this in them: they are cut into lower-case words of letters."""
+    parts = text.split(" ")
+    if len(text) > MAX_WORD_LETTERS or text != text.lower():
+        return False
+    return all(part.isalpha() and len(part) > 1 for part in parts)
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
+    known = list(known)
+    near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)
+    return f"; nearest is `{near[0]}` of {', '.join(known)}"

@@ -31,6 +31,7 @@ from hapticvlm.recognition import pictures
 from hapticvlm.recognition.encoder import Encoder, load_encoder
 from hapticvlm.recognition.gallery import Gallery, load_gallery
 from hapticvlm.recognition.ladder import Evidence
+from hapticvlm.recognition.own import OwnMaterial
 
 MAX_ENROL_PER_OBJECT = 8
 MAX_ENROL_BYTES = 32 * 1024 * 1024
@@ -93,10 +94,14 @@ class Mailbox(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class RecogniserSettings:
-    """What to load: None = what ships with the package."""
+    """What to load: None = what ships with the package.
+
+    `own` are the materials of the gallery folder that the rest of the service knows.
+    """
 
     encoder: str | None = None
     gallery: Path | None = None
+    own: tuple[OwnMaterial, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,11 +217,11 @@ def run_recogniser(
     _lower_priority()
     try:
         encoder = load_encoder(settings.encoder)
-        gallery = load_gallery(settings.gallery, encoder=encoder)
+        gallery = load_gallery(settings.gallery, encoder=encoder, own=settings.own)
     except Exception as error:  # noqa: BLE001 - the gateway must hear why, whatever a model threw
         control.send(("failed", f"cannot load the models: {error}"))
         return
-    gallery_name = settings.gallery.name if settings.gallery else "shipped"
+    gallery_name = settings.gallery.resolve().name if settings.gallery else "shipped"
     control.send(("ready", Loaded(encoder.name, gallery_name)))
     eye = Eye(encoder, gallery)
     data = np.frombuffer(memoryview(slot), np.uint8).data

@@ -59,7 +59,9 @@ def add(commands: Commands) -> None:
     )
     models = serve.add_argument_group("recognition")
     models.add_argument("--encoder", help="image encoder (the one shipped)")
-    models.add_argument("--gallery", type=Path, help="reference embeddings (those shipped)")
+    models.add_argument(
+        "--gallery", type=Path, help="reference embeddings, or a gallery folder (those shipped)"
+    )
     models.add_argument("--vlm", help="vision-language model for the ambient temperature (none)")
 
 
@@ -95,17 +97,27 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
     from hapticvlm.devices.audio import AudioSettings
     from hapticvlm.devices.simulated import SimulatedPlate
     from hapticvlm.devices.speaker import Speaker
-    from hapticvlm.materials import MATERIALS
     from hapticvlm.messages import Device, Devices, Models
     from hapticvlm.recogniser import Recogniser, RecogniserSettings
+    from hapticvlm.recognition.own import read_folder, table_with
     from hapticvlm.server.edge import Edge, Offer
     from hapticvlm.server.gateway import Gateway, ObserverLog
 
     loop = asyncio.get_running_loop()
     stopping = asyncio.Event()
     _on_signals(loop, stopping)
-    speaker = Speaker(AudioSettings(options.speaker, options.block, options.wav, options.realtime))
-    recogniser = Recogniser(RecogniserSettings(options.encoder, options.gallery))
+    own = read_folder(options.gallery)
+    table = table_with(own)
+    speaker = Speaker(
+        AudioSettings(
+            options.speaker,
+            options.block,
+            options.wav,
+            options.realtime,
+            materials=tuple(table.values()),
+        )
+    )
+    recogniser = Recogniser(RecogniserSettings(options.encoder, options.gallery, own))
     plate = SimulatedPlate()
     gateway = Gateway(speaker, plate, recogniser)
     logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))
@@ -123,7 +135,7 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
         )
         loaded = recogniser.loaded
         models = Models(encoder=loaded.encoder, gallery=loaded.gallery)
-        edge = Edge(address, gateway, Offer(devices, models, MATERIALS), time.monotonic)
+        edge = Edge(address, gateway, Offer(devices, models, table), time.monotonic)
         has_priority = options.realtime and _take_priority()
         async with edge.listen() as port, asyncio.TaskGroup() as tasks:
             running = [

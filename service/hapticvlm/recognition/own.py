@@ -1,0 +1,155 @@
+"""Materials of the user's own: one small TOML file each, in a gallery folder.
+
+    like = "wood"                     # the built-in class it is derived from
+    words = ["walnut", "burr walnut"] # in names of objects; left out: the material's own name
+    [thermal]                         # facts that differ from the class: see materials.LIMITS
+    conductivity = 0.2
+    [vibration]
+    roughness = 0.4
+    [references]                      # what it looks like to one encoder; may be left out
+    encoder = "first-1"
+    vectors = ["..."]                 # float16, little-endian, base64: one string each
+
+The file's name is the material's. Knows files, words and vectors; embeds nothing.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import MATERIALS, Material, MaterialError, derive
+
+Floats = NDArray[np.float32]
+
+MAX_OWN = 48  # with the built-in classes what the audio engine keeps warm
+MAX_FILE_BYTES = 16 * 1024 * 1024
+_FIELDS = ("like", "words", "thermal", "vibration", "references")
+SHORTEST = 0.5  # norm of a reference: one that is not about 1 is none
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnMaterial:
+    """One of the user's materials; references (N, D) float32 of unit norm, made with `encoder`."""
+
+    material: Material
+    like: str
+    facts: Mapping[str, object] = field(default_factory=dict)
+    encoder: str | None = None
+    references: Floats = field(default_factory=lambda: np.zeros((0, 0), np.float32))
+
+
+def table_with(own: Sequence[OwnMaterial]) -> Mapping[str, Material]:
+    """Return the built-in table with these materials after it."""
+    return {**MATERIALS, **{one.material.name: one.material for one in own}}
+
+
+def read_folder(folder: Path | None) -> tuple[OwnMaterial, ...]:
+    """Read every material of a gallery folder, by name; none of what is no folder.
+
+    Raises MaterialError.
+    """
+    if folder is None or not folder.is_dir():
+        return ()
+    paths = sorted(path for path in folder.glob("*.toml") if not path.name.startswith("."))
+    if len(paths) > MAX_OWN:
+        text = f"{folder}: {len(paths)} materials of your own, at most {MAX_OWN} are kept ready"
+        raise MaterialError(f"{text}; move some to another folder")
+    return tuple(read_own(path) for path in paths)
+
+
+def read_own(path: Path) -> OwnMaterial:
+    """Read one file; raises MaterialError naming file, field and cure."""
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise MaterialError(f"larger than {MAX_FILE_BYTES} bytes; use fewer pictures")
+        text = path.read_text(encoding="utf-8")
+        return _understand(path.stem, tomllib.loads(text))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise MaterialError(f"{path}: no TOML ({error}); correct it") from None
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise MaterialError(f"{path}: cannot be read ({reason}); make it readable") from None
+    except MaterialError as error:
+        raise MaterialError(f"{path}: {error}") from None
+
+
+def write_own(own: OwnMaterial, folder: Path) -> Path:
+    """Write a material's file into an existing folder, whole or not at all; return its path."""
+    path = folder / f"{own.material.name}.toml"
+    replace_file(path, _text(own).encode())
+    return path
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all, replacing what was there."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_bytes(data)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _understand(name: str, table: Mapping[str, object]) -> OwnMaterial:
+    for key in table:
+        if key not in _FIELDS:
+            raise MaterialError(f"{key}: no such field; a material has {', '.join(_FIELDS)}")
+    if "like" not in table:
+        raise MaterialError(f"like: missing; add the class it resembles: {', '.join(MATERIALS)}")
+    facts = {key: table[key] for key in ("thermal", "vibration") if key in table}
+    like, words = str(table["like"]), table.get("words")
+    material = derive(name, like, words, facts)
+    encoder, references = _references(table.get("references"))
+    return OwnMaterial(material, like, facts, encoder, references)
+
+
+def _references(table: object) -> tuple[str | None, Floats]:
+    if table is None:
+        return None, np.zeros((0, 0), np.float32)
+    if not isinstance(table, Mapping) or set(table) != {"encoder", "vectors"}:
+        raise MaterialError("references: expected `encoder` and `vectors`; add the material again")
+    vectors = table["vectors"]
+    if not isinstance(vectors, list) or not vectors:
+        raise MaterialError("references.vectors: expected a list of strings; add it again")
+    try:
+        rows = [np.frombuffer(base64.b64decode(v, validate=True), "<f2") for v in vectors]
+        stack = np.stack(rows).astype(np.float32)
+    except (binascii.Error, ValueError, TypeError):
+        text = "not float16 vectors of one length in base64"
+        raise MaterialError(f"references.vectors: {text}; add the material again") from None
+    norms = np.linalg.norm(stack, axis=1, keepdims=True)
+    if not np.isfinite(stack).all() or not (norms > SHORTEST).all():
+        text = "not all finite and of unit length"
+        raise MaterialError(f"references.vectors: {text}; add the material again")
+    return str(table["encoder"]), np.asarray(stack / norms, np.float32)
+
+
+def _text(own: OwnMaterial) -> str:
+    lines = [f"like = {json.dumps(own.like)}", f"words = {_value(list(own.material.words))}"]
+    for part, facts in own.facts.items():
+        assert isinstance(facts, Mapping)
+        lines += ["", f"[{part}]", *(f"{key} = {_value(value)}" for key, value in facts.items())]
+    if own.encoder is not None:
+        vectors = [base64.b64encode(row).decode() for row in own.references.astype("<f2")]
+        lines += ["", "[references]", f"encoder = {json.dumps(own.encoder)}", "vectors = ["]
+        lines += [*(f'  "{vector}",' for vector in vectors), "]"]
+    return "\n".join(lines) + "\n"
+
+
+def _value(value: object) -> str:
+    """Write a number, a string, a list or a map of them as TOML."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_value(one)}" for key, one in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(_value(one) for one in value) + "]"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
