@@ -9,6 +9,7 @@ small file cannot unfold into gigabytes. Knows no material.
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from math import ceil
@@ -69,22 +70,31 @@ def check_header(frame: messages.Frame) -> None:
             raise PictureError("$.image", f"{text} {needed}: send whole rows without padding")
     if frame.mask is not None:
         _require_size("$.mask", _png_size("$.mask", frame.mask), frame)
-    _region_box(frame)
+    _region_box(frame, frame.region)
 
 
 def crop(frame: messages.Frame, side: int) -> Crop:
     """Cut the object out of a frame as a (side, side) picture and mask. Raises PictureError."""
+    return crops(frame, [frame.region], side)[0]
+
+
+def crops(
+    frame: messages.Frame, regions: Sequence[messages.Region | None], side: int
+) -> list[Crop]:
+    """Cut several regions out of a frame, each as `crop` would if the frame named that region.
+
+    Mask and picture are decoded once for all regions that need the same reduction of the JPEG.
+    Raises PictureError.
+    """
     check_header(frame)
     mask = None if frame.mask is None else _decode_mask(frame)
-    box = _region_box(frame) if mask is None else _mask_box(mask)
-    within = min(box[2] - box[0], box[3] - box[1])
-    reduction = next((k for k in REDUCTIONS if within // k >= side), 1)
-    pixels = _decode(frame, reduction)
-    image = _resize(pixels[::-1] if frame.origin == "bottom" else pixels, box, frame, side)
-    if mask is None:
-        return Crop(image, central_mask(side))
-    inside = _resize(mask, box, frame, side)
-    return Crop(image, np.where(inside >= 128, 255, 0).astype(np.uint8))
+    cuts = [_cut(frame, region, mask) for region in regions]
+    reductions = [_reduction(frame, box, side) for box, _ in cuts]
+    decoded = {reduction: _decode_upright(frame, reduction) for reduction in set(reductions)}
+    return [
+        _crop(frame, decoded[reduction], cut, side)
+        for cut, reduction in zip(cuts, reductions, strict=True)
+    ]
 
 
 def central_mask(side: int) -> Pixels:
@@ -141,10 +151,39 @@ def _png_size(path: str, data: bytes) -> tuple[int, int]:
     return width, height
 
 
-def _region_box(frame: messages.Frame) -> Box:
-    """Find the region, or the centre, in px of the upright frame, clipped to it."""
+def _cut(
+    frame: messages.Frame, region: messages.Region | None, mask: Pixels | None
+) -> tuple[Box, Pixels | None]:
+    """Find the box to cut, and what of the mask counts: with a region, only what lies in it."""
+    if mask is None:
+        return _region_box(frame, region), None
+    if region is not None:
+        left, top, right, bottom = _region_box(frame, region)
+        within = np.zeros_like(mask)
+        within[top:bottom, left:right] = mask[top:bottom, left:right]
+        mask = within
+    return _mask_box(mask), mask
+
+
+def _reduction(frame: messages.Frame, box: Box, side: int) -> int:
+    """Choose the largest reduction that leaves `side` in the box; only a JPEG has any."""
+    within = min(box[2] - box[0], box[3] - box[1]) if frame.format == "jpeg" else 0
+    return next((k for k in REDUCTIONS if within // k >= side), 1)
+
+
+def _crop(frame: messages.Frame, pixels: Pixels, cut: tuple[Box, Pixels | None], side: int) -> Crop:
+    box, mask = cut
+    image = _resize(pixels, box, frame, side)
+    if mask is None:
+        return Crop(image, central_mask(side))
+    inside = _resize(mask, box, frame, side)
+    return Crop(image, np.where(inside >= 128, 255, 0).astype(np.uint8))
+
+
+def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
+    """Find a region, or the centre, in px of the upright frame, clipped to it."""
     edge = (1.0 - CENTRE) / 2
-    region = frame.region or messages.Region(x=edge, y=edge, w=CENTRE, h=CENTRE)
+    region = region or messages.Region(x=edge, y=edge, w=CENTRE, h=CENTRE)
     left, top = round(region.x * frame.width), round(region.y * frame.height)
     right = min(frame.width, ceil((region.x + region.w) * frame.width))
     bottom = min(frame.height, ceil((region.y + region.h) * frame.height))
@@ -166,6 +205,11 @@ def _mask_box(mask: Pixels) -> Box:
         min(width, right + x),
         min(height, bottom + y),
     )
+
+
+def _decode_upright(frame: messages.Frame, reduction: int) -> Pixels:
+    pixels = _decode(frame, reduction)
+    return pixels[::-1] if frame.origin == "bottom" else pixels
 
 
 def _decode(frame: messages.Frame, reduction: int) -> Pixels:
@@ -211,15 +255,9 @@ def _decode_png(path: str, data: bytes, frame: messages.Frame, mode: str) -> Pix
 
 
 def _decode_mask(frame: messages.Frame) -> Pixels:
-    """Decode the mask to (H, W) of 0 or 255, upright; only what lies in a given region counts."""
+    """Decode the mask to (H, W) of 0 or 255, upright."""
     levels = _decode_png("$.mask", frame.mask or b"", frame, "L")
-    mask = np.where(levels if levels.ndim == 2 else levels.any(axis=2), 255, 0).astype(np.uint8)
-    if frame.region is None:
-        return mask
-    left, top, right, bottom = _region_box(frame)
-    within = np.zeros_like(mask)
-    within[top:bottom, left:right] = mask[top:bottom, left:right]
-    return within
+    return np.where(levels if levels.ndim == 2 else levels.any(axis=2), 255, 0).astype(np.uint8)
 
 
 def _resize(pixels: Pixels, box: Box, frame: messages.Frame, side: int) -> Pixels:
