@@ -70,17 +70,21 @@ def _light(colour: Tensor, dice: torch.Generator) -> Tensor:
 def _sharpness(colour: Tensor, dice: torch.Generator) -> Tensor:
     """Blur some by a smaller picture of them, sharpen some, add noise to some."""
     n, side = len(colour), colour.shape[-1]
-    factor = float(_between(1, 1.3, 3.0, dice))
+    order = torch.randperm(n, generator=dice)
+    soft, hard = order[: n * 3 // 10], order[n * 17 // 20 :]
+    factor = 1 / float(_between(1, 1.3, 3.0, dice))
     small = functional.interpolate(
-        colour, scale_factor=1 / factor, mode="bilinear", antialias=True, align_corners=False
+        colour[soft], scale_factor=factor, mode="bilinear", antialias=True, align_corners=False
     )
-    soft = functional.interpolate(small, (side, side), mode="bilinear", align_corners=False)
-    fate = torch.rand(n, generator=dice)
-    blend = torch.where(fate < 0.3, 1.0, torch.where(fate > 0.85, -0.5, 0.0)).view(n, 1, 1, 1)
-    mixed = colour + (soft - colour) * blend
-    noise = torch.randn(mixed.shape, generator=dice)
-    amount = _between(n, -0.04, 0.04, dice).clamp(min=0.0).view(n, 1, 1, 1)
-    return mixed + noise * amount
+    wide = functional.interpolate(small, (side, side), mode="bilinear", align_corners=False)
+    mean = functional.avg_pool2d(colour[hard], 3, stride=1, padding=1)
+    mixed = colour.clone()
+    mixed[soft] = wide
+    mixed[hard] = colour[hard] + (colour[hard] - mean) * 0.7
+    noisy = torch.randperm(n, generator=dice)[: n // 3]
+    amount = _between(len(noisy), 0.0, 0.04, dice).view(-1, 1, 1, 1)
+    mixed[noisy] += torch.randn(mixed[noisy].shape, generator=dice) * amount
+    return mixed
 
 
 def _mask(mask: Tensor, dice: torch.Generator) -> Tensor:
@@ -88,9 +92,10 @@ def _mask(mask: Tensor, dice: torch.Generator) -> Tensor:
     n, side = len(mask), mask.shape[-1]
     axis = (torch.arange(side) + 0.5) / side - 0.5
     disc = ((axis[:, None] ** 2 + axis[None, :] ** 2) <= 0.16).float().view(1, 1, side, side)
-    wide = functional.avg_pool2d(mask, 13, stride=1, padding=6)
-    loose = (wide > _between(n, 0.1, 0.9, dice).view(n, 1, 1, 1)).float()
     fate = torch.rand(n, 1, 1, 1, generator=dice)
+    few = functional.avg_pool2d(mask, 4)
+    wide = functional.interpolate(functional.avg_pool2d(few, 3, stride=1, padding=1), (side, side))
+    loose = (wide > _between(n, 0.1, 0.9, dice).view(n, 1, 1, 1)).float()
     mask = torch.where(fate < LOOSE, loose, mask)
     mask = torch.where(fate > 1 - WHOLE, torch.ones_like(mask), mask)
     changed = torch.where((fate < 1 - WHOLE) & (fate > 1 - WHOLE - DISC), disc, mask)
