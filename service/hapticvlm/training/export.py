@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 import hashlib
 import json
+import warnings
 from pathlib import Path
 
 import torch
@@ -79,17 +80,19 @@ def read(folder: Path) -> Network:
 
 def _write_onnx(folded: Network, side: int, path: Path, precision: str) -> None:
     whole = path if precision == "float32" else path.with_suffix(".float32.onnx")
-    example = torch.zeros(2, side, side, 4, dtype=torch.uint8)
-    torch.onnx.export(
-        folded,
-        (example,),
-        str(whole),
-        input_names=["crops"],
-        output_names=["embeddings"],
-        dynamic_axes={"crops": {0: "n"}, "embeddings": {0: "n"}},
-        opset_version=OPSET,
-        dynamo=False,
-    )
+    with warnings.catch_warnings():
+        # The newer exporter needs one more package and writes the same graph.
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            folded,
+            (torch.zeros(2, side, side, 4, dtype=torch.uint8),),
+            str(whole),
+            input_names=["crops"],
+            output_names=["embeddings"],
+            dynamic_axes={"crops": {0: "n"}, "embeddings": {0: "n"}},
+            opset_version=OPSET,
+            dynamo=False,
+        )
     if precision == "int8":
         from onnxruntime.quantization import QuantType, quantize_dynamic
 
