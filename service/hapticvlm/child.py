@@ -32,11 +32,13 @@ class Child:
         target: Callable[..., None],
         arguments: Callable[[], tuple[Any, ...]],
         on_ready: Callable[[Any], None],
+        start_s: float = START_S,
     ) -> None:
         self._name = name
         self._target = target
         self._arguments = arguments
         self._on_ready = on_ready
+        self._start_s = start_s
         self._process: BaseProcess | None = None
         self._control: Connection | None = None
         self._spawned_at = 0.0
@@ -65,9 +67,9 @@ class Child:
     def start(self) -> None:
         """Start and wait until the child is ready. Raises ChildError."""
         self._spawn()
-        if not self.control.poll(START_S):
+        if not self.control.poll(self._start_s):
             self.close(0.0)
-            raise ChildError(f"the {self._name} did not start within {START_S:.0f} s")
+            raise ChildError(f"the {self._name} did not start within {self._start_s:.0f} s")
         failure = self._greet()
         if failure is not None:
             self.close(0.0)
@@ -112,8 +114,8 @@ class Child:
         if not self._process.is_alive():
             return f"the {self._name} died (exit code {self._process.exitcode})"
         if self._ready_at is None:
-            late = now - self._spawned_at > START_S
-            return f"the {self._name} did not start within {START_S:.0f} s" if late else None
+            late = now - self._spawned_at > self._start_s
+            return f"the {self._name} did not start within {self._start_s:.0f} s" if late else None
         return None if is_well else f"the {self._name} hung"
 
     def _greet(self) -> str | None:

@@ -13,7 +13,7 @@ import os
 import signal
 import threading
 import time
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -23,22 +23,20 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from hapticvlm.child import Child
+from hapticvlm.child import START_S, Child
 from hapticvlm.messages import MAX_MESSAGE_BYTES, Frame
-from hapticvlm.recognition import pictures
-from hapticvlm.recognition.encoder import Encoder, load_encoder
-from hapticvlm.recognition.gallery import Gallery, load_gallery
-from hapticvlm.recognition.ladder import Evidence
+from hapticvlm.recognition.encoder import load_encoder
+from hapticvlm.recognition.eye import Eye, Look
+from hapticvlm.recognition.gallery import load_gallery
 from hapticvlm.recognition.own import OwnMaterial
 
 MAX_ENROL_PER_OBJECT = 8
 MAX_ENROL_BYTES = 32 * 1024 * 1024
-MAX_SEEN = 1024
 NICE = 5
 SLOT_BYTES = MAX_MESSAGE_BYTES + 4096
 STUCK_S = 20.0
+DOWNLOAD_S = 600.0  # a named network may first have to come over the network
 
 T = TypeVar("T")
 
@@ -94,7 +92,7 @@ class Mailbox(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class RecogniserSettings:
-    """What to load: None = what ships with the package.
+    """What to load (None = what ships with the package), and what to run it on.
 
     `own` are the materials of the gallery folder that the rest of the service knows.
     """
@@ -102,17 +100,13 @@ class RecogniserSettings:
     encoder: str | None = None
     gallery: Path | None = None
     own: tuple[OwnMaterial, ...] = ()
+    device: str = "cpu"
+    threads: int = 1
 
-
-@dataclass(frozen=True, slots=True)
-class Look:
-    """What came of looking at a frame: evidence, None for an unchanged picture, or an error."""
-
-    evidence: Evidence | None
-    stages_ms: dict[str, float]
-    error: str | None = None
-    is_our_fault: bool = False
-    number: int = 0
+    @property
+    def start_s(self) -> float:
+        """How long loading may take, s."""
+        return START_S if self.encoder is None else DOWNLOAD_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +124,9 @@ class Recogniser:
         self._settings = settings
         self._slot = multiprocessing.get_context("spawn").RawArray("B", SLOT_BYTES)
         self._bytes = np.frombuffer(memoryview(self._slot), np.uint8)
-        self._child = Child("recogniser", run_recogniser, self._arguments, self._begin)
+        self._child = Child(
+            "recogniser", run_recogniser, self._arguments, self._begin, settings.start_s
+        )
         self._answer: Callable[[Look], None] | None = None
         self._asked_at: float | None = None
         self._asked = 0
@@ -216,14 +212,14 @@ def run_recogniser(
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _lower_priority()
     try:
-        encoder = load_encoder(settings.encoder)
-        gallery = load_gallery(settings.gallery, encoder=encoder, own=settings.own)
+        encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
+        eye = Eye(encoder, load_gallery(settings.gallery, encoder=encoder, own=settings.own))
+        eye.warm_up()
     except Exception as error:  # noqa: BLE001 - the gateway must hear why, whatever a model threw
         control.send(("failed", f"cannot load the models: {error}"))
         return
     gallery_name = settings.gallery.resolve().name if settings.gallery else "shipped"
     control.send(("ready", Loaded(encoder.name, gallery_name)))
-    eye = Eye(encoder, gallery)
     data = np.frombuffer(memoryview(slot), np.uint8).data
     with suppress(EOFError, OSError):
         while True:
@@ -243,49 +239,3 @@ def _lower_priority() -> None:
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     if hasattr(os, "nice"):
         os.nice(NICE)
-
-
-class Eye:
-    """Looks at pictures one after the other; remembers what each object looked like."""
-
-    def __init__(self, encoder: Encoder, gallery: Gallery) -> None:
-        self._encoder = encoder
-        self._gallery = gallery
-        self._seen: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
-
-    def look(self, data: bytes, subject: str, waited_ms: float, *, anew: bool) -> Look:
-        """Decode, compare with the last picture of the same object, embed and match."""
-        stages = {"queue": waited_ms}
-        started = time.perf_counter()
-        frame = msgspec.msgpack.decode(data, type=Frame)
-        try:
-            crop = pictures.crop(frame, self._encoder.side)
-        except pictures.PictureError as error:
-            return Look(None, stages, str(error))
-        stages["decode"], started = _lap(started)
-        unchanged = self._is_unchanged(subject, crop)
-        if unchanged and frame.purpose == "live" and not anew:
-            return Look(None, stages)
-        embedding = self._encoder.embed([crop])[0]
-        stages["encode"], started = _lap(started)
-        if not np.isfinite(embedding).all():
-            return Look(None, stages, "the encoder gave no finite embedding", is_our_fault=True)
-        evidence = self._gallery.match(embedding)
-        stages["match"], _ = _lap(started)
-        return Look(evidence, stages)
-
-    def _is_unchanged(self, subject: str, crop: pictures.Crop) -> bool:
-        signature = pictures.signature(crop)
-        before = self._seen.get(subject)
-        if before is not None and not pictures.has_changed(before, signature):
-            return True
-        self._seen[subject] = signature
-        self._seen.move_to_end(subject)
-        if len(self._seen) > MAX_SEEN:
-            self._seen.popitem(last=False)
-        return False
-
-
-def _lap(started: float) -> tuple[float, float]:
-    now = time.perf_counter()
-    return (now - started) * 1000.0, now

@@ -18,7 +18,7 @@ from hapticvlm import __version__
 if TYPE_CHECKING:
     from hapticvlm.cli import Commands
     from hapticvlm.messages import Devices
-    from hapticvlm.recogniser import Look
+    from hapticvlm.recognition.eye import Look
     from hapticvlm.server.edge import Address
     from hapticvlm.server.gateway import Gateway
 
@@ -58,9 +58,23 @@ def add(commands: Commands) -> None:
         help="do not ask for real-time priority",
     )
     models = serve.add_argument_group("recognition")
-    models.add_argument("--encoder", help="image encoder (the one shipped)")
+    models.add_argument(
+        "--encoder",
+        metavar="NAME_OR_FOLDER",
+        help="image encoder: a folder with an encoder.json, or any ConvNeXt of transformers by "
+        "folder or name, which needs the extra `models` (the one shipped)",
+    )
     models.add_argument(
         "--gallery", type=Path, help="reference embeddings, or a gallery folder (those shipped)"
+    )
+    models.add_argument(
+        "--device",
+        default="cpu",
+        choices=["cpu", "cuda", "auto"],
+        help="what an encoder of transformers runs on (%(default)s)",
+    )
+    models.add_argument(
+        "--threads", type=int, default=1, help="of one inference on the cpu (%(default)s)"
     )
     models.add_argument("--vlm", help="vision-language model for the ambient temperature (none)")
 
@@ -117,7 +131,9 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
             materials=tuple(table.values()),
         )
     )
-    recogniser = Recogniser(RecogniserSettings(options.encoder, options.gallery, own))
+    recogniser = Recogniser(
+        RecogniserSettings(options.encoder, options.gallery, own, options.device, options.threads)
+    )
     plate = SimulatedPlate()
     gateway = Gateway(speaker, plate, recogniser)
     logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))

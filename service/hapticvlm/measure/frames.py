@@ -20,8 +20,8 @@ from hapticvlm import __version__
 from hapticvlm.measure.load import SIDE, pictures
 from hapticvlm.measure.service import running
 from hapticvlm.messages import Frame
-from hapticvlm.recogniser import Eye
 from hapticvlm.recognition.encoder import load_encoder
+from hapticvlm.recognition.eye import Eye
 from hapticvlm.recognition.gallery import load_gallery
 
 RATE_HZ = 60.0

@@ -57,9 +57,10 @@ def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int =
     transformers, by folder or by name. device: cpu, cuda or auto, where only those of transformers
     run on another than the cpu. threads: of one inference. Raises EncoderError.
     """
-    if device not in DEVICES or threads < 1:
-        text = f"device {device!r}, {threads} threads: devices are {', '.join(DEVICES)}, threads 1 "
-        raise EncoderError(text + "or more")
+    if device not in DEVICES:
+        raise EncoderError(f"device {device!r} is none of {', '.join(DEVICES)}")
+    if threads < 1:
+        raise EncoderError(f"{threads} threads: an inference needs 1 or more")
     encoder = _find(name, device, threads)
     blank = Crop(
         np.full((encoder.side, encoder.side, 3), 127, np.uint8), central_mask(encoder.side)

@@ -3,37 +3,25 @@
 The embedding is the mean of the network's last spatial map, weighted by how much of each cell lies
 under the mask, then the network's own final layer norm, then unit norm: with a full mask it is what
 a ConvNeXt itself pools. The preprocessing is the one in the network's own file. torch and
-transformers (extra `models`) are imported here only, and only when such a network is named; code
-that comes with a network is never run. Knows no gallery.
+transformers (extra `models`) are imported only when such a network is named. Knows no gallery and
+not where networks come from.
 """
 
 from __future__ import annotations
 
-import hashlib
-import logging
 import os
-import re
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isqrt
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.recognition.encoder import CARD, EncoderError, Floats, Pixels, embed_all
+from hapticvlm.recognition import networks
+from hapticvlm.recognition.encoder import EncoderError, Floats, Pixels, embed_all
 from hapticvlm.recognition.pictures import Crop
 from hapticvlm.recognition.preprocessing import Preprocessing, read_preprocessing
 
 if TYPE_CHECKING:
     from torch import Tensor
-
-CONFIG = "config.json"
-WEIGHTS = (".safetensors", ".bin")
-FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in the name of a folder's network
-HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
-MODELS = "pip install 'hapticvlm[models]'"
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,18 +58,18 @@ def load_transformers_encoder(name: str, device: str, threads: int) -> Transform
 
     A folder never touches the network; a name is looked up in this machine's cache first.
     """
-    folder = _find_folder(name)
+    source = networks.find(name)
     place = _set_up(name, device, threads)
-    network, given = _read(name, folder)
+    network, given = networks.read(source)
     try:
         preprocessing = read_preprocessing(given)
     except ValueError as error:
-        text = f"`{name}`, preprocessor_config.json: {error}"
+        text = f"encoder `{name}`, preprocessor_config.json: {error}"
         raise EncoderError(f"{text}; correct the file in a copy of the folder") from None
     network = network.to(place)
     dimension = _measure(name, network, preprocessing.input_side)
-    label = name if folder is None else f"{folder.resolve().name}-{_fingerprint(folder)}"
-    return TransformersEncoder(f"{label} (transformers)", dimension, preprocessing, network, place)
+    label = f"{networks.label(source)} (transformers)"
+    return TransformersEncoder(label, dimension, preprocessing, network, place)
 
 
 def pool(network: Any, images: Tensor, masks: Tensor) -> Tensor:  # noqa: ANN401 - any network
@@ -114,23 +102,6 @@ def _cells(features: Tensor) -> Tensor | None:
     return features[:, -side * side :].transpose(1, 2).reshape(len(features), -1, side, side)
 
 
-def _find_folder(name: str) -> Path | None:
-    """Return the folder of that name, None for a name to be looked up. Raises EncoderError."""
-    path = Path(name).expanduser()
-    if not path.exists() and HUB_NAME.fullmatch(name):
-        return None
-    if not path.is_dir():
-        what = "is a file: give the folder it lies in" if path.exists() else "is no folder here"
-        raise EncoderError(f"`{name}` {what}")
-    if (path / CONFIG).is_file():
-        return path
-    inner = {file.parent.name for mark in (CONFIG, CARD) for file in path.glob(f"*/{mark}")}
-    if inner:
-        listed = ", ".join(sorted(inner))
-        raise EncoderError(f"`{name}` holds networks in folders of their own: give one of {listed}")
-    raise EncoderError(f"`{name}` holds neither {CARD} nor {CONFIG}: give a network's own folder")
-
-
 def _set_up(name: str, device: str, threads: int) -> str:
     """Import what is needed, quietly, and return the device to run on. Raises EncoderError."""
     if threads > 1:  # waiting threads that spin starve the gateway and each other
@@ -141,8 +112,8 @@ def _set_up(name: str, device: str, threads: int) -> str:
         from huggingface_hub.utils import logging as hub_logging
         from transformers.utils import logging as network_logging
     except ImportError as error:
-        text = f"`{name}` needs torch and transformers ({error})"
-        raise EncoderError(f"{text}: {MODELS}") from None
+        text = f"encoder `{name}` needs torch and transformers ({error})"
+        raise EncoderError(f"{text}: {networks.CURE}") from None
     for log in (network_logging, hub_logging):
         log.set_verbosity_error()
     network_logging.disable_progress_bar()  # type: ignore[no-untyped-call]
@@ -154,51 +125,6 @@ def _set_up(name: str, device: str, threads: int) -> str:
     return "cuda" if has_cuda and device != "cpu" else "cpu"
 
 
-def _read(name: str, folder: Path | None) -> tuple[Any, Mapping[str, Any]]:
-    """Read a network and its preprocessor_config.json. Raises EncoderError."""
-    cure = "give a folder that save_pretrained wrote, network and image processor"
-    try:
-        network, missing, given = _load(folder or name)
-    except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
-        what = "cannot be loaded" if folder else "is no folder here and cannot be downloaded"
-        raise EncoderError(f"`{name}` {what} ({_line(error)}); {cure}") from None
-    lacking = sorted(key for key in missing if not key.startswith("pooler."))
-    if lacking:
-        text = f"`{name}` has no weights for {len(lacking)} parts of its network ({lacking[0]})"
-        raise EncoderError(f"{text}; {cure}")
-    return network, given
-
-
-def _load(source: Path | str) -> tuple[Any, Iterable[str], Mapping[str, Any]]:
-    """Read the network, the names of weights it lacks, and the preprocessing; once from the cache.
-
-    Only a name that is not in the cache is asked for over the network.
-    """
-    if isinstance(source, Path):
-        return _load_from(source, is_local=True)
-    with suppress(OSError):
-        return _load_from(source, is_local=True)
-    logger.warning("`%s` is not on this machine: downloading it", source)
-    return _load_from(source, is_local=False)
-
-
-def _load_from(
-    source: Path | str, *, is_local: bool
-) -> tuple[Any, Iterable[str], Mapping[str, Any]]:
-    import torch
-    from transformers import AutoModel, BaseImageProcessor
-
-    given, _ = BaseImageProcessor.get_image_processor_dict(source, local_files_only=is_local)
-    network, info = AutoModel.from_pretrained(
-        source,
-        dtype=torch.float32,
-        local_files_only=is_local,
-        output_loading_info=True,
-        trust_remote_code=False,
-    )
-    return network.eval(), info["missing_keys"], given
-
-
 def _measure(name: str, network: Any, side: int) -> int:  # noqa: ANN401 - any network
     """Embed nothing once: how long an embedding is. Raises EncoderError for what is no encoder."""
     import torch
@@ -208,19 +134,6 @@ def _measure(name: str, network: Any, side: int) -> int:  # noqa: ANN401 - any n
         with torch.inference_mode():
             return int(pool(network, nothing, nothing[:, 0]).shape[1])
     except Exception as error:  # noqa: BLE001 - each kind of network fails in its own way
-        text = f"`{name}` is a {type(network).__name__}, which embeds no picture ({_line(error)})"
+        kind = type(network).__name__
+        text = f"encoder `{name}` is a {kind}, which embeds no picture ({networks.line(error)})"
         raise EncoderError(f"{text}; give a ConvNeXt") from None
-
-
-def _fingerprint(folder: Path) -> str:
-    """Tell networks of one folder name apart: a gallery fits only the one it was made with."""
-    digest = hashlib.sha256()
-    for path in sorted(folder.iterdir()):
-        if path.suffix in WEIGHTS:
-            with path.open("rb") as file:
-                digest.update(hashlib.file_digest(file, "sha256").digest())
-    return digest.hexdigest()[:FINGERPRINT]
-
-
-def _line(error: Exception) -> str:
-    return (" ".join(str(error).split()) or type(error).__name__)[:160]

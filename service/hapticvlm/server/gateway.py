@@ -28,7 +28,8 @@ from hapticvlm.messages import (
     Telemetry,
     View,
 )
-from hapticvlm.recogniser import Look, Recogniser
+from hapticvlm.recogniser import Recogniser
+from hapticvlm.recognition.eye import Look
 from hapticvlm.rendering.thermal import PlateReading
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.looks import Looks

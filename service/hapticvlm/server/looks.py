@@ -7,7 +7,8 @@ from collections import Counter
 from typing import Protocol
 
 from hapticvlm.messages import Error, ErrorCode, ServiceMessage, Skipped, View
-from hapticvlm.recogniser import Look, QueueFull, Recogniser
+from hapticvlm.recogniser import QueueFull, Recogniser
+from hapticvlm.recognition.eye import Look
 from hapticvlm.server.connection import Connection
 from hapticvlm.session.actions import Action, LookAt, Reply
 
