@@ -82,7 +82,7 @@ def _embed_cells(
     labels: list[int] = []
     keys: list[str] = []
     for path in shards.paths(folders):
-        shard = shards.read(path)
+        shard = shards.read_framed(path)
         for row, label in enumerate(shard.labels.tolist()):
             kind = str(shard.kinds[row]) if path.parent.name == "crops" else path.parent.name
             key = f"{kind}/{label}"

@@ -40,7 +40,7 @@ def load(folders: Sequence[Path], basis_file: Path) -> Table:
     The teacher's directions are read from `basis_file`, or found and written there.
     """
     found = [path for path in shards.paths(folders) if shards.features_path(path).exists()]
-    parts = [shards.read(path) for path in found]
+    parts = [shards.read_framed(path) for path in found]
     features = np.concatenate([np.load(shards.features_path(path)) for path in found])
     labels = np.concatenate([part.labels for part in parts])
     kinds = np.concatenate(

@@ -83,7 +83,7 @@ def main() -> int:
     teacher = Teacher(chosen.data)
     for path in track(shards.paths(chosen.folders), description="teacher"):
         if not shards.features_path(path).exists():
-            shard = shards.read(path)
+            shard = shards.read_framed(path)
             parts = [
                 teacher.features(shard.images[rows], shard.masks[rows])
                 for rows in shards.batches(shard, BATCH)
