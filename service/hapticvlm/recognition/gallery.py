@@ -23,6 +23,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition.encoder import Encoder
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.own import (
@@ -58,7 +59,8 @@ class Calibration:
 class Gallery:
     """References of several materials, made with one encoder.
 
-    references (R, D) float32 of unit norm, labels (R,) indices into `materials`.
+    references (R, D) float32 of unit norm, labels (R,) indices into `materials`, each of which has
+    a reference. UNKNOWN may be one of them: its references show none of the others.
     """
 
     encoder: str
@@ -82,11 +84,15 @@ class Gallery:
         best = max(means)
         known = _known((math.log(best) + top) / calibration.sharpness, calibration)
         share = known / sum(means)
-        order = sorted(range(len(means)), key=lambda place: -means[place])[:LISTED]
-        return Evidence("encoder", tuple((self.materials[i], means[i] * share) for i in order))
+        found = zip(self.materials, means, strict=True)
+        said = sorted(((name, mean * share) for name, mean in found), key=lambda one: -one[1])
+        return Evidence("encoder", tuple(one for one in said if one[0] != UNKNOWN)[:LISTED])
 
     def beliefs(self, embeddings: Floats) -> NDArray[np.float64]:
-        """Beliefs of (N, D) embeddings: (N, C) float64; what a row lacks to 1 is unknown."""
+        """Beliefs of (N, D) embeddings: (N, C) float64; what a row lacks to 1 is unknown.
+
+        So is a column of UNKNOWN.
+        """
         return believe(self.scores(embeddings), self.calibration)
 
     def scores(self, embeddings: Floats) -> NDArray[np.float64]:
@@ -160,10 +166,10 @@ def load_gallery(
     """
     base = file_of(path)
     gallery = read_gallery(base)
-    _require_encoder(base, gallery.encoder, encoder)
+    require_encoder(base, gallery.encoder, encoder)
     _require_dimension(base, gallery.references, encoder)
     own = read_folder(path) if own is None else own
-    known = table_with(own)
+    known = {UNKNOWN, *table_with(own)}
     for name in gallery.materials:
         if name not in known:
             text = f"{base} has references of `{name}`, which is no material; put it into a folder"
@@ -171,7 +177,7 @@ def load_gallery(
     for one in own:
         if one.encoder is not None:
             file = (path or SHIPPED.parent) / f"{one.material.name}.toml"
-            _require_encoder(file, one.encoder, encoder)
+            require_encoder(file, one.encoder, encoder)
             _require_dimension(file, one.references, encoder)
             gallery = with_references(gallery, one.material.name, one.references)
     return gallery
@@ -217,7 +223,8 @@ def read_gallery(path: Path) -> Gallery:
     return Gallery(made_with, names, np.asarray(references / norms), labels, calibration)
 
 
-def _require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:
+def require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:
+    """Refuse what was made with another encoder; raises GalleryError naming both."""
     if made_with != encoder.name:
         text = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
         raise GalleryError(f"{text}; make it again with `{encoder.name}` or load `{made_with}`")
