@@ -1,0 +1,46 @@
+"""Samples of materials: of each class many kinds, each drawn anew. Knows no shapes and no light."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hapticvlm import materials
+from hapticvlm.training.render.dice import Dice
+from hapticvlm.training.render.surface import Surface
+from hapticvlm.training.render.surfaces import fabric, glass, grown, metal, mineral, polymer, wood
+from hapticvlm.training.render.tiles import Tiles, dressed
+
+TILED = 0.7  # share of the samples of a class dressed with photographed tiles, when it has some
+FEW_TILES = 25  # classes with fewer take fewer, lest they be learned by heart
+
+Kinds = tuple[tuple[str, Callable[[Dice], Surface], float], ...]
+KINDS: dict[str, Kinds] = {
+    "wood": wood.KINDS,
+    "glass": glass.KINDS,
+    "fabric": fabric.KINDS,
+    "metal": metal.KINDS,
+    "plastic": polymer.PLASTIC,
+    "stone": mineral.STONE,
+    "ceramic": mineral.CERAMIC,
+    "paper": grown.PAPER,
+    "leather": grown.LEATHER,
+    "rubber": polymer.RUBBER,
+    "foliage": grown.FOLIAGE,
+    materials.UNKNOWN: grown.UNKNOWN,
+}
+
+
+def sample(dice: Dice, material: str, tiles: Tiles | None) -> tuple[str, Surface]:
+    """Draw a sample of a class: its kind ("wood/planks") and its maps. KeyError: no such class."""
+    kinds = KINDS[material]
+    if tiles is not None and dice.chance(_tiled(material, tiles)):
+        found = dressed(dice, material, tiles)
+        if found is not None:
+            return f"{material}/{found[0]}", found[1]
+    name, make = dice.weigh([((name, make), weight) for name, make, weight in kinds])
+    return f"{material}/{name}", make(dice)
+
+
+def _tiled(material: str, tiles: Tiles) -> float:
+    count = len(tiles.by_material.get(material, ()))
+    return TILED * min(1.0, count / FEW_TILES)

@@ -1,0 +1,279 @@
+"""Paper, leather, foliage, and what none of our classes is: skin, soil, snow, food, water, fur."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from hapticvlm.training.render.dice import Dice
+from hapticvlm.training.render.noise import (
+    any_colour,
+    cells,
+    fractal,
+    hue,
+    mix,
+    noise,
+    paint,
+    plane,
+    ramp,
+    rgb,
+    vary,
+)
+from hapticvlm.training.render.surface import Finish, Surface
+
+
+def white_paper(dice: Dice) -> Surface:
+    """Plain or tinted paper."""
+    colour = vary(dice, rgb(dice, 0.86, 0.85, 0.81), 0.02, 0.08)
+    if dice.chance(0.2):
+        colour = hue(dice, dice.uniform(), dice.uniform(0.1, 0.6), dice.uniform(0.5, 0.9))
+    return _paper(
+        dice, paint(colour).expand(3, *plane(dice.device)[0].shape), dice.uniform(0, 0.25)
+    )
+
+
+def written(dice: Dice) -> Surface:
+    """Make printed or written paper: lines of words, a picture, ruled lines."""
+    x, y = plane(dice.device)
+    colour = vary(dice, rgb(dice, 0.85, 0.83, 0.77), 0.03, 0.08)
+    rows = dice.integer(10, 34)
+    in_line = ((y * rows) % 1 < 0.55).float()
+    letters = (noise(dice, rows * 5, rows * 2) > 0.0).float()
+    gaps = (noise(dice, rows * 1.2, 2) > -1.0).float()
+    margin = ((x > 0.08) & (x < 0.92)).float()
+    ink = in_line * letters * gaps * margin
+    albedo = mix(paint(colour), paint(rgb(dice, 0.05, 0.05, 0.07)), 0.85 * ink)
+    if dice.chance(0.35):
+        left, top = dice.uniform(0.1, 0.6), dice.uniform(0.1, 0.6)
+        inside = (x > left) & (x < left + 0.35) & (y > top) & (y < top + 0.3)
+        picture = mix(paint(any_colour(dice)), paint(any_colour(dice)), ramp(-1, 1, noise(dice, 7)))
+        albedo = torch.where(inside, picture, albedo)
+    return _paper(dice, albedo, dice.uniform(0, 0.2))
+
+
+def cardboard(dice: Dice) -> Surface:
+    """Brown board, corrugation showing faintly."""
+    x, y = plane(dice.device)
+    colour = paint(vary(dice, rgb(dice, 0.5, 0.35, 0.21), 0.05, 0.15))
+    flutes = torch.sin(x * dice.uniform(120, 260)) * dice.uniform(0, 0.25)
+    specks = ramp(1.6, 2.2, noise(dice, 160))
+    albedo = colour * (1 + 0.04 * flutes - 0.35 * specks + 0.04 * fractal(dice, 3, 4))
+    tape = ((y - dice.uniform(0.2, 0.8)).abs() < 0.06).float() * float(dice.chance(0.25))
+    albedo = mix(albedo, paint(rgb(dice, 0.55, 0.42, 0.25)), 0.7 * tape)
+    surface = _paper(dice, albedo, 0.15)
+    rough = mix(surface.roughness, torch.full_like(tape, 0.25), tape)
+    return Surface(albedo, surface.height + flutes, rough, 0.4, finish=surface.finish)
+
+
+def wallpaper(dice: Dice) -> Surface:
+    """Patterned paper."""
+    x, y = plane(dice.device)
+    count = dice.integer(2, 6)
+    petals = torch.sin(x * 6.283 * count) * torch.sin(y * 6.283 * count + torch.sin(x * 19))
+    stripes = torch.sin(x * 6.283 * count * 2)
+    drawn = ramp(0.2, 0.3, petals if dice.chance(0.6) else stripes)
+    albedo = mix(paint(any_colour(dice, 1.5, 0.3)), paint(any_colour(dice, 1.5, 0.2)), drawn)
+    return _paper(dice, albedo, dice.uniform(0.05, 0.4))
+
+
+def hide(dice: Dice) -> Surface:
+    """Smooth leather: a net of fine creases, worn bright or dark."""
+    first, second, _ = cells(dice, dice.integer(22, 52))
+    grain, worn = ramp(0.0, 0.35, second - first), fractal(dice, 3, 5)
+    wrinkles = ramp(0.12, 0.0, fractal(dice, 5, 4).abs()) * dice.uniform(0, 1)
+    albedo = paint(_leather(dice)) * (0.72 + 0.28 * grain + 0.12 * worn) * (1 - 0.25 * wrinkles)
+    rough = dice.uniform(0.28, 0.6) - 0.08 * worn + 0.1 * (1 - grain)
+    height = 0.9 * grain + 0.1 * _fine(dice) - 0.8 * wrinkles
+    return Surface(albedo, height, rough, dice.uniform(0.3, 1.0), finish=_soft(dice))
+
+
+def suede(dice: Dice) -> Surface:
+    """Suede: a soft nap, brushed this way and that."""
+    nap, fine = fractal(dice, 4, 4), _fine(dice)
+    albedo = paint(_leather(dice)) * (0.9 + 0.18 * nap + 0.08 * fine)
+    finish = Finish(sheen=dice.uniform(0.2, 0.7), reflectance=0.02, wrap=0.2)
+    return Surface(albedo, 0.3 * fine, 0.95 + 0 * nap, dice.uniform(0.2, 0.6), finish=finish)
+
+
+def stitched(dice: Dice) -> Surface:
+    """Leather with seams, quilting or punched holes."""
+    x, y = plane(dice.device)
+    base = hide(dice)
+    count = dice.integer(2, 4)
+    away = (x * count % 1 - 0.5).abs() / count
+    if dice.chance(0.5):
+        away = torch.minimum(away, (y * count % 1 - 0.5).abs() / count)
+    seam = torch.exp(-((away / 0.01) ** 2))
+    dashes = ((x + y) * 40 % 1 < 0.6).float()
+    thread = (((away - 0.022).abs() < 0.006).float()) * dashes
+    albedo = mix(base.albedo * (1 - 0.5 * seam), paint(any_colour(dice)), thread)
+    height = base.height - 4 * seam + 1.2 * thread
+    return Surface(albedo, height, base.roughness, base.bump, finish=base.finish)
+
+
+def reptile(dice: Dice) -> Surface:
+    """Embossed like crocodile: large plates."""
+    first, second, value = cells(dice, dice.integer(8, 15))
+    plates = ramp(0.0, 0.3, second - first)
+    albedo = paint(_leather(dice)) * (0.45 + 0.5 * plates + 0.15 * value)
+    rough = dice.uniform(0.2, 0.45) + 0.2 * (1 - plates)
+    return Surface(albedo, 2.5 * plates, rough, dice.uniform(0.4, 0.9), finish=_soft(dice))
+
+
+def leaf(dice: Dice) -> Surface:
+    """Make a leaf's face: midrib and side veins, spots of age."""
+    x, y = plane(dice.device)
+    across = (x - 0.5).abs()
+    side = torch.sin((y * dice.uniform(8, 16) - across * dice.uniform(6, 12)) * 6.283)
+    veins = torch.maximum(ramp(0.012, 0.004, across), 0.7 * ramp(0.93, 0.99, side))
+    colour = _green(dice)
+    old = ramp(0.4, 1.4, fractal(dice, 4, 5)) * dice.uniform(0, 0.8)
+    albedo = mix(paint(colour), paint(colour * 0.6 + 0.15), 0.6 * veins)
+    albedo = mix(albedo, paint(rgb(dice, 0.4, 0.27, 0.08)), 0.7 * old)
+    height = -0.8 * veins + 0.3 * noise(dice, 60)
+    finish = Finish(wrap=dice.uniform(0.2, 0.6), reflectance=0.04)
+    rough = dice.uniform(0.3, 0.7) + 0 * veins
+    return Surface(albedo * (1 + 0.08 * noise(dice, 100)), height, rough, 0.4, finish=finish)
+
+
+def lawn(dice: Dice) -> Surface:
+    """Grass, moss or a hedge seen flat: blades over dark gaps."""
+    blades = torch.relu(
+        noise(dice, 120, 30) + 0.8 * noise(dice, 200, 60) + 0.6 * noise(dice, 60, 20)
+    )
+    patches = fractal(dice, 4, 5)
+    albedo = paint(_green(dice)) * (0.25 + 0.6 * blades) * (1 + 0.15 * patches)
+    dry = ramp(0.3, 1.5, patches) * dice.uniform(0, 0.5)
+    albedo = mix(albedo, albedo.mean(0, keepdim=True) * paint(rgb(dice, 1.6, 1.3, 0.6)), dry)
+    return _plant(dice, albedo, blades)
+
+
+def litter(dice: Dice) -> Surface:
+    """Leaves lying over one another."""
+    albedo = paint(_green(dice) * 0.3).expand(3, *plane(dice.device)[0].shape)
+    height = torch.zeros_like(albedo[0])
+    for _ in range(4):
+        first, second, value = cells(dice, dice.integer(6, 12))
+        shape = ramp(0.05, 0.12, second - first) * (value > 0.45)
+        vein = ramp(0.03, 0.0, first)
+        colour = mix(paint(_green(dice)), paint(_green(dice) * 0.6), value)
+        albedo = mix(albedo, colour * (1 - 0.3 * first) * (1 + 0.3 * vein), shape)
+        height = mix(height, 1.5 - first, shape)
+    return _plant(dice, albedo, height)
+
+
+def skin(dice: Dice) -> Surface:
+    """Human or animal skin."""
+    _, second, _ = cells(dice, dice.integer(26, 44))
+    colour = vary(dice, rgb(dice, 0.62, 0.38, 0.28), 0.06, 0.4)
+    albedo = paint(colour) * (1 + 0.05 * fractal(dice, 4, 5) + 0.02 * _fine(dice))
+    finish = Finish(wrap=dice.uniform(0.3, 0.6), reflectance=0.03)
+    rough = dice.uniform(0.35, 0.6) + 0 * second
+    return Surface(albedo, 0.3 * second, rough, dice.uniform(0.05, 0.3), finish=finish)
+
+
+def soil(dice: Dice) -> Surface:
+    """Soil, mud or sand."""
+    clods = fractal(dice, 14, 5, 0.8)
+    colour = vary(dice, rgb(dice, *dice.choose(((0.25, 0.17, 0.11), (0.6, 0.5, 0.36)))), 0.06, 0.3)
+    albedo = paint(colour) * (1 + 0.3 * clods).clamp(0.1, 2)
+    return Surface(albedo, clods, dice.uniform(0.85, 1) + 0 * clods, dice.uniform(0.5, 1.6))
+
+
+def snow(dice: Dice) -> Surface:
+    """Snow or foam."""
+    lumps = fractal(dice, 5, 6, 0.6)
+    albedo = paint(vary(dice, rgb(dice, 0.88, 0.9, 0.93), 0.01, 0.03)) * (1 + 0.03 * lumps)
+    finish = Finish(wrap=0.6, reflectance=0.02)
+    return Surface(albedo, lumps, 0.8 + 0 * lumps, dice.uniform(0.3, 0.9), finish=finish)
+
+
+def food(dice: Dice) -> Surface:
+    """Bread, fruit, cheese, meat."""
+    spots, fine = fractal(dice, 7, 5), _fine(dice)
+    colour = hue(dice, dice.uniform(-0.03, 0.2), dice.uniform(0.4, 0.9), dice.uniform(0.25, 0.9))
+    albedo = mix(paint(colour), paint(vary(dice, colour, 0.2, 0.5)), ramp(-0.5, 1.2, spots))
+    holes = torch.relu(noise(dice, 25) - 1.3).clamp(0, 1) * float(dice.chance(0.4))
+    rough = dice.uniform(0.25, 0.8) + 0 * spots
+    finish = Finish(wrap=dice.uniform(0.2, 0.6))
+    height = 0.5 * spots + 0.1 * fine - 2 * holes
+    return Surface(albedo * (1 - 0.4 * holes), height, rough, dice.uniform(0.1, 0.7), finish=finish)
+
+
+def water(dice: Dice) -> Surface:
+    """Water or another liquid from above: ripples that mirror."""
+    ripples = noise(dice, 10) + 0.5 * noise(dice, 26) + 0.2 * noise(dice, 60)
+    colour = hue(dice, dice.uniform(0.4, 0.65), dice.uniform(0.2, 0.8), dice.uniform(0.02, 0.3))
+    albedo = paint(colour).expand(3, *ripples.shape)
+    rough = torch.full_like(ripples, 0.04)
+    return Surface(albedo, 3 * ripples, rough, dice.uniform(0.2, 0.8), finish=Finish(coat=1.0))
+
+
+def fur(dice: Dice) -> Surface:
+    """Fur or hair: long strands."""
+    strands = noise(dice, 160, 12) + 0.7 * noise(dice, 220, 30) + 0.4 * fractal(dice, 3, 4)
+    colour = vary(dice, rgb(dice, *dice.choose(((0.35, 0.22, 0.12), (0.7, 0.65, 0.58)))), 0.1, 0.5)
+    albedo = paint(colour) * (0.75 + 0.25 * strands).clamp(0.1, 1.6)
+    finish = Finish(sheen=dice.uniform(0.1, 0.5), anisotropy=0.6)
+    rough = dice.uniform(0.5, 0.9) + 0 * strands
+    return Surface(albedo, strands, rough, dice.uniform(0.4, 1.2), finish=finish)
+
+
+def _fine(dice: Dice) -> Tensor:
+    return 0.6 * noise(dice, 230) + 0.5 * noise(dice, 120)
+
+
+def _paper(dice: Dice, albedo: Tensor, creased: float) -> Surface:
+    fibres = noise(dice, 60, 220) + noise(dice, 220, 60)
+    folds = creased * ramp(0.08, 0.0, fractal(dice, 3, 3).abs())
+    albedo = albedo * (1 + 0.02 * fibres + 0.02 * fractal(dice, 4, 4)) * (1 - 0.2 * folds)
+    finish = Finish(reflectance=0.03, wrap=dice.uniform(0, 0.35))
+    rough = (dice.uniform(0.35, 0.6) if dice.chance(0.15) else dice.uniform(0.75, 1)) + 0 * folds
+    height = 0.12 * fibres + 0.1 * _fine(dice) - 2 * folds
+    return Surface(albedo, height, rough, dice.uniform(0.05, 0.3), finish=finish)
+
+
+def _leather(dice: Dice) -> Tensor:
+    if dice.chance(0.55):
+        return vary(dice, rgb(dice, 0.28, 0.14, 0.07), 0.15, 0.5)
+    if dice.chance(0.5):
+        return vary(dice, rgb(dice, 0.03, 0.03, 0.03), 0.05, 0.4)
+    return any_colour(dice, 1.0, 0.05) * 0.8
+
+
+def _soft(dice: Dice) -> Finish:
+    return Finish(wrap=dice.uniform(0, 0.25), reflectance=dice.uniform(0.035, 0.05))
+
+
+def _green(dice: Dice) -> Tensor:
+    turn = dice.uniform(0.02, 0.14) if dice.chance(0.12) else dice.uniform(0.17, 0.37)
+    return hue(dice, turn, dice.uniform(0.45, 0.95), dice.uniform(0.1, 0.5))
+
+
+def _plant(dice: Dice, albedo: Tensor, height: Tensor) -> Surface:
+    finish = Finish(wrap=dice.uniform(0.1, 0.5), reflectance=0.03)
+    rough = dice.uniform(0.5, 0.9) + 0 * height
+    return Surface(albedo, height, rough, dice.uniform(0.5, 1.4), finish=finish)
+
+
+PAPER = (
+    ("white", white_paper, 2.0),
+    ("written", written, 2.0),
+    ("cardboard", cardboard, 2.0),
+    ("wallpaper", wallpaper, 0.7),
+)
+LEATHER = (
+    ("hide", hide, 3.0),
+    ("suede", suede, 0.8),
+    ("stitched", stitched, 1.5),
+    ("reptile", reptile, 0.6),
+)
+FOLIAGE = (("leaf", leaf, 2.5), ("lawn", lawn, 1.5), ("litter", litter, 1.2))
+UNKNOWN = (
+    ("skin", skin, 1.5),
+    ("soil", soil, 1.0),
+    ("snow", snow, 0.7),
+    ("food", food, 1.5),
+    ("water", water, 0.8),
+    ("fur", fur, 1.0),
+)
