@@ -22,7 +22,7 @@ from hapticvlm.recognition.enrol import EnrolError, Picture, find_pictures, read
 from hapticvlm.recognition.gallery import load_gallery
 from hapticvlm.recognition.own import read_folder, table_with
 
-SAME = 0.9995  # similarity from which a picture is one of the references: rounding takes the rest
+SAME = 0.9999  # similarity from which a picture is one of the references: rounding takes the rest
 
 Confusion = dict[str, Counter[str]]  # truth -> what was said -> how often
 
