@@ -99,7 +99,7 @@ def crop(seed: int, side: int) -> Crop:
 PROCESSOR = {
     "image_processor_type": "ConvNextImageProcessor",
     "do_resize": True,
-    "size": {"shortest_edge": 56},
+    "size": {"shortest_edge": 112},
     "crop_pct": 0.875,
     "do_rescale": True,
     "rescale_factor": 1 / 255,
@@ -124,11 +124,13 @@ def _network(kind: str) -> Any:
 
     stages = {"hidden_sizes": [8, 16, 24, 32], "depths": [1, 1, 1, 1]}
     text = {"hidden_size": 16, "num_hidden_layers": 1, "num_attention_heads": 2}
-    tokens = {**text, "intermediate_size": 16, "image_size": 56, "patch_size": 8}
+    tokens = {**text, "intermediate_size": 16, "image_size": 112, "patch_size": 16}
     if kind == "ConvNext":
         return t.ConvNextModel(t.ConvNextConfig(**stages, layer_scale_init_value=1.0))
     if kind == "ConvNextV2":
         return t.ConvNextV2Model(t.ConvNextV2Config(**stages))
+    if kind == "DINOv3ConvNext":
+        return t.DINOv3ConvNextModel(t.DINOv3ConvNextConfig(**stages, layer_scale_init_value=1.0))
     if kind == "ResNet":
         return t.ResNetModel(t.ResNetConfig(**stages, embedding_size=8, layer_type="basic"))
     if kind == "ViT":

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-READY_S = 30.0
+READY_S = 120.0  # a network of transformers on a busy machine takes most of a minute
 
 
 class ServiceError(Exception):

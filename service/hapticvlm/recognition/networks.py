@@ -19,6 +19,7 @@ from typing import Any
 from hapticvlm.recognition.encoder import CARD, EncoderError
 
 CONFIG = "config.json"
+PREPROCESSING = ("preprocessor_config.json", "processor_config.json")
 WEIGHTS = (".safetensors", ".bin")
 FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in a folder's label
 HUB_S = 10.0  # for the hub to say whether it has a network
@@ -40,7 +41,7 @@ def find(name: str) -> Path | str:
     if not path.is_dir():
         raise EncoderError(f"encoder `{name}` is no folder here: give one, or a name of the hub")
     if (path / CONFIG).is_file():
-        return path
+        return _require_preprocessing(path)
     inner = {file.parent.name for mark in (CONFIG, CARD) for file in path.glob(f"*/{mark}")}
     if inner:
         text = f"encoder `{name}` holds networks in folders of their own"
@@ -78,6 +79,13 @@ def label(source: Path | str) -> str:
 def line(error: Exception) -> str:
     """Put an error's text on one line of bounded length."""
     return (" ".join(str(error).split()) or type(error).__name__)[:160]
+
+
+def _require_preprocessing(folder: Path) -> Path:
+    if not any((folder / name).is_file() for name in PREPROCESSING):
+        text = f"encoder `{folder}` has no {PREPROCESSING[0]}"
+        raise EncoderError(f"{text}: copy it there from the network it was trained from")
+    return folder
 
 
 def _require_reachable(name: str) -> None:
