@@ -15,19 +15,21 @@ from torch import Tensor
 
 from hapticvlm import materials
 from hapticvlm.training.render import clear, develop, view
+from hapticvlm.training.render.compose import Props, compose
 from hapticvlm.training.render.dice import Dice
 from hapticvlm.training.render.light import Lights, Sky, sky
 from hapticvlm.training.render.rooms import surroundings
-from hapticvlm.training.render.scene import Props, Scene, compose
+from hapticvlm.training.render.scene import Scene
 from hapticvlm.training.render.shade import Lighting, lighting, looked_up, shade
 from hapticvlm.training.render.surface import Bank, Surface, bank
-from hapticvlm.training.render.surfaces import sample
+from hapticvlm.training.render.surfaces import plain, sample
 from hapticvlm.training.render.tiles import Tiles
 
 # Supersampling per side, and how often: none and coarse leave the jagged edges of VR frames.
 _OVERSAMPLING = ((1.0, 0.35), (1.5, 0.45), (2.0, 0.2))
 _LEAST_SEEN = 0.06  # share of the picture the target must fill; else it is drawn again, plainly
 _TRIES = 4
+_AS_GROUND = {"wood": 3.0, "stone": 3.0, "fabric": 2.0, "ceramic": 1.5, "foliage": 0.7}
 _AT_ONCE = {"cpu": 1, "cuda": 64}  # pictures: a CPU's caches hold one
 
 
@@ -54,7 +56,9 @@ class _Stage:
     bank: Bank
     sky: Sky
     skies: int
-    opaque: tuple[int, ...]
+    others: tuple[int, ...]
+    grounds: tuple[tuple[int, float], ...]
+    plain: tuple[int, ...]
 
 
 def render(
@@ -98,12 +102,21 @@ def _stage(
     dice: Dice, names: Sequence[str], surfaces: Sequence[Surface], lights: Lights | None
 ) -> _Stage:
     skies = max(2, len(names) // 2)
-    clear_ones = [surface.finish.transmission > 0 for surface in surfaces]
-    opaque = [number for number, is_clear in enumerate(clear_ones) if not is_clear]
-    extra = [] if opaque else [sample(dice, "stone", None)[1]]
-    whole = bank([*surfaces, *extra])
-    pictures = [surroundings(dice, lights) for _ in range(skies)]
-    return _Stage(tuple(names), whole, sky(pictures), skies, tuple(opaque or [len(surfaces)]))
+    extra = [plain(dice) for _ in range(max(2, len(names) // 8))]
+    last = range(len(names), len(names) + len(extra))
+    opaque = [number for number, of in enumerate(surfaces) if of.finish.transmission == 0]
+    return _Stage(
+        names=tuple(names),
+        bank=bank([*surfaces, *extra]),
+        sky=sky([surroundings(dice, lights) for _ in range(skies)]),
+        skies=skies,
+        others=(*opaque, *last),
+        grounds=(
+            *((number, _AS_GROUND.get(names[number], 0.4)) for number in opaque),
+            *((number, 0.05 + 1.5 * len(opaque) / len(names)) for number in last),
+        ),
+        plain=tuple(last),
+    )
 
 
 def _shot(
@@ -130,7 +143,8 @@ def _shot(
 
 def _props(stage: _Stage, number: int) -> Props:
     is_clear = float(stage.bank.finish["transmission"][number]) > 0
-    return Props(number, stage.names[number], is_clear, stage.opaque, stage.skies)
+    name = stage.names[number]
+    return Props(number, name, is_clear, stage.others, stage.grounds, stage.plain, stage.skies)
 
 
 def _exposure(
@@ -139,7 +153,7 @@ def _exposure(
     """Light (N, 3, side, side) of scenes and where their targets are, (N, side, side) bool."""
     fine = round(side * oversampling)
     seen = view.view(scenes, fine, device)
-    light = lighting(seen, stage.bank, stage.sky)
+    light = lighting(seen, stage.sky)
     canvas, cover = painted(seen, stage.bank, light)
     shape = (3, len(scenes), fine, fine)
     pictures = develop.reduced(torch.nan_to_num(canvas).view(shape).transpose(0, 1), side)

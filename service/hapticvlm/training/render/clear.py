@@ -32,7 +32,7 @@ def through(canvas: Tensor, seen: View, points: Points, bank: Bank, light: Light
     behind = _behind(canvas, seen, lit, leaving, frost)
     which = light.which[points.picture]
     away = light.sky.look(which, leaving, 0.8 * lit.roughness * frost)
-    away = floored(points, leaving, light, away, 0.5 * frost)
+    away = floored(lit, leaving, bank, light, away)
     turned = ramp(0.93, 0.8, -(leaving * points.to_eye).sum(0)) * (1 - thin)
     behind = mix(behind, away, turned)
     path = mix(way.clamp(max=2), 0.3 + 0.35 / (lit.facing + 0.12), thin)
@@ -40,7 +40,7 @@ def through(canvas: Tensor, seen: View, points: Points, bank: Bank, light: Light
     fresnel = torch.where(thin > 0, 1 - (1 - fresnel) ** 2, fresnel).clamp(0, 1)
     front = shade(lit, bank, light, torch.ones_like(fresnel))
     mirror = light.sky.look(which, lit.reflected, 0.5 * lit.roughness * (0.1 + frost))
-    mirror = floored(points, lit.reflected, light, mirror, lit.roughness)
+    mirror = floored(lit, lit.reflected, bank, light, mirror)
     mirror = mix(mirror, 0.5 * mirror, light.bare[points.picture])
     edge = 1 - 0.45 * thin * ramp(0.35, 0.05, lit.facing)
     passed = bank.of("transmission", points.material)

@@ -37,6 +37,7 @@ def developed(dice: Dice, light: Tensor, mask: Tensor) -> NDArray[np.uint8]:
     encoded = _encoded(_toned(dice, _exposed(dice, light, mask)))
     grey = encoded.mean(0, keepdim=True)
     encoded = grey + (encoded - grey) * 2.718 ** dice.normal(0.15)
+    encoded = (encoded - 0.4) * dice.spread(0.9, 1.35) + 0.4
     encoded = _sharpened(dice, encoded)
     if dice.chance(0.6):
         encoded = encoded + dice.field(*encoded.shape) * dice.uniform(0, 0.03)
@@ -49,7 +50,7 @@ def _exposed(dice: Dice, light: Tensor, mask: Tensor) -> Tensor:
     mean = light.mean()
     on_target = light[:, mask].mean() if bool(mask.any()) else mean
     metered = mix(mean, on_target, dice.choose((0.2, 0.5, 0.8)))
-    level = dice.spread(0.16, 0.55) / (metered + 0.03)
+    level = dice.spread(0.1, 0.45) / (metered + 0.03)
     balance = torch.tensor([2.718 ** dice.normal(0.07) for _ in range(3)], device=light.device)
     return light * level * balance[:, None, None]
 
@@ -77,7 +78,7 @@ def _defocused(dice: Dice, light: Tensor, mask: Tensor) -> Tensor:
         return mix(_blurred(light, dice.choose((3, 5, 9))), light, inside)
     if dice.chance(0.3):
         return mix(light, _blurred(light, 3), dice.uniform(0, 1))
-    if dice.chance(0.08):
+    if dice.chance(0.05):
         return _blurred(light, 5)
     return light
 

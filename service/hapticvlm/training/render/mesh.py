@@ -90,6 +90,18 @@ def joined(meshes: Sequence[Mesh]) -> Mesh:
     )
 
 
+def faceted(mesh: Mesh) -> Mesh:
+    """With flat faces: creased paper, split rock, models of few faces."""
+    corners = mesh.faces.reshape(-1)
+    a, b, c = (mesh.points[mesh.faces[:, corner]] for corner in range(3))
+    normals = _unit(np.cross(b - a, c - a), floats([0, 1, 0])).repeat(3, 0)
+    tangents = mesh.tangents[corners]
+    tangents = _unit(tangents - _dot(tangents, normals) * normals, floats([1, 0, 0]))
+    faces = np.arange(len(corners), dtype=np.int64).reshape(-1, 3)
+    across = (mesh.bitangents[corners], mesh.uv[corners])
+    return Mesh(mesh.points[corners], normals, tangents, *across, faces)
+
+
 def placed(mesh: Mesh, x: float = 0.0, y: float = 0.0, z: float = 0.0, turn: float = 0.0) -> Mesh:
     """Return turned about the vertical by `turn` (rad), then shifted."""
     return mesh.moved(about_y(turn), floats([x, y, z]))

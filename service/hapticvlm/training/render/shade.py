@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 
 from hapticvlm.training.render.light import Sky
-from hapticvlm.training.render.noise import mix, ramp
+from hapticvlm.training.render.noise import SIDE, mix, ramp
 from hapticvlm.training.render.surface import Bank
 from hapticvlm.training.render.view import Points, View, unit
 
@@ -25,8 +25,8 @@ _LOBES = (-1.0, -0.5, 0.5, 1.0)  # of a brushed metal's highlight, beside the mi
 class Lighting:
     """Surroundings and suns of a batch: which sky (N,), sun direction and colour (3, N).
 
-    `bare` (N,) is 1 where surroundings are not mirrored, as in simple game engines; `ground` (N, 4)
-    is height and mean colour of the floor, height -inf without one.
+    `bare` (N,) is 1 where surroundings are not mirrored, as in simple game engines; `ground` (N, 5)
+    is the floor's height (-inf: none), sample, density, and x and z of its texture's axis.
     """
 
     sky: Sky
@@ -51,15 +51,18 @@ class Lit:
     reflected: Tensor
 
 
-def lighting(seen: View, bank: Bank, sky: Sky) -> Lighting:
+def lighting(seen: View, sky: Sky) -> Lighting:
     """Gather the lights of a batch's scenes."""
     device = seen.eye.device
     scenes = seen.scenes
     rows = []
     for scene in scenes:
-        floors = [plane for plane in scene.planes if plane.normal[1] > 0.5]
-        colour = bank.mean[floors[0].material].tolist() if floors else [0.0, 0.0, 0.0]
-        rows.append([floors[0].offset if floors else -math.inf, *colour])
+        row = [-math.inf, 0.0, 1.0, 1.0, 0.0]
+        for plane in scene.planes:
+            if plane.normal[1] > 0.5:
+                axis = (float(plane.across[0]), float(plane.across[2]))
+                row = [plane.offset, plane.material, plane.density, *axis]
+        rows.append(row)
     return Lighting(
         sky,
         torch.tensor([scene.surrounding for scene in scenes], device=device),
@@ -112,26 +115,45 @@ def mirrored(lit: Lit, bank: Bank, light: Lighting, around: Tensor) -> Tensor:
         some = (brushed > 0).nonzero()[:, 0]
         if len(some):
             seen[:, some] = _brushed(lit, light, some, 0.45 * brushed[some], seen[:, some])
-    seen = floored(lit.points, lit.reflected, light, seen, lit.roughness)
+    seen = floored(lit, lit.reflected, bank, light, seen)
     bare = light.bare[lit.points.picture]
     return mix(seen, around, bare) if bool((light.bare > 0).any()) else seen
 
 
-def floored(
-    points: Points, direction: Tensor, light: Lighting, sky: Tensor, roughness: Tensor
-) -> Tensor:
-    """Put the floor's mean colour in place of the sky along directions that meet it: (3, P)."""
-    ground = light.ground[points.picture]
-    if not bool(torch.isfinite(light.ground[:, 0]).any()):
+def floored(lit: Lit, direction: Tensor, bank: Bank, light: Lighting, sky: Tensor) -> Tensor:
+    """Put the floor in place of the sky along directions (3, P) that meet it: (3, P).
+
+    Smooth surfaces see its texture, rough ones its mean colour; far away it gives way to the sky.
+    """
+    points, ground = lit.points, light.ground[lit.points.picture].T
+    with_floor = torch.isfinite(ground[0])
+    if not bool(with_floor.any()):
         return sky
+    soft = 0.04 + 0.5 * lit.roughness
+    share = ((0.3 * soft - direction[1]) / soft).clamp(0, 1) * with_floor
+    colour = bank.mean[ground[1].long()].T.contiguous()
+    height = (points.place[1] - ground[0]).clamp(0, 5)
+    way = height / (-direction[1]).clamp(min=0.02)
+    clear = ((lit.roughness < 0.3) & (share > 0) & (way < 12)).nonzero()[:, 0]
+    place = points.place + way * direction
+    if len(clear):
+        width = (0.01 + 0.5 * lit.roughness[clear]) * way[clear]
+        colour[:, clear] = _floor_colour(bank, ground[:, clear], place[:, clear], width)
+    shadow = 1 - 0.55 * torch.exp(-1.5 * (place[0] ** 2 + place[2] ** 2))
     up = torch.zeros_like(direction)
     up[1] = 1
     level = light.sky.irradiance(light.which[points.picture], up)
     level = level + light.colour[:, points.picture] * light.towards[1, points.picture]
-    soft = 0.04 + 0.5 * roughness
-    below = ((soft * 0.3 - direction[1]) / soft).clamp(0, 1) * torch.isfinite(ground[:, 0])
-    near = torch.exp(-0.8 * (points.place[1] - ground[:, 0]).clamp(0, 3))
-    return mix(sky, ground[:, 1:].T * level * (1 - 0.35 * near), below * 0.9)
+    return mix(sky, colour * level * shadow, share * torch.exp(-way / 8))
+
+
+def _floor_colour(bank: Bank, ground: Tensor, place: Tensor, width: Tensor) -> Tensor:
+    """Look the floor's texture up where rays of some width (P,) meet it: (3, P)."""
+    _, material, density, x, z = ground
+    across = place[0] * x + place[2] * z
+    down = place[0] * z - place[2] * x
+    level = torch.log2((SIDE * density * width).clamp(min=1))
+    return bank.texels(material.long(), torch.stack([across, down]) * density, level)[:3]
 
 
 def shelter(points: Points, light: Lighting) -> Tensor:

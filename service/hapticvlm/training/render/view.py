@@ -134,7 +134,8 @@ def mesh_points(seen: View, drawn: raster.Seen) -> Points:
     place, normal = fields[0:3], unit(fields[3:6])
     to_eye = unit(seen.eye[:, picture] - place)
     flip = torch.where((normal * to_eye).sum(0) < 0, -1.0, 1.0)
-    level = _mesh_level(seen)[drawn.face]
+    coarse = torch.tensor([scene.coarse for scene in seen.scenes], device=place.device)
+    level = _mesh_level(seen)[drawn.face] + coarse[picture]
     none = torch.zeros_like(picture, dtype=torch.bool)
     return Points(
         drawn.pixel, picture, seen.material[drawn.face], place, normal * flip, unit(fields[6:9]),

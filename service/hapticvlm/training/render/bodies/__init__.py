@@ -56,6 +56,7 @@ _SHAPES: dict[str, tuple[tuple[Maker, float], ...]] = {
         (solids.rounded, 1.5),
         (solids.blob, 1),
         (sheets.flag, 1.5),
+        (sheets.garment, 3),
     ),
     "metal": (
         *_ANY,

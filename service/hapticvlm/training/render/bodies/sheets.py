@@ -7,7 +7,16 @@ import numpy as np
 from hapticvlm.training.render.bodies.body import Body, lying, standing
 from hapticvlm.training.render.bodies.solids import spherical
 from hapticvlm.training.render.dice import Dice
-from hapticvlm.training.render.mesh import Floats, Mesh, fitted, floats, joined, patch, placed
+from hapticvlm.training.render.mesh import (
+    Floats,
+    Mesh,
+    faceted,
+    fitted,
+    floats,
+    joined,
+    patch,
+    placed,
+)
 
 
 def _square(rows: int, columns: int) -> tuple[Floats, Floats]:
@@ -139,11 +148,11 @@ def crumpled(dice: Dice) -> Body:
     if dice.chance(0.5):
         grid = spherical(29, 49)
         reach = 0.8 + _creases(dice, grid, 12) * 0.5
-        return lying(patch(grid * reach[..., None], closed=True))
+        return lying(faceted(patch(grid * reach[..., None], closed=True)))
     x, z = _square(40, 40)
     flat = np.stack([x, np.zeros_like(x), z], -1)
     lift = _creases(dice, flat, 14)
-    return lying(patch(flat + floats([0, 1, 0]) * lift[..., None]), open_=True)
+    return lying(faceted(patch(flat + floats([0, 1, 0]) * lift[..., None])), open_=True)
 
 
 def _creases(dice: Dice, points: Floats, count: int) -> Floats:
@@ -164,3 +173,39 @@ def corrugated(dice: Dice) -> Body:
     y = deep * np.clip(np.sin(x * knots * np.pi) * dice.uniform(1, 3), -1, 1)
     mesh = patch(np.stack([x, y, z * dice.uniform(0.6, 1)], -1).astype(np.float32))
     return Body(fitted(mesh), open=True, fills=dice.chance(0.3))
+
+
+def garment(dice: Dice) -> Body:
+    """Make a shirt or trousers laid out or hanging: panels with creases."""
+    shirt = dice.chance(0.6)
+    corners = _SHIRT if shirt else _TROUSERS
+    parts = []
+    for panel in corners:
+        grid = _panel(floats(panel), 22)
+        lift = _waves(dice, grid[..., 0] * 2, grid[..., 1] * 2, dice.uniform(0.02, 0.06), 8)
+        grid[..., 2] += lift + dice.uniform(0, 0.02)
+        parts.append(patch(grid))
+    mesh = fitted(joined(parts))
+    return Body(mesh, upright=dice.chance(0.6), open=True)
+
+
+# Corners of panels, x and y: top left, top right, bottom left, bottom right.
+_SHIRT = (
+    ((-0.45, 0.7), (0.45, 0.7), (-0.45, -0.8), (0.45, -0.8)),
+    ((-0.45, 0.7), (-0.4, 0.25), (-0.95, 0.3), (-0.75, 0.0)),
+    ((0.4, 0.25), (0.45, 0.7), (0.75, 0.0), (0.95, 0.3)),
+)
+_TROUSERS = (
+    ((-0.42, 1.0), (0.42, 1.0), (-0.48, 0.55), (0.48, 0.55)),
+    ((-0.48, 0.55), (0.02, 0.55), (-0.5, -1.0), (-0.12, -1.0)),
+    ((-0.02, 0.55), (0.48, 0.55), (0.12, -1.0), (0.5, -1.0)),
+)
+
+
+def _panel(corners: Floats, count: int) -> Floats:
+    """Span a flat grid between four corners (4, 2): (count, count, 3)."""
+    u, v = np.meshgrid(np.linspace(0, 1, count), np.linspace(0, 1, count))
+    upper = corners[0] + (corners[1] - corners[0]) * u[..., None]
+    lower = corners[2] + (corners[3] - corners[2]) * u[..., None]
+    flat = upper + (lower - upper) * v[..., None]
+    return floats(np.concatenate([flat, np.zeros_like(flat[..., :1])], -1))

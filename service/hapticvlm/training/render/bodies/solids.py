@@ -13,6 +13,7 @@ from hapticvlm.training.render.mesh import (
     Mesh,
     about_x,
     about_y,
+    faceted,
     floats,
     joined,
     patch,
@@ -45,7 +46,7 @@ def _cube(cuts: int) -> Mesh:
 def spherical(rows: int = 25, columns: int = 41) -> Floats:
     """Directions over a sphere: (rows, columns, 3), top to bottom, closed."""
     polar, around = np.meshgrid(
-        np.linspace(1e-3, np.pi - 1e-3, rows), np.linspace(0, 2 * np.pi, columns), indexing="ij"
+        np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns), indexing="ij"
     )
     flat = np.sin(polar)
     grid = np.stack([flat * np.cos(around), np.cos(polar), flat * np.sin(around)], -1)
@@ -162,7 +163,8 @@ def rock_mesh(dice: Dice, rows: int = 33) -> Mesh:
 
 def rock(dice: Dice) -> Body:
     """One rock."""
-    return lying(rock_mesh(dice))
+    mesh = rock_mesh(dice) if dice.chance(0.7) else faceted(rock_mesh(dice, 17))
+    return lying(mesh)
 
 
 def pebbles(dice: Dice) -> Body:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import torch
+
 from hapticvlm import materials
 from hapticvlm.training.render.dice import Dice
+from hapticvlm.training.render.noise import any_colour, paint, plane, rgb, vary
 from hapticvlm.training.render.surface import Surface
 from hapticvlm.training.render.surfaces import fabric, glass, grown, metal, mineral, polymer, wood
 from hapticvlm.training.render.tiles import Tiles, dressed
@@ -39,6 +42,14 @@ def sample(dice: Dice, material: str, tiles: Tiles | None) -> tuple[str, Surface
             return f"{material}/{found[0]}", found[1]
     name, make = dice.weigh([((name, make), weight) for name, make, weight in kinds])
     return f"{material}/{name}", make(dice)
+
+
+def plain(dice: Dice) -> Surface:
+    """Make a surface of one colour and no class: painted walls, liquids."""
+    level = torch.zeros_like(plane(dice.device)[0])
+    colour = vary(dice, rgb(dice, 0.6, 0.58, 0.55), 0.05, 0.5) if dice.chance(0.6) else None
+    albedo = paint(any_colour(dice, 1.5) if colour is None else colour).expand(3, *level.shape)
+    return Surface(albedo, level, level + dice.uniform(0.15, 0.9))
 
 
 def _tiled(material: str, tiles: Tiles) -> float:

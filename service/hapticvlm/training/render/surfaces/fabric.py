@@ -140,7 +140,7 @@ def _woven(
 ) -> Surface:
     """Warp and weft; over(i, j) is 1 where warp thread i passes over weft thread j."""
     x, y = _warped(dice)
-    count = dice.spread(30, 64) if fine else dice.spread(9, 52)
+    count = dice.spread(36, 72) if fine else dice.spread(16, 64)
     across, down = x * count, y * count * dice.uniform(0.7, 1.3)
     i, j = across.floor(), down.floor()
     u, v = (across - i - 0.5) * math.pi, (down - j - 0.5) * math.pi

@@ -36,7 +36,7 @@ def written(dice: Dice) -> Surface:
     """Make printed or written paper: lines of words, a picture, ruled lines."""
     x, y = plane(dice.device)
     colour = vary(dice, rgb(dice, 0.85, 0.83, 0.77), 0.03, 0.08)
-    rows = dice.integer(10, 34)
+    rows = dice.integer(22, 56)
     in_line = ((y * rows) % 1 < 0.55).float()
     letters = (noise(dice, rows * 5, rows * 2) > 0.0).float()
     gaps = (noise(dice, rows * 1.2, 2) > -1.0).float()
@@ -78,7 +78,7 @@ def wallpaper(dice: Dice) -> Surface:
 
 def hide(dice: Dice) -> Surface:
     """Smooth leather: a net of fine creases, worn bright or dark."""
-    first, second, _ = cells(dice, dice.integer(22, 52))
+    first, second, _ = cells(dice, dice.integer(30, 60))
     grain, worn = ramp(0.0, 0.35, second - first), fractal(dice, 3, 5)
     wrinkles = ramp(0.12, 0.0, fractal(dice, 5, 4).abs()) * dice.uniform(0, 1)
     albedo = paint(_leather(dice)) * (0.72 + 0.28 * grain + 0.12 * worn) * (1 - 0.25 * wrinkles)
