@@ -1,0 +1,186 @@
+"""`hapticvlm chart` and `stability`: what each method is worth, what it costs, what breaks it.
+
+Wires the measurements to the training side (labels of the data folder, networks in torch), which
+they do not import. Another subject is one more function beside `_add_material`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hapticvlm.cli import Commands
+    from hapticvlm.measure.material.data import Labels, Where
+    from hapticvlm.measure.material.methods import Wiring
+    from hapticvlm.recognition.encoder import Encoder
+
+LIMIT = 480  # pictures of a source that `chart` looks at
+SHAKEN = 64  # pictures of a source that `stability` looks at
+WEIGHTS = "encoder.safetensors"
+SEED = 7  # of the untrained network
+
+
+def add(commands: Commands) -> None:
+    """Declare the commands, with a subject each."""
+    chart = commands.add_parser("chart", help="draw accuracy against latency, every method")
+    subjects = chart.add_subparsers(title="subjects", required=True, metavar="WHAT")
+    _add_material(subjects, _chart_material, ("chart-output", LIMIT)).add_argument(
+        "--variants", type=Path, help="folder of further encoders, one a sub-folder"
+    )
+    stability = commands.add_parser("stability", help="draw what makes a method fail")
+    subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
+    _add_material(subjects, _shake_material, ("chart-output", SHAKEN))
+
+
+def _add_material(
+    subjects: Commands,
+    run: Callable[[argparse.Namespace], int],
+    defaults: tuple[str, int],
+) -> argparse.ArgumentParser:
+    material = subjects.add_parser("material", help="pictures to materials, per held-back source")
+    material.set_defaults(run=run)
+    material.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
+    material.add_argument(
+        "--capture",
+        type=Path,
+        action="append",
+        metavar="DIR",
+        help="graded capture to look at, repeatable (those in examples/)",
+    )
+    material.add_argument("--out", type=Path, default=Path(defaults[0]), help="(%(default)s)")
+    material.add_argument(
+        "--limit", type=int, default=defaults[1], help="pictures a source, 0: all (%(default)s)"
+    )
+    material.add_argument("--json", action="store_true", help="print the JSON line only")
+    return material
+
+
+def _chart_material(options: argparse.Namespace) -> int:
+    from hapticvlm.measure.material import chart
+
+    plan = chart.Plan(_where(options), options.variants, options.out, options.json)
+    return _guarded("chart", options, lambda: chart.run(plan, _wiring()))
+
+
+def _shake_material(options: argparse.Namespace) -> int:
+    from hapticvlm.measure.material import stability
+
+    plan = stability.Plan(_where(options), options.out, options.json)
+    return _guarded("stability", options, lambda: stability.run(plan, _labels()))
+
+
+def _guarded(command: str, options: argparse.Namespace, run: Callable[[], int]) -> int:
+    """Run with the result folder made; say in one line what cannot be done."""
+    from hapticvlm.captures import CaptureError
+    from hapticvlm.recognition.encoder import EncoderError
+    from hapticvlm.recognition.gallery import GalleryError
+    from hapticvlm.recognition.pictures import PictureError
+
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        print(f"hapticvlm {command}: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
+        return 2
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        return run()
+    except (CaptureError, EncoderError, GalleryError, PictureError, OSError) as error:
+        print(f"hapticvlm {command}: {error}", file=sys.stderr)
+        return 2
+
+
+def _where(options: argparse.Namespace) -> Where:
+    from hapticvlm.measure.material.data import Where
+    from hapticvlm.measure.material.reading import default_captures
+    from hapticvlm.measure.names import SIBLING
+
+    folder = options.data or SIBLING
+    data = folder if (folder / "labels.csv").is_file() else None
+    captures = tuple(options.capture) if options.capture else default_captures()
+    return Where(captures, data, options.limit)
+
+
+def _labels() -> Labels:
+    from hapticvlm.measure.material.data import Labels
+    from hapticvlm.training import sources
+
+    return Labels(
+        sources.LABELLED,
+        sources.material_of,
+        sources.is_tile_held_back,
+        sources.LIVING_HELD_BACK,
+    )
+
+
+def _wiring() -> Wiring:
+    from hapticvlm.measure.material.methods import Wiring
+
+    return Wiring(_labels(), _general, _eager, _untrained)
+
+
+def _general(data: Path) -> Encoder:
+    """Load the general network of the data folder. Raises EncoderError."""
+    from hapticvlm.measure.material.baselines import GeneralNetwork
+    from hapticvlm.recognition.encoder import EncoderError
+
+    try:
+        from hapticvlm.training.teacher import Teacher
+
+        return GeneralNetwork(Teacher(data).features, "MobileNetV2, ImageNet")
+    except (ImportError, RuntimeError, OSError) as error:
+        raise EncoderError(f"{error}".splitlines()[0]) from None
+
+
+def _eager(folder: Path | None) -> Encoder:
+    """Load the same net in torch eager, from the weights beside its graph. Raises EncoderError."""
+    from hapticvlm.recognition.encoder import CARD, SHIPPED, EncoderError
+
+    place = folder or SHIPPED
+    if not (place / WEIGHTS).is_file() or not (place / CARD).is_file():
+        raise EncoderError(f"no {WEIGHTS} beside {CARD} in {place.name}")
+    card = json.loads((place / CARD).read_text(encoding="utf-8"))
+    try:
+        from safetensors.torch import load_file
+    except ImportError as error:
+        raise EncoderError(f"needs the extra `models` ({error})") from None
+    return _network(f"{card['name']}, torch eager", card, load_file(place / WEIGHTS))
+
+
+def _untrained() -> Encoder:
+    """Make the shipped architecture with random weights. Raises EncoderError."""
+    from hapticvlm.recognition.encoder import CARD, SHIPPED
+
+    card = {"side": 128}
+    if (SHIPPED / CARD).is_file():
+        card = json.loads((SHIPPED / CARD).read_text(encoding="utf-8"))
+    return _network("untrained", card, None)
+
+
+def _network(name: str, card: dict[str, Any], weights: dict[str, Any] | None) -> Encoder:
+    """Wrap a training network in torch eager, one thread, as an encoder. Raises EncoderError."""
+    from hapticvlm.measure.material.baselines import Network as Wrapped
+    from hapticvlm.recognition.encoder import EncoderError
+
+    try:
+        import torch
+
+        from hapticvlm.training.network import Network, Shape
+
+        torch.set_num_threads(1)
+        torch.manual_seed(SEED)
+        network = Network(Shape(**card.get("shape", {}))).eval()
+        if weights is not None:
+            network.load_state_dict(weights)
+    except (ImportError, RuntimeError, TypeError) as error:
+        raise EncoderError(f"{error}".splitlines()[0]) from None
+
+    def forward(pixels: Any) -> Any:  # noqa: ANN401 - arrays in, arrays out
+        with torch.inference_mode():
+            return network(torch.from_numpy(pixels)).numpy()
+
+    return Wrapped(name, card["side"], network.shape.dimension, forward)

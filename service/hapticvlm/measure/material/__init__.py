@@ -1,0 +1,1 @@
+"""How well materials are recognised, at what cost, and what it takes to break it."""

@@ -1,0 +1,158 @@
+"""Held-back pictures, one `Source` per origin: never mixed, each thinned to a limit the same way.
+
+A source is a capture (frames with object id, truth, mask) or a set of labelled photographs. Which
+pictures teach is told by the caller (`Labels`): this package measures and imports no training.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm import messages
+from hapticvlm.recognition.pictures import Crop, crop
+
+Cut = Literal["mask", "box", "centre", "whole"]
+
+FOUR = ("wood", "glass", "fabric", "metal")
+VIEWS = 8  # most views looked at per object, evenly over its time
+
+_WHOLE = messages.Region(x=0.0, y=0.0, w=1.0, h=1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """One picture of one object: the encoded frame, and what may say where the object is."""
+
+    frame: messages.Frame
+    object_id: str
+    truth: str
+    mask: bytes | None = None
+    region: messages.Region | None = None
+
+    def as_cut(self, cut: Cut) -> messages.Frame:
+        """Return the frame as a client sends it who knows the mask, its box, or nothing."""
+        frame = self.frame
+        return messages.Frame(
+            id=1,
+            captured_at=0.0,
+            format=frame.format,
+            width=frame.width,
+            height=frame.height,
+            image=frame.image,
+            origin=frame.origin,
+            mask=self.mask if cut == "mask" else None,
+            region={"box": self.region, "whole": _WHOLE}.get(cut),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """What the scene says of an object, its material left out."""
+
+    name: str | None = None
+    shader: messages.Shader | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Views of one origin, those of an object together and in order of time."""
+
+    name: str
+    views: tuple[View, ...]
+    stated: Mapping[str, Stated] = field(default_factory=dict)
+    note: str = ""
+
+    @property
+    def cut(self) -> Cut:
+        """How objects are cut out unless a method says otherwise."""
+        return "mask" if all(view.mask is not None for view in self.views) else "centre"
+
+    @property
+    def truth(self) -> NDArray[np.str_]:
+        """(N,) materials."""
+        return np.array([view.truth for view in self.views])
+
+    @property
+    def objects(self) -> NDArray[np.str_]:
+        """(N,) object ids."""
+        return np.array([view.object_id for view in self.views])
+
+    def keep(self, classes: Collection[str]) -> Source:
+        """Leave out the views of other classes."""
+        views = tuple(view for view in self.views if view.truth in classes)
+        return Source(self.name, views, self.stated, self.note)
+
+
+@dataclass(frozen=True, slots=True)
+class Labels:
+    """What the data folder's labels mean; from `training.sources`, wired in by the command line."""
+
+    teaching: tuple[str, ...]
+    material_of: Callable[[str], str]
+    is_held_back: Callable[[str], bool]
+    unknown_folders: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """Where pictures are looked for, and how many views of one source are looked at (0: all)."""
+
+    captures: tuple[Path, ...]
+    data: Path | None
+    limit: int
+
+
+@lru_cache(maxsize=6)
+def crops(source: Source, cut: Cut, side: int) -> tuple[Crop, ...]:
+    """Cut every view with the product's own `crop`. Raises PictureError."""
+    return tuple(crop(view.as_cut(cut), side) for view in source.views)
+
+
+def thin(source: Source, limit: int, per_object: int = VIEWS) -> Source:
+    """Keep at most `limit` views (0: all objects): classes alike, objects whole, same every time.
+
+    Objects are taken in the order of a checksum of their id, so that a larger limit only adds.
+    """
+    groups = by_object(source.views)
+    kept = {key: _spread(group, per_object) for key, group in groups.items()}
+    by_class: dict[str, list[str]] = defaultdict(list)
+    for key in sorted(kept, key=shuffled):
+        by_class[kept[key][0].truth].append(key)
+    chosen: set[str] = set()
+    budget = limit or len(source.views)
+    for rank in range(max(map(len, by_class.values()), default=0)):
+        layer = [keys[rank] for keys in by_class.values() if rank < len(keys)]
+        budget -= sum(len(kept[key]) for key in layer)
+        if budget < 0 and chosen:
+            break
+        chosen.update(layer)
+    views = tuple(view for key, group in kept.items() if key in chosen for view in group)
+    return Source(source.name, views, source.stated, source.note)
+
+
+def by_object(views: Iterable[View]) -> dict[str, list[View]]:
+    """Group views by object, each in the order given."""
+    groups: dict[str, list[View]] = defaultdict(list)
+    for view in views:
+        groups[view.object_id].append(view)
+    return groups
+
+
+def _spread(views: Sequence[View], count: int) -> list[View]:
+    at = np.linspace(0, len(views) - 1, min(count, len(views))).round().astype(int)
+    return [views[index] for index in at]
+
+
+def shuffled(key: str | Path) -> tuple[int, str]:
+    """Key of a sort that is anything but alphabetic, and the same every time."""
+    text = key if isinstance(key, str) else f"{key.parent.name}/{key.name}"
+    return crc32(text.encode()), text

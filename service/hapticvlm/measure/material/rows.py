@@ -1,0 +1,46 @@
+"""One row of the chart: a method on a source, all protocols, and its cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hapticvlm.measure.material.scores import Open, Rejection, Score
+from hapticvlm.measure.material.timing import Cost
+
+
+@dataclass(frozen=True, slots=True)
+class Enrolment:
+    """With so many references a class: among FOUR, among all, and unknown against all."""
+
+    four: Score | None
+    eleven: Score | None
+    unknown: Rejection | None
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What could not be measured is None: no reference, no second object, nothing unknown.
+
+    views: mean views per decision, by which `latency_ms` multiplies the cost of one.
+    """
+
+    source: str
+    method: str
+    family: str
+    is_default: bool
+    cut: str
+    views: float
+    references: str
+    four: Score | None
+    eleven: Score | None
+    open: Open | None
+    unknown: Rejection | None
+    enrolled: Mapping[str, Enrolment]
+    probe: Score | None
+    cost: Cost | None
+
+    @property
+    def latency_ms(self) -> float | None:
+        """Median of one decision, ms; None for what takes no time."""
+        return None if self.cost is None else self.cost.median * self.views

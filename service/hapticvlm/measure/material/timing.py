@@ -1,0 +1,141 @@
+"""What one answer costs: a crop to its material on one thread, against a floor in the same run.
+
+The floor, decoding one JPEG frame and nothing else, is timed in turn with every method, so that a
+machine busy with other things slows both.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hapticvlm import messages
+from hapticvlm.measure.material.answers import evidence_of, object_evidence
+from hapticvlm.measure.material.data import Source, View
+from hapticvlm.measure.material.methods import Method
+from hapticvlm.recognition.ladder import Evidence, decide
+from hapticvlm.recognition.pictures import crop
+
+FRAME_PX = 448  # what clients are asked to send
+QUALITY = 80
+TURNS = 100
+MOST_S = 2.0  # per method: slow ones get fewer turns, stated as n
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Of one crop, ms, over n turns; `least` is what it takes undisturbed (5th percentile).
+
+    floors: median over the floor's median. eager: how many times slower the same net was in torch
+    eager in the same run, None where that was not run.
+    """
+
+    median: float
+    p99: float
+    least: float
+    floors: float
+    n: int
+    eager: float | None = None
+
+
+def costs(methods: list[Method], stated: Source | None) -> dict[str, Cost]:
+    """Time every method that takes time, by name, the same work once.
+
+    `stated` is a source that lends names and shaders.
+    """
+    import simplejpeg
+
+    picture = _picture()
+    floor: Callable[[], object] = lambda: simplejpeg.decode_jpeg(picture, "RGB")  # noqa: E731
+    found: dict[str, Cost] = {}
+    same: dict[tuple[object, ...], Cost | None] = {}
+    for method in methods:
+        work = (method.encoder and method.encoder.name, method.rungs)
+        if work not in same:
+            stage = _stage(method, picture, stated)
+            same[work] = None if stage is None else _timed(stage, floor)
+        cost = same[work]
+        if cost is not None:
+            found[method.name] = cost
+    return _with_eager(found)
+
+
+def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], object] | None:
+    """One answer for one crop; None for what costs nothing or has no object to read."""
+    if method.rungs and stated is None:
+        return None
+    read = _reading(method, stated)
+    if method.encoder is None:
+        return read if method.rungs else None
+    encoder, head = method.encoder, method.head
+    frame = messages.Frame(
+        id=1,
+        captured_at=0.0,
+        format="jpeg",
+        width=FRAME_PX,
+        height=FRAME_PX,
+        image=jpeg,
+        origin="top",
+    )
+    cut = crop(View(frame, "", "").as_cut("centre"), encoder.side)
+
+    def look() -> object:
+        embeddings = encoder.embed([cut])
+        if head is None:
+            return embeddings
+        row = head.beliefs(embeddings)[0]
+        return decide([*read(), evidence_of(row, head.materials)])
+
+    return look
+
+
+def _reading(method: Method, stated: Source | None) -> Callable[[], list[Evidence]]:
+    if not method.rungs or stated is None:
+        return list
+    telling = [name for name in stated.stated if object_evidence(method, stated, name)]
+    turn = itertools.cycle(telling or [""])
+    return lambda: object_evidence(method, stated, next(turn))
+
+
+def _timed(stage: Callable[[], object], floor: Callable[[], object]) -> Cost:
+    for _ in range(3):
+        stage()
+        floor()
+    times: list[float] = []
+    floors: list[float] = []
+    start = time.perf_counter()
+    while len(times) < TURNS and (len(times) < 10 or time.perf_counter() - start < MOST_S):
+        times.append(_once(stage))
+        floors.append(_once(floor))
+    least, median, p99 = (round(float(np.percentile(times, at)), 4) for at in (5, 50, 99))
+    return Cost(median, p99, least, round(median / float(np.median(floors)), 3), len(times))
+
+
+def _once(stage: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    stage()
+    return (time.perf_counter() - start) * 1e3
+
+
+def _with_eager(found: Mapping[str, Cost]) -> dict[str, Cost]:
+    """Say for each encoder how many times slower the same net was in torch eager."""
+    rows = {}
+    for name, cost in found.items():
+        slow = found.get(f"{name}, torch eager")
+        factor = None if slow is None else round(slow.median / cost.median, 2)
+        rows[name] = replace(cost, eager=factor)
+    return rows
+
+
+def _picture() -> bytes:
+    import simplejpeg
+
+    rng = np.random.default_rng(5)
+    grain = rng.uniform(60, 200, (FRAME_PX // 8, FRAME_PX // 8, 3))
+    pixels = np.kron(grain, np.ones((8, 8, 1))).astype(np.uint8)
+    data: bytes = simplejpeg.encode_jpeg(pixels, quality=QUALITY)
+    return data
