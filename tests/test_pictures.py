@@ -17,6 +17,7 @@ from hapticvlm.recognition.pictures import (
     central_mask,
     check_header,
     crop,
+    crops,
     has_changed,
     signature,
 )
@@ -115,6 +116,67 @@ def test_region_and_mask_count_from_the_top_left_of_the_upright_frame() -> None:
     top_left = messages.Region(x=0.05, y=0.05, w=0.4, h=0.4)
     cut = crop(frame(jpeg(stored), origin="bottom", region=top_left), 64)
     assert corner(masked, 32, 32) == corner(cut, 32, 32) == (1, 0, 0)
+
+
+@pytest.mark.parametrize("points", [[(0, 0), (400, 440)], [(7, 7)]])
+def test_a_mask_of_few_pixels_still_marks_something(points: list[tuple[int, int]]) -> None:
+    mask = np.zeros((448, 448), np.uint8)
+    for point in points:
+        mask[point] = 255
+    assert crop(frame(jpeg(quadrants()), mask=png(mask)), 32).mask.any()
+
+
+REGIONS = [
+    messages.Region(x=0.0, y=0.0, w=0.3, h=0.3),
+    messages.Region(x=0.5, y=0.1, w=0.2, h=0.4),
+    messages.Region(x=0.2, y=0.2, w=0.8, h=0.8),
+    WHOLE,
+    None,
+]
+
+
+@pytest.mark.parametrize("origin", ["top", "bottom"])
+@pytest.mark.parametrize("format", ["jpeg", "png", "rgb8"])
+@pytest.mark.parametrize("masked", [False, True])
+def test_regions_cut_together_are_what_they_are_one_by_one(
+    origin: str, format: str, masked: bool
+) -> None:
+    pixels = weave(3)
+    data = {"jpeg": jpeg(pixels), "png": png(pixels), "rgb8": pixels.tobytes()}[format]
+    mask = np.zeros((448, 448), np.uint8)
+    mask[40:300, 20:420] = 255
+    given = png(mask) if masked else None
+    together = crops(frame(data, format=format, origin=origin, mask=given), REGIONS, 64)
+    for region, cut in zip(REGIONS, together, strict=True):
+        alone = crop(frame(data, format=format, origin=origin, mask=given, region=region), 64)
+        assert (cut.image == alone.image).all()
+        assert (cut.mask == alone.mask).all()
+
+
+def test_regions_cut_together_decode_once_for_each_reduction(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    factors = []
+    decode = simplejpeg.decode_jpeg
+
+    def counting(*given: object, **options: object) -> object:
+        factors.append(options["min_factor"])
+        return decode(*given, **options)
+
+    monkeypatch.setattr(simplejpeg, "decode_jpeg", counting)
+    shown = frame(jpeg(weave(3)))
+    crops(shown, [REGIONS[0]] * 6, 64)
+    assert factors == [2]
+    crops(shown, REGIONS, 64)
+    assert sorted(factors[1:]) == [1, 2, 4]
+    assert crops(shown, [], 64) == []
+    assert len(factors) == 4
+
+
+def test_one_region_outside_the_frame_is_refused_by_field() -> None:
+    outside = messages.Region(x=1.0, y=0.0, w=0.5, h=0.5)
+    with pytest.raises(PictureError, match=r"\$\.region"):
+        crops(frame(jpeg(quadrants())), [WHOLE, outside], 64)
 
 
 def test_a_mask_is_cut_with_a_margin_that_is_not_object() -> None:

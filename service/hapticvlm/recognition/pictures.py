@@ -177,7 +177,8 @@ def _crop(frame: messages.Frame, pixels: Pixels, cut: tuple[Box, Pixels | None],
     if mask is None:
         return Crop(image, central_mask(side))
     inside = _resize(mask, box, frame, side)
-    return Crop(image, np.where(inside >= 128, 255, 0).astype(np.uint8))
+    half = min(128, int(inside.max()))  # a mask of thin lines has no cell that is half covered
+    return Crop(image, np.where(inside >= half, 255, 0).astype(np.uint8))
 
 
 def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
