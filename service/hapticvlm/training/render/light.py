@@ -1,8 +1,8 @@
 """What shines from all around: photographed skies (HDRI) and made-up rooms, blurred for roughness.
 
 A surrounding is a picture over all directions (longitude across, polar angle down). Rough surfaces
-see it blurred, dull ones its irradiance, so all of these are kept in one table of rows: levels 0 to
-ROUGHEST are ever blurrier, the last is irradiance / pi. Knows no bodies.
+see it blurred, dull ones its irradiance, so all of these are kept in one table of rows: the
+picture, ever blurrier ones, then irradiance / pi. Knows no bodies.
 """
 
 from __future__ import annotations
@@ -17,15 +17,24 @@ from torch import Tensor
 from torch.nn import functional
 
 from hapticvlm.training import sources
+from hapticvlm.training.render.lookup import bordered, corners, weighed
+from hapticvlm.training.render.noise import mix
 from hapticvlm.training.render.radiance import read_radiance
-from hapticvlm.training.render.surface import weighed
 
-ROUGHEST = 6  # the level that roughness 1 sees
-IRRADIANCE = 7
-SIZES = ((256, 512), (64, 128), (64, 128), (64, 128), (32, 64), (16, 32), (16, 32), (16, 32))
+SHARP = (256, 512)  # px of a surrounding, down and across
+_BLURRED = (64, 128)
+_DULL = (16, 32)
 _BLURS = (1.2, 2.5, 5.0, 10.0, 20.0)  # px at 64 x 128, each on top of the one before
-_STARTS = tuple(sum(h * w for h, w in SIZES[:level]) for level in range(len(SIZES)))
-_ROWS = sum(h * w for h, w in SIZES)
+_LEVELS = 1 + len(_BLURS)
+
+
+def _rows(size: tuple[int, int]) -> int:
+    return (size[0] + 2) * (size[1] + 2)
+
+
+_FIRST = _rows(SHARP)  # row of the first blurred level
+_LAST = _FIRST + _LEVELS * _rows(_BLURRED)  # row of the irradiance
+_ROWS = _LAST + _rows(_DULL)
 _BRIGHTEST = 200.0  # a photographed sun is cut here: it stands for itself as a direct light
 _MEAN = 0.55  # mean radiance all surroundings are brought to
 
@@ -46,26 +55,32 @@ class Sky:
 
     def look(self, which: Tensor, direction: Tensor, roughness: Tensor) -> Tensor:
         """Radiance from directions (3, P) as a surface of roughness (P,) sees it: (3, P)."""
-        level = roughness.clamp(0, 1) * (ROUGHEST - 0.001)
-        low = level.long()
-        share = level - low
-        where = _chart(direction)
-        near, weight = _around(where, low)
-        far, other = _around(where, low + 1)
-        index = torch.cat([near, far], 1) + (which * _ROWS)[:, None]
-        weights = torch.cat([weight * (1 - share)[:, None], other * share[:, None]], 1)
-        return weighed(self.rows, index, weights)
+        level = roughness.clamp(0, 1) * (_LEVELS - 0.01)
+        blurred = (level - 1).clamp(min=0)
+        low = blurred.long()
+        share = (blurred - low)[:, None]
+        chart = _chart(direction)
+        near, weight = _around(chart, _BLURRED)
+        near = near + (which * _ROWS + _FIRST + low * _rows(_BLURRED))[:, None]
+        index = torch.cat([near, near + _rows(_BLURRED)], 1)
+        seen = weighed(self.rows, index, torch.cat([weight * (1 - share), weight * share], 1))
+        shiny = (level < 1).nonzero()[:, 0]
+        if len(shiny):
+            clear = self._sharp(which[shiny], chart[:, shiny])
+            seen[:, shiny] = mix(clear, seen[:, shiny], level[shiny])
+        return seen
 
     def sharp(self, which: Tensor, direction: Tensor) -> Tensor:
         """Radiance from directions (3, P), unblurred: (3, P)."""
-        return self._level(which, direction, 0)
+        return self._sharp(which, _chart(direction))
 
     def irradiance(self, which: Tensor, normal: Tensor) -> Tensor:
         """Irradiance / pi on surfaces of these normals (3, P): (3, P)."""
-        return self._level(which, normal, IRRADIANCE)
+        index, weight = _around(_chart(normal), _DULL)
+        return weighed(self.rows, index + (which * _ROWS + _LAST)[:, None], weight)
 
-    def _level(self, which: Tensor, direction: Tensor, level: int) -> Tensor:
-        index, weight = _around(_chart(direction), torch.full_like(which, level))
+    def _sharp(self, which: Tensor, chart: Tensor) -> Tensor:
+        index, weight = _around(chart, SHARP)
         return weighed(self.rows, index + (which * _ROWS)[:, None], weight)
 
 
@@ -77,7 +92,7 @@ def load_lights(data: Path) -> Lights:
         if path.name.removesuffix("_512.hdr") not in sources.HDRI_HELD_BACK
     ]
     pictures = [torch.from_numpy(read_radiance(path)).permute(2, 0, 1) for path in paths]
-    sized = [functional.interpolate(p[None], SIZES[0], mode="area")[0] for p in pictures]
+    sized = [functional.interpolate(p[None], SHARP, mode="area")[0] for p in pictures]
     names = tuple(path.name.removesuffix("_512.hdr") for path in paths)
     return Lights(names, torch.stack(sized).clamp(max=_BRIGHTEST))
 
@@ -94,17 +109,12 @@ def _prepared(picture: Tensor) -> Tensor:
     weight = torch.sin(polar)[:, None]
     mean = (picture.mean(0) * weight).mean() / weight.mean()
     picture = picture / mean.clamp(min=1e-4) * _MEAN
-    current = functional.interpolate(picture[None], SIZES[1], mode="area")[0]
-    levels = [picture, current]
+    blurred = [functional.interpolate(picture[None], _BLURRED, mode="area")[0]]
     for deviation in _BLURS:
-        current = _blurred(current, deviation)
-        levels.append(current)
-    levels.append(_irradiance(levels[3]))
-    resized = [
-        functional.interpolate(level[None], size, mode="area")[0]
-        for level, size in zip(levels, SIZES, strict=True)
-    ]
-    return torch.cat([level.reshape(3, -1).T for level in resized])
+        blurred.append(_blurred(blurred[-1], deviation))
+    dull = _irradiance(blurred[2])
+    levels = [picture, *blurred, dull]
+    return torch.cat([bordered(level[None], wraps=True)[0] for level in levels])
 
 
 def _blurred(picture: Tensor, deviation: float) -> Tensor:
@@ -150,18 +160,7 @@ def _chart(direction: Tensor) -> Tensor:
     return torch.stack([across, down])
 
 
-def _around(where: Tensor, level: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the four rows around chart places (2, P) at levels (P,): index and weight (P, 4)."""
-    sizes = torch.tensor(SIZES, device=where.device)
-    starts = torch.tensor(_STARTS, device=where.device)[level]
-    height, width = sizes[level, 0], sizes[level, 1]
-    x, y = where[0] * width - 0.5, where[1] * height - 0.5
-    left, top = x.floor(), y.floor()
-    px, py = x - left, y - top
-    x0 = left.long() % width
-    x1 = (left.long() + 1) % width
-    y0 = torch.minimum(top.long().clamp(min=0), height - 1)
-    y1 = torch.minimum((top.long() + 1).clamp(min=0), height - 1)
-    index = torch.stack([y0 * width + x0, y0 * width + x1, y1 * width + x0, y1 * width + x1], 1)
-    weight = torch.stack([(1 - px) * (1 - py), px * (1 - py), (1 - px) * py, px * py], 1)
-    return index + starts[:, None], weight
+def _around(chart: Tensor, size: tuple[int, int]) -> tuple[Tensor, Tensor]:
+    """Find the four rows around chart places (2, P) of a level: index and weight (P, 4)."""
+    height, width = size
+    return corners(chart[0] * width - 0.5, chart[1] * height - 0.5, width + 2)

@@ -94,7 +94,7 @@ def faceted(mesh: Mesh) -> Mesh:
     """With flat faces: creased paper, split rock, models of few faces."""
     corners = mesh.faces.reshape(-1)
     a, b, c = (mesh.points[mesh.faces[:, corner]] for corner in range(3))
-    normals = _unit(np.cross(b - a, c - a), floats([0, 1, 0])).repeat(3, 0)
+    normals = _unit(_cross(b - a, c - a), floats([0, 1, 0])).repeat(3, 0)
     tangents = mesh.tangents[corners]
     tangents = _unit(tangents - _dot(tangents, normals) * normals, floats([1, 0, 0]))
     faces = np.arange(len(corners), dtype=np.int64).reshape(-1, 3)
@@ -144,18 +144,26 @@ def fitted(mesh: Mesh, radius: float = 1.0) -> Mesh:
 
 
 def _along(points: Floats, axis: int, closed: bool) -> Floats:
-    difference = np.gradient(points, axis=axis)
+    """Difference between the neighbours of each point along an axis, one-sided at the ends."""
+    lines = np.swapaxes(points, 0, axis)
+    difference = np.empty_like(lines)
+    difference[1:-1] = lines[2:] - lines[:-2]
+    difference[0], difference[-1] = lines[1] - lines[0], lines[-1] - lines[-2]
     if closed:
-        seam = points[:, 1] - points[:, -2]
-        difference[:, 0], difference[:, -1] = seam, seam
-    result: Floats = difference.astype(np.float32)
-    return result
+        difference[0] = difference[-1] = lines[1] - lines[-2]
+    return np.swapaxes(difference, 0, axis)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    x, y, z = (a[..., axis] for axis in range(3))
+    u, v, w = (b[..., axis] for axis in range(3))
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], -1)
 
 
 def _smooth_normals(points: Floats, closed: bool) -> Floats:
     diagonal = points[1:, 1:] - points[:-1, :-1]
     other = points[1:, :-1] - points[:-1, 1:]
-    quads = np.cross(diagonal, other)
+    quads = _cross(diagonal, other)
     rows, columns = points.shape[:2]
     normals = np.zeros((rows, columns, 3), np.float32)
     for dy in (0, 1):
@@ -178,11 +186,12 @@ def _lengths(points: Floats, axis: int) -> Floats:
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
-    product: Floats = (a * b).sum(-1, keepdims=True)
+    product: Floats = a[..., :1] * b[..., :1] + a[..., 1:2] * b[..., 1:2]
+    product += a[..., 2:] * b[..., 2:]
     return product
 
 
 def _unit(vectors: Floats, otherwise: Floats) -> Floats:
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    lengths = np.sqrt(_dot(vectors, vectors))
     unit: Floats = np.where(lengths > 1e-9, vectors / np.maximum(lengths, 1e-9), otherwise)
     return unit.astype(np.float32)

@@ -7,10 +7,10 @@ from torch import Tensor
 from torch.nn import functional
 
 from hapticvlm.training.render.dice import Dice
-from hapticvlm.training.render.light import SIZES, Lights
+from hapticvlm.training.render.light import SHARP, Lights
 from hapticvlm.training.render.noise import hue, mix, paint, ramp, rgb
 
-_HEIGHT, _WIDTH = SIZES[0]
+_HEIGHT, _WIDTH = SHARP
 
 
 def surroundings(dice: Dice, lights: Lights | None) -> Tensor:

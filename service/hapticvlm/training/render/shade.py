@@ -26,7 +26,8 @@ class Lighting:
     """Surroundings and suns of a batch: which sky (N,), sun direction and colour (3, N).
 
     `bare` (N,) is 1 where surroundings are not mirrored, as in simple game engines; `ground` (N, 5)
-    is the floor's height (-inf: none), sample, density, and x and z of its texture's axis.
+    is the floor's height (-inf: none), sample, density, and x and z of its texture's axis;
+    `above` (3, N) is the light that falls on it.
     """
 
     sky: Sky
@@ -35,6 +36,7 @@ class Lighting:
     colour: Tensor
     bare: Tensor
     ground: Tensor
+    above: Tensor
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,14 +65,14 @@ def lighting(seen: View, sky: Sky) -> Lighting:
                 axis = (float(plane.across[0]), float(plane.across[2]))
                 row = [plane.offset, plane.material, plane.density, *axis]
         rows.append(row)
-    return Lighting(
-        sky,
-        torch.tensor([scene.surrounding for scene in scenes], device=device),
-        torch.tensor([scene.sun.direction.tolist() for scene in scenes], device=device).T,
-        torch.tensor([scene.sun.colour.tolist() for scene in scenes], device=device).T,
-        torch.tensor([float(scene.bare) for scene in scenes], device=device),
-        torch.tensor(rows, device=device),
-    )
+    which = torch.tensor([scene.surrounding for scene in scenes], device=device)
+    towards = torch.tensor([scene.sun.direction.tolist() for scene in scenes], device=device).T
+    colour = torch.tensor([scene.sun.colour.tolist() for scene in scenes], device=device).T
+    up = torch.zeros_like(towards)
+    up[1] = 1
+    bare = torch.tensor([float(scene.bare) for scene in scenes], device=device)
+    above = sky.irradiance(which, up) + colour * towards[1]
+    return Lighting(sky, which, towards, colour, bare, torch.tensor(rows, device=device), above)
 
 
 def looked_up(points: Points, bank: Bank) -> Lit:
@@ -140,11 +142,7 @@ def floored(lit: Lit, direction: Tensor, bank: Bank, light: Lighting, sky: Tenso
         width = (0.01 + 0.5 * lit.roughness[clear]) * way[clear]
         colour[:, clear] = _floor_colour(bank, ground[:, clear], place[:, clear], width)
     shadow = 1 - 0.55 * torch.exp(-1.5 * (place[0] ** 2 + place[2] ** 2))
-    up = torch.zeros_like(direction)
-    up[1] = 1
-    level = light.sky.irradiance(light.which[points.picture], up)
-    level = level + light.colour[:, points.picture] * light.towards[1, points.picture]
-    return mix(sky, colour * level * shadow, share * torch.exp(-way / 8))
+    return mix(sky, colour * light.above[:, points.picture] * shadow, share * torch.exp(-way / 8))
 
 
 def _floor_colour(bank: Bank, ground: Tensor, place: Tensor, width: Tensor) -> Tensor:

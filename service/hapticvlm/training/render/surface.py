@@ -13,13 +13,14 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from hapticvlm.training.render.lookup import bordered, corners, weighed
 from hapticvlm.training.render.noise import SIDE, shifted
 
 LEVELS = 5  # mip levels: 256, 128, 64, 32, 16 texels
 CHANNELS = 8  # red, green, blue, slope along x and y, roughness, metalness, cavity
 _SIDES = tuple(SIDE >> level for level in range(LEVELS))
-_STARTS = tuple(sum(side * side for side in _SIDES[:level]) for level in range(LEVELS))
-ROWS = sum(side * side for side in _SIDES)  # rows of one material
+_STARTS = tuple(sum((side + 2) ** 2 for side in _SIDES[:level]) for level in range(LEVELS))
+ROWS = sum((side + 2) ** 2 for side in _SIDES)  # rows of one material
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,19 +71,14 @@ class Bank:
     def texels(self, material: Tensor, uv: Tensor, level: Tensor) -> Tensor:
         """Look materials up: material (P,) int64, uv (2, P), level (P,) -> (CHANNELS, P).
 
-        Trilinear; the map is mirrored at its edges, 1 in uv is one map.
+        Bilinear in the nearest level; maps are mirrored at their edges, 1 in uv is one map.
         """
-        base = level.clamp(0, LEVELS - 1.001)
-        low = base.long()
-        share = base - low
-        starts = torch.tensor(_STARTS, device=uv.device)
-        indices, weights = [], []
-        for which, weight in ((low, 1 - share), (low + 1, share)):
-            side = torch.bitwise_right_shift(torch.full_like(which, SIDE), which)
-            index, part = _four(uv, side)
-            indices.append(index + (material * ROWS + starts[which])[:, None])
-            weights.append(part * weight[:, None])
-        return weighed(self.rows, torch.cat(indices, 1), torch.cat(weights, 1))
+        nearest = (level + 0.5).clamp(0, LEVELS - 1).long()
+        side = torch.tensor(_SIDES, device=uv.device)[nearest]
+        folded = (uv.remainder(2.0) - 1).abs() * side - 0.5
+        index, weight = corners(folded[0], folded[1], side + 2)
+        start = material * ROWS + torch.tensor(_STARTS, device=uv.device)[nearest]
+        return weighed(self.rows, index + start[:, None], weight)
 
     def of(self, name: str, material: Tensor) -> Tensor:
         """Return a finish column per point: (P,), or (3, P) for colours."""
@@ -94,18 +90,12 @@ class Bank:
         return bool((self.finish[name] > 0).any())
 
 
-def weighed(table: Tensor, index: Tensor, weight: Tensor) -> Tensor:
-    """Weighted sums of rows: table (R, C), index and weight (P, K) -> (C, P) contiguous."""
-    summed = functional.embedding_bag(index, table, per_sample_weights=weight, mode="sum")
-    return summed.T.contiguous()
-
-
 def bank(surfaces: Sequence[Surface]) -> Bank:
     """Put samples into one bank, in their order."""
     maps = torch.stack([_channels(surface) for surface in surfaces])
     levels, current = [], maps
     for _ in range(LEVELS):
-        levels.append(current.permute(0, 2, 3, 1).reshape(len(surfaces), -1, CHANNELS))
+        levels.append(bordered(current))
         current = functional.avg_pool2d(current, 2)
     rows = torch.cat(levels, 1).reshape(-1, CHANNELS).contiguous()
     names = Finish.__slots__
@@ -126,20 +116,3 @@ def _channels(surface: Surface) -> Tensor:
     metal = torch.as_tensor(surface.metalness, device=height.device).expand_as(height)
     fields = torch.stack([right, down, rough, metal, cavity])
     return torch.cat([surface.albedo.clamp(0.005, 0.98).expand(3, SIDE, SIDE), fields])
-
-
-def _four(uv: Tensor, side: Tensor) -> tuple[Tensor, Tensor]:
-    """Find the four texels around points of a mirrored map: index and weight (P, 4)."""
-    folded = (uv.remainder(2.0) - 1).abs()
-    place = folded * side - 0.5
-    corner = place.floor()
-    part = place - corner
-    limit = side - 1
-    x0, y0 = (corner[axis].long().clamp(min=0) for axis in (0, 1))
-    x1 = torch.minimum(corner[0].long() + 1, limit)
-    y1 = torch.minimum(corner[1].long() + 1, limit)
-    x0, y0 = torch.minimum(x0, limit), torch.minimum(y0, limit)
-    index = torch.stack([y0 * side + x0, y0 * side + x1, y1 * side + x0, y1 * side + x1], 1)
-    px, py = part[0], part[1]
-    weight = torch.stack([(1 - px) * (1 - py), px * (1 - py), (1 - px) * py, px * py], 1)
-    return index, weight

@@ -14,10 +14,10 @@ import torch
 from torch import Tensor
 
 from hapticvlm.training.render import raster
+from hapticvlm.training.render.lookup import weighed
 from hapticvlm.training.render.mesh import Floats, floats
 from hapticvlm.training.render.noise import SIDE
 from hapticvlm.training.render.scene import Part, Scene
-from hapticvlm.training.render.surface import weighed
 
 _NEAREST = 0.05  # nothing nearer to the eye is drawn
 _FARTHEST = 1 / 45.0  # inverse depth at which planes end

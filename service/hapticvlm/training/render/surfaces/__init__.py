@@ -47,7 +47,7 @@ def sample(dice: Dice, material: str, tiles: Tiles | None) -> tuple[str, Surface
 def plain(dice: Dice) -> Surface:
     """Make a surface of one colour and no class: painted walls, liquids."""
     level = torch.zeros_like(plane(dice.device)[0])
-    colour = vary(dice, rgb(dice, 0.6, 0.58, 0.55), 0.05, 0.5) if dice.chance(0.6) else None
+    colour = vary(dice, rgb(dice, 0.6, 0.58, 0.55), 0.05, 0.5) if dice.chance(0.75) else None
     albedo = paint(any_colour(dice, 1.5) if colour is None else colour).expand(3, *level.shape)
     return Surface(albedo, level, level + dice.uniform(0.15, 0.9))
 
