@@ -238,7 +238,8 @@ def test_what_cannot_be_written_leaves_what_was_there(
     pictures = collect(tmp_path / "in")
     (tmp_path / "taken").write_text("a file")
     said = complaint(capsys, "build", pictures, "-o", tmp_path / "taken", "--encoder", tiny)
-    assert "taken" in said
+    assert "taken: " in said
+    assert said.endswith("; free the place or name another")
     assert (tmp_path / "taken").read_text() == "a file"
     (tmp_path / "my.npz").mkdir()
     complaint(capsys, "build", pictures, "-o", tmp_path / "my.npz", "--encoder", tiny)
@@ -250,9 +251,9 @@ def test_a_material_is_added_with_class_words_facts_and_references(
 ) -> None:
     folder = tmp_path / "gallery"
     shots = [photograph(tmp_path / f"{seed}.jpg", (20, 20, 25), seed) for seed in range(3)]
-    facts = ["thermal.conductivity=1.8", "vibration.roughness=0.3"]
-    words = ["--words", "obsidian", "lava glass"]
-    arguments = ["obsidian", *shots, "--like", "glass", *words, "--set", *facts, "--into", folder]
+    facts = ["--set", "thermal.conductivity=1.8", "--set", "vibration.roughness=0.3"]
+    words = ["--words", "obsidian,lava glass"]
+    arguments = ["obsidian", "--into", folder, "--like", "glass", *words, *facts, *shots]
     assert gallery("add", *arguments) == 0
     said = capsys.readouterr().out
     assert "obsidian                    3         12" in said
@@ -269,6 +270,9 @@ def test_a_material_is_added_with_class_words_facts_and_references(
     listed = capsys.readouterr().out
     assert "obsidian                 12  your own: like glass;" in listed
     assert "words obsidian, lava glass; thermal.conductivity=1.8; vibration.roughness=0.3" in listed
+    missing = tmp_path / "nowhere.jpg"
+    said = complaint(capsys, "add", "slate", "--into", folder, "--like", "stone", missing)
+    assert f"{missing}: No such file or directory; replace it" in said
     again = complaint(capsys, "add", *arguments)
     assert "obsidian.toml: is there already; remove it" in again
 
@@ -311,7 +315,7 @@ def test_like_its_class_to_the_last_pixel_is_warned_of(
         (["slate", "--like", "stone", "--set", "thermal.colour=1"], "no such fact"),
         (["slate", "--like", "stone", "--set", "thermal"], "expected FACT=VALUE"),
         (["slate", "--like", "stone", "--words", "Slate"], "words: `Slate`"),
-        (["slate", "--like", "stone", "--words", "slate", "b.jpg"], "put pictures before --words"),
+        (["slate", "--like", "stone", "--words", "slate,,tile"], "words: ``"),
         (["slate", "--like", "stone", "--into", "my.npz"], "need a folder"),
     ],
 )

@@ -56,15 +56,18 @@ def _add_add(kinds: Commands) -> None:
     own.add_argument("name", help="1 to 40 of a-z, 0-9, _ and -")
     own.add_argument("pictures", type=Path, nargs="+", help="pictures, or folders of them")
     own.add_argument("--like", required=True, metavar="CLASS", help="the class it resembles")
-    own.add_argument("--words", nargs="+", help="words for it in names of objects (its name)")
+    own.add_argument(
+        "--words",
+        metavar="WORD,...",
+        help="words for it in names of objects, with commas between them (its name)",
+    )
     own.add_argument(
         "--set",
         dest="facts",
-        nargs="+",
-        action="extend",
+        action="append",
         default=[],
         metavar="FACT=VALUE",
-        help="what differs from the class, e.g. thermal.conductivity=0.2",
+        help="what differs from the class, e.g. thermal.conductivity=0.2 (repeatable)",
     )
     own.add_argument(
         "--into", type=Path, default=Path("gallery"), help="gallery folder (%(default)s)"
@@ -92,6 +95,11 @@ def _run(options: argparse.Namespace) -> int:
             case _:
                 path, pictures = options.gallery, options.pictures
                 return measure.run(path, pictures, options.encoder, as_json=options.json)
-    except (EnrolError, MaterialError, GalleryError, EncoderError, OSError) as error:
-        print(f"hapticvlm gallery: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
+    except OSError as error:
+        text = (
+            f"{error.filename2 or error.filename}: {error.strerror}; free the place or name another"
+        )
+    except (EnrolError, MaterialError, GalleryError, EncoderError) as error:
+        text = str(error)
+    print(f"hapticvlm gallery: {' '.join(text.split())}", file=sys.stderr)
+    return 2

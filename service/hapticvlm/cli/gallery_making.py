@@ -10,7 +10,6 @@ from pathlib import Path
 from hapticvlm.materials import Material, MaterialError, derive
 from hapticvlm.recognition.encoder import Encoder, load_encoder
 from hapticvlm.recognition.enrol import (
-    SUFFIXES,
     EnrolError,
     Enrolled,
     enrol,
@@ -58,9 +57,9 @@ def build(options: argparse.Namespace) -> int:
 def add(options: argparse.Namespace) -> int:
     """Write the file of one material of the user's into a gallery folder."""
     folder: Path = options.into
-    _check_words(options.words or ())
+    words = None if options.words is None else [word.strip() for word in options.words.split(",")]
     facts = _facts(options.facts)
-    material = derive(options.name, options.like, options.words, facts)
+    material = derive(options.name, options.like, words, facts)
     _require_room(folder, material)
     encoder = load_encoder(options.encoder)
     base = _base_of(folder, encoder)
@@ -156,12 +155,6 @@ def _facts(settings: Sequence[str]) -> dict[str, object]:
         for part, changed in parsed.items():
             facts[part] = facts.get(part, {}) | changed
     return dict(facts)
-
-
-def _check_words(words: Sequence[str]) -> None:
-    for word in words:
-        if word.lower().endswith(SUFFIXES):
-            raise EnrolError(f"--words {word}: looks like a picture; put pictures before --words")
 
 
 def _details(one: OwnMaterial) -> str:
