@@ -6,8 +6,8 @@ p(known) * softmax(k s)_c, p(known) = 1 / (1 + exp(-slope (max s - threshold))).
 k, slope and threshold were fitted on sources the encoder had not seen and are stored in the file
 with the references, since they mean nothing for another encoder. numpy only; knows no picture.
 
-`match` is the one on the frame path: there exp(k s_c) is the mean power itself, so one product,
-one exp and one sum per material suffice, and nothing but the product grows with D.
+`match` is the one on the frame path: exp(k s_c) is the mean power itself, so one product, one exp
+and one sum per material suffice; beyond 1000 references reading them is most of the time.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ Floats = NDArray[np.float32]
 SHIPPED = Path(__file__).with_name("gallery.npz")
 FILE_NAME = "gallery.npz"  # in a gallery folder
 LISTED = 3  # beliefs per evidence; the rest of the mass is open
+MAX_SHARPNESS = 64.0  # exp(64) still leaves room for the sum of any gallery in float32
 _LEAST = 1e-30  # of the best reference's power: less counts as this much, so that logs stay finite
 
 
@@ -71,22 +72,19 @@ class Gallery:
 
     def match(self, embedding: Floats) -> Evidence:
         """Compare one (D,) embedding; a low sum of beliefs means unknown."""
-        if not self.materials or not np.isfinite(embedding).all():
+        if not self.materials or not math.isfinite(embedding @ embedding):
             return Evidence("encoder", ())
         blocks, calibration = _blocks(self), self.calibration
         powers = blocks.references @ (np.float32(calibration.sharpness) * embedding)
-        top = float(powers.max())
-        if not math.isfinite(top):
-            return Evidence("encoder", ())
-        powers -= np.float32(top)
         np.exp(powers, out=powers)
         means = (np.add.reduceat(powers, blocks.starts) / blocks.counts).tolist()
-        best = max(means)
-        known = _known((math.log(best) + top) / calibration.sharpness, calibration)
-        share = known / sum(means)
-        found = zip(self.materials, means, strict=True)
-        said = sorted(((name, mean * share) for name, mean in found), key=lambda one: -one[1])
-        return Evidence("encoder", tuple(one for one in said if one[0] != UNKNOWN)[:LISTED])
+        total = sum(means)
+        if not 0.0 < total < math.inf:  # references that are not finite
+            return Evidence("encoder", ())
+        ranked = sorted(zip(means, self.materials, strict=True), reverse=True)[: LISTED + 1]
+        share = _known(math.log(ranked[0][0]) / calibration.sharpness, calibration) / total
+        said = [(name, mean * share) for mean, name in ranked if name != UNKNOWN]
+        return Evidence("encoder", tuple(said[:LISTED]))
 
     def beliefs(self, embeddings: Floats) -> NDArray[np.float64]:
         """Beliefs of (N, D) embeddings: (N, C) float64; what a row lacks to 1 is unknown.
@@ -217,7 +215,8 @@ def read_gallery(path: Path) -> Gallery:
     except (EOFError, KeyError, ValueError, TypeError, BadZipFile) as error:
         raise GalleryError(f"{path} is no gallery ({error}); build it again") from None
     _require_whole(path, references, labels, names)
-    if not np.isfinite(_numbers(calibration)).all() or calibration.sharpness <= 0.0:
+    is_sharp = 0.0 < calibration.sharpness <= MAX_SHARPNESS
+    if not is_sharp or not np.isfinite(_numbers(calibration)).all():
         raise GalleryError(f"{path}: its calibration is broken; make it again")
     norms = np.linalg.norm(references, axis=1, keepdims=True)
     return Gallery(made_with, names, np.asarray(references / norms), labels, calibration)
