@@ -21,6 +21,7 @@ from hapticvlm.training.render.light import Lights, Sky, sky
 from hapticvlm.training.render.rooms import surroundings
 from hapticvlm.training.render.scene import Scene
 from hapticvlm.training.render.shade import Lighting, lighting, looked_up, shade
+from hapticvlm.training.render.shadow import sunlit
 from hapticvlm.training.render.surface import Bank, Surface, bank
 from hapticvlm.training.render.surfaces import plain, sample
 from hapticvlm.training.render.tiles import Tiles
@@ -172,7 +173,7 @@ def painted(seen: view.View, bank: Bank, light: Lighting) -> tuple[Tensor, Tenso
     canvas = torch.zeros(3, count, device=depth.device)
     canvas[:, beyond] = light.sky.sharp(which, view.unit(view.rays(seen, beyond)))
     lit = looked_up(points, bank)
-    canvas[:, points.pixel] = shade(lit, bank, light, view.shadows(seen, points))
+    canvas[:, points.pixel] = shade(lit, bank, light, sunlit(seen, points))
     cover = torch.zeros(count, dtype=torch.bool, device=depth.device)
     cover[points.pixel] = points.target
     if any(scene.glass for scene in seen.scenes):

@@ -15,7 +15,7 @@ import numpy as np
 from hapticvlm.training.render import bodies
 from hapticvlm.training.render.bodies.body import Body
 from hapticvlm.training.render.dice import Dice
-from hapticvlm.training.render.mesh import Floats, Mesh, about_y, any_turn, floats
+from hapticvlm.training.render.mesh import Floats, Mesh, about_y, any_turn, faceted, floats
 from hapticvlm.training.render.scene import UP, Camera, Part, Plane, Scene, Sun
 
 # Maps per unit of length on the target, which is 2 long: fine grains repeat more often.
@@ -26,6 +26,7 @@ _DENSITY = {
     "paper": (0.3, 1.3),
     "metal": (0.25, 1.0),
 }
+_HERE = floats([0, 0, 0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +53,14 @@ def compose(dice: Dice, props: Props, *, plain: bool = False) -> Scene:
     angle = dice.uniform(0, 6.28) * dice.chance(0.5)
     offset = floats([dice.uniform(), dice.uniform()])
     turn = about_y(dice.uniform(0, 6.28)) if shape.upright else any_turn(dice.numbers)
-    mesh = shape.mesh.textured(density, angle, offset).moved(turn, np.zeros(3, np.float32))
+    form = faceted(shape.mesh) if dice.chance(0.05) else shape.mesh
+    mesh = form.textured(density, angle, offset).moved(turn, _HERE)
     camera = _camera(dice, mesh, shape)
     planes = _planes(dice, props, mesh, camera)
     others = _clutter(dice, props, planes, camera)
+    if shape.companion is not None:
+        beside = shape.companion.textured(0.5, 0.0, offset).moved(turn, _HERE)
+        others.append(Part(beside, dice.choose(props.others), open=True))
     if props.glass and shape.walled and dice.chance(0.3):
         others.append(_liquid(dice, props, mesh))
     if not plain and dice.chance(0.3):
@@ -167,9 +172,7 @@ def _thing(
 ) -> Part:  # fmt: skip
     turn = about_y(dice.uniform(0, 6.28)) if shape.upright else any_turn(dice.numbers)
     offset = floats([dice.uniform(), dice.uniform()])
-    mesh = shape.mesh.textured(dice.spread(0.25, 0.8), 0.0, offset).moved(
-        turn, np.zeros(3, np.float32), size
-    )
+    mesh = shape.mesh.textured(dice.spread(0.25, 0.8), 0.0, offset).moved(turn, _HERE, size)
     lift = dice.normal(0.5) if floor is None else floor - float(mesh.points[:, 1].min())
     shift = (place + floats([0, lift, 0])).astype(np.float32)
     moved = mesh.moved(np.eye(3, dtype=np.float32), shift)

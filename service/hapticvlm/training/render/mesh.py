@@ -133,14 +133,18 @@ def any_turn(numbers: np.random.Generator) -> Floats:
     )
 
 
-def fitted(mesh: Mesh, radius: float = 1.0) -> Mesh:
-    """Centred on its bounding box and scaled to a radius; textures keep their coarseness."""
+def fitted(mesh: Mesh, also: Mesh | None = None) -> Mesh:
+    """Centre a mesh on its bounding box and scale it to radius 1.
+
+    With `also`, that mesh is moved and scaled as `mesh` would be.
+    """
     middle = (mesh.points.min(0) + mesh.points.max(0)) / 2
-    points = mesh.points - middle
-    scale = radius / max(float(np.linalg.norm(points, axis=1).max()), 1e-6)
-    moved = points.astype(np.float32) * np.float32(scale)
-    uv = mesh.uv * np.float32(scale)
-    return Mesh(moved, mesh.normals, mesh.tangents, mesh.bitangents, uv, mesh.faces)
+    radius = float(np.linalg.norm(mesh.points - middle, axis=1).max())
+    scale = np.float32(1 / max(radius, 1e-6))
+    moved = mesh if also is None else also
+    points = ((moved.points - middle) * scale).astype(np.float32)
+    frames = (moved.normals, moved.tangents, moved.bitangents)
+    return Mesh(points, *frames, moved.uv * scale, moved.faces)
 
 
 def _along(points: Floats, axis: int, closed: bool) -> Floats:

@@ -17,6 +17,7 @@ PER_SHARD = 240
 VIEWS = 4  # pictures of a sample
 _OFTEN = ("wood", "glass", "fabric", "metal")
 _UNKNOWN = 2  # samples of a shard that are none of our materials
+_MOST = 1000  # shards of one seed
 _STRIDE = 100_003  # between the seeds of runs, so that their shards never share one
 
 
@@ -41,11 +42,16 @@ def mixture(samples: int) -> list[str]:
 
 
 def shards(order: Order) -> list[tuple[Path, int]]:
-    """Files of an order and the seed of each; the last one is filled up to a whole shard."""
+    """Files of an order and the seed of each; the last one is filled up to a whole shard.
+
+    Raises ValueError for more shards than one seed has numbers for.
+    """
     count = -(-order.count // PER_SHARD)
+    if count > _MOST:
+        raise ValueError(f"one seed makes at most {_MOST * PER_SHARD} pictures; use several")
     return [
         (
-            order.folder / f"shard_{order.seed * 1000 + number:05d}.npz",
+            order.folder / f"shard_{order.seed * _MOST + number:05d}.npz",
             order.seed * _STRIDE + number,
         )
         for number in range(count)

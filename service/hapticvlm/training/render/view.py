@@ -1,4 +1,4 @@
-"""From scenes to what each pixel sees: positions, normals, texture places; and the sun's shadows.
+"""From scenes to what each pixel sees: positions, normals, texture places.
 
 All pictures of a batch lie in one flat run of pixels, picture after picture, row after row. Vectors
 of points are (3, P). Knows nothing of colour.
@@ -15,15 +15,12 @@ from torch import Tensor
 
 from hapticvlm.training.render import raster
 from hapticvlm.training.render.lookup import weighed
-from hapticvlm.training.render.mesh import Floats, floats
+from hapticvlm.training.render.mesh import Floats
 from hapticvlm.training.render.noise import SIDE
 from hapticvlm.training.render.scene import Part, Scene
 
 _NEAREST = 0.05  # nothing nearer to the eye is drawn
 _FARTHEST = 1 / 45.0  # inverse depth at which planes end
-_MAP = 192  # px a side of a shadow map
-_REACH = 2.4  # half side of what a shadow map covers
-_BIAS = 0.03
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +66,8 @@ class View:
 def view(scenes: Sequence[Scene], side: int, device: str) -> View:
     """Put scenes on the device and project them."""
     cameras = [scene.camera for scene in scenes]
-    eye = _stacked([camera.eye for camera in cameras], device).T.contiguous()
-    turn = _stacked([camera.turn for camera in cameras], device)
+    eye = stacked([camera.eye for camera in cameras], device).T.contiguous()
+    turn = stacked([camera.turn for camera in cameras], device)
     focal = torch.tensor([camera.focal * side for camera in cameras], device=device)
     middles = [[part * side for part in camera.centre] for camera in cameras]
     centre = torch.tensor(middles, device=device).T.contiguous()
@@ -160,39 +157,14 @@ def on_screen(seen: View, picture: Tensor, place: Tensor) -> tuple[Tensor, Tenso
     return torch.stack([x, y]), forward > _NEAREST
 
 
-def shadows(seen: View, points: Points) -> Tensor:
-    """How much of the sun reaches points: (P,), 0 in hard shadow, 1 in the open."""
-    lit = [bool(scene.sun.colour.any()) for scene in seen.scenes]
-    if not any(lit):
-        return torch.ones_like(points.level)
-    device = str(seen.eye.device)
-    frames = _stacked([_sun_frame(scene) for scene in seen.scenes], device)
-    local = torch.einsum("vij,vj->vi", frames[seen.owner], seen.vertices[:, :3])
-    scale = _MAP / (2 * _REACH)
-    x, y = (local[:, axis] * scale + _MAP / 2 for axis in (0, 1))
-    height = local[:, 2] + 50
-    owner = seen.triangles.picture
-    shadowing = torch.tensor(lit, device=device)[owner] & ~seen.flags[:, 2]
-    triangles = raster.Triangles(x[seen.faces], y[seen.faces], height[seen.faces], owner)
-    empty = torch.zeros(len(seen.scenes) * _MAP**2, device=device)
-    tops, _ = raster.nearest(triangles, shadowing, _MAP, empty)
-    axes = frames.permute(1, 2, 0)[:, :, points.picture]
-    lifted = points.place + _BIAS * points.normal
-    px, py, level = ((axes[axis] * lifted).sum(0) for axis in range(3))
-    column, row = ((part * scale + _MAP / 2).long() for part in (px, py))
-    inside = (column >= 0) & (column < _MAP) & (row >= 0) & (row < _MAP)
-    index = (points.picture * _MAP + row.clamp(0, _MAP - 1)) * _MAP + column.clamp(0, _MAP - 1)
-    hidden = inside & (tops[index] > level + 50 + _BIAS)
-    return 1 - hidden.float()
-
-
 def unit(vectors: Tensor) -> Tensor:
     """Vectors (3, P) at unit length."""
     squared = vectors[0] * vectors[0] + vectors[1] * vectors[1] + vectors[2] * vectors[2]
     return vectors * torch.rsqrt(squared + 1e-12)
 
 
-def _stacked(arrays: Sequence[Floats], device: str) -> Tensor:
+def stacked(arrays: Sequence[Floats], device: str) -> Tensor:
+    """Put arrays of one shape on the device, one after another."""
     return torch.from_numpy(np.stack(arrays).astype(np.float32)).to(device)
 
 
@@ -274,11 +246,3 @@ def _plane_points(
     yes = torch.ones_like(picture, dtype=torch.bool)
     return Points(pixel, picture, facts[6].long(), place, normal, across, down, uv, level, to_eye,
                   ~yes, yes)  # fmt: skip
-
-
-def _sun_frame(scene: Scene) -> Floats:
-    towards = scene.sun.direction
-    helper = floats([1, 0, 0]) if abs(towards[1]) > 0.9 else floats([0, 1, 0])
-    across = np.cross(helper, towards)
-    across = across / np.linalg.norm(across)
-    return np.stack([across, np.cross(towards, across), towards])

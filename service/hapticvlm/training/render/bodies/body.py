@@ -15,7 +15,7 @@ class Body:
 
     upright: stands on the ground as it is, rather than lying any way round; open: its inside can be
     seen, so both sides are drawn; fills: may reach past the picture (walls, floors); walled: a thin
-    wall around a hollow, for glass.
+    wall around a hollow, for glass; companion: what belongs to it but is of another material.
     """
 
     mesh: Mesh
@@ -23,14 +23,18 @@ class Body:
     open: bool = False
     fills: bool = False
     walled: bool = False
+    companion: Mesh | None = None
 
 
 Maker = Callable[[Dice], Body]
 
 
-def standing(mesh: Mesh, *, open_: bool = False, walled: bool = False) -> Body:
+def standing(
+    mesh: Mesh, *, open_: bool = False, walled: bool = False, companion: Mesh | None = None
+) -> Body:
     """Make a body that stands upright, scaled to radius 1."""
-    return Body(fitted(mesh), upright=True, open=open_, walled=walled)
+    beside = None if companion is None else fitted(mesh, companion)
+    return Body(fitted(mesh), upright=True, open=open_, walled=walled, companion=beside)
 
 
 def lying(mesh: Mesh, *, open_: bool = False) -> Body:

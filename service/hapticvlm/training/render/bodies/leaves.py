@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hapticvlm.training.render.bodies.body import Body, lying, standing
+from hapticvlm.training.render.bodies.made import pot
 from hapticvlm.training.render.bodies.solids import tube_along
 from hapticvlm.training.render.dice import Dice
 from hapticvlm.training.render.mesh import Floats, Mesh, any_turn, floats, joined, patch
@@ -71,7 +72,8 @@ def branch(dice: Dice) -> Body:
         size = dice.uniform(0.6, 1.0) * (1.2 if rosette else 1 - 0.5 * share)
         leaf = _leaf(dice, wide, -dice.uniform(0, 0.6))
         parts.append(leaf.moved(_towards(toward, angle), root, size))
-    return standing(joined(parts), open_=True)
+    potted = pot(dice) if dice.chance(0.4) else None
+    return standing(joined(parts), open_=True, companion=potted)
 
 
 def leaf(dice: Dice) -> Body:

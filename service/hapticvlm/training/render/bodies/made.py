@@ -1,10 +1,13 @@
-"""Bodies people make of parts: boards, tables, cartons, seats, toys, tubes."""
+"""Bodies people make: boards, rods, toys, tubes, tyres, cartons, bags, gears."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 
 from hapticvlm.training.render.bodies.body import Body, lying, standing
+from hapticvlm.training.render.bodies.furniture import padded
 from hapticvlm.training.render.bodies.solids import (
     cuboid,
     cylinder_mesh,
@@ -13,25 +16,7 @@ from hapticvlm.training.render.bodies.solids import (
     turned_body,
 )
 from hapticvlm.training.render.dice import Dice
-from hapticvlm.training.render.mesh import Mesh, about_x, fitted, floats, joined, patch, placed
-
-
-def slab(dice: Dice) -> Body:
-    """Make a floor or table top, larger than the picture may be."""
-    mesh = cuboid(1.0, dice.uniform(0.01, 0.08), dice.uniform(0.6, 1.0), 9)
-    return Body(fitted(mesh), upright=True, fills=True)
-
-
-def wall(dice: Dice) -> Body:
-    """Make an upright board or wall, larger than the picture may be."""
-    mesh = cuboid(1.0, dice.uniform(0.6, 1.0), dice.uniform(0.01, 0.08), 9)
-    return Body(fitted(mesh), upright=True, fills=True)
-
-
-def pane(dice: Dice) -> Body:
-    """Make a window pane or sheet."""
-    mesh = cuboid(dice.uniform(0.6, 1.0), dice.uniform(0.6, 1.0), dice.uniform(0.008, 0.04), 7)
-    return Body(fitted(mesh), upright=True, fills=dice.chance(0.4))
+from hapticvlm.training.render.mesh import Mesh, about_x, floats, joined, patch, placed
 
 
 def boards(dice: Dice) -> Body:
@@ -46,56 +31,6 @@ def boards(dice: Dice) -> Body:
         up, aside = (2 * thick * number, 0.0) if piled else (0.0, 2 * width * number)
         parts.append(placed(board, dice.normal(0.05), up, aside, turn))
     return standing(joined(parts)) if dice.chance(0.7) else lying(joined(parts))
-
-
-def table(dice: Dice) -> Body:
-    """Make a table, stool or bench: a top on legs."""
-    wide, deep, high = dice.uniform(0.5, 1), dice.uniform(0.35, 0.8), dice.uniform(0.3, 1)
-    thick, leg = dice.uniform(0.03, 0.09), dice.uniform(0.03, 0.09)
-    round_top = dice.chance(0.25)
-    top = cylinder_mesh(wide, thick) if round_top else cuboid(wide, thick, deep)
-    deep = wide if round_top else deep
-    parts = [placed(top, 0, high)]
-    inset = 0.62 if round_top else 0.9
-    for x in (-1, 1):
-        for z in (-1, 1):
-            post = cylinder_mesh(leg, high / 2) if round_top else cuboid(leg, high / 2, leg, 3)
-            parts.append(placed(post, x * wide * inset, high / 2, z * deep * inset))
-    return standing(joined(parts))
-
-
-def shelf(dice: Dice) -> Body:
-    """Make a shelf: boards between sides."""
-    wide, high, deep = dice.uniform(0.5, 0.9), dice.uniform(0.7, 1.2), dice.uniform(0.15, 0.4)
-    parts = [placed(cuboid(0.04, high, deep), side * wide) for side in (-1, 1)]
-    heights = np.linspace(-high, high, dice.integer(3, 5))
-    parts += [placed(cuboid(wide, 0.03, deep), 0, float(y)) for y in heights]
-    if dice.chance(0.5):
-        parts.append(placed(cuboid(wide, high, 0.01), 0, 0, -deep))
-    return standing(joined(parts))
-
-
-def crate(dice: Dice) -> Body:
-    """Make an open crate of slats."""
-    slats, gap = dice.integer(2, 5), dice.uniform(0.7, 0.95)
-    high = dice.uniform(0.4, 0.9)
-    parts = [placed(cuboid(1, 0.03, 0.8), 0, -high)]
-    step = 2 * high / slats
-    for number in range(slats):
-        y = -high + (number + 0.5) * step
-        long, short = cuboid(1, step / 2 * gap, 0.03, 3), cuboid(0.03, step / 2 * gap, 0.8, 3)
-        parts += [placed(long, 0, y, z) for z in (-0.8, 0.8)]
-        parts += [placed(short, x, y) for x in (-1, 1)]
-    return standing(joined(parts))
-
-
-def frame(dice: Dice) -> Body:
-    """Make a picture or window frame."""
-    wide, high, bar = dice.uniform(0.6, 1), dice.uniform(0.6, 1), dice.uniform(0.06, 0.2)
-    thick = dice.uniform(0.03, 0.1)
-    parts = [placed(cuboid(wide + bar, bar, thick), 0, y * high) for y in (-1, 1)]
-    parts += [placed(cuboid(bar, high - bar, thick), x * wide) for x in (-1, 1)]
-    return standing(joined(parts))
 
 
 def rods(dice: Dice) -> Body:
@@ -169,30 +104,6 @@ def blocks(dice: Dice) -> Body:
     return standing(joined(parts))
 
 
-def seat(dice: Dice) -> Body:
-    """Make an armchair, sofa or car seat: padded parts."""
-    wide, power = dice.uniform(0.5, 1.1), dice.uniform(0.2, 0.45)
-    parts = [
-        placed(_pad(wide, 0.2, 0.55, power), 0, 0.3),
-        placed(_pad(wide, 0.5, 0.18, power), 0, 0.75, -0.55),
-    ]
-    if dice.chance(0.7):
-        parts += [
-            placed(_pad(0.17, 0.33, 0.6, power), side * (wide + 0.1), 0.4) for side in (-1, 1)
-        ]
-    return standing(joined(parts))
-
-
-def _pad(x: float, y: float, z: float, power: float) -> Mesh:
-    """Make a padded box: a superellipsoid with half sizes."""
-    grid = spherical(17, 33)
-    level = np.linalg.norm(grid[..., [0, 2]], axis=-1, keepdims=True)
-    flat = grid[..., [0, 2]] / np.maximum(level, 1e-6)
-    grid[..., [0, 2]] = np.sign(flat) * np.abs(flat) ** power * level**power
-    grid[..., 1] = np.sign(grid[..., 1]) * np.abs(grid[..., 1]) ** power
-    return patch(grid * floats([x, y, z]), closed=True)
-
-
 def stack(dice: Dice) -> Body:
     """Sheets, books or notebooks piled up."""
     parts, y = [], 0.0
@@ -226,7 +137,7 @@ def bag(dice: Dice) -> Body:
     high = dice.uniform(0.5, 0.8)
     angle = np.linspace(0, np.pi, 25)
     path = np.stack([0.45 * np.cos(angle), high + 0.5 * np.sin(angle), 0 * angle], -1)
-    parts = [_pad(0.9, high, dice.uniform(0.25, 0.45), dice.uniform(0.2, 0.5))]
+    parts = [padded(0.9, high, dice.uniform(0.25, 0.45), dice.uniform(0.2, 0.5))]
     parts.append(tube_along(path.astype(np.float32), 0.05))
     return standing(joined(parts))
 
@@ -259,3 +170,41 @@ def tyre(dice: Dice) -> Body:
     points *= np.where(outer & tread, 0.965, 1.0)[:, None].astype(np.float32)
     ring = Mesh(points, mesh.normals, mesh.tangents, mesh.bitangents, mesh.uv, mesh.faces)
     return lying(ring, open_=True)
+
+
+def pot(dice: Dice) -> Mesh:
+    """Make a flower pot, its rim at the origin."""
+    wide, high = dice.uniform(0.3, 0.6), dice.uniform(0.4, 0.8)
+    return placed(cylinder_mesh(wide, high / 2, dice.uniform(1, 1.3)), 0, -high / 2)
+
+
+def pan(dice: Dice) -> Body:
+    """Make a pan or ladle, its handle often of another material."""
+    deep = dice.uniform(0.15, 0.6)
+    profile = floats([[1.0, deep], [dice.uniform(0.75, 1), 0], [1e-3, 0.0]])
+    inside = profile[::-1] * floats([0.95, 1]) + floats([0, 0.04])
+    dish = joined([turned_body(profile), turned_body(inside)])
+    lift = dice.uniform(0, 0.5)
+    long = [[0.95 + 1.3 * t, deep * 0.9 + lift * t, 0] for t in np.linspace(0, 1, 8)]
+    handle = tube_along(floats(long), dice.uniform(0.05, 0.1))
+    if dice.chance(0.5):
+        return standing(dish, open_=True, companion=handle)
+    return standing(joined([dish, handle]), open_=True)
+
+
+def gear(dice: Dice) -> Body:
+    """Cut a gear, star, knob or washer out of a plate."""
+    angle = np.linspace(0, 2 * np.pi, 97)
+    wave = np.sin(angle * dice.integer(3, 16))
+    teeth = np.tanh(wave * dice.uniform(1, 8)) * dice.uniform(0.04, 0.3)
+    outer, inner = 1 + teeth, np.full_like(angle, dice.uniform(0.01, 0.7))
+    thick = dice.spread(0.04, 0.5)
+    rings = [(inner, thick), (outer, thick), (outer, -thick), (inner, -thick), (inner, thick)]
+    parts = []
+    for (radius, y), (other, down) in pairwise(rings):
+        rows = [
+            np.stack([r * np.cos(angle), np.full_like(angle, h), r * np.sin(angle)], -1)
+            for r, h in ((radius, y), (other, down))
+        ]
+        parts.append(patch(floats(rows), closed=True))
+    return lying(joined(parts))

@@ -44,11 +44,15 @@ def bottle(dice: Dice) -> Body:
         (1e-3, 1.55), (neck, 1.55), (neck, 1.0), (belly, shoulder), (belly * waist, -0.4),
         (belly, -1.0), (1e-3, -1.0),
     ]  # fmt: skip
-    parts = [turned_body(_smooth(line, 44))]
+    glass = turned_body(_smooth(line, 44))
+    extra = []
     if dice.chance(0.5):
-        cap = cylinder_mesh(neck * 1.15, 0.14)
-        parts.append(placed(cap, 0, 1.5))
-    return standing(joined(parts), walled=True)
+        extra.append(placed(cylinder_mesh(neck * 1.15, 0.14), 0, 1.5))
+    if dice.chance(0.3):
+        low, high = sorted((dice.uniform(-0.8, 0.2), dice.uniform(-0.8, 0.2)))
+        ring = floats([[belly * 1.06, high], [belly * 1.06, low]])
+        extra.append(turned_body(ring))
+    return standing(glass, walled=True, companion=joined(extra) if extra else None)
 
 
 def tumbler(dice: Dice) -> Body:

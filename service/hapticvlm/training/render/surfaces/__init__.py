@@ -10,7 +10,16 @@ from hapticvlm import materials
 from hapticvlm.training.render.dice import Dice
 from hapticvlm.training.render.noise import any_colour, paint, plane, rgb, vary
 from hapticvlm.training.render.surface import Surface
-from hapticvlm.training.render.surfaces import fabric, glass, grown, metal, mineral, polymer, wood
+from hapticvlm.training.render.surfaces import (
+    fabric,
+    fibre,
+    glass,
+    living,
+    metal,
+    mineral,
+    polymer,
+    wood,
+)
 from hapticvlm.training.render.tiles import Tiles, dressed
 
 TILED = 0.7  # share of the samples of a class dressed with photographed tiles, when it has some
@@ -25,11 +34,11 @@ KINDS: dict[str, Kinds] = {
     "plastic": polymer.PLASTIC,
     "stone": mineral.STONE,
     "ceramic": mineral.CERAMIC,
-    "paper": grown.PAPER,
-    "leather": grown.LEATHER,
+    "paper": fibre.PAPER,
+    "leather": fibre.LEATHER,
     "rubber": polymer.RUBBER,
-    "foliage": grown.FOLIAGE,
-    materials.UNKNOWN: grown.UNKNOWN,
+    "foliage": living.FOLIAGE,
+    materials.UNKNOWN: living.UNKNOWN,
 }
 
 
@@ -47,8 +56,10 @@ def sample(dice: Dice, material: str, tiles: Tiles | None) -> tuple[str, Surface
 def plain(dice: Dice) -> Surface:
     """Make a surface of one colour and no class: painted walls, liquids."""
     level = torch.zeros_like(plane(dice.device)[0])
-    colour = vary(dice, rgb(dice, 0.6, 0.58, 0.55), 0.05, 0.5) if dice.chance(0.75) else None
-    albedo = paint(any_colour(dice, 1.5) if colour is None else colour).expand(3, *level.shape)
+    grey = vary(dice, rgb(dice, 0.6, 0.58, 0.55), 0.05, 0.5)
+    white = vary(dice, rgb(dice, 0.86, 0.86, 0.86), 0.02, 0.05)
+    colour = dice.weigh(((white, 1.0), (grey, 1.5), (any_colour(dice, 1.5), 1.0)))
+    albedo = paint(colour).expand(3, *level.shape)
     return Surface(albedo, level, level + dice.uniform(0.15, 0.9))
 
 
