@@ -165,6 +165,7 @@ def test_a_mask_says_where_the_object_is(tmp_path: Path, tiny: Path) -> None:
         (found,) = find_pictures(tmp_path / folder, ["wood"])
         assert found.mask == home / place
         seen = enrol([found], encoder).embeddings
+        assert len(seen) == VIEWS
         assert np.allclose(seen @ seen[0], 1.0, atol=1e-3)  # all of the views show red
         plain = enrol([Picture("wood", found.path)], encoder).embeddings
         assert float(plain[0] @ seen[0]) < 0.9

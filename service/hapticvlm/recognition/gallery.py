@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from io import BytesIO
+from operator import itemgetter
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -81,9 +82,10 @@ class Gallery:
         total = sum(means)
         if not 0.0 < total < math.inf:  # references that are not finite
             return Evidence("encoder", ())
-        ranked = sorted(zip(means, self.materials, strict=True), reverse=True)[: LISTED + 1]
-        share = _known(math.log(ranked[0][0]) / calibration.sharpness, calibration) / total
-        said = [(name, mean * share) for mean, name in ranked if name != UNKNOWN]
+        found = zip(self.materials, means, strict=True)
+        ranked = sorted(found, key=itemgetter(1), reverse=True)[: LISTED + 1]
+        share = _known(math.log(ranked[0][1]) / calibration.sharpness, calibration) / total
+        said = [(name, mean * share) for name, mean in ranked if name != UNKNOWN]
         return Evidence("encoder", tuple(said[:LISTED]))
 
     def beliefs(self, embeddings: Floats) -> NDArray[np.float64]:
