@@ -76,6 +76,20 @@ def test_with_a_full_mask_it_pools_as_the_network_itself_does(folder: Path) -> N
     assert np.allclose(ours, pooled / np.linalg.norm(pooled), atol=1e-5)
 
 
+def test_tokens_that_stand_for_no_place_are_left_out(tmp_path: Path) -> None:
+    import torch
+    from transformers import AutoImageProcessor, AutoModel
+
+    saved, image = write_network(tmp_path / "ViT", "ViT"), picture(1, SIDE)
+    given = AutoImageProcessor.from_pretrained(saved)(image, return_tensors="pt")
+    with torch.inference_mode():
+        tokens = AutoModel.from_pretrained(saved).eval()(**given).last_hidden_state[0].numpy()
+    mean = tokens[1:].mean(axis=0)
+    full = Crop(image, np.full((SIDE, SIDE), 255, np.uint8))
+    ours = load_encoder(str(saved)).embed([full])[0]
+    assert np.allclose(ours, mean / np.linalg.norm(mean), atol=1e-5)
+
+
 @pytest.mark.parametrize("kind", ["ConvNext", "ConvNextV2", "DINOv3ConvNext", "ResNet", "ViT"])
 def test_the_mask_changes_the_answer_of_every_kind_of_network(tmp_path: Path, kind: str) -> None:
     encoder = load_encoder(str(write_network(tmp_path / kind, kind)))

@@ -228,7 +228,9 @@ def require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:
     """Refuse what was made with another encoder; raises GalleryError naming both."""
     if made_with != encoder.name:
         text = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
-        raise GalleryError(f"{text}; make it again with `{encoder.name}` or load `{made_with}`")
+        raise GalleryError(
+            f"{text}; make one with `hapticvlm gallery build --encoder ...`, or load `{made_with}`"
+        )
 
 
 def _require_dimension(path: Path, references: Floats, encoder: Encoder) -> None:
