@@ -76,11 +76,11 @@ def run(plan: Plan, wiring: Wiring) -> int:
 
 def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, Cost]) -> list[Row]:
     """Ask every method that fits the source; a look is taken once, however often it is used."""
-    seen: dict[tuple[str, str], Floats | None] = {}
+    seen: dict[tuple[int, str], Floats | None] = {}
     rows = []
     for method in methods:
         if method.fits(source):
-            key = (method.encoder.name if method.encoder else "", method.cut or source.cut)
+            key = (id(method.encoder), method.cut or source.cut)
             if key not in seen:
                 seen[key] = embed(method, source)
             rows.append(_row(method, source, seen[key], times.get(method.name)))

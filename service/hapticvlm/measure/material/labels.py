@@ -22,6 +22,8 @@ def place(
     dots: Sequence[tuple[float, float]],
 ) -> None:
     """Write (x, y, text, colour) labels clear of all dots; call after the figure was drawn."""
+    from matplotlib.text import Text
+
     at = [axes.transData.transform((x, y)) for x, y, _, _ in labels]
     marks = [axes.transData.transform(dot) for dot in dots]
     taken = [(x - DOT_PX, y - DOT_PX, x + DOT_PX, y + DOT_PX) for x, y in marks]
@@ -30,7 +32,7 @@ def place(
     points_per_px = 72.0 / axes.figure.dpi
     for (x, y, text, colour), (px, py) in zip(labels, at, strict=True):
         note = _write(axes, (x, y), text, colour)
-        extent = note.get_window_extent()
+        extent = Text.get_window_extent(note)  # an annotation's own holds its line too
         size = (extent.width, extent.height)
         tried = [(offset, _box((px, py), offset, size)) for offset in _places(size)]
         free = (one for one in tried if _is_free(one[1], edge, taken))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal, Protocol
 
@@ -140,19 +141,24 @@ def assemble(
     found = [Method("majority", "guess"), *_stated(), *_plain(encoder.side, teaching)]
     skipped: list[str] = []
 
-    def attempt(name: str, make: Callable[[], Method]) -> None:
+    def attempt(name: str, make: Callable[[], Method]) -> Method | None:
         try:
             found.append(make())
         except (EncoderError, GalleryError, OSError) as error:
             skipped.append(f"{name}: {error}")
+            return None
+        return found[-1]
+
+    def attempt_eager(folder: Path | None, like: Method | None) -> None:
+        if like is not None:
+            attempt(f"{like.name}, torch eager", partial(_eager, wiring, folder, like))
 
     attempt("untrained", lambda: _taught("untrained", "untrained", wiring.untrained(), teaching))
     attempt("general network", lambda: _general(wiring, data, teaching))
     found += _ways(ours)
-    attempt("ours, torch eager", lambda: _eager(wiring, None, ours))
+    attempt_eager(None, ours)
     for folder in _variants(variants):
-        attempt(folder.name, lambda folder=folder: _variant(folder, teaching))  # type: ignore[misc]
-        attempt(f"{folder.name}, torch eager", lambda at=folder: _eager(wiring, at, found[-1]))  # type: ignore[misc]
+        attempt_eager(folder, attempt(folder.name, partial(_variant, folder, teaching)))
     whole = [_as_whole(m) for m in found if _is_seen(m)]
     return found + whole, skipped
 

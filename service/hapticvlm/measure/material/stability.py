@@ -23,9 +23,9 @@ from hapticvlm.measure.material.breaks import Curve, Step, sentence
 from hapticvlm.measure.material.data import FOUR, Labels, Source, Where, thin
 from hapticvlm.measure.material.perturb import SHAKES, Shake, apply
 from hapticvlm.measure.material.picture import Picture, as_frame, window
+from hapticvlm.measure.material.protocols import Looked, left_out
 from hapticvlm.measure.material.reading import load_sources
 from hapticvlm.measure.material.scores import Words, score
-from hapticvlm.recognition import gallery as galleries
 from hapticvlm.recognition.encoder import Encoder, load_encoder
 from hapticvlm.recognition.gallery import Gallery, load_gallery
 from hapticvlm.recognition.ladder import KNOWN, SURE, decide
@@ -173,15 +173,8 @@ def _ask(
     among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
     best = beliefs.max(axis=1)
     spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
-    sharpness = gallery.calibration.sharpness
-    enrolled = np.full(len(truth), "", names.dtype)
-    for one in np.unique(objects):
-        mine = objects == one
-        classes = sorted(set(truth[~mine].tolist()))
-        if classes:
-            labels = np.array([classes.index(name) for name in truth[~mine].tolist()], np.int64)
-            scores = galleries.score(embeddings[mine], references[~mine], labels, sharpness)
-            enrolled[mine] = np.array(classes)[scores.argmax(axis=1)]
+    known = Looked(references, truth, objects, gallery.calibration.sharpness)
+    enrolled = left_out(known, embeddings)
     return Said(names[among.argmax(axis=1)], enrolled, spoken, best)
 
 

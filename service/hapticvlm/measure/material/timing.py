@@ -54,7 +54,7 @@ def costs(methods: list[Method], stated: Source | None) -> dict[str, Cost]:
     found: dict[str, Cost] = {}
     same: dict[tuple[object, ...], Cost | None] = {}
     for method in methods:
-        work = (method.encoder and method.encoder.name, method.rungs)
+        work = (id(method.encoder), method.rungs)
         if work not in same:
             stage = _stage(method, picture, stated)
             same[work] = None if stage is None else _timed(stage, floor)
