@@ -120,11 +120,35 @@ def test_a_crop_of_another_side_is_refused(encoder: Encoder) -> None:
 
 
 def test_a_folder_never_asks_the_network(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from huggingface_hub import constants
+
     asked: list[object] = []
+    monkeypatch.setattr(constants, "HF_HUB_OFFLINE", False)
     monkeypatch.setattr(socket, "getaddrinfo", lambda *where, **_: asked.append(where))
     monkeypatch.setattr(socket.socket, "connect", lambda _, where: asked.append(where))
     load_encoder(str(folder))
     assert not asked
+    with pytest.raises(EncoderError, match="cannot be downloaded"):
+        load_encoder("nobody/nothing")
+    assert asked
+
+
+def test_a_name_in_this_machines_cache_needs_no_network(
+    folder: Path, encoder: Encoder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from huggingface_hub import constants
+
+    commit = "0123456789abcdef0123456789abcdef01234567"
+    repository = tmp_path / "models--me--tiny"
+    shutil.copytree(folder, repository / "snapshots" / commit)
+    (repository / "refs").mkdir()
+    (repository / "refs" / "main").write_text(commit)
+    monkeypatch.setattr(constants, "HF_HUB_CACHE", str(tmp_path))
+    monkeypatch.setattr(constants, "HF_HUB_OFFLINE", True)
+    cached = load_encoder("me/tiny")
+    assert cached.name == "me/tiny (transformers)"
+    seen = [crop(1, SIDE)]
+    assert np.allclose(cached.embed(seen), encoder.embed(seen), atol=1e-6)
 
 
 def test_a_gpu_is_refused_where_there_is_none(folder: Path) -> None:
