@@ -8,6 +8,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="extra `train` is not installed")
 
 from hapticvlm import materials  # noqa: E402
+from hapticvlm.recognition.calibration import surprise  # noqa: E402
 from hapticvlm.recognition.encoder import load_encoder  # noqa: E402
 from hapticvlm.recognition.gallery import believe, score  # noqa: E402
 from hapticvlm.recognition.pictures import Crop  # noqa: E402
@@ -219,5 +220,5 @@ def test_calibration_believes_what_it_can_tell_and_rejects_what_is_far():
     beliefs = believe(score(rows, references, of, found.sharpness), found)
     assert beliefs[:40, 0].mean() > 0.8
     assert beliefs[80:].sum(axis=1).mean() < 0.3
-    nothing = fit.surprise(np.full((120, 2), 0.25), judged)
-    assert fit.surprise(beliefs, judged) < 0.5 * nothing
+    nothing = surprise(np.full((120, 2), 0.25), truth, judged.weights, 2)
+    assert surprise(beliefs, truth, judged.weights, 2) < 0.5 * nothing

@@ -6,12 +6,13 @@ that the largest source does not become the material.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.recognition.calibration import least_surprising, surprise
 from hapticvlm.recognition.gallery import Calibration, believe, score
 
 Floats = NDArray[np.float32]
@@ -19,9 +20,6 @@ Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 CENTRES = 10  # references per cell
-SHARPNESSES = (4.0, 6.0, 8.0, 11.0, 14.0, 18.0, 24.0, 32.0)
-SLOPES = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0)
-THRESHOLDS = tuple(np.arange(-0.6, 1.01, 0.1).tolist())
 ROUNDS = 25
 
 
@@ -69,28 +67,15 @@ def fit_calibration(
 
     `classes` of the labels are materials; labels from there on are references of none of them.
     """
-    best, least = Calibration(SHARPNESSES[0], 0.0, 0.0), np.inf
-    for sharpness in SHARPNESSES:
+
+    def surprise_at(sharpness: float) -> Callable[[Calibration], float]:
         scores = [score(one.embeddings, references, labels, sharpness) for one in judged]
-        for slope in SLOPES:
-            for threshold in THRESHOLDS:
-                trial = Calibration(sharpness, slope, threshold)
-                loss = sum(
-                    surprise(believe(s, trial)[:, :classes], one)
-                    for one, s in zip(judged, scores, strict=True)
-                )
-                if loss < least:
-                    best, least = trial, loss
-    return best
+        return lambda trial: sum(
+            surprise(believe(s, trial)[:, :classes], one.truth, one.weights, classes)
+            for one, s in zip(judged, scores, strict=True)
+        )
 
-
-def surprise(beliefs: Doubles, judged: Judged) -> float:
-    """Weighted mean of the negative log probabilities; open mass counts evenly for every class."""
-    open_mass = np.clip(1.0 - beliefs.sum(axis=1), 1e-3, 1.0)
-    classes = beliefs.shape[1]
-    named = beliefs[np.arange(len(beliefs)), np.maximum(judged.truth, 0)] + open_mass / classes
-    right = np.where(judged.truth >= 0, named, open_mass)
-    return float(-(judged.weights * np.log(np.maximum(right, 1e-4))).sum())
+    return least_surprising(surprise_at)
 
 
 def _centres(points: Doubles, seed: int) -> Doubles:
