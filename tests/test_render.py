@@ -319,3 +319,8 @@ def _radiance() -> bytes:
     """A picture of 8 rows of 16 px, red 1, green 0.5, blue 0.25."""
     row = b"\x02\x02\x00\x10" + b"".join(bytes([128 + 16, value]) for value in (128, 64, 32, 129))
     return b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n" + 8 * row
+
+
+def test_more_shards_than_a_seed_has_numbers_for_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="several"):
+        shards(Order(tmp_path, 10**6, 1))
