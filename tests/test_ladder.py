@@ -1,9 +1,11 @@
 """The ladder: who is believed, when climbing stops, and what keeps a label from flickering."""
 
+import dataclasses
 import itertools
+from random import Random
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hapticvlm import materials
@@ -17,6 +19,7 @@ from hapticvlm.recognition.ladder import (
     decide,
     fuse,
     is_sure,
+    pool,
     prefer,
 )
 
@@ -166,21 +169,87 @@ def test_fusing_one_view_changes_nothing_and_none_says_nothing() -> None:
     assert fuse([Evidence("encoder", ())]).material is None
 
 
+def known_names() -> st.SearchStrategy[str]:
+    return st.sampled_from([*sorted(materials.MATERIALS), "obsidian"])
+
+
+RUNGS: list[Rung] = ["name", "shader", "encoder", "vlm"]
+
+
 @st.composite
 def evidences(draw: st.DrawFn) -> Evidence:
-    rung: Rung = draw(st.sampled_from(["name", "shader", "encoder", "vlm"]))
-    names = draw(st.lists(st.sampled_from(sorted(materials.MATERIALS)), unique=True, max_size=11))
-    raw = [draw(st.floats(0.001, 1.0)) for _ in names]
+    """Any evidence a rung may give, with beliefs of nothing and of everything among them."""
+    rung = draw(st.sampled_from(RUNGS))
+    names = draw(st.lists(known_names(), unique=True, max_size=12))
+    raw = [draw(st.sampled_from([0.0, 1e-9, 1.0]) | st.floats(0.0, 1.0)) for _ in names]
     total = max(1.0, sum(raw))
     return says(rung, **{name: p / total for name, p in zip(names, raw, strict=True)})
 
 
-@given(st.lists(evidences(), max_size=5))
-def test_any_evidence_gives_a_verdict_of_a_probability(evidence: list[Evidence]) -> None:
+@st.composite
+def silences(draw: st.DrawFn) -> Evidence:
+    names = draw(st.lists(known_names(), unique=True, max_size=3))
+    return Evidence(draw(st.sampled_from(RUNGS)), tuple((name, 0.0) for name in names))
+
+
+several = st.lists(evidences(), max_size=5)
+
+
+@settings(deadline=None)
+@given(several)
+def test_all_beliefs_are_probabilities_and_leave_room_for_unknown(evidence: list[Evidence]) -> None:
+    posterior = pool(evidence)
+    assert all(0.0 <= belief <= 1.0 for belief in posterior.values())
+    assert sum(posterior.values()) <= 1.0 + 1e-9
     verdict = decide(evidence)
     assert 0.0 <= verdict.confidence <= 1.0
-    assert verdict.material in (*materials.MATERIALS, materials.UNKNOWN)
+    assert verdict.material in (*materials.MATERIALS, "obsidian", materials.UNKNOWN)
     assert verdict.runner_up != verdict.material
     assert verdict == decide(evidence)
-    assert 0.0 <= fuse(evidence).confidence <= 1.0 + 1e-9
     assert prefer(verdict, verdict) is verdict
+    assert is_sure(evidence) == (verdict.confidence >= SURE)
+
+
+@settings(deadline=None)
+@given(several, st.randoms())
+def test_the_order_of_evidence_does_not_matter(evidence: list[Evidence], luck: Random) -> None:
+    shuffled = list(evidence)
+    luck.shuffle(shuffled)
+    one, other = decide(evidence), decide(shuffled)
+    assert dataclasses.replace(one, evidence=()) == dataclasses.replace(other, evidence=())
+    assert pool(evidence) == pool(shuffled)
+
+
+@settings(deadline=None)
+@given(several, silences(), st.integers(0, 5))
+def test_a_rung_that_knows_nothing_changes_nothing(
+    evidence: list[Evidence], silent: Evidence, place: int
+) -> None:
+    beside = [*evidence[:place], silent, *evidence[place:]]
+    one, other = decide(evidence), decide(beside)
+    assert (one.material, one.runner_up, one.source) == (
+        other.material,
+        other.runner_up,
+        other.source,
+    )
+    assert other.confidence == pytest.approx(one.confidence, abs=1e-9)
+
+
+@settings(deadline=None)
+@given(several, evidences())
+def test_a_rung_that_agrees_never_lowers_the_belief(
+    evidence: list[Evidence], more: Evidence
+) -> None:
+    before = pool(evidence)
+    best = max(before, key=lambda name: before[name])
+    swap = {more.material: best, best: more.material}
+    agreeing = Evidence(more.rung, tuple((swap.get(n, n) or n, p) for n, p in more.beliefs))
+    after = pool([*evidence, agreeing])
+    assert after[best] >= before[best] - 1e-9
+    assert not is_sure(evidence) or is_sure([*evidence, agreeing])
+
+
+@settings(deadline=None)
+@given(evidences())
+def test_a_rung_alone_is_believed_as_it_says(alone: Evidence) -> None:
+    assert decide([alone]).confidence == pytest.approx(alone.confidence, abs=2e-3)

@@ -579,3 +579,42 @@ def test_observers_set_no_ambient():
     with pytest.raises(MessageError) as refused:
         SceneSession(owner=False, observer=True).receive(Set(id=3, ambient_c=20.0), 1.0)
     assert refused.value.path == "$.ambient_c"
+
+
+def test_live_looks_and_views_to_enrol_of_one_object_are_fused():
+    session = owner(BLOB)
+    for number, seen in enumerate((WOOD, WOOD, WOOD)):
+        looked(session, frame(id=number + 1, object_id="blob", purpose="enrol"), seen)
+    for number in range(3):
+        (decision,) = replies(
+            looked(session, frame(id=number + 7, object_id="blob"), GLASS), Decision
+        )
+        assert decision.material == "wood"
+    (decision,) = replies(looked(session, frame(id=10, object_id="blob"), GLASS), Decision)
+    assert (decision.material, decision.runner_up) == ("glass", None)
+
+
+def test_a_wrong_first_look_is_corrected_by_later_ones():
+    session = owner(BLOB)
+    said = []
+    for number, seen in enumerate((GLASS, WOOD, WOOD, WOOD)):
+        answers = looked(session, frame(id=number + 1, object_id="blob"), seen)
+        said += [decision.material for decision in replies(answers, Decision)]
+    assert said[0] == "glass"
+    assert said[-1] == "wood"
+
+
+def test_frames_without_an_object_id_are_decided_one_by_one():
+    session = owner()
+    for number, seen in enumerate((WOOD, GLASS, WOOD, GLASS)):
+        answers = looked(session, frame(id=number + 1, object_id=None), seen)
+        (decision,) = replies(answers, Decision)
+        assert decision.material == seen.material
+
+
+def test_what_was_seen_of_an_object_outlives_its_being_stated_anew():
+    session = owner(BLOB)
+    looked(session, frame(object_id="blob"), WOOD)
+    session.receive(scene(BLOB, replace=False), 1.2)
+    (feel,) = only(session.receive(touch(object_id="blob"), 1.3), Feel)
+    assert feel.command.material == "wood"

@@ -1,15 +1,18 @@
 """The ladder: evidence in order of cost, when to stop climbing, and what to say. Pure.
 
-Each rung gives a distribution over materials, p_r(m). Rungs look at different things (a name, a
-shader, pixels), so they are pooled log-linearly, p(m) ~ prod_r p_r(m)^w_r, where w_r < 1 discounts
-a rung for leaning on the same hints as the others. What the beliefs of an evidence leave open is
-spread evenly over all classes, so a rung that knows nothing pulls towards nothing. Knows neither
-pictures nor objects, and keeps no state.
+Rung r believes b_r(m) of each of C materials and leaves open u_r = 1 - sum b_r. Rungs look at
+different things (a name, a shader, pixels), so they are pooled log-linearly with what they leave
+open spread evenly; that no rung knows stays open, so one rung alone is believed as it says:
+  p(m) ~ prod_r (b_r(m) + u_r / C)^w_r - prod_r (u_r / C)^w_r,
+where w_r < 1 discounts a rung for leaning on the same hints as the others. Hence a rung that knows
+nothing changes nothing, and one that agrees never lowers a belief. Knows neither pictures nor
+objects, and keeps no state.
 """
 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -22,17 +25,11 @@ KNOWN = 0.5  # pooled belief below which the answer is unknown: more likely wron
 FLIP_MARGIN = 0.15  # lead in belief a new material needs over the one already felt
 FLOOR = 1e-4  # least belief any rung may hold: no rung can veto a material for good
 
+# Names and shaders come from the same person: what of a shader's exponent a name takes away that
+# leaves nothing open. All other exponents are 1.
+SHARED_HINTS = 0.3
+
 _ORDER: tuple[Rung, ...] = ("scene", "name", "shader", "encoder", "vlm", "unknown")
-# Exponents of the pool. Names and shaders come from the same person, so beside a name a shader
-# adds less; alone it counts in full.
-_WEIGHT: Mapping[Rung, float] = {
-    "scene": 1.0,
-    "name": 1.0,
-    "shader": 0.7,
-    "encoder": 1.0,
-    "vlm": 1.0,
-    "unknown": 0.0,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,22 +69,21 @@ class Verdict:
 
 def is_sure(evidence: Sequence[Evidence]) -> bool:
     """Whether climbing can stop: the scene spoke, a rung is sure, or all together are."""
-    if _statement(evidence) is not None:
-        return True
-    return max(pool(evidence).values()) >= SURE
+    spoken = _statement(_telling(evidence))
+    return spoken is not None or max(pool(evidence).values()) >= SURE
 
 
 def decide(evidence: Sequence[Evidence]) -> Verdict:
     """Judge what was gathered so far; unknown when nothing is believed enough."""
+    telling = _telling(evidence)
+    if not telling:
+        return Verdict(materials.UNKNOWN, 0.0, None, "unknown", tuple(evidence))
     posterior = pool(evidence)
     best, second = sorted(posterior, key=lambda name: -posterior[name])[:2]
-    spoken = _statement(evidence)
-    confidence = min(1.0, posterior[best])
-    if not any(item.beliefs for item in evidence):
-        return Verdict(materials.UNKNOWN, 0.0, None, "unknown", tuple(evidence))
+    spoken, confidence = _statement(telling), posterior[best]
     if spoken is None and confidence < KNOWN:
         return Verdict(materials.UNKNOWN, confidence, best, "unknown", tuple(evidence))
-    source = spoken.rung if spoken is not None else _heaviest(evidence, best)
+    source = spoken.rung if spoken is not None else _heaviest(telling, best)
     runner_up = second if posterior[second] > FLOOR else None
     return Verdict(best, confidence, runner_up, source, tuple(evidence))
 
@@ -99,13 +95,13 @@ def prefer(previous: Verdict | None, new: Verdict) -> Verdict:
     if previous.material == materials.UNKNOWN:
         return new
     posterior = pool(new.evidence)
-    held = posterior.get(previous.material, FLOOR)
+    held = posterior.get(previous.material, 0.0)
     bar = KNOWN if new.material == materials.UNKNOWN else new.confidence
     if bar - held > FLIP_MARGIN:
         return new
     rival = new.runner_up if new.material == materials.UNKNOWN else new.material
     rival = None if rival == previous.material else rival
-    return Verdict(previous.material, min(1.0, held), rival, previous.source, new.evidence)
+    return Verdict(previous.material, held, rival, previous.source, new.evidence)
 
 
 def fuse(views: Sequence[Evidence]) -> Evidence:
@@ -121,67 +117,86 @@ def fuse(views: Sequence[Evidence]) -> Evidence:
 
 
 def pool(evidence: Sequence[Evidence]) -> dict[str, float]:
-    """Belief in every class after all evidence: the posterior, which sums to 1."""
-    named = [name for item in evidence for name, _ in item.beliefs]
-    spoken = _statement(evidence)
-    telling = [item for item in evidence if item.beliefs]
-    if spoken is not None or len(telling) == 1:
-        return _spread(spoken or telling[0], named)
-    logs = dict.fromkeys(_classes(named), 0.0)
-    for item in telling:
-        for name, belief in _hedge(item, named).items():
-            logs[name] += _weight(item.rung, evidence) * math.log(max(belief, FLOOR))
-    top = max(logs.values())
-    total = sum(math.exp(value - top) for value in logs.values())
-    return {name: math.exp(value - top) / total for name, value in logs.items()}
+    """Belief in every class after all evidence: the posterior; what it lacks to 1 is unknown."""
+    telling = _telling(evidence)
+    spoken = _statement(telling)
+    if spoken is None:
+        return _product(telling)
+    if spoken.rung == "scene":
+        telling = [spoken]
+    return _speak(_product(telling), spoken.material or "", telling)
 
 
-def _statement(evidence: Sequence[Evidence]) -> Evidence | None:
+def _telling(evidence: Sequence[Evidence]) -> list[Evidence]:
+    """Keep the rungs that believe anything, in one order: sums and ties must not hang on theirs."""
+    found = [item for item in evidence if any(belief > 0.0 for _, belief in item.beliefs)]
+    return sorted(found, key=lambda item: (_ORDER.index(item.rung), item.beliefs))
+
+
+def _statement(telling: Sequence[Evidence]) -> Evidence | None:
     """Find the scene's word, else the first rung in order of cost that is sure by itself."""
-    for rung in _ORDER:
-        for item in evidence:
-            if item.rung == rung and item.beliefs and (rung == "scene" or item.confidence >= SURE):
-                return item
+    for item in telling:
+        if item.rung == "scene" or item.confidence >= SURE:
+            return item
     return None
 
 
-def _weight(rung: Rung, evidence: Sequence[Evidence]) -> float:
-    has_name = any(item.rung == "name" and item.beliefs for item in evidence)
-    return 1.0 if rung == "shader" and not has_name else _WEIGHT[rung]
+def _product(telling: Sequence[Evidence]) -> dict[str, float]:
+    classes = _classes(telling)
+    logs, nobody_knows = dict.fromkeys(classes, 0.0), 0.0
+    for item in telling:
+        weight, beliefs, share = _weight(item, telling), dict(item.beliefs), _share(item, classes)
+        nobody_knows += weight * math.log(max(share, sys.float_info.min))
+        for name in classes:
+            logs[name] += weight * math.log(max(beliefs.get(name, 0.0) + share, FLOOR))
+    top = max(logs.values())
+    powers = {name: math.exp(value - top) for name, value in logs.items()}
+    total, rest = sum(powers.values()), math.exp(min(0.0, nobody_knows - top))
+    return {name: max(0.0, power - rest) / total for name, power in powers.items()}
 
 
-def _spread(item: Evidence, named: Sequence[str]) -> dict[str, float]:
-    """Fill a lone evidence up to a distribution: what it leaves open goes to the others alike."""
-    beliefs = dict(item.beliefs)
-    classes = _classes([*named, *beliefs])
-    others = [name for name in classes if name not in beliefs] or classes
-    rest = max(0.0, 1.0 - sum(beliefs.values())) / len(others)
-    return {name: beliefs.get(name, 0.0) + (rest if name in others else 0.0) for name in classes}
+def _speak(
+    posterior: Mapping[str, float], material: str, telling: Sequence[Evidence]
+) -> dict[str, float]:
+    """Believe what a sure rung says at least as much as any rung that says it, others in scale."""
+    said = [item.confidence for item in telling if item.material == material]
+    belief = min(1.0, max(posterior[material], *said))
+    others = sum(posterior.values()) - posterior[material]
+    scale = min(1.0, (1.0 - belief) / others) if others > 0.0 else 0.0
+    return {name: belief if name == material else p * scale for name, p in posterior.items()}
 
 
-def _hedge(item: Evidence, named: Sequence[str]) -> dict[str, float]:
-    """Fill an evidence up for the pool: what it leaves open goes to all classes alike.
+def _weight(item: Evidence, telling: Sequence[Evidence]) -> float:
+    if item.rung == "unknown":
+        return 0.0
+    if item.rung != "shader":
+        return 1.0
+    named = [
+        sum(belief for _, belief in other.beliefs) for other in telling if other.rung == "name"
+    ]
+    return 1.0 - SHARED_HINTS * min(1.0, max(named, default=0.0))
 
-    To all, also to those it names: a rung that believes its own best guess at 2 % and nothing else
-    must not thereby speak against it.
+
+def _share(item: Evidence, classes: Sequence[str]) -> float:
+    """Spread what the beliefs leave open: to all classes alike, also to those named.
+
+    A rung that believes its own best guess at 2 % and nothing else does not speak against it.
     """
-    beliefs = dict(item.beliefs)
-    classes = _classes([*named, *beliefs])
-    rest = max(0.0, 1.0 - sum(beliefs.values())) / len(classes)
-    return {name: beliefs.get(name, 0.0) + rest for name in classes}
+    return max(0.0, 1.0 - sum(belief for _, belief in item.beliefs)) / len(classes)
 
 
-def _classes(named: Sequence[str]) -> tuple[str, ...]:
+def _classes(telling: Sequence[Evidence]) -> tuple[str, ...]:
     """Every class of the table, and those a user's gallery or scene adds."""
-    return tuple(dict.fromkeys((*materials.MATERIALS, *named)))
+    added = sorted({name for item in telling for name, belief in item.beliefs if belief > 0.0})
+    return tuple(dict.fromkeys((*materials.MATERIALS, *added)))
 
 
-def _heaviest(evidence: Sequence[Evidence], material: str) -> Rung:
+def _heaviest(telling: Sequence[Evidence], material: str) -> Rung:
     """Find the rung that speaks most for the material, against knowing nothing."""
-    named = [name for item in evidence for name, _ in item.beliefs]
+    classes = _classes(telling)
 
     def weight(item: Evidence) -> float:
-        belief = _hedge(item, named)[material]
-        return _weight(item.rung, evidence) * math.log(max(belief, FLOOR) * len(_classes(named)))
+        belief = dict(item.beliefs).get(material, 0.0) + _share(item, classes)
+        return _weight(item, telling) * math.log(max(belief, FLOOR) * len(classes))
 
-    return max((item for item in evidence if item.beliefs), key=weight).rung
+    return max(telling, key=weight).rung

@@ -2,25 +2,26 @@
 
 Evidence is gathered in the ladder's order and only as far as needed: the scene's own statement, the
 name, the shader; the encoder's is added when a picture was looked at. Names are read on first need.
-The key None stands for what a frame without an object id shows, ("region", hand) for what that hand
-touches in the newest frame.
+The looks at one object are fused, live frames and views to enrol alike. The key ("region", hand)
+stands for what that hand touches in the newest frame, None for what a frame without an object id
+shows: that is no one object, so there each look stands alone.
 """
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from hapticvlm import materials
 from hapticvlm.materials import Material
 from hapticvlm.messages import MessageError, Scene, SceneObject
-from hapticvlm.recognition import ladder, names
+from hapticvlm.recognition import fusion, ladder, names
+from hapticvlm.recognition.fusion import Fused
 from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.recognition.names import Lexicon
 
 MAX_KNOWN = 8192
-MAX_VIEWS = 8  # views of one object fused at scene load; more add nothing (ml reference 4)
 
 Key = str | tuple[str, str] | None
 
@@ -32,8 +33,7 @@ _NOBODY = ("nobody", "")
 class _Known:
     facts: SceneObject | None
     stated: tuple[Evidence, ...] | None = None
-    views: list[Evidence] = field(default_factory=list)
-    seen: Evidence | None = None
+    seen: Fused | None = None
     verdict: Verdict | None = None
     announced: Hashable = None
 
@@ -99,13 +99,10 @@ class SceneObjects:
         """Tell whether a picture of this object could still change its verdict."""
         return not ladder.is_sure(self._stated(key, self._entry(key)))
 
-    def see(self, key: Key, evidence: Evidence, *, enrol: bool = False) -> Verdict:
+    def see(self, key: Key, evidence: Evidence) -> Verdict:
         """Take in what the encoder says of a new picture and return the verdict."""
         known = self._entry(key)
-        if enrol:
-            known.views = [*known.views, evidence][-MAX_VIEWS:]
-            evidence = ladder.fuse(known.views)
-        known.seen = evidence
+        known.seen = fusion.take_in(None if key is None else known.seen, evidence)
         new = ladder.decide(self._evidence(key, known))
         known.verdict = ladder.prefer(known.verdict, new)
         return known.verdict
@@ -125,7 +122,7 @@ class SceneObjects:
 
     def _evidence(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
         stated = self._stated(key, known)
-        return (*stated, known.seen) if known.seen else stated
+        return (*stated, known.seen.evidence) if known.seen else stated
 
     def _stated(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
         if known.stated is None:

@@ -124,7 +124,7 @@ class SceneSession:
             return self.skipped(frame, "superseded")
         if evidence is None:
             return self.skipped(frame, "unchanged")
-        self._objects.see(key, evidence, enrol=frame.purpose == "enrol")
+        self._objects.see(key, evidence)
         decision = self._decision(key)
         is_news = self._objects.is_news(key, decisions.gist(decision))
         actions: list[Action] = []
