@@ -218,11 +218,14 @@ def test_files_that_are_no_gallery_are_refused(tmp_path: Path) -> None:
     rotten[0, 0] = np.nan
     zero = whole.references.copy()
     zero[0] = 0.0
+    endless = whole.references.copy()
+    endless[0, 0] = np.inf
     for name, gallery in {
         "a": empty_class,
         "b": short,
         "c": replace(whole, references=rotten),
         "z": replace(whole, references=zero),
+        "i": replace(whole, references=endless),
         "k": replace(whole, calibration=Calibration(0.0, 12.0, 0.5)),
         "n": replace(whole, calibration=Calibration(12.0, np.nan, 0.5)),
     }.items():

@@ -154,9 +154,9 @@ def test_a_mask_says_where_the_object_is(tmp_path: Path, tiny: Path) -> None:
     encoder = load_encoder(str(tiny))
     pixels = np.zeros((96, 128, 3), np.uint8)
     pixels[:, :] = (10, 200, 10)
-    pixels[10:40, 10:50] = (200, 20, 20)
+    pixels[4:26, 4:34] = (200, 20, 20)
     mask = np.zeros((96, 128), np.uint8)
-    mask[10:40, 10:50] = 1
+    mask[4:26, 4:34] = 1
     for folder, place in (("a", "masks/it.png"), ("b", "it.mask.png")):
         home = tmp_path / folder / "wood"
         (home / "masks").mkdir(parents=True)

@@ -128,7 +128,7 @@ WRONG = [
     ('like = "wood"\nreferences = 1', "references: expected `encoder`", "again"),
     ('like = "wood"\n[references]\nencoder = "e"\nvectors = []', "references.vectors", "again"),
     ('like = "wood"\n[references]\nencoder = "e"\nvectors = ["?"]', "references.vectors", "again"),
-    # Two of different lengths, one of NaN, one of zeros.
+    # Two of different lengths, one of NaN, one of zeros, one infinite.
     (
         'like = "wood"\n[references]\nencoder = "e"\nvectors = ["ADw=", "ADwAPA=="]',
         "one length",
@@ -136,6 +136,7 @@ WRONG = [
     ),
     ('like = "wood"\n[references]\nencoder = "e"\nvectors = ["AH4="]', "all finite", "again"),
     ('like = "wood"\n[references]\nencoder = "e"\nvectors = ["AAA="]', "unit length", "again"),
+    ('like = "wood"\n[references]\nencoder = "e"\nvectors = ["AHw="]', "all finite", "again"),
     ('like = "wood', "no TOML", "correct it"),
 ]
 
@@ -232,6 +233,7 @@ def test_its_words_in_names_come_before_the_built_in_ones(table: dict[str, Any])
 
     assert said("ObsidianShard_02") == "obsidian"
     assert said("lava_glass_vase") == "obsidian"
+    assert said("obsidiantable") == "obsidian"
     assert said("glass_vase") == "glass"
     assert said("walnut_desk") == "burr"
     assert said("oak_desk") == "wood"
