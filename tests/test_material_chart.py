@@ -31,7 +31,7 @@ from hapticvlm.recognition.gallery import Calibration, Gallery
 from hapticvlm.recognition.ladder import decide, fuse
 from hapticvlm.recognition.pictures import Crop, central_mask, crop
 
-NO_LABELS = Labels((), lambda label: label, lambda _: False, frozenset())
+NO_LABELS = Labels((), (), lambda label: label, lambda _: False, frozenset())
 FIGURES = ("accuracy", "low", "high", "n", "classes", "recall", "confusion")
 
 

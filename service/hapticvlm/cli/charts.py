@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from hapticvlm.measure.material.data import Labels, Where
     from hapticvlm.measure.material.methods import Wiring
     from hapticvlm.recognition.encoder import Encoder
+    from hapticvlm.training.network import Network
 
-LIMIT = 480  # pictures of a source that `chart` looks at
+LIMIT = 1200  # pictures of a source that `chart` looks at
 SHAKEN = 64  # pictures of a source that `stability` looks at
 WEIGHTS = "encoder.safetensors"
 SEED = 7  # of the untrained network
@@ -111,6 +112,7 @@ def _labels() -> Labels:
 
     return Labels(
         sources.LABELLED,
+        sources.CALIBRATION,
         sources.material_of,
         sources.is_tile_held_back,
         sources.LIVING_HELD_BACK,
@@ -143,44 +145,55 @@ def _eager(folder: Path | None) -> Encoder:
     place = folder or SHIPPED
     if not (place / WEIGHTS).is_file() or not (place / CARD).is_file():
         raise EncoderError(f"no {WEIGHTS} beside {CARD} in {place.name}")
-    card = json.loads((place / CARD).read_text(encoding="utf-8"))
-    try:
-        from safetensors.torch import load_file
-    except ImportError as error:
-        raise EncoderError(f"needs the extra `models` ({error})") from None
-    return _network(f"{card['name']}, torch eager", card, load_file(place / WEIGHTS))
+    return _in_torch("torch eager", _card(place), lambda: _read_network(place))
 
 
 def _untrained() -> Encoder:
     """Make the shipped architecture with random weights. Raises EncoderError."""
     from hapticvlm.recognition.encoder import CARD, SHIPPED
 
-    card = {"side": 128}
-    if (SHIPPED / CARD).is_file():
-        card = json.loads((SHIPPED / CARD).read_text(encoding="utf-8"))
-    return _network("untrained", card, None)
+    card: dict[str, Any] = {"side": 128, "shape": {}}
+    card = _card(SHIPPED) if (SHIPPED / CARD).is_file() else card
+    return _in_torch("untrained", card, lambda: _random_network(card["shape"]))
 
 
-def _network(name: str, card: dict[str, Any], weights: dict[str, Any] | None) -> Encoder:
-    """Wrap a training network in torch eager, one thread, as an encoder. Raises EncoderError."""
-    from hapticvlm.measure.material.baselines import Network as Wrapped
+def _card(place: Path) -> dict[str, Any]:
+    from hapticvlm.recognition.encoder import CARD
+
+    card: dict[str, Any] = json.loads((place / CARD).read_text(encoding="utf-8"))
+    return card
+
+
+def _read_network(place: Path) -> Network:
+    from hapticvlm.training import export
+
+    return export.read(place)
+
+
+def _random_network(shape: dict[str, Any]) -> Network:
+    import torch
+
+    from hapticvlm.training.network import Network, Shape
+
+    torch.manual_seed(SEED)
+    return Network(Shape(**shape)).eval()
+
+
+def _in_torch(name: str, card: dict[str, Any], make: Callable[[], Network]) -> Encoder:
+    """Wrap a training network, run by torch on one thread, as an encoder. Raises EncoderError."""
+    from hapticvlm.measure.material import baselines
     from hapticvlm.recognition.encoder import EncoderError
 
     try:
         import torch
 
-        from hapticvlm.training.network import Network, Shape
-
         torch.set_num_threads(1)
-        torch.manual_seed(SEED)
-        network = Network(Shape(**card.get("shape", {}))).eval()
-        if weights is not None:
-            network.load_state_dict(weights)
-    except (ImportError, RuntimeError, TypeError) as error:
+        network = make()
+    except (ImportError, RuntimeError, TypeError, KeyError) as error:
         raise EncoderError(f"{error}".splitlines()[0]) from None
 
     def forward(pixels: Any) -> Any:  # noqa: ANN401 - arrays in, arrays out
         with torch.inference_mode():
             return network(torch.from_numpy(pixels)).numpy()
 
-    return Wrapped(name, card["side"], network.shape.dimension, forward)
+    return baselines.Network(name, card["side"], network.shape.dimension, forward)

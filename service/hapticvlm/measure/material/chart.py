@@ -66,7 +66,7 @@ def run(plan: Plan, wiring: Wiring) -> int:
         if not plan.as_json:
             tables.print_source(source, rows)
     files = plots.draw(rows, plan.out / NAME)
-    figures = _figures(rows, skipped) | {"files": [str(path) for path in files]}
+    figures = _figures(sources, rows, skipped) | {"files": [str(path) for path in files]}
     (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     if not plan.as_json:
         tables.print_end(skipped, files)
@@ -138,7 +138,9 @@ def _enrolment(look: Looked, count: int) -> Enrolment:
     return Enrolment(four, eleven, unknown)
 
 
-def _figures(rows: Sequence[Row], skipped: Sequence[str]) -> dict[str, object]:
+def _figures(
+    sources: Sequence[Source], rows: Sequence[Row], skipped: Sequence[str]
+) -> dict[str, object]:
     return {
         "chart": "material",
         "version": __version__,
@@ -147,6 +149,10 @@ def _figures(rows: Sequence[Row], skipped: Sequence[str]) -> dict[str, object]:
         "numpy": np.__version__,
         "floor": "decoding a 448 px JPEG",
         "chance": {"four": 1 / len(FOUR), "eleven": 1 / len(ELEVEN)},
+        "sources": {
+            one.name: {"pictures": len(one.views), "cut": one.cut, "note": one.note}
+            for one in sources
+        },
         "rows": [asdict(row) for row in rows],
         "skipped": list(skipped),
     }

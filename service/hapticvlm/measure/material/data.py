@@ -97,6 +97,7 @@ class Labels:
     """What the data folder's labels mean; from `training.sources`, wired in by the command line."""
 
     teaching: tuple[str, ...]
+    calibrating: tuple[str, ...]
     material_of: Callable[[str], str]
     is_held_back: Callable[[str], bool]
     unknown_folders: frozenset[str]

@@ -21,7 +21,13 @@ from hapticvlm.measure.material import logistic
 from hapticvlm.measure.material.baselines import ColourHistogram, standardised_on
 from hapticvlm.measure.material.data import Cut, Labels, Source, crops
 from hapticvlm.recognition.encoder import CARD, Encoder, EncoderError, load_encoder
-from hapticvlm.recognition.gallery import Calibration, Gallery, GalleryError, load_gallery
+from hapticvlm.recognition.gallery import (
+    FILE_NAME,
+    Calibration,
+    Gallery,
+    GalleryError,
+    load_gallery,
+)
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -30,7 +36,6 @@ Family = Literal["guess", "stated", "plain", "general", "untrained", "ours", "la
 NEAREST = Calibration(64.0, 0.0, 0.0)  # so sharp that the nearest reference decides; uncalibrated
 TEXTURES = "textures, logistic"
 WIDTHS_FROM = 4  # every so many teaching crops say how wide textures spread
-GALLERY = "gallery.npz"  # beside a variant's encoder.json
 
 
 class Head(Protocol):
@@ -231,9 +236,9 @@ def _variants(folder: Path | None) -> list[Path]:
 def _variant(folder: Path, teaching: Source | None) -> Method:
     """Load an encoder with the gallery beside it, or with the teaching sources for one."""
     encoder = load_encoder(str(folder))
-    if not (folder / GALLERY).is_file():
+    if not (folder / FILE_NAME).is_file():
         return _taught(folder.name, "ours", encoder, teaching)
-    head = GalleryHead(load_gallery(folder / GALLERY, encoder=encoder), speaks=True)
+    head = GalleryHead(load_gallery(folder / FILE_NAME, encoder=encoder), speaks=True)
     return Method(folder.name, "ours", encoder, head, references="its own")
 
 

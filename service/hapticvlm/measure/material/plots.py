@@ -102,7 +102,7 @@ def points(rows: Sequence[Row]) -> list[Point]:
 def _title() -> str:
     return (
         "Material of 4 (wood, glass, fabric, metal): balanced accuracy with 95 % interval over "
-        "objects, against the median time of one decision on one thread.\n"
+        "objects, against the median time one core takes for a decision.\n"
         f"Filled: zero-shot. Hollow: enrolled with {SHOWN} references a material from other "
         "objects of the source. Ringed: the default."
     )
@@ -134,7 +134,7 @@ def _panel(axes: Axes, rows: Sequence[Row]) -> None:
     axes.set_xlim(min(times) / 2.0, max(times) * 6.0)
     axes.set_ylim(0, 104)
     axes.set_title(_heading(rows), fontsize=9.5, loc="left", color=INK)
-    axes.set_xlabel("ms a decision")
+    axes.set_xlabel("ms of one core a decision")
     axes.set_ylabel("balanced accuracy of 4, %")
     axes.grid(color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)

@@ -84,6 +84,8 @@ def read_pictures(data: Path, name: str, labels: Labels) -> Source | None:
     if name == UNKNOWN_OF:
         views += _unknown_pictures(data, labels)
     note = "a class is a few kinds of thing" if name == UNKNOWN_OF else "one shape"
+    if name in labels.calibrating:
+        note += "; calibrates ours, whose confidence is therefore not held back here"
     ordered = [view for group in by_object(views).values() for view in group]
     return Source(name, tuple(ordered), note=note)
 

@@ -42,5 +42,5 @@ class Row:
 
     @property
     def latency_ms(self) -> float | None:
-        """Median of one decision, ms; None for what takes no time."""
+        """Median time of one core for one decision, ms; None for what takes no time."""
         return None if self.cost is None else self.cost.median * self.views

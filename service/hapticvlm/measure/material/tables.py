@@ -13,7 +13,7 @@ from hapticvlm.measure.material.rows import Row
 from hapticvlm.measure.material.scores import Open, Rejection, Score
 
 _HEAD = (
-    f"{'method':<32}{'ms':>8}{'p99':>8}{'floors':>8}  {'of 4':<15}{'of 11':<15}"
+    f"{'method':<38}{'core ms':>9}{'wall':>9}{'p99':>9}{'floors':>8}  {'of 4':<15}{'of 11':<15}"
     f"{'speaks, right':<15}" + "".join(f"{f'k = {k}':<10}" for k in REFERENCES) + "probe  unknown"
 )
 
@@ -41,7 +41,9 @@ def print_end(skipped: Sequence[str], files: Sequence[Path]) -> None:
     print(
         "objects of the source, among 4, +- s.d. of 20 draws; probe: logistic regression, 5-fold;"
     )
-    print("unknown: share rejected where 5 % of the known are; floors: times decoding one JPEG.")
+    print(
+        "unknown: share rejected where 5 % of the known are; core, wall: median time of one core and\nof the clock; p99 of the clock; floors: core time over that of decoding one JPEG."
+    )
     for text in skipped:
         print(f"left out  {text}")
     for path in files:
@@ -51,13 +53,15 @@ def print_end(skipped: Sequence[str], files: Sequence[Path]) -> None:
 def _line(row: Row) -> str:
     mark = "* " if row.is_default else "  "
     cost = row.cost
-    times = f"{'-':>8}{'-':>8}{'-':>8}"
+    times = f"{'-':>9}{'-':>9}{'-':>9}{'-':>8}"
     if cost is not None:
-        times = f"{row.latency_ms:>8.3g}{cost.p99 * row.views:>8.3g}{cost.floors * row.views:>8.3g}"
+        figures = (cost.median, cost.wall, cost.p99)
+        times = "".join(f"{figure * row.views:>9.3g}" for figure in figures)
+        times += f"{cost.floors * row.views:>8.3g}"
     few = [row.enrolled.get(str(k)) for k in REFERENCES]
     enrolled = "".join(f"{_spread(one.four if one else None):<10}" for one in few)
     return (
-        f"{mark + row.method:<32}{times}  {_share(row.four):<15}{_share(row.eleven):<15}"
+        f"{mark + row.method:<38}{times}  {_share(row.four):<15}{_share(row.eleven):<15}"
         f"{_spoken(row.open):<15}{enrolled}{_percent(row.probe):<7}{_rejected(row.unknown)}"
     )
 
