@@ -41,9 +41,8 @@ def print_end(skipped: Sequence[str], files: Sequence[Path]) -> None:
     print(
         "objects of the source, among 4, +- s.d. of 20 draws; probe: logistic regression, 5-fold;"
     )
-    print(
-        "unknown: share rejected where 5 % of the known are; core, wall: median time of one core and\nof the clock; p99 of the clock; floors: core time over that of decoding one JPEG."
-    )
+    print("unknown: share rejected where 5 % of the known are. Core, wall: median time of one core")
+    print("and of the clock; p99: of the clock; floors: core time over that of decoding one JPEG.")
     for text in skipped:
         print(f"left out  {text}")
     for path in files:
