@@ -24,7 +24,10 @@ from hapticvlm.measure.material.data import FOUR, Labels, Source, Stated, View, 
 from hapticvlm.measure.material.methods import GalleryHead, Method
 from hapticvlm.measure.material.protocols import Looked, draw_references, enrolled, left_out, probe
 from hapticvlm.measure.material.reading import load_sources, read_capture
-from hapticvlm.measure.material.scores import interval, open_score, rejection, score
+from hapticvlm.measure.material.rows import Row, knee
+from hapticvlm.measure.material.scores import Score, interval, open_score, rejection, score
+from hapticvlm.measure.material.tables import knee_sentence
+from hapticvlm.measure.material.timing import Cost
 from hapticvlm.measure.names import wilson
 from hapticvlm.messages import Frame, Shader
 from hapticvlm.recognition.gallery import Calibration, Gallery
@@ -374,6 +377,40 @@ def test_a_method_is_left_out_where_a_source_has_not_what_it_needs(source: Sourc
         (Method("whole", "ours", cut="whole"), (False, True)),
     ):
         assert (method.fits(source), method.fits(bare)) == fits, method.name
+
+
+def test_the_knee_is_the_cheapest_whose_interval_reaches_the_best() -> None:
+    rows = [
+        row("cheap", "plain", 0.5, 0.2),
+        row("near", "ours", 0.86, 2.0),
+        row("best", "general", 0.9, 9.0),
+        row("ladder", "ladder", 1.0, 1.0),
+    ]
+    found = knee(rows)
+    assert found is not None
+    assert [one.method for one in found] == ["best", "near"]
+    assert knee(rows[3:]) is None
+    assert "near at 2 ms" in knee_sentence(rows)
+
+
+def row(name: str, family: str, accuracy: float, ms: float) -> Row:
+    low, high = interval(accuracy, [25, 25, 25, 25])
+    counts = dict.fromkeys(FOUR, 25)
+    graded = Score(accuracy, low, high, 100, counts, dict.fromkeys(FOUR, accuracy), {})
+    cost = Cost(ms, ms, ms, ms, 100)
+    shown = {"source": "s", "method": name, "family": family, "is_default": False, "cut": "mask"}
+    return Row(
+        **shown,
+        views=1.0,
+        references="",
+        four=graded,
+        eleven=None,
+        open=None,
+        unknown=None,
+        enrolled={},
+        probe=None,
+        cost=cost,
+    )
 
 
 def test_labels_cover_neither_each_other_nor_a_dot() -> None:

@@ -150,7 +150,12 @@ def _figures(
         "floor": "decoding a 448 px JPEG",
         "chance": {"four": 1 / len(FOUR), "eleven": 1 / len(ELEVEN)},
         "sources": {
-            one.name: {"pictures": len(one.views), "cut": one.cut, "note": one.note}
+            one.name: {
+                "pictures": len(one.views),
+                "cut": one.cut,
+                "note": one.note,
+                "knee": tables.knee_sentence([row for row in rows if row.source == one.name]),
+            }
             for one in sources
         },
         "rows": [asdict(row) for row in rows],

@@ -26,7 +26,9 @@ def place(
 
     at = [axes.transData.transform((x, y)) for x, y, _, _ in labels]
     marks = [axes.transData.transform(dot) for dot in dots]
-    taken = [(x - DOT_PX, y - DOT_PX, x + DOT_PX, y + DOT_PX) for x, y in marks]
+    written = [text.get_window_extent() for text in axes.texts]
+    taken = [(box.x0, box.y0, box.x1, box.y1) for box in written]
+    taken += [(x - DOT_PX, y - DOT_PX, x + DOT_PX, y + DOT_PX) for x, y in marks]
     frame = axes.get_window_extent()
     edge = (frame.x0, frame.y0, frame.x1, frame.y1)
     points_per_px = 72.0 / axes.figure.dpi
@@ -42,6 +44,8 @@ def place(
 
 
 def _write(axes: Axes, at: tuple[float, float], text: str, colour: str) -> Annotation:
+    from matplotlib.patheffects import withStroke
+
     line = {"arrowstyle": "-", "color": colour, "linewidth": 0.5, "alpha": 0.6, "shrinkB": 3}
     return axes.annotate(
         text,
@@ -53,6 +57,7 @@ def _write(axes: Axes, at: tuple[float, float], text: str, colour: str) -> Annot
         va="center",
         arrowprops=line,
         zorder=5,
+        path_effects=[withStroke(linewidth=2.5, foreground="white")],
     )
 
 

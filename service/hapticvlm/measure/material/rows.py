@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hapticvlm.measure.material.scores import Open, Rejection, Score
 from hapticvlm.measure.material.timing import Cost
+
+LOOKING = ("plain", "general", "untrained", "ours")  # families that see the picture alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,3 +46,20 @@ class Row:
     def latency_ms(self) -> float | None:
         """Median time of one core for one decision, ms; None for what takes no time."""
         return None if self.cost is None else self.cost.median * self.views
+
+
+def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
+    """Find the best zero-shot look at pictures, and the cheapest whose interval reaches it.
+
+    None where nothing was timed and graded.
+    """
+    looks = [row for row in rows if row.family in LOOKING and row.four and row.latency_ms]
+    if not looks:
+        return None
+    best = max(looks, key=_accuracy)
+    reaching = [row for row in looks if row.four and row.four.high >= _accuracy(best)]
+    return best, min(reaching, key=lambda row: row.latency_ms or 0.0)
+
+
+def _accuracy(row: Row) -> float:
+    return row.four.accuracy if row.four else 0.0

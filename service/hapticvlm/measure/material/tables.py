@@ -9,7 +9,7 @@ from pathlib import Path
 from hapticvlm import materials
 from hapticvlm.measure.material.data import Source
 from hapticvlm.measure.material.protocols import REFERENCES
-from hapticvlm.measure.material.rows import Row
+from hapticvlm.measure.material.rows import Row, knee
 from hapticvlm.measure.material.scores import Open, Rejection, Score
 
 _HEAD = (
@@ -28,11 +28,24 @@ def print_source(source: Source, rows: Sequence[Row]) -> None:
     print(_HEAD)
     for row in mine:
         print(_line(row))
+    print(knee_sentence(mine))
     for row in mine:
         if row.is_default:
             _print_confusion("zero-shot, of all", row.eleven, row)
             twenty = row.enrolled.get(str(REFERENCES[-1]))
             _print_confusion("enrolled, of 4", twenty.four if twenty else None, row)
+
+
+def knee_sentence(rows: Sequence[Row]) -> str:
+    """Say which method that sees the picture alone is best, and which cheaper one may equal it."""
+    found = knee(rows)
+    if found is None:
+        return "no method was both timed and graded zero-shot"
+    best, cheapest = found
+    reach = "no cheaper one's interval reaches it"
+    if cheapest is not best:
+        reach = f"{cheapest.method} at {cheapest.latency_ms:.2g} ms reaches it with its interval"
+    return f"zero-shot, of 4: {best.method} is best at {best.latency_ms:.2g} ms; {reach}"
 
 
 def print_end(skipped: Sequence[str], files: Sequence[Path]) -> None:
