@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,8 +31,9 @@ from hapticvlm.measure.material.tables import knee_sentence
 from hapticvlm.measure.material.timing import Cost
 from hapticvlm.measure.names import wilson
 from hapticvlm.messages import Frame, Shader
+from hapticvlm.recognition.fusion import fuse
 from hapticvlm.recognition.gallery import Calibration, Gallery
-from hapticvlm.recognition.ladder import decide, fuse
+from hapticvlm.recognition.ladder import decide
 from hapticvlm.recognition.pictures import Crop, central_mask, crop
 
 NO_LABELS = Labels((), (), lambda label: label, lambda _: False, frozenset())
@@ -317,6 +319,27 @@ def test_one_picture_is_answered_as_the_ladder_answers(source: Source) -> None:
     assert [name or "unknown" for name in said.spoken] == [v.material for v in verdicts]
     assert len(set(said.spoken.tolist())) > 1
     assert set(said.four.tolist()) <= set(FOUR)
+
+
+def test_references_of_nothing_known_are_no_answer_but_take_belief(source: Source) -> None:
+    encoder, head = known()
+    blob = encoder.embed([Crop(*drawn("unknown", 60, 0))])
+    gallery = replace(
+        head.gallery,
+        materials=(*head.gallery.materials, "unknown"),
+        references=np.concatenate([head.gallery.references, blob]),
+        labels=np.append(head.gallery.labels, len(head.gallery.materials)),
+    )
+    method = Method("ours", "ours", encoder, GalleryHead(gallery, speaks=True))
+    embeddings = embed(method, source)
+    said = answer(method, source, embeddings)
+    assert said is not None
+    assert embeddings is not None
+    assert said.spoken is not None
+    assert "unknown" not in {*said.spoken.tolist(), *said.eleven.tolist()}
+    assert set(said.spoken[source.truth == "unknown"].tolist()) == {""}
+    verdicts = [decide([gallery.match(row)]).material for row in embeddings]
+    assert [name or "unknown" for name in said.spoken] == verdicts
 
 
 def test_fused_answers_are_one_an_object_and_those_of_fuse(source: Source) -> None:

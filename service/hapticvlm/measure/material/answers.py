@@ -13,6 +13,7 @@ from hapticvlm import materials
 from hapticvlm.measure.material.data import FOUR, Source, crops
 from hapticvlm.measure.material.methods import Floats, Method
 from hapticvlm.measure.material.scores import SILENT, Doubles, Words
+from hapticvlm.recognition import fusion
 from hapticvlm.recognition.gallery import LISTED
 from hapticvlm.recognition.ladder import KNOWN, SURE, Evidence, decide, fuse, pool
 from hapticvlm.recognition.names import from_name, from_shader
@@ -107,7 +108,11 @@ def _among(beliefs: Doubles, names: Words, allowed: Collection[str]) -> Words:
 
 
 def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> Answers | None:
-    """Gather evidence per picture, or per object with its views fused, and let the ladder judge."""
+    """Gather evidence per picture, or per object with its views fused, and let the ladder judge.
+
+    Open answers are the product's: what matches list, fused as the session does. Forced ones need
+    the small beliefs that both leave out: the mean of all.
+    """
     looks = _looks(method, embeddings)
     if looks is None:
         return None
@@ -116,14 +121,18 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     if not method.fused:
         units = list(np.eye(len(objects), dtype=np.bool_))
     first = np.array([unit.argmax() for unit in units])
-    gathered = [_gather(method, source, looks, np.flatnonzero(unit)) for unit in units]
-    verdicts = [decide([_listed(item) for item in items]) for items in gathered]
+    stated = [object_evidence(method, source, name) for name in objects[first].tolist()]
+    seen = [[looks[row] for row in np.flatnonzero(unit)] if looks else [] for unit in units]
+    fused = [[fusion.fuse(map(_listed, views))] if views else [] for views in seen]
+    means = [[fuse(views)] if views else [] for views in seen]
+    verdicts = [decide([*told, *look]) for told, look in zip(stated, fused, strict=True)]
+    forced = [[*told, *look] for told, look in zip(stated, means, strict=True)]
     spoken = [SILENT if v.material == materials.UNKNOWN else v.material for v in verdicts]
     confidence = np.array([verdict.confidence for verdict in verdicts])
     speaks = method.head is None or method.head.speaks
     return Answers(
-        four=np.array([_forced(items, FOUR) for items in gathered]),
-        eleven=np.array([_forced(items, ELEVEN) for items in gathered]),
+        four=np.array([_forced(items, FOUR) for items in forced]),
+        eleven=np.array([_forced(items, ELEVEN) for items in forced]),
         spoken=np.array(spoken) if speaks else None,
         sure=(confidence >= SURE) & speaks,
         familiar=confidence,
@@ -142,19 +151,9 @@ def _looks(method: Method, embeddings: Floats | None) -> list[Evidence] | None:
     return [evidence_of(row, names) for row in method.head.beliefs(embeddings)]
 
 
-def _gather(
-    method: Method, source: Source, looks: Sequence[Evidence], rows: NDArray[np.intp]
-) -> list[Evidence]:
-    found = object_evidence(method, source, source.views[rows[0]].object_id)
-    seen = [looks[row] for row in rows] if looks else []
-    if seen:
-        found.append(fuse(seen) if len(seen) > 1 else seen[0])
-    return found
-
-
 def _listed(item: Evidence) -> Evidence:
     """Keep the beliefs a match lists; the rest of the mass is open."""
-    return Evidence(item.rung, item.beliefs[:LISTED] if item.rung == "encoder" else item.beliefs)
+    return Evidence(item.rung, item.beliefs[:LISTED])
 
 
 def _forced(evidence: Sequence[Evidence], allowed: Sequence[str]) -> str:

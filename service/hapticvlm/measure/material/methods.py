@@ -58,24 +58,31 @@ class Head(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class GalleryHead:
-    """The product's gallery; familiarity is its belief, or its score where not calibrated."""
+    """The product's gallery; familiarity is its belief, or its score where not calibrated.
+
+    References of UNKNOWN, where it has some, take their share of belief and are no answer.
+    """
 
     gallery: Gallery
     speaks: bool
 
     @property
     def materials(self) -> tuple[str, ...]:
-        """The gallery's."""
-        return self.gallery.materials
+        """The gallery's, UNKNOWN left out."""
+        return tuple(name for name in self.gallery.materials if name != materials.UNKNOWN)
 
     def beliefs(self, embeddings: Floats) -> Doubles:
         """(N, C)."""
-        return self.gallery.beliefs(embeddings)
+        return self.gallery.beliefs(embeddings)[:, self._answers()]
 
     def familiar(self, embeddings: Floats) -> Doubles:
         """(N,)."""
-        known = self.beliefs(embeddings) if self.speaks else self.gallery.scores(embeddings)
-        return np.asarray(known.max(axis=1))
+        if self.speaks:
+            return np.asarray(self.beliefs(embeddings).max(axis=1))
+        return np.asarray(self.gallery.scores(embeddings)[:, self._answers()].max(axis=1))
+
+    def _answers(self) -> list[int]:
+        return [self.gallery.materials.index(name) for name in self.materials]
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from hapticvlm import __version__, materials
 from hapticvlm.measure.material import curves
 from hapticvlm.measure.material.breaks import Curve, Step, sentence
 from hapticvlm.measure.material.data import FOUR, Labels, Source, Where, thin
+from hapticvlm.measure.material.methods import GalleryHead
 from hapticvlm.measure.material.perturb import SHAKES, Shake, apply
 from hapticvlm.measure.material.picture import Picture, as_frame, window
 from hapticvlm.measure.material.protocols import Looked, left_out
@@ -168,8 +169,8 @@ def blank_answers(default: Default) -> dict[str, str]:
 def _ask(
     embeddings: Floats, references: Floats, truth: Words, objects: Words, gallery: Gallery
 ) -> Said:
-    beliefs = gallery.beliefs(embeddings)
-    names = np.array(gallery.materials)
+    head = GalleryHead(gallery, speaks=True)
+    beliefs, names = head.beliefs(embeddings), np.array(head.materials)
     among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
     best = beliefs.max(axis=1)
     spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
