@@ -22,14 +22,10 @@ def add(commands: Commands) -> None:
     frames.set_defaults(run=_measure_frames)
     frames.add_argument("--seconds", type=float, default=60.0, help="(%(default)s)")
     frames.add_argument("--json", action="store_true", help="print the JSON line only")
-    for name, text in (
-        ("names", "names and shaders to materials: confusion matrix"),
-        ("encoder", "pictures to materials, per held-back source"),
-    ):
-        kind = kinds.add_parser(name, help=text)
-        kind.set_defaults(run=_measure_recognition, what=name)
-        kind.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
-        kind.add_argument("--json", action="store_true", help="print the JSON line only")
+    names = kinds.add_parser("names", help="names and shaders to materials: confusion matrix")
+    names.set_defaults(run=_measure_names)
+    names.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
+    names.add_argument("--json", action="store_true", help="print the JSON line only")
 
 
 def _measure_latency(options: argparse.Namespace) -> int:
@@ -44,9 +40,7 @@ def _measure_frames(options: argparse.Namespace) -> int:
     return run(seconds=options.seconds, as_json=options.json)
 
 
-def _measure_recognition(options: argparse.Namespace) -> int:
-    if options.what == "names":
-        from hapticvlm.measure.names import run
-    else:
-        from hapticvlm.measure.encoder import run
+def _measure_names(options: argparse.Namespace) -> int:
+    from hapticvlm.measure.names import run
+
     return run(options.data, options.json)

@@ -110,28 +110,15 @@ def _require_unit(found: NDArray[np.generic], count: int, encoder: Encoder) -> F
 
 def _find(name: str | None, device: str, threads: int) -> Encoder:
     """Load what `name` says; each loader is imported late, with its own heavy library."""
-    folder = SHIPPED if name in (None, _shipped_name()) else Path(str(name)).expanduser()
-    if folder != SHIPPED and not (folder / CARD).is_file():
+    from hapticvlm.recognition.onnx_encoder import load_onnx_encoder, read_card
+
+    shipped = name is None or name == read_card(SHIPPED).name
+    folder = SHIPPED if shipped else Path(str(name)).expanduser()
+    if not shipped and not (folder / CARD).is_file():
         from hapticvlm.recognition.torch_encoder import load_transformers_encoder
 
         return load_transformers_encoder(str(name), device, threads)
     if device == "cuda":
         text = "--device cuda is for networks of transformers; this encoder runs on the cpu"
         raise EncoderError(f"{text}: leave --device out")
-    if (folder / CARD).is_file():
-        from hapticvlm.recognition.onnx_encoder import load_onnx_encoder
-
-        return load_onnx_encoder(folder, threads)
-    from hapticvlm.recognition.linear_encoder import load_linear_encoder
-
-    return load_linear_encoder()
-
-
-def _shipped_name() -> str:
-    if (SHIPPED / CARD).is_file():
-        from hapticvlm.recognition.onnx_encoder import read_card
-
-        return read_card(SHIPPED).name
-    from hapticvlm.recognition.linear_encoder import load_linear_encoder
-
-    return load_linear_encoder().name
+    return load_onnx_encoder(folder, threads)

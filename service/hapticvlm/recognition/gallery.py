@@ -37,7 +37,7 @@ from hapticvlm.recognition.own import (
 
 Floats = NDArray[np.float32]
 
-SHIPPED = Path(__file__).with_name("gallery.npz")
+SHIPPED = Path(__file__).with_name("shipped") / "gallery.npz"
 FILE_NAME = "gallery.npz"  # in a gallery folder
 LISTED = 3  # beliefs per evidence; the rest of the mass is open
 MAX_SHARPNESS = 64.0  # exp(64) still leaves room for the sum of any gallery in float32

@@ -7,7 +7,7 @@
     [vibration]
     roughness = 0.4
     [references]                      # what it looks like to one encoder; may be left out
-    encoder = "first-1"
+    encoder = "material-1"
     vectors = ["..."]                 # float16, little-endian, base64: one string each
 
 The file's name is the material's. Knows files, words and vectors; embeds nothing.

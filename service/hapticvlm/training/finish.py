@@ -1,7 +1,8 @@
 """From a finished run to what ships: `python -m hapticvlm.training.finish --run R --data D ...`.
 
 Exports the network, chooses references among the training pictures, calibrates on sources kept for
-that (sources.CALIBRATION), writes encoder and gallery. Touches nothing that is held back.
+that (sources.CALIBRATION, and renders of seeds that were not trained on), writes encoder and
+gallery. Touches nothing that is held back.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from hapticvlm.training.network import Network, Shape
 MOST_PER_CELL = 400
 SEED = 20250502
 BATCH = 16
+BLANK_LEVELS = (0, 64, 127, 191, 255)
 
 Floats = NDArray[np.float32]
 
@@ -39,6 +41,7 @@ def main() -> int:
     parser.add_argument("--run", type=Path, required=True)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--shards", type=Path, nargs="+", required=True)
+    parser.add_argument("--calibration", type=Path, required=True, help="folder of shards")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--name", required=True, help="e.g. material-1")
     parser.add_argument("--side", type=int, default=128)
@@ -48,7 +51,11 @@ def main() -> int:
     network = load_run(chosen.run)
     export.write(network, chosen.name, chosen.side, chosen.out, chosen.precision)
     encoder = load_encoder(str(chosen.out))
-    found = make_gallery(encoder, chosen.shards, chosen.data)
+    judged = [
+        _judge_others(encoder, chosen.data),
+        *_judge_renders(encoder, chosen.calibration),
+    ]
+    found = make_gallery(encoder, chosen.shards, judged)
     galleries.save_gallery(found, chosen.out / galleries.FILE_NAME)
     _say(f"{len(found.labels)} references; {found.calibration}")
     return 0
@@ -64,14 +71,25 @@ def load_run(run: Path) -> Network:
     return network.eval()
 
 
-def make_gallery(encoder: Encoder, folders: list[Path], data: Path) -> Gallery:
+def make_gallery(encoder: Encoder, folders: list[Path], judged: list[Judged]) -> Gallery:
     """Choose references of every material, and of none of them; calibrate."""
     names = (*materials.MATERIALS, materials.UNKNOWN)
     embeddings, labels, cells = _embed_cells(encoder, folders, names)
     references, of = fit.choose_references(embeddings, labels, cells, SEED)
-    judged = [_judge(encoder, data)]
+    blanks = embed(encoder, _blanks(encoder.side))
+    references = np.concatenate([references, blanks])
+    of = np.concatenate([of, np.full(len(blanks), names.index(materials.UNKNOWN), np.int64)])
     calibration = fit.fit_calibration(judged, references, of, len(materials.MATERIALS))
     return Gallery(encoder.name, names, references, of, calibration)
+
+
+def _blanks(side: int) -> list[Crop]:
+    """Frames that show nothing (black, grey, white, noise), whole or under the central mask."""
+    rng = np.random.default_rng(SEED)
+    flat = [np.full((side, side, 3), level, np.uint8) for level in BLANK_LEVELS]
+    noise = [rng.integers(0, 256, (side, side, 3), np.uint8) for _ in range(2)]
+    masks = (central_mask(side), np.full((side, side), 255, np.uint8))
+    return [Crop(image, mask) for image in (*flat, *noise) for mask in masks]
 
 
 def _embed_cells(
@@ -97,7 +115,33 @@ def _embed_cells(
     return embed(encoder, crops), np.array(labels, np.int64), cells.astype(np.int64)
 
 
-def _judge(encoder: Encoder, data: Path) -> Judged:
+def _judge_renders(encoder: Encoder, folder: Path) -> tuple[Judged, Judged]:
+    """Embed our own renders that nothing was trained on: as they are, and with one view enrolled.
+
+    The second way is what similarity means once a user has enrolled pictures of the scene.
+    """
+    index = {name: number for number, name in enumerate(materials.MATERIALS)}
+    crops: list[Crop] = []
+    truth: list[int] = []
+    samples: list[str] = []
+    for path in shards.paths([folder]):
+        shard = shards.read_framed(path)
+        pairs = zip(shard.images, shard.masks, strict=True)
+        crops += [_fitting(image, mask, encoder.side) for image, mask in pairs]
+        truth += [index.get(label, -1) for label in shard.labels.tolist()]
+        samples += [f"{path.name}/{number}" for number in shard.instances.tolist()]
+    labels, embeddings = np.array(truth, np.int64), embed(encoder, crops)
+    first = np.zeros(len(labels), np.bool_)
+    first[np.unique(samples, return_index=True)[1]] = True
+    chosen, rest = first & (labels >= 0), ~first
+    enrolled = (embeddings[chosen], labels[chosen])
+    return (
+        Judged(embeddings, labels, fit.weigh(labels)),
+        Judged(embeddings[rest], labels[rest], fit.weigh(labels[rest]), enrolled),
+    )
+
+
+def _judge_others(encoder: Encoder, data: Path) -> Judged:
     """Embed the calibration sources: renders of others, and scenery that is none of ours."""
     index = {name: number for number, name in enumerate(materials.MATERIALS)}
     crops, truth = [], []

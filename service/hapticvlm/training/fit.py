@@ -20,6 +20,7 @@ Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 CENTRES = 10  # references per cell
+STRANGERS = 0.2  # share of what a hand touches that is none of our materials: our choice
 ROUNDS = 25
 
 
@@ -27,12 +28,21 @@ ROUNDS = 25
 class Judged:
     """Embeddings (N, D) with truth (N,), an index of the gallery's materials or -1: none of them.
 
-    weights (N,) sum to 1 per source.
+    weights (N,) sum to 1 per source; `more` are references (R, D) with labels (R,) that count for
+    these pictures beside the gallery's: what a user would have enrolled.
     """
 
     embeddings: Floats
     truth: Indices
     weights: Doubles
+    more: tuple[Floats, Indices] | None = None
+
+    def scores(self, references: Floats, labels: Indices, sharpness: float) -> Doubles:
+        """Score these pictures against the gallery's references and their own: (N, C)."""
+        if self.more is not None:
+            references = np.concatenate([references, self.more[0]])
+            labels = np.concatenate([labels, self.more[1]])
+        return score(self.embeddings, references, labels, sharpness)
 
 
 def choose_references(
@@ -50,13 +60,13 @@ def choose_references(
 
 
 def weigh(truth: Indices) -> Doubles:
-    """Weigh judged pictures: each class alike, and "none of ours" as much as all classes."""
+    """Weigh judged pictures: each class alike, and "none of ours" STRANGERS of the whole."""
     weights = np.zeros(len(truth))
     known = np.unique(truth[truth >= 0])
     for value in known:
-        weights[truth == value] = 1.0 / len(known) / (truth == value).sum()
+        weights[truth == value] = (1.0 - STRANGERS) / len(known) / (truth == value).sum()
     if (truth < 0).any():
-        weights[truth < 0] = 1.0 / (truth < 0).sum()
+        weights[truth < 0] = STRANGERS / (truth < 0).sum()
     return np.asarray(weights / weights.sum())
 
 
@@ -69,7 +79,7 @@ def fit_calibration(
     """
 
     def surprise_at(sharpness: float) -> Callable[[Calibration], float]:
-        scores = [score(one.embeddings, references, labels, sharpness) for one in judged]
+        scores = [one.scores(references, labels, sharpness) for one in judged]
         return lambda trial: sum(
             surprise(believe(s, trial)[:, :classes], one.truth, one.weights, classes)
             for one, s in zip(judged, scores, strict=True)
