@@ -1,0 +1,167 @@
+"""Picture and mask files to frames, upright, as a scene would send them; knows no material.
+
+A plain JPEG is handed on as it is, so that it is decoded as the service decodes it. What else is
+turned as its EXIF says, brought to 8 bits RGB on a grey ground and shrunk to what a frame may be.
+Animations are refused: which of their pictures is meant is for the user to say.
+"""
+
+from __future__ import annotations
+
+import struct
+import warnings
+from io import BytesIO
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from hapticvlm.messages import MAX_SIDE_PX, Frame
+
+SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".webp"})
+FORMATS = ("JPEG", "PNG", "WEBP")
+GROUND = (127, 127, 127)  # behind what is transparent
+
+_ORIENTATION = 0x0112  # of EXIF
+_TURNS = {
+    2: Image.Transpose.FLIP_LEFT_RIGHT,
+    3: Image.Transpose.ROTATE_180,
+    4: Image.Transpose.FLIP_TOP_BOTTOM,
+    5: Image.Transpose.TRANSPOSE,
+    6: Image.Transpose.ROTATE_270,
+    7: Image.Transpose.TRANSVERSE,
+    8: Image.Transpose.ROTATE_90,
+}
+_QUARTER = 5  # from this orientation on width and height change places
+_UNREADABLE = (OSError, ValueError, SyntaxError, EOFError, KeyError, struct.error, MemoryError)
+
+
+class FileError(ValueError):
+    """A file that cannot be used: which, why, and what to do."""
+
+
+def list_files(folder: Path) -> list[Path]:
+    """List the pictures that lie in a folder itself, hidden ones left out, in order of name."""
+    found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]
+    return sorted(path for path in found if path.is_file() and not path.name.startswith("."))
+
+
+def read_frame(path: Path, mask: Path | None = None) -> Frame:
+    """Read a picture, and the mask of its upright size (nonzero = object). Raises FileError."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # EXIF that is broken: pixels are all we want
+        warnings.simplefilter("error", Image.DecompressionBombWarning)
+        data = _read(path)
+        with _open(path, data) as image:
+            return _upright(path, data, image, mask)
+
+
+def _upright(path: Path, data: bytes, image: Image.Image, mask: Path | None) -> Frame:
+    turn = _orientation(image)
+    size = image.size[::-1] if turn >= _QUARTER else image.size
+    is_plain = image.format == "JPEG" and image.mode in ("RGB", "L") and turn == 1
+    if is_plain and max(size) <= MAX_SIDE_PX:
+        return _frame("jpeg", data, size, None if mask is None else _mask(mask, size, size))
+    try:
+        pixels = _pixels(image, turn)
+    except (*_UNREADABLE, Image.DecompressionBombError) as error:
+        raise FileError(f"{path}: broken picture ({error}); save it again") from None
+    shrunk = (pixels.shape[1], pixels.shape[0])
+    levels = None if mask is None else _mask(mask, size, shrunk)
+    return _frame("rgb8", pixels.tobytes(), shrunk, levels)
+
+
+def _frame(
+    form: Literal["jpeg", "rgb8"], data: bytes, size: tuple[int, int], mask: bytes | None
+) -> Frame:
+    return Frame(
+        id=1,
+        captured_at=0.0,
+        format=form,
+        width=size[0],
+        height=size[1],
+        image=data,
+        origin="top",
+        mask=mask,
+    )
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise FileError(f"{path}: {error.strerror or error}") from None
+
+
+def _open(path: Path, data: bytes) -> Image.Image:
+    try:
+        image = Image.open(BytesIO(data), formats=FORMATS)
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+        text = f"more than {Image.MAX_IMAGE_PIXELS or 0:,} px; shrink it"
+        raise FileError(f"{path}: {text}") from None
+    except _UNREADABLE:
+        raise FileError(f"{path}: no JPEG, PNG or WebP; save it as one") from None
+    # A phone's JPEG may hold a second picture, for depth or gain: that is no animation.
+    count = 1 if image.format in ("JPEG", "MPO") else getattr(image, "n_frames", 1)
+    if count > 1:
+        raise FileError(f"{path}: an animation of {count} pictures; save the one that is meant")
+    return image
+
+
+def _orientation(image: Image.Image) -> int:
+    try:
+        turn = image.getexif().get(_ORIENTATION, 1)
+    except (*_UNREADABLE, TypeError):
+        return 1  # viewers show a picture whose EXIF is broken, so it is one
+    return turn if turn in _TURNS else 1
+
+
+def _pixels(image: Image.Image, turn: int) -> NDArray[np.uint8]:
+    """Decode to (H, W, 3) uint8 RGB, upright, MAX_SIDE_PX a side at most."""
+    limit = (MAX_SIDE_PX, MAX_SIDE_PX)
+    if max(image.size) > MAX_SIDE_PX:
+        image.draft(None, limit)  # a JPEG is decoded smaller, others as they are
+    whole = _rgb(image)
+    if turn in _TURNS:
+        whole = whole.transpose(_TURNS[turn])
+    whole.thumbnail(limit)
+    return np.asarray(whole)
+
+
+def _rgb(image: Image.Image) -> Image.Image:
+    if image.mode.startswith("I"):  # 16 bits of grey, which Pillow would clip instead of scaling
+        levels = np.asarray(image).astype(np.int64) >> 8
+        return Image.fromarray(levels.clip(0, 255).astype(np.uint8)).convert("RGB")
+    if not image.has_transparency_data:
+        return image.convert("RGB")
+    ground = Image.new("RGB", image.size, GROUND)
+    over = image.convert("RGBA")
+    ground.paste(over, mask=over.getchannel("A"))
+    return ground
+
+
+def _without_alpha(image: Image.Image) -> Image.Image:
+    """Keep what a mask is drawn in: grey, or the colours of a palette."""
+    if image.mode == "LA":
+        return image.convert("L")
+    return image.convert("RGB") if image.mode in ("P", "PA", "RGBA") else image
+
+
+def _mask(path: Path, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
+    """Read a mask of the picture's upright size as an 8-bit PNG of `size`, 0 or 255."""
+    with _open(path, _read(path)) as image:
+        if image.size != upright:
+            text = f"{path}: the mask is {image.size[0]} x {image.size[1]} px, its upright picture"
+            raise FileError(f"{text} {upright[0]} x {upright[1]}; make them alike")
+        try:
+            levels = np.asarray(_without_alpha(image))
+        except (*_UNREADABLE, Image.DecompressionBombError) as error:
+            raise FileError(f"{path}: broken mask ({error}); save it again") from None
+    inside = levels.any(axis=2) if levels.ndim == 3 else levels != 0
+    if not inside.any():
+        raise FileError(f"{path}: no pixel is nonzero; mark the object or leave the mask out")
+    data = BytesIO()
+    marked = Image.fromarray(np.where(inside, 255, 0).astype(np.uint8))
+    marked.resize(size, Image.Resampling.NEAREST).save(data, "PNG", compress_level=1)
+    return data.getvalue()
