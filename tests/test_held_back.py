@@ -130,7 +130,7 @@ def test_the_same_object_twice_gives_equal_bytes(truth: str, data: Path, tmp_pat
 
     assert renderer.start(renderer.SCALAR) == "scalar_rgb"
     made = plan.Plan(f"{truth}_try", truth, 0, "ball", is_model=False, own=False)
-    job = command.Job("approach", [made], cameras.VIEWS, 16, 1, 0.15, 0.3)
+    job = command.Job("approach", [made], cameras.VIEWS, 16, 1, 75, 0.15, 0.3)
     found = catalogue.read_catalogue(data)
     for folder in ("one", "two"):
         command.make_set(job, found, tmp_path / folder)

@@ -3,10 +3,12 @@
 import json
 import struct
 from collections import Counter
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from hapticvlm.training.held_back import (
     cameras,
@@ -125,3 +127,10 @@ def test_an_object_is_never_exposed_to_white() -> None:
     mask = (linear[..., 0] > 1).astype(np.float32)
     gain = develop.exposure(linear, mask, np.random.default_rng(0))
     assert 50.0 * gain <= 0.9 + 1e-6
+
+
+def test_a_mask_is_a_png_of_8_bits_that_any_reader_reads() -> None:
+    covered = np.linspace(0, 1, 12 * 7, dtype=np.float32).reshape(12, 7)
+    with Image.open(BytesIO(develop.mask_png(covered))) as mask:
+        assert (mask.format, mask.mode, mask.size) == ("PNG", "L", (7, 12))
+        assert (np.asarray(mask) == np.where(covered >= 0.5, 255, 0)).all()

@@ -29,13 +29,14 @@ _CHUNK = 15  # views a launch
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One of the two sets: its objects, picture side in px, samples a film pixel, frame times."""
+    """One of the two sets: picture side in px, samples a film pixel and half, JPEG quality."""
 
     name: str
     plans: list[Plan]
     frames: int
     side: int
     samples: int
+    quality: int
     step_s: float
     pause_s: float
 
@@ -43,8 +44,8 @@ class Job:
 def jobs() -> dict[str, Job]:
     """Name both sets."""
     return {
-        "approach": Job("approach", approaches(), VIEWS, 144, 6, 0.15, 0.3),
-        "orbit": Job("orbit", orbits(), ORBIT_FRAMES, 128, 6, 0.05, 0.5),
+        "approach": Job("approach", approaches(), VIEWS, 144, 6, 75, 0.15, 0.3),
+        "orbit": Job("orbit", orbits(), ORBIT_FRAMES, 128, 6, 65, 0.05, 0.5),
     }
 
 
@@ -93,7 +94,7 @@ def make_object(plan: Plan, job: Job, catalogue: Catalogue, out: Path) -> dict[s
     pictures = develop.develop(halves, masks, np.random.default_rng(seed))
     for name, picture, mask in zip(_names(plan, job), pictures, masks, strict=True):
         (out / "masks" / f"{name}.png").write_bytes(develop.mask_png(mask))
-        (out / "frames" / f"{name}.jpg").write_bytes(develop.jpeg(picture))
+        (out / "frames" / f"{name}.jpg").write_bytes(develop.jpeg(picture, job.quality))
     made_of = sorted({thing.surface.made_of for thing in stage.target})
     return {**asdict(plan), "made_of": made_of, "light": stage.surroundings}
 

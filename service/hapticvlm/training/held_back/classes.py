@@ -73,7 +73,7 @@ def _bare_metal(rng: Rng, catalogue: Catalogue, relief: Relief | None = None) ->
 
 
 def _brushed_metal(rng: Rng, catalogue: Catalogue) -> Surface:
-    relief = Relief(height=patterns.streaks(rng), depth=rng.uniform(0.002, 0.006))
+    relief = Relief(height=patterns.streaks(rng), depth=rng.uniform(0.0006, 0.0018))
     bare = _bare_metal(rng, catalogue, relief)
     rough = float(rng.uniform(0.08, 0.15))
     return replace(bare, made_of=f"brushed {bare.made_of}", rough_u=rough, rough_v=rough * 2.5)
@@ -118,7 +118,7 @@ def _pressed_glass(rng: Rng, catalogue: Catalogue) -> Surface:
     near, _ = patterns.cells(rng, int(rng.integers(15, 40)))
     height = ribs if rng.random() < 0.5 else near
     clear = _clear_glass(rng, catalogue)
-    relief = Relief(height=height, depth=rng.uniform(0.02, 0.05))
+    relief = Relief(height=height, depth=rng.uniform(0.006, 0.015))
     return replace(clear, made_of="pressed glass", relief=relief)
 
 

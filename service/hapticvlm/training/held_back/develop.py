@@ -6,6 +6,8 @@ antialiasing (which also tames the path tracer's fireflies), a tone curve, sRGB.
 
 from __future__ import annotations
 
+import struct
+import zlib
 from io import BytesIO
 
 import numpy as np
@@ -15,7 +17,6 @@ from PIL import Image
 from hapticvlm.training.held_back.denoise import denoise
 from hapticvlm.training.held_back.surfaces import GREY, Rng, to_srgb
 
-JPEG_QUALITY = 75
 _MOST = 0.85  # share of the object that is exposed below white
 _WHITEST = 4.0  # exposed radiance that a film pixel is clipped at
 Linear = NDArray[np.float32]
@@ -46,19 +47,29 @@ def exposure(linear: Linear, masks: Linear, rng: Rng) -> float:
     return min(float(rng.uniform(0.14, 0.26)) / middle, 0.9 / max(brightest, 1e-4))
 
 
-def jpeg(picture: Pixels) -> bytes:
+def jpeg(picture: Pixels, quality: int) -> bytes:
     """Compress (H, W, 3) as baseline JPEG."""
     store = BytesIO()
-    Image.fromarray(picture).save(store, "JPEG", quality=JPEG_QUALITY, optimize=True)
+    Image.fromarray(picture).save(store, "JPEG", quality=quality, optimize=True)
     return store.getvalue()
 
 
 def mask_png(mask: Linear) -> bytes:
-    """Compress (H, W) 0..1 as an 8-bit PNG, 255 where the object covers half a pixel or more."""
-    store = BytesIO()
+    """Compress (H, W) 0..1 as an 8-bit PNG, 255 where the object covers half a pixel or more.
+
+    Rows are unfiltered, which no option of Pillow's gives and which makes masks a quarter smaller.
+    """
     inside = np.where(mask >= 0.5, 255, 0).astype(np.uint8)
-    Image.fromarray(inside).save(store, "PNG", optimize=True)
-    return store.getvalue()
+    height, width = inside.shape
+    rows = np.hstack([np.zeros((height, 1), np.uint8), inside]).tobytes()
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows, 9)), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*chunk) for chunk in chunks)
+
+
+def _chunk(kind: bytes, content: bytes) -> bytes:
+    check = zlib.crc32(kind + content)
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", check)
 
 
 def _shrunk(linear: Linear, factor: int) -> Linear:

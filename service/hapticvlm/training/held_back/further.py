@@ -122,14 +122,14 @@ def _printed_paper(rng: Rng, catalogue: Catalogue) -> Surface:
 def _hide(rng: Rng, catalogue: Catalogue) -> Surface:
     del catalogue
     base = _HIDES[int(rng.integers(len(_HIDES)))]
-    _, border = patterns.cells(rng, int(rng.integers(2500, 7000)))
+    _, border = patterns.cells(rng, int(rng.integers(1500, 4000)))
     pebbles = np.sqrt(np.clip(border * 1.6, 0, 1))
     worn = 0.7 * pebbles + 0.3 * patterns.noise(rng, 1.4)
     height = 0.75 * pebbles + 0.25 * patterns.noise(rng, 1.6)
     return Opaque(
         made_of="pebbled hide, grain by us",
         colour=mixed(scaled(base, 0.6), scaled(base, 1.15), worn),
-        roughness=rng.uniform(0.35, 0.6),
+        roughness=rng.uniform(0.3, 0.5),
         relief=Relief(height=height.astype(np.float32), depth=rng.uniform(0.008, 0.016)),
         repeat=rng.uniform(0.7, 1.1),
     )

@@ -113,7 +113,7 @@ def _broken_up(name: str, base: Triple, look: _Look, rng: Rng) -> Opaque:
 def _body(name: str, rng: Rng, catalogue: Catalogue) -> Clear:
     substance = catalogue.values[_BODIES[name]]
     red, green, blue = (channel**0.5 for channel in substance["color"]["color"])
-    waves = Relief(height=patterns.noise(rng, 1.8), depth=0.08)
+    waves = Relief(height=patterns.noise(rng, 2.6), depth=0.04)
     rough = 0.12 if name == "ice" else 0.0
     return Clear(
         made_of=name, ior=substance["ior"], tint=(red, green, blue), roughness=rough, relief=waves
