@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hapticvlm.recognition.encoder import Encoder
     from hapticvlm.training.network import Network
 
-LIMIT = 1200  # pictures of a source that `chart` looks at
+LIMIT = 640  # pictures of a source that `chart` looks at
 SHAKEN = 48  # pictures of a source that `stability` looks at
 WEIGHTS = "encoder.safetensors"
 SEED = 7  # of the untrained network

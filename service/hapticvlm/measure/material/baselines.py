@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from hapticvlm.measure.material.texture import LENGTH, describe
 from hapticvlm.recognition.encoder import embed_all
-from hapticvlm.recognition.pictures import Crop, central_mask
+from hapticvlm.recognition.pictures import Crop
 
 Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
-GREY = 124  # level put outside a mask for a network without a mask channel: ImageNet's mean
 CLIP = 4.0  # standard deviations
 
 
@@ -54,8 +53,9 @@ class TextureStatistics:
 
 @dataclass(frozen=True, slots=True)
 class GeneralNetwork:
-    """A pooled feature of a general network; what lies outside a stated mask is greyed out.
+    """A pooled feature of a general network, which sees the crop whole: it knows no mask.
 
+    Greyed out outside the mask it did worse on held-back renders (31 against 38 % at 5 references).
     `features` takes (N, S, S, 3) uint8 and masks (N, S, S) to average under.
     """
 
@@ -67,7 +67,7 @@ class GeneralNetwork:
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm."""
         everywhere = np.full((1, self.side, self.side), 255, np.uint8)
-        found = [self.features(_greyed(crop)[None], everywhere) for crop in crops]
+        found = [self.features(crop.image[None], everywhere) for crop in crops]
         return _unit(np.concatenate(found))
 
 
@@ -96,12 +96,6 @@ def _histogram(crop: Crop) -> Floats:
     counts = np.bincount((inside // 64).astype(int) @ np.array((16, 4, 1)), minlength=64)
     roots: Floats = np.sqrt(counts / counts.sum()).astype(np.float32)
     return roots
-
-
-def _greyed(crop: Crop) -> Bytes:
-    if np.array_equal(crop.mask, central_mask(crop.mask.shape[0])):
-        return crop.image
-    return np.where(crop.mask[..., None] > 0, crop.image, GREY).astype(np.uint8)
 
 
 def _unit(rows: Floats) -> Floats:
