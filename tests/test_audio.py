@@ -39,7 +39,7 @@ def test_a_gain_set_while_the_engine_restarts_holds_for_the_new_one():
     speaker = Speaker(AudioSettings())
     speaker.start()
     try:
-        os.kill(speaker.pid, signal.SIGKILL)
+        os.kill(speaker.pid, signal.SIGKILL)  # type: ignore[arg-type]
         while speaker.supervise(time.monotonic()) is None:
             time.sleep(0.01)
         speaker.set_gain(0.0)

@@ -34,10 +34,10 @@ def frame(seed: int = 1, side: int = 256, **fields: object) -> Frame:
     given = {"id": 1, "captured_at": 0.0, "format": "jpeg", "origin": "top"}
     image = simplejpeg.encode_jpeg(picture(seed, side), quality=90)
     sized = {"width": side, "height": side, "image": image}
-    return Frame(**{**given, **sized, **fields})  # type: ignore[arg-type]
+    return Frame(**{**given, **sized, **fields})
 
 
-def look(eye: Eye, shown: Frame, *, anew: bool = True):  # type: ignore[no-untyped-def]
+def look(eye: Eye, shown: Frame, *, anew: bool = True):
     return eye.look(msgspec.msgpack.encode(shown), "cup", 0.0, anew=anew)
 
 
@@ -65,7 +65,9 @@ def test_regions_compared_together_decode_the_frame_once(
     decoded = []
     decode = simplejpeg.decode_jpeg
     monkeypatch.setattr(
-        simplejpeg, "decode_jpeg", lambda *a, **k: decoded.append(1) or decode(*a, **k)
+        simplejpeg,
+        "decode_jpeg",
+        lambda *a, **k: decoded.append(1) or decode(*a, **k),  # type: ignore[func-returns-value]
     )
     eye = Eye(encoder, gallery)
     eye.compare(frame(), REGIONS)

@@ -52,7 +52,7 @@ def at_worst(shake: Shake, shown: Picture, seed: int = 3) -> Picture:
 
 
 def same(one: Picture, other: Picture) -> bool:
-    return np.array_equal(one.image, other.image) and np.array_equal(one.mask, other.mask)
+    return np.array_equal(one.image, other.image) and np.array_equal(one.mask, other.mask)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("shake", SHAKES, ids=IDS)
@@ -91,7 +91,7 @@ def test_light_changes_no_mask_and_no_size(name: str) -> None:
     shown = picture()
     changed = at_worst(BY_NAME[name], shown)
     assert changed.image.shape == shown.image.shape
-    assert np.array_equal(changed.mask, shown.mask)
+    assert np.array_equal(changed.mask, shown.mask)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("shake", [one for one in SHAKES if one.needs_mask], ids=lambda s: s.name)

@@ -31,7 +31,7 @@ def test_a_folder_with_a_card_is_an_encoder(folder: Path) -> None:
     encoder = load_encoder(str(folder))
     assert (encoder.name, encoder.side, encoder.dimension) == ("tiny-1", SIDE, 128)
     found = encoder.embed([crop(1, SIDE), crop(2, SIDE)])
-    assert (found.shape, found.dtype) == ((2, 128), np.float32)
+    assert (found.shape, found.dtype) == ((2, 128), np.float32)  # type: ignore[comparison-overlap]
     assert np.allclose(np.linalg.norm(found, axis=1), 1.0, atol=1e-5)
 
 
@@ -136,7 +136,7 @@ def test_a_file_that_is_no_graph_is_refused_in_one_line(tmp_path: Path) -> None:
     ],
 )
 def test_a_card_that_lacks_something_is_refused(tmp_path: Path, card: dict[str, object]) -> None:
-    write_onnx(tmp_path, **card)
+    write_onnx(tmp_path, **card)  # type: ignore[arg-type]
     with pytest.raises(EncoderError, match=r"encoder\.json"):
         load_encoder(str(tmp_path))
 

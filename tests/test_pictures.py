@@ -168,7 +168,7 @@ def test_regions_cut_together_decode_once_for_each_reduction(
     crops(shown, [REGIONS[0]] * 6, 64)
     assert factors == [2]
     crops(shown, REGIONS, 64)
-    assert sorted(factors[1:]) == [1, 2, 4]
+    assert sorted(factors[1:]) == [1, 2, 4]  # type: ignore[type-var]
     assert crops(shown, [], 64) == []
     assert len(factors) == 4
 

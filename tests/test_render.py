@@ -13,7 +13,7 @@ from hapticvlm.training.render.bodies.body import Body
 from hapticvlm.training.render.compose import Props, compose
 from hapticvlm.training.render.dice import Dice
 from hapticvlm.training.render.light import load_lights, sky
-from hapticvlm.training.render.mesh import Mesh, floats
+from hapticvlm.training.render.mesh import Mesh, floats, patch
 from hapticvlm.training.render.radiance import read_radiance
 from hapticvlm.training.render.scene import Camera, Part, Scene, Sun
 from hapticvlm.training.render.shade import lighting
@@ -41,7 +41,7 @@ def plain(colour=0.5, roughness=0.8, metalness=0.0, finish=None) -> Surface:
 
 def ball_scene(*, material=0, sun=0.0, others=(), glass=False) -> Scene:
     """A ball of half the picture's width, seen along -z, alone."""
-    mesh = solids.patch(solids.spherical(), closed=True)
+    mesh = patch(solids.spherical(), closed=True)
     eye = floats([0, 0, 4])
     turn = floats([[1, 0, 0], [0, 1, 0], [0, 0, -1]])
     lamp = Sun(floats([0, 0, 1]), floats([1, 1, 1]) * np.float32(sun))

@@ -44,7 +44,7 @@ def copy(folder: Path, to: Path, **processor: object) -> Path:
 def test_a_saved_network_is_an_encoder(encoder: Encoder) -> None:
     assert (encoder.side, encoder.dimension) == (SIDE, 32)
     found = encoder.embed([crop(seed, SIDE) for seed in range(3)])
-    assert (found.shape, found.dtype) == ((3, 32), np.float32)
+    assert (found.shape, found.dtype) == ((3, 32), np.float32)  # type: ignore[comparison-overlap]
     assert np.allclose(np.linalg.norm(found, axis=1), 1.0, atol=1e-5)
     assert encoder.embed([]).shape == (0, 32)
 

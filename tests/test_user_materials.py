@@ -184,7 +184,7 @@ def corners() -> list[dict[str, Any]]:
     found = []
     for side in (0, 1):
         facts: dict[str, Any] = {"thermal": {}, "vibration": {}}
-        mode = {}
+        mode: dict[str, float] = {}
         for path, limits in LIMITS.items():
             part, *inner = path.split(".")
             (mode if len(inner) == 2 else facts[part])[inner[-1]] = limits[side]

@@ -80,7 +80,7 @@ def _surface(truth: str, number: int, x: np.ndarray, y: np.ndarray) -> np.ndarra
         "metal": (110, 112, 118),
         "stone": (120, 115, 108),
     }.get(truth, (240, 30, 240))
-    return np.array(colour, float) + wave[..., None]
+    return np.array(colour, float) + wave[..., None]  # type: ignore[no-any-return]
 
 
 def encoded(pixels: np.ndarray, kind: str) -> bytes:

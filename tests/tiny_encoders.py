@@ -122,8 +122,8 @@ def write_network(folder: Path, kind: str = "ConvNext", seed: int = 0, **process
 def _network(kind: str) -> Any:
     import transformers as t
 
-    stages = {"hidden_sizes": [8, 16, 24, 32], "depths": [1, 1, 1, 1]}
-    text = {"hidden_size": 16, "num_hidden_layers": 1, "num_attention_heads": 2}
+    stages: dict[str, Any] = {"hidden_sizes": [8, 16, 24, 32], "depths": [1, 1, 1, 1]}
+    text: dict[str, Any] = {"hidden_size": 16, "num_hidden_layers": 1, "num_attention_heads": 2}
     tokens = {**text, "intermediate_size": 16, "image_size": 112, "patch_size": 16}
     if kind == "ConvNext":
         return t.ConvNextModel(t.ConvNextConfig(**stages, layer_scale_init_value=1.0))
