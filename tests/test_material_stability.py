@@ -22,7 +22,13 @@ from hapticvlm.measure.material.picture import (
     window,
 )
 from hapticvlm.measure.material.reading import read_capture
-from hapticvlm.measure.material.stability import Default, blank_answers, look_clean, shaken
+from hapticvlm.measure.material.stability import (
+    BLANKS,
+    Default,
+    blank_answers,
+    look_clean,
+    shaken,
+)
 from hapticvlm.recognition.encoder import load_encoder
 from hapticvlm.recognition.gallery import load_gallery
 from hapticvlm.recognition.pictures import crop
@@ -198,7 +204,8 @@ def test_unchanged_pictures_flip_nothing_whatever_the_severity(
 
 
 def test_blank_frames_are_unknown(default: Default) -> None:
-    assert set(blank_answers(default).values()) == {"unknown"}
+    said = blank_answers(default)
+    assert {said[name] for name in BLANKS} == {"unknown"}
 
 
 def test_a_break_is_where_half_of_the_lead_is_lost() -> None:

