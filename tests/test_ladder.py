@@ -108,6 +108,27 @@ def test_a_rung_that_rejects_its_own_best_guess_does_not_speak_against_it() -> N
     assert beside.confidence >= decide([shader]).confidence
 
 
+def test_a_sure_rung_takes_nothing_from_doubtful_ones_that_agree() -> None:
+    doubtful = [says("name", wood=0.75), says("encoder", wood=0.79)]
+    together = decide(doubtful).confidence
+    for sure in (says("shader", wood=SURE), says("vlm", wood=SURE)):
+        assert decide([*doubtful, sure]).confidence >= together > SURE
+
+
+def test_a_sure_rung_is_believed_as_it_says_against_one_that_disagrees() -> None:
+    verdict = decide([WOOD_SURE, says("encoder", metal=0.95)])
+    assert (verdict.material, verdict.runner_up) == ("wood", "metal")
+    assert verdict.confidence == pytest.approx(0.93)
+
+
+def test_beside_a_name_a_shader_counts_less_the_more_the_name_says() -> None:
+    shader = says("shader", metal=0.75)
+    against = [pool([says("name", wood=belief), shader]) for belief in (0.001, 0.4, 0.75)]
+    assert against[0]["metal"] == pytest.approx(0.75, abs=0.01)
+    assert against[1]["metal"] > against[1]["wood"]
+    assert against[2]["metal"] < against[2]["wood"]
+
+
 def test_the_source_is_the_rung_that_speaks_most_for_the_answer() -> None:
     evidence = [says("name", wood=0.3, metal=0.3), says("encoder", wood=0.75)]
     assert decide(evidence).source == "encoder"

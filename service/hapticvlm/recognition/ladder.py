@@ -187,8 +187,8 @@ def _share(item: Evidence, classes: Sequence[str]) -> float:
 
 def _classes(telling: Sequence[Evidence]) -> tuple[str, ...]:
     """Every class of the table, and those a user's gallery or scene adds."""
-    added = sorted({name for item in telling for name, belief in item.beliefs if belief > 0.0})
-    return tuple(dict.fromkeys((*materials.MATERIALS, *added)))
+    named = [name for item in telling for name, _ in item.beliefs]
+    return tuple(dict.fromkeys((*materials.MATERIALS, *named)))
 
 
 def _heaviest(telling: Sequence[Evidence], material: str) -> Rung:
