@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,27 @@ def add(commands: Commands) -> None:
     names.set_defaults(run=_measure_names)
     names.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
     names.add_argument("--json", action="store_true", help="print the JSON line only")
+    _add_fusion(kinds)
+
+
+def _add_fusion(kinds: Commands) -> None:
+    fusion = kinds.add_parser(
+        "fusion", help="ways to fuse the looks at an object: right, flickering, slow to change"
+    )
+    fusion.set_defaults(run=_measure_fusion)
+    fusion.add_argument(
+        "--capture",
+        type=Path,
+        action="append",
+        required=True,
+        metavar="DIR",
+        help="capture whose frames have an object id and a truth (repeatable)",
+    )
+    fusion.add_argument("--encoder", metavar="NAME_OR_FOLDER", help="(the one shipped)")
+    fusion.add_argument(
+        "--gallery", type=Path, help="reference embeddings, or a gallery folder (those shipped)"
+    )
+    fusion.add_argument("--json", action="store_true", help="print the JSON line only")
 
 
 def _measure_latency(options: argparse.Namespace) -> int:
@@ -44,3 +66,18 @@ def _measure_names(options: argparse.Namespace) -> int:
     from hapticvlm.measure.names import run
 
     return run(options.data, options.json)
+
+
+def _measure_fusion(options: argparse.Namespace) -> int:
+    from hapticvlm.captures import CaptureError
+    from hapticvlm.materials import MaterialError
+    from hapticvlm.measure.fusion import run
+    from hapticvlm.recognition.encoder import EncoderError
+    from hapticvlm.recognition.gallery import GalleryError
+    from hapticvlm.recognition.pictures import PictureError
+
+    try:
+        return run(options.capture, options.encoder, options.gallery, as_json=options.json)
+    except (CaptureError, EncoderError, GalleryError, MaterialError, PictureError) as error:
+        print(f"hapticvlm measure fusion: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
