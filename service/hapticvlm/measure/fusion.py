@@ -32,20 +32,20 @@ PER = 300  # frames, of a flip rate
 SWITCH = 20  # looks before and after something else is shown
 SWITCHES = 200
 SEED = 7
-COLUMNS = {
+COLUMNS = {  # of the table; the JSON line has all figures
     "right": "right",
     "wrong": "wrong",
-    "guess_right": "best guess right",
+    "guess_right": "guess right",
     "right_at_end": "right at end",
-    "guess_right_at_end": "best guess at end",
     "flips_per_300": "flips per 300",
-    "swaps_per_300": "of them swaps",
+    "swaps_per_300": "swaps per 300",
+    "returns_per_300": "returns per 300",
     "frames_until_right": "frames until right",
     "never_right": "never right",
-    "looks_until_old_gone": "looks until old gone",
+    "looks_until_old_gone": "looks until gone",
     "looks_until_new_said": "until new said",
-    "surprise_nats": "surprise, nats",
-    "us_per_look": "us per look",
+    "surprise_nats": "nats",
+    "us_per_look": "us a look",
 }
 
 Labels = NDArray[np.object_]
@@ -64,6 +64,11 @@ class Felt:
     def flips(self) -> list[tuple[str, str]]:
         """What was felt before and after each change."""
         return [pair for pair in itertools.pairwise(self.said) if pair[0] != pair[1]]
+
+    @property
+    def returns(self) -> int:
+        """How often a label was taken up again that had been left: flicker, no correction."""
+        return len(self.flips) + 1 - len(set(self.said))
 
 
 def run(
@@ -100,7 +105,11 @@ def run(
 
 
 def figures(way: Way, streams: Sequence[Stream], gallery: Gallery) -> dict[str, object]:
-    """Figures of one way to fuse; shares 0..1 of frames or, at the end, of objects."""
+    """Figures of one way to fuse; shares 0..1 of frames or, at the end, of objects.
+
+    A flip is any change of what is felt; a swap is one from material to material, a return one to
+    what was felt before.
+    """
     started = time.perf_counter()
     felt = [feel(way, stream, gallery) for stream in streams]
     looks = sum(int(stream.is_new.sum()) for stream in streams)
@@ -117,6 +126,7 @@ def figures(way: Way, streams: Sequence[Stream], gallery: Gallery) -> dict[str, 
         "guess_right_at_end": _share((one.guess == one.truth)[-1:] for one in felt),
         "flips_per_300": round(rate * len(flips), 2),
         "swaps_per_300": round(rate * len(swaps), 2),
+        "returns_per_300": round(rate * sum(one.returns for one in felt), 2),
         "frames_until_right": _median(until_right),
         "never_right": until_right.count(None),
         **switches(way, streams, gallery),
@@ -196,11 +206,11 @@ def _median(counts: Sequence[int | None]) -> float | None:
 
 def _print_table(result: dict[str, object], rows: Sequence[dict[str, object]]) -> None:
     title = f"{result['encoder']}: {result['objects']} objects, {result['looks']} looks"
-    table = Table("way", title=f"{title} at {result['frames']} frames")
+    table = Table(title=f"{title} at {result['frames']} frames", box=None)
+    table.add_column("way", no_wrap=True)
     for heading in COLUMNS.values():
         table.add_column(heading, justify="right")
     for one in rows:
-        table.add_row(
-            str(one["way"]), *("-" if one[key] is None else str(one[key]) for key in COLUMNS)
-        )
-    Console(width=200).print(table)
+        cells = ("-" if one[key] is None else str(one[key]) for key in COLUMNS)
+        table.add_row(str(one["way"]), *cells)
+    Console(width=140).print(table)

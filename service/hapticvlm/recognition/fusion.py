@@ -3,10 +3,10 @@
 The mean of the beliefs of all looks, of which the newest counts 1 / MEMORY at least; when CHANGE
 looks in a row know the same other material, something else is shown and the mean starts anew.
 A belief carries its own weight: a poor picture leaves much open. Not taken (`hapticvlm measure
-fusion`): a shorter mean or moving average (2 to 6 times the flips for as quick a change), products
+fusion`): short means and moving averages (2 to 6 times the flips for as quick a change), products
 with an exponent and a Bayes filter (surer than right: neighbouring frames repeat each other's
-errors), the mean embedding (as many flips, and evidence would have to carry it), weights by size
-or sharpness (nothing gained).
+errors), the mean embedding (its best guess is no better, and evidence would have to carry it),
+weights by size or sharpness (nothing gained).
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from hapticvlm.recognition import ladder
 from hapticvlm.recognition.ladder import FLOOR, KNOWN, Evidence
 
+# Chosen on drifting crops of teaching sources, never on what is held back.
 MEMORY = 32  # looks; so far back each counts alike, older ones fade
 CHANGE = 4  # looks in a row: fewer flip with a blurred stretch, more delay what is felt
 
