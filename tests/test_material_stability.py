@@ -82,11 +82,12 @@ def test_a_change_is_repeatable_whole_and_leaves_its_argument_alone(shake: Shake
     assert once.mask.any()
 
 
-@pytest.mark.parametrize("shake", SHAKES, ids=IDS)
+SAME_SIZE = [shake for shake in SHAKES if shake.name != "size"]
+
+
+@pytest.mark.parametrize("shake", SAME_SIZE, ids=[shake.name for shake in SAME_SIZE])
 def test_worse_is_farther_from_the_clean_picture(shake: Shake) -> None:
     shown = picture()
-    if shake.name == "size":
-        pytest.skip("its pictures have no common size")
     planes = [apply(shake, shown, severity, 3) for severity in shake.severities]
     away = [_distance(one, shown) for one in planes]
     assert all(one <= other * 1.05 for one, other in pairwise(away)), away
