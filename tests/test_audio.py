@@ -11,7 +11,7 @@ import soundfile
 from hapticvlm.devices.audio import AudioSettings, Engine
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, Gain, LetGo, RestAll, Ring
-from hapticvlm.devices.speaker import Speaker
+from hapticvlm.devices.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Stroke
 from hapticvlm.rendering.voices import Command
 
@@ -54,6 +54,28 @@ def test_a_gain_set_while_the_engine_restarts_holds_for_the_new_one():
         speaker.obey(command())
         time.sleep(0.1)
         assert speaker.waveform(4000).any()
+    finally:
+        speaker.close()
+
+
+def test_an_engine_is_silent_only_to_a_watch_that_was_awake():
+    speaker = Speaker(AudioSettings())
+    speaker.start()
+    try:
+        speaker.supervise(time.monotonic())
+        os.kill(speaker.pid, signal.SIGSTOP)  # type: ignore[arg-type]
+        time.sleep(2.0 * SILENT_S)  # we sleep too, as on a suspended machine
+        assert speaker.supervise(time.monotonic()) is None
+        os.kill(speaker.pid, signal.SIGCONT)  # type: ignore[arg-type]
+        for _ in range(20):
+            assert speaker.supervise(time.monotonic()) is None
+            time.sleep(0.01)
+        os.kill(speaker.pid, signal.SIGSTOP)  # type: ignore[arg-type]
+        stopped_at = time.monotonic()
+        while (trouble := speaker.supervise(time.monotonic())) is None:
+            time.sleep(0.01)
+        assert "hung" in trouble
+        assert SILENT_S < time.monotonic() - stopped_at < 2.0 * SILENT_S + 1.0
     finally:
         speaker.close()
 

@@ -21,6 +21,7 @@ from test_server import OBJECTS, frame, is_silent, owner_of, until
 from hapticvlm.measure.service import running
 
 LEASE_S = 0.25
+RESTART_S = 20.0  # a second failure within ten seconds waits a second, and this machine is shared
 SCHEMA = json.loads((Path(__file__).parents[2] / "schemas/messages.schema.json").read_text())
 
 TOUCHING_CLIENT = """
@@ -46,6 +47,11 @@ TOUCHING_CLIENT = """
 
     asyncio.run(main(sys.argv[1]))
 """
+
+
+def plays_anew(found, before):
+    """Whether the audio engine was restarted since `before` and is up."""
+    return found["speaker"]["plays"] and found["speaker"]["pid"] != before["pid"]
 
 
 def touching_client(service):
@@ -83,11 +89,11 @@ async def test_outputs_rest_within_the_lease_and_50_ms_of_a_client_being(service
 async def test_a_killed_audio_engine_is_restarted_reported_and_felt_again(service):
     async with peer(service) as client:
         await owner_of(client)
-        os.kill(status(service)["speaker"]["pid"], signal.SIGKILL)
+        before = status(service)["speaker"]
+        os.kill(before["pid"], signal.SIGKILL)
         error = await client.event("error", code="device")
         assert "audio engine" in error["text"]
-        await until(service, lambda found: found["speaker"]["restarts"] == 1)
-        await asyncio.sleep(1.0)
+        await until(service, lambda found: plays_anew(found, before), RESTART_S)
         await client.touch("contact", "table")
         await until(service, lambda found: not is_silent(found))
 
@@ -241,10 +247,9 @@ async def test_the_gain_a_person_set_survives_a_crash_of_the_engine(service):
         await client.ask(type="set", vibration_gain=0.1)
         await asyncio.sleep(0.1)
         quiet = await loudest(client)
-        restarts = status(service)["speaker"]["restarts"]
-        os.kill(status(service)["speaker"]["pid"], signal.SIGKILL)
-        await until(service, lambda found: found["speaker"]["restarts"] > restarts)
-        await asyncio.sleep(1.5)
+        before = status(service)["speaker"]
+        os.kill(before["pid"], signal.SIGKILL)
+        await until(service, lambda found: plays_anew(found, before), RESTART_S)
         assert quiet < 0.3 * full
         assert 0.0 < await loudest(client) < 0.3 * full
     async with peer(service) as newcomer:

@@ -1,7 +1,9 @@
 """The gateway's end of the palm speaker: starts the audio engine, writes commands, watches it.
 
 A dead engine is restarted and reported; meanwhile commands go into a ring nobody reads, and the new
-engine starts behind them, so nothing late is played. It starts with the gain the old one had.
+engine starts behind them, so nothing late is played. It starts with the gain the old one had. An
+engine is called silent only by a watch that was awake itself: a machine that slept, or was too busy
+to run either, has no dead engine.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, RestAll, Ring
 from hapticvlm.rendering.voices import Command
 
 SILENT_S = 1.0
+ASLEEP_S = 0.25  # the gateway watches every few milliseconds
 FADE_AND_CLOSE_S = 5.0
 
 
@@ -30,6 +33,7 @@ class Speaker:
         self._settings = settings
         self._ring = Ring.create([material.name for material in settings.materials])
         self._underruns_before = 0
+        self._watched_at = self._awake_since = float("-inf")
         self._child = Child("audio engine", run_engine, self._arguments, self._begin)
         self.name = settings.output
 
@@ -47,6 +51,11 @@ class Speaker:
     def restarts(self) -> int:
         """How often the engine had to be restarted."""
         return self._child.restarts
+
+    @property
+    def plays(self) -> bool:
+        """Whether the engine is up; commands put into the ring before are not played."""
+        return self._child.ready_at is not None
 
     def start(self) -> None:
         """Start the engine and wait until it plays; raises DeviceError if it can't."""
@@ -91,8 +100,11 @@ class Speaker:
 
     def supervise(self, now: float) -> str | None:
         """Restart a dead or silent engine; return what happened, if anything."""
-        ready_at = self._child.ready_at or now
-        is_well = now - max(self._ring.status().beat_at, ready_at) <= SILENT_S
+        if now - self._watched_at > ASLEEP_S:
+            self._awake_since = now
+        self._watched_at = now
+        heard_at = max(self._ring.status().beat_at, self._child.ready_at or now)
+        is_well = now - max(heard_at, self._awake_since) <= SILENT_S
         underruns = self.underruns
         trouble = self._child.supervise(now, is_well=is_well)
         if trouble is None:

@@ -179,6 +179,7 @@ class Gateway:
                 "restarts": self._speaker.restarts,
                 "command_wait_ms": self._command_wait_ms(),
                 "pid": self._speaker.pid,
+                "plays": self._speaker.plays,
             },
             "plate": {
                 "name": self._plate.name,
