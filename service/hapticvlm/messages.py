@@ -36,7 +36,7 @@ Phase = Literal["approach", "contact", "slide", "release"]
 Interaction = Literal["tap", "strike", "press", "slide", "carve", "swing"]
 HandName = Literal["left", "right"]
 Rung = Literal["scene", "name", "shader", "encoder", "vlm", "unknown"]
-AmbientSource = Literal["scene", "vlm", "default"]
+AmbientSource = Literal["scene", "vlm", "estimate", "default"]
 Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
 SkipReason = Literal["superseded", "stale", "unchanged", "rate"]
 

@@ -24,7 +24,7 @@ class Ambient:
     value_c: float
     low_c: float
     high_c: float
-    source: Literal["scene", "vlm", "default"]
+    source: Literal["scene", "vlm", "estimate", "default"]
 
 
 def ambient(scene_c: float | None) -> Ambient:

@@ -1,0 +1,76 @@
+"""What a vision-language model is asked here, and what it answers. Knows no model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.recognition.ladder import Evidence
+
+DEFAULT_MODEL = "Qwen/Qwen2-VL-2B-Instruct"
+LEAST_C, MOST_C = -30, 60  # degC, the candidate numbers, each whole degree
+COVERAGE = 0.8  # share of the belief that lies inside an interval
+
+Method = Literal["readout", "generation", "decision", "logprobs", "text"]
+Picture = NDArray[np.uint8]
+
+
+class VlmError(Exception):
+    """The model cannot be loaded or asked, or its answer is of no use; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """An ambient temperature read off a picture, degC, with the interval that holds COVERAGE.
+
+    `prompt_sd_c` is the standard deviation of the value over the wordings asked, None with one.
+    """
+
+    value_c: float
+    low_c: float
+    high_c: float
+    prompt_sd_c: float | None
+    method: Method
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class VlmSettings:
+    """Which model to ask and how. With a `url` it is asked over HTTP, else loaded in process.
+
+    `image_tokens` is the speed knob: the most tokens a picture may become. `wordings` is over how
+    many prompts the answer is averaged. A `token` is sent to the endpoint as a bearer token.
+    """
+
+    model: str = DEFAULT_MODEL
+    url: str | None = None
+    token: str | None = None
+    device: str = "cpu"
+    threads: int = 1
+    image_tokens: int = 64
+    wordings: int = 2
+    method: Method | None = None
+    timeout_s: float = 30.0
+
+
+class Vlm(Protocol):
+    """A loaded model or an endpoint. Calls block; the caller is a process of its own."""
+
+    name: str
+    is_remote: bool
+
+    def ambient(self, picture: Picture) -> Reading:
+        """Read the ambient temperature off a picture (H, W, 3) uint8 RGB. Raises VlmError."""
+
+    def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
+        """Say what the object is made of, as evidence of rung vlm over `names`. Raises VlmError.
+
+        `context` is the frame with the object outlined, `crop` the object, both (H, W, 3) uint8.
+        """
+
+    def close(self) -> None:
+        """Let go of the model or the connection."""
