@@ -16,6 +16,7 @@ LEAST_C, MOST_C = -30, 60  # degC, the candidate numbers, each whole degree
 COVERAGE = 0.8  # share of the belief that lies inside an interval
 
 Method = Literal["readout", "generation", "decision", "logprobs", "text"]
+Precision = Literal["bfloat16", "float32"]
 Picture = NDArray[np.uint8]
 
 
@@ -28,6 +29,8 @@ class Reading:
     """An ambient temperature read off a picture, degC, with the interval that holds COVERAGE.
 
     `prompt_sd_c` is the standard deviation of the value over the wordings asked, None with one.
+    `share` is the probability that the answer is one of the candidate numbers at all, None where
+    the method sees no probabilities.
     """
 
     value_c: float
@@ -36,6 +39,7 @@ class Reading:
     prompt_sd_c: float | None
     method: Method
     seconds: float
+    share: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +48,7 @@ class VlmSettings:
 
     `image_tokens` is the speed knob: the most tokens a picture may become. `wordings` is over how
     many prompts the answer is averaged. A `token` is sent to the endpoint as a bearer token.
+    `precision` is that of the weights in process.
     """
 
     model: str = DEFAULT_MODEL
@@ -55,6 +60,7 @@ class VlmSettings:
     wordings: int = 2
     method: Method | None = None
     timeout_s: float = 30.0
+    precision: Precision = "bfloat16"
 
 
 class Vlm(Protocol):
