@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 import tomllib
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -63,7 +63,7 @@ def from_name(name: str, lexicon: Lexicon | None = None) -> Evidence | None:
     """Read a name; None when no word of it is known. No lexicon means the built-in materials'."""
     if lexicon is None:
         lexicon = read_lexicon(materials.MATERIALS)
-    items = _lookup(_words(name), lexicon)
+    items = _lookup(words_of(name), lexicon)
     groups = _groups(_tone(items))
     if not groups:
         return None
@@ -108,7 +108,7 @@ def _dielectric(roughness: float | None) -> dict[str, float]:
     return {name: value / sum(odds.values()) for name, value in odds.items()}
 
 
-def _words(name: str) -> list[str]:
+def words_of(name: str) -> list[str]:
     """Lower-case words of a name, without digits and single letters; non-Latin words stay whole."""
     chunks = re.split(r"[\W\d_]+", unicodedata.normalize("NFKC", name))
     cut = (_CAMEL.findall(chunk) if chunk.isascii() else [chunk] for chunk in chunks)
@@ -118,7 +118,9 @@ def _words(name: str) -> list[str]:
 
 def _lookup(words: Sequence[str], lexicon: Lexicon) -> list[_Item]:
     """Words as items, longest known phrase first; noise is dropped, the unknown kept as ""."""
-    singular = [part for word in words for part in _split(_singular(word, lexicon), lexicon)]
+    singular = [
+        part for word in words for part in _split(singular_of(word, lexicon.vocabulary), lexicon)
+    ]
     found: list[_Item] = []
     at = 0
     while at < len(singular):
@@ -130,10 +132,11 @@ def _lookup(words: Sequence[str], lexicon: Lexicon) -> list[_Item]:
     return found
 
 
-def _singular(word: str, lexicon: Lexicon) -> str:
+def singular_of(word: str, vocabulary: Container[str]) -> str:
+    """Return the form of this word that the vocabulary has, or the word itself."""
     endings = (("", ""), ("s", ""), ("es", ""), ("ves", "f"), ("ves", "fe"), ("ies", "y"))
     stems = [word.removesuffix(end) + new for end, new in endings if word.endswith(end)]
-    return next((stem for stem in stems if stem in lexicon.vocabulary), word)
+    return next((stem for stem in stems if stem in vocabulary), word)
 
 
 def _split(word: str, lexicon: Lexicon) -> tuple[str, ...]:
@@ -143,7 +146,7 @@ def _split(word: str, lexicon: Lexicon) -> tuple[str, ...]:
     if word.startswith("non") and word[3:] in lexicon.items:
         return ("non", word[3:])
     for cut in range(len(word) - LEAST_PART, LEAST_PART - 1, -1):
-        parts = (word[:cut], _singular(word[cut:], lexicon))
+        parts = (word[:cut], singular_of(word[cut:], lexicon.vocabulary))
         kinds = [lexicon.items[part].kind for part in parts if part in lexicon.items]
         if len(kinds) == 2 and all(kind in ("word", "form", "thing") for kind in kinds):
             return parts
