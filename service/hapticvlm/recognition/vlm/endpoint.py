@@ -25,35 +25,33 @@ CONNECT_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """An address, the bearer token sent to it, and the seconds an exchange may take."""
+    """An address and the bearer token sent to it. Deadlines are times of `time.monotonic`, s."""
 
     address: Address
     token: str | None = field(repr=False)
-    timeout_s: float
 
-    def post(self, path: str, body: Json) -> Json:
+    def post(self, path: str, body: Json, deadline: float) -> Json:
         """Ask with a JSON body. Raises EndpointError."""
-        return self._asked("POST", path, json.dumps(body).encode())
+        return self._asked("POST", path, json.dumps(body).encode(), deadline)
 
-    def get(self, path: str) -> Json:
+    def get(self, path: str, deadline: float) -> Json:
         """Ask without one. Raises EndpointError."""
-        return self._asked("GET", path, None)
+        return self._asked("GET", path, None, deadline)
 
-    def _asked(self, verb: str, path: str, body: bytes | None) -> Json:
+    def _asked(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
+        begun = time.monotonic()
         try:
-            return self._exchange(verb, path, body)
+            return self._exchange(verb, path, body, deadline)
         except TimeoutError:
-            raise self._error(
-                f"{self.address.name} took longer than {self.timeout_s:g} s"
-            ) from None
+            took = f"no whole answer within {max(0.0, deadline - begun):.1f} s"
+            raise self._error(f"{self.address.name}: {took}") from None
         except EndpointError as error:
             raise self._error(str(error), error) from None
         except (OSError, http.client.HTTPException) as error:
             said = printable(str(error)) or type(error).__name__
             raise self._error(f"{self.address.name}: {said}") from None
 
-    def _exchange(self, verb: str, path: str, body: bytes | None) -> Json:
-        deadline = time.monotonic() + self.timeout_s
+    def _exchange(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
         with _connect(self.address, deadline) as sock:
             connection = http.client.HTTPConnection(self.address.name)
             connection.sock = cast(socket.socket, _Line(sock, deadline))
