@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 import numpy as np
@@ -53,7 +53,7 @@ class VlmSettings:
 
     model: str = DEFAULT_MODEL
     url: str | None = None
-    token: str | None = None
+    token: str | None = field(default=None, repr=False)
     device: str = "cpu"
     threads: int = 1
     image_tokens: int = 64
