@@ -1,0 +1,210 @@
+// The ATmega328P port (Arduino Uno or Nano, 16 MHz): pins, timers, converter, serial line, watchdog.
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/sleep.h>
+#include <avr/wdt.h>
+#include <util/atomic.h>
+
+#include "board.h"
+#include "hal.h"
+
+namespace {
+
+const uint32_t BAUD = 250000;
+const uint8_t CONVERSIONS = 16;  // of each thermistor, summed
+const uint8_t HEAT_PIN = _BV(PB1), COOL_PIN = _BV(PB2), ENABLE_PIN = _BV(PB0);
+
+plate::Keepsake keepsake __attribute__((section(".noinit")));
+uint8_t reset_cause __attribute__((section(".noinit")));
+
+volatile uint32_t uptime_ms;
+volatile uint16_t sums[plate::PLACES];
+volatile uint8_t converted;  // conversions of this step so far
+volatile bool step_is_due;
+
+// Powers of two, so that an index wraps by a mask.
+const uint8_t RX_ROOM = 128, TX_ROOM = 128;
+volatile uint8_t rx_bytes[RX_ROOM], rx_head, rx_tail;
+volatile uint8_t tx_bytes[TX_ROOM], tx_head, tx_tail;
+
+void start_conversion() {
+    const uint8_t place = converted % plate::PLACES;
+    ADMUX = _BV(REFS0) | place;
+    ADCSRA |= _BV(ADSC);
+}
+
+// Both pins stay outputs; without their COM bits they are the zeros of PORTB, not a pulse a period.
+void disconnect_bridge() {
+    PORTB &= ~(ENABLE_PIN | HEAT_PIN | COOL_PIN);
+    TCCR1A &= ~(_BV(COM1A1) | _BV(COM1B1));
+    OCR1A = OCR1B = 0;
+}
+
+void start_pins() {
+    PORTB &= ~(ENABLE_PIN | HEAT_PIN | COOL_PIN);
+    DDRB |= ENABLE_PIN | HEAT_PIN | COOL_PIN;
+    TCCR1A = _BV(WGM11);             // mode 6: fast PWM, 9 bits
+    TCCR1B = _BV(WGM12) | _BV(CS10);  // 31.25 kHz
+}
+
+void start_clock() {
+    TCCR0A = _BV(WGM01);  // 1 kHz
+    OCR0A = F_CPU / 64 / 1000 - 1;
+    TIMSK0 = _BV(OCIE0A);
+    TCCR0B = _BV(CS01) | _BV(CS00);
+}
+
+void start_converter() {
+    ADMUX = _BV(REFS0);
+    DIDR0 = _BV(ADC0D) | _BV(ADC1D) | _BV(ADC2D);
+    ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1) | _BV(ADPS0);  // 125 kHz, 104 us each
+}
+
+void start_serial() {
+    UCSR0A = _BV(U2X0);
+    UBRR0 = F_CPU / 8 / BAUD - 1;
+    UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
+    UCSR0B = _BV(RXEN0) | _BV(TXEN0) | _BV(RXCIE0);
+}
+
+bool take_sums(uint16_t* taken) {
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+        if (!step_is_due) return false;
+        step_is_due = false;
+        for (uint8_t place = 0; place < plate::PLACES; place++) {
+            taken[place] = sums[place];
+            sums[place] = 0;
+        }
+    }
+    return true;
+}
+
+void receive_waiting(plate::Board& board) {
+    for (uint8_t most = RX_ROOM; most && rx_tail != rx_head; most--) {
+        const uint8_t byte = rx_bytes[rx_tail];
+        rx_tail = (rx_tail + 1) % RX_ROOM;
+        receive(board, byte);
+    }
+}
+
+void sleep_until_interrupt() {
+    cli();
+    if (rx_tail == rx_head && !step_is_due) {
+        sleep_enable();
+        sei();  // takes effect after the next instruction: no interrupt slips in between
+        sleep_cpu();
+        sleep_disable();
+    }
+    sei();
+}
+
+}  // namespace
+
+// Before main and before RAM is set up: keep the cause, and stop a watchdog that survived its own reset.
+extern "C" void keep_reset_cause() __attribute__((naked, used, section(".init3")));
+extern "C" void keep_reset_cause() {
+    reset_cause = MCUSR;
+    MCUSR = 0;
+    wdt_disable();
+}
+
+ISR(TIMER0_COMPA_vect) {
+    static uint8_t ms;
+    uptime_ms++;
+    if (++ms < plate::STEP_MS) return;
+    ms = 0;
+    converted = 0;
+    start_conversion();
+}
+
+ISR(ADC_vect) {
+    sums[converted % plate::PLACES] += ADC;
+    if (++converted < CONVERSIONS * plate::PLACES)
+        start_conversion();
+    else
+        step_is_due = true;
+}
+
+ISR(USART_RX_vect) {
+    const uint8_t byte = UDR0, next = (rx_head + 1) % RX_ROOM;
+    if (next == rx_tail) return;
+    rx_bytes[rx_head] = byte;
+    rx_head = next;
+}
+
+ISR(USART_UDRE_vect) {
+    if (tx_head == tx_tail) {
+        UCSR0B &= ~_BV(UDRIE0);
+        return;
+    }
+    UDR0 = tx_bytes[tx_tail];
+    tx_tail = (tx_tail + 1) % TX_ROOM;
+}
+
+namespace plate {
+
+uint32_t hal_uptime_ms() {
+    uint32_t now = 0;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+        now = uptime_ms;
+    }
+    return now;
+}
+
+uint8_t hal_reset_cause() {
+    return reset_cause & (_BV(PORF) | _BV(EXTRF) | _BV(BORF) | _BV(WDRF));
+}
+
+void hal_drive(int16_t counts) {
+    if (counts == 0) {
+        disconnect_bridge();
+        return;
+    }
+    const uint8_t other = counts > 0 ? _BV(COM1B1) : _BV(COM1A1);
+    const uint8_t own = counts > 0 ? _BV(COM1A1) : _BV(COM1B1);
+    TCCR1A &= ~other;
+    if (counts > 0)
+        OCR1A = counts - 1;
+    else
+        OCR1B = -counts - 1;
+    TCCR1A |= own;
+    PORTB |= ENABLE_PIN;
+}
+
+void hal_send(const uint8_t* bytes, uint8_t count) {
+    const uint8_t room = (tx_tail - tx_head - 1) % TX_ROOM;
+    if (count > room) return;
+    while (count--) {
+        tx_bytes[tx_head] = *bytes++;
+        tx_head = (tx_head + 1) % TX_ROOM;
+    }
+    UCSR0B |= _BV(UDRIE0);
+}
+
+Keepsake& hal_keepsake() {
+    return keepsake;
+}
+
+void hal_feed_watchdog() {
+    wdt_reset();
+}
+
+}  // namespace plate
+
+int main() {
+    static plate::Board board;
+    start_pins();
+    start(board);
+    start_clock();
+    start_converter();
+    start_serial();
+    wdt_enable(WDTO_120MS);
+    set_sleep_mode(SLEEP_MODE_IDLE);
+    sei();
+    for (;;) {
+        uint16_t taken[plate::PLACES];
+        receive_waiting(board);
+        if (take_sums(taken)) step(board, taken);
+        sleep_until_interrupt();
+    }
+}

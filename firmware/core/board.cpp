@@ -1,0 +1,143 @@
+#include "board.h"
+
+#include <math.h>
+
+#include "hal.h"
+#include "messages.h"
+
+namespace plate {
+namespace {
+
+bool is_driving(const Board& board) {
+    return board.state == State::holding || board.state == State::returning;
+}
+
+uint32_t faults_of_reset(uint8_t cause) {
+    if (cause & RESET_WATCHDOG) return bit(WATCHDOG);
+    if ((cause & RESET_BROWN_OUT) && !(cause & RESET_POWER_ON)) return bit(BROWN_OUT);
+    const bool explained = cause & (RESET_POWER_ON | RESET_EXTERNAL);
+    return (cause & RESET_WHILE_DRIVING) && !explained ? bit(RESTARTED_DRIVING) : 0;
+}
+
+void latch(Board& board, uint32_t faults) {
+    board.faults |= faults;
+    if (!board.faults) return;
+    open_bridge(board);
+    board.state = State::faulted;
+}
+
+void close_bridge(Board& board) {
+    start_loop(board.loop, plate_c(board.sensors));
+    start_judging(board.plausibility);
+}
+
+void lapse(Board& board) {
+    if (board.state != State::holding) return;
+    board.ttl_ms = board.ttl_ms > STEP_MS ? board.ttl_ms - STEP_MS : 0;
+    if (!board.ttl_ms) rest(board);
+}
+
+void finish_return(Board& board) {
+    if (board.state != State::returning) return;
+    board.returning_ms += STEP_MS;
+    const bool arrived = fabsf(plate_c(board.sensors) - NEUTRAL_C) < ARRIVED_C;
+    if (arrived || board.returning_ms >= LONGEST_RETURN_MS) open_bridge(board);
+}
+
+void drive(Board& board) {
+    if (!is_driving(board)) {
+        hal_drive(0);
+        return;
+    }
+    Loop& loop = board.loop;
+    loop.limited = 0;
+    const float sink_c = board.sensors.now[SINK].c;
+    const float goal_c = limited_setpoint(loop, board.asked_c, sink_c, heat_is_spent(board.session));
+    follow(loop, goal_c, plate_c(board.sensors), sink_c, board.plausibility.cool_ceiling_a);
+    hal_drive(loop.counts);
+}
+
+uint32_t judge_drive(Board& board, bool grown) {
+    if (!is_driving(board) || !plate_is_known(board.sensors)) return 0;
+    const float error_c = board.loop.target_c - plate_c(board.sensors);
+    return judge(board.plausibility, board.sensors, grown, board.loop.current_a, error_c);
+}
+
+void account(Board& board) {
+    const bool heating = is_driving(board) && board.loop.target_c > HEAT_ABOVE_C;
+    const float hottest_c = plate_is_known(board.sensors) ? hottest_plate_c(board.sensors) : NEUTRAL_C;
+    count_step(board.session, hottest_c, heating);
+    arm(hal_keepsake(), is_driving(board));
+    keep(hal_keepsake(), board.session, board.faults);
+}
+
+void report(Board& board) {
+    board.telemetry_ms += STEP_MS;
+    if (board.telemetry_ms < 1000 / TELEMETRY_HZ) return;
+    board.telemetry_ms -= 1000 / TELEMETRY_HZ;
+    send_telemetry(board);
+}
+
+}  // namespace
+
+void start(Board& board) {
+    board = Board();
+    hal_drive(0);
+    Keepsake& keepsake = hal_keepsake();
+    board.reset_cause = hal_reset_cause();
+    if (was_driving(keepsake)) board.reset_cause |= RESET_WHILE_DRIVING;
+    uint32_t faults = 0;
+    if (!(board.reset_cause & RESET_POWER_ON)) recall(keepsake, board.session, faults);
+    latch(board, faults | faults_of_reset(board.reset_cause));
+    arm(keepsake, false);
+    keep(keepsake, board.session, board.faults);
+}
+
+void step(Board& board, const uint16_t sums[PLACES]) {
+    const bool grown = take_readings(board.sensors, sums);
+    board.causes = sensor_faults(board.sensors) | judge_drive(board, grown);
+    if (dose_is_spent(board.session)) board.causes |= bit(DOSE_SPENT);
+    latch(board, board.causes);
+    lapse(board);
+    finish_return(board);
+    drive(board);
+    account(board);
+    report(board);
+    hal_feed_watchdog();
+}
+
+Answer ask(Board& board, int32_t setpoint_mc, uint16_t ttl_ms) {
+    if (!board.greeted) return NEEDS_HELLO;
+    if (setpoint_mc < SETPOINT_LOW_MC || setpoint_mc > SETPOINT_HIGH_MC) return RANGE;
+    if (ttl_ms < 1 || ttl_ms > MAX_TTL_MS) return TTL;
+    if (board.state == State::faulted || !plate_is_known(board.sensors)) return FAULTED;
+    if (board.state == State::off) close_bridge(board);
+    board.asked_c = setpoint_mc * 0.001f;
+    board.ttl_ms = ttl_ms;
+    board.state = State::holding;
+    return OK;
+}
+
+void rest(Board& board) {
+    if (board.state != State::holding) return;
+    board.asked_c = NEUTRAL_C;
+    board.returning_ms = 0;
+    board.state = State::returning;
+}
+
+void open_bridge(Board& board) {
+    hal_drive(0);
+    stop_loop(board.loop);
+    if (board.state != State::faulted) board.state = State::off;
+}
+
+Answer clear(Board& board, uint8_t fault) {
+    if (!board.greeted) return NEEDS_HELLO;
+    if (fault >= FAULTS_END || !(board.faults & bit(fault))) return NOT_LATCHED;
+    if (board.causes & bit(fault)) return PERSISTS;
+    board.faults &= ~bit(fault);
+    if (!board.faults) board.state = State::off;
+    return OK;
+}
+
+}  // namespace plate

@@ -1,0 +1,96 @@
+// Every limit of the plate, with its unit and where it comes from.
+// The four in #ifndef may be set at build time, to chart what they are worth; the rest may not.
+#pragma once
+#include <stdint.h>
+
+#ifndef HEAT_LIMIT_MA
+#define HEAT_LIMIT_MA 750  // stuck on, the plate stays below 43 degC in a room of 23 degC
+#endif
+#ifndef COOL_LIMIT_MA
+#define COOL_LIMIT_MA 2000  // below the optimum of a sink of 5 K/W, 2.8 A
+#endif
+#ifndef RUNAWAY_WINDOW_MS
+#define RUNAWAY_WINDOW_MS 1000  // 4 s, as in 3D printers, let a plate reach 61 degC
+#endif
+#ifndef BOARD_ID
+#define BOARD_ID 0
+#endif
+
+namespace plate {
+
+const uint16_t STEP_MS = 20;
+const float STEP_S = STEP_MS * 0.001f;
+const uint8_t TELEMETRY_HZ = 20;
+
+// Setpoints
+const float NEUTRAL_C = 32.0f;
+const int32_t SETPOINT_LOW_MC = 18000, SETPOINT_HIGH_MC = 40000;
+const float SETPOINT_LOW_C = 18.0f, SETPOINT_HIGH_C = 40.0f;
+const uint16_t SLEW_MC_S = 5000;
+const float SLEW_C_STEP = SLEW_MC_S * 0.001f * STEP_S;
+const uint16_t MAX_TTL_MS = 1000;
+const uint16_t LONGEST_RETURN_MS = 10000;
+const float ARRIVED_C = 0.3f;
+
+// Output: current = counts / FULL_SCALE_COUNTS * FULL_SCALE_MA, by a filtered or current-controlled driver
+const int16_t FULL_SCALE_COUNTS = 512;
+const int32_t FULL_SCALE_MA = 3000;
+const float COUNTS_PER_A = FULL_SCALE_COUNTS * 1000.0f / FULL_SCALE_MA;
+const int16_t HEAT_CAP_COUNTS = (int32_t)HEAT_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;
+const int16_t COOL_CAP_COUNTS = (int32_t)COOL_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;
+const float HEAT_LIMIT_A = HEAT_LIMIT_MA * 0.001f, COOL_LIMIT_A = COOL_LIMIT_MA * 0.001f;
+
+// Temperatures at which the bridge opens
+const float TRIP_HIGH_C = 43.0f;
+const float TRIP_LOW_C = 13.0f;
+const float SINK_TRIP_C = 55.0f;
+const float SINK_WARM_C = 45.0f;  // from here to the trip cooling is given up step by step; our choice
+
+// Thermistors: 10 kohm, beta 3950, to ground; 10 kohm to AVCC. A reading is a sum of 16 conversions of 10 bits.
+const float NTC_BETA_K = 3950.0f;
+const float READING_FULL_SCALE = 16384.0f;
+const float SHORT_BELOW = 0.05f;  // of full scale: less than 530 ohm, more than 108 degC
+const float OPEN_ABOVE = 0.95f;   // more than 190 kohm, less than -29 degC
+
+// Sensors that lie
+const float DISAGREE_C = 1.5f;  // between plate thermistors; a beta of 3435 for 3950 shows from 37 degC
+const uint16_t DISAGREE_MS = 300;
+const float FROZEN_C = 0.15f;         // moved less than this in the window ...
+const float FROZEN_OTHER_C = 1.0f;    // ... while the other one moved more than this
+const float JUMP_STEP_C = 2.5f;       // in one step; a palm at 35 degC on a plate at 18 gives 0.7
+const float JUMP_SINK_STEP_C = 1.5f;  // a sink of 10 J/K with 15 W moves 0.03
+
+// Thermal dose and heat of a session
+const float DOSE_LIMIT_CEM43 = 2.0f;
+const float HEAT_LIMIT_S = 900.0f;
+const float REST_S = 900.0f;       // without heat, then a new session begins; our choice
+const float HEAT_ABOVE_C = 32.2f;  // a target above this is heat
+
+// The module (31 couples, 8 A, 3.8 V), as far as the guards need it
+const float SEEBECK_V_K = 0.01267f;
+const float RESISTANCE_OHM = 0.367f;
+const float CONDUCTANCE_W_K = 0.173f;
+
+// Runaway: this much heat into or out of the plate for a whole window must move its reading
+const uint16_t PROGRESS_MS = 100;
+const uint8_t WINDOW = RUNAWAY_WINDOW_MS / PROGRESS_MS;
+const float PUSH_HEAT_W = 1.5f;
+const float PUSH_COOL_W = 2.5f;
+const float RUNAWAY_C = 0.2f;
+const float BACKWARDS_C = 1.5f;        // the wrong way in the window ...
+const float BACKWARDS_LATE_C = 0.4f;   // ... and still so in its last half: a touch has settled by then
+
+// Cooling whose sign has turned: the plate warms, second after second, while cooled harder or as hard
+const uint16_t REVERSED_MS = 1000;
+const uint8_t REVERSED_SECONDS = 4;
+const float REVERSED_RISE_C = 0.08f;
+const float REVERSED_FROM_A = 0.5f;
+const float REVERSED_BACK_OFF = 0.75f;
+const uint8_t REVERSED_STRIKES = 3;
+
+// A sink that takes this much more heat than before without its reading moving is not being read
+const float SINK_BLIND_J = 150.0f;  // a sink of 400 J/K would have moved 0.37 degC
+const float SINK_MOVED_C = 0.3f;
+const float SINK_MEMORY_S = 30.0f;
+
+}  // namespace plate

@@ -1,0 +1,90 @@
+#include "loop.h"
+
+#include <math.h>
+
+#include "limits.h"
+#include "protocol.h"
+
+namespace plate {
+namespace {
+
+struct Gains {
+    float proportional, integral;  // A/K, A/(K s)
+};
+// Cooling gains less per ampere than heating, the more so the harder: Joule heat works against it.
+const Gains HEATING = {1.5f, 0.6f}, COOLING = {2.5f, 1.5f};
+
+float clamp(float value, float low, float high) {
+    return fminf(fmaxf(value, low), high);
+}
+
+// How warm the sink is on its way from warm to the trip, 0 to 1.
+float sink_share(float sink_c) {
+    return clamp((sink_c - SINK_WARM_C) / (SINK_TRIP_C - SINK_WARM_C), 0.0f, 1.0f);
+}
+
+void slew(Loop& loop, float goal_c) {
+    const float step_c = clamp(goal_c - loop.target_c, -SLEW_C_STEP, SLEW_C_STEP);
+    loop.target_c += step_c;
+    if (loop.target_c != goal_c && fabsf(step_c) >= SLEW_C_STEP) loop.limited |= LIMIT_SLEW;
+    else loop.target_c = goal_c;
+}
+
+// The integral waits while more of it would change nothing.
+float wanted_current(Loop& loop, float error_c, float most_cool_a) {
+    const Gains& gains = loop.current_a < 0.0f ? COOLING : HEATING;
+    const float wanted_a = gains.proportional * error_c + loop.integral_a;
+    const float given_a = clamp(wanted_a, -most_cool_a, HEAT_LIMIT_A);
+    if (given_a != wanted_a) loop.limited |= LIMIT_CURRENT;
+    if (given_a == wanted_a || (error_c > 0.0f) != (wanted_a > 0.0f))
+        loop.integral_a += gains.integral * error_c * STEP_S;
+    return given_a;
+}
+
+// Whole counts; what rounding leaves is owed to the next step, so that the mean is finer than a count.
+int16_t dithered(Loop& loop, float current_a) {
+    const float exact = current_a * COUNTS_PER_A + loop.owed;
+    const float whole = clamp(floorf(exact + 0.5f), -COOL_CAP_COUNTS, HEAT_CAP_COUNTS);
+    loop.owed = clamp(exact - whole, -1.0f, 1.0f);
+    return (int16_t)whole;
+}
+
+bool turns_round(int16_t before, int16_t after) {
+    return (before > 0 && after < 0) || (before < 0 && after > 0);
+}
+
+}  // namespace
+
+void start_loop(Loop& loop, float plate_c) {
+    loop = Loop();
+    loop.target_c = clamp(plate_c, SETPOINT_LOW_C, SETPOINT_HIGH_C);
+}
+
+void stop_loop(Loop& loop) {
+    loop = Loop();
+}
+
+float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_spent) {
+    if (heat_is_spent && setpoint_c > NEUTRAL_C) {
+        loop.limited |= LIMIT_DOSE;
+        setpoint_c = NEUTRAL_C;
+    }
+    const float coldest_c = SETPOINT_LOW_C + (NEUTRAL_C - SETPOINT_LOW_C) * sink_share(sink_c);
+    if (setpoint_c >= coldest_c) return setpoint_c;
+    loop.limited |= LIMIT_SINK;
+    return coldest_c;
+}
+
+void follow(Loop& loop, float goal_c, float plate_c, float sink_c, float cool_ceiling_a) {
+    slew(loop, goal_c);
+    const float ceiling_a = fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));
+    const float wanted_a = wanted_current(loop, loop.target_c - plate_c, ceiling_a);
+    int16_t counts = dithered(loop, wanted_a);
+    if (turns_round(loop.counts, counts)) counts = 0;  // the filter empties before the bridge turns
+    if ((loop.limited & LIMIT_CURRENT) && wanted_a < 0.0f && ceiling_a < COOL_LIMIT_A)
+        loop.limited |= LIMIT_SINK;
+    loop.counts = counts;
+    loop.current_a = counts / COUNTS_PER_A;
+}
+
+}  // namespace plate

@@ -1,0 +1,25 @@
+// The control loop: PI on the plate, in amperes, with separate gains for heating and cooling.
+#pragma once
+#include <stdint.h>
+
+namespace plate {
+
+struct Loop {
+    float target_c;    // what the plate follows now: the setpoint after limits and slew
+    float integral_a;
+    float current_a;   // applied, positive heats
+    float owed;        // counts that rounding kept back, given in a later step
+    int16_t counts;
+    uint8_t limited;   // Limit bits of this step
+};
+
+void start_loop(Loop& loop, float plate_c);
+void stop_loop(Loop& loop);
+
+// What the target may become for a setpoint, given the sink and whether the session's heat is spent.
+float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_spent);
+
+// One step towards `goal_c`; cooling at most `cool_ceiling_a`. Leaves the output in loop.counts.
+void follow(Loop& loop, float goal_c, float plate_c, float sink_c, float cool_ceiling_a);
+
+}  // namespace plate

@@ -1,0 +1,125 @@
+#include "sensors.h"
+
+#include <math.h>
+
+#include "protocol.h"
+
+namespace plate {
+namespace {
+
+struct WireFaults {
+    uint8_t open, shorted;
+};
+const WireFaults WIRES[PLACES] = {
+    {PLATE_A_OPEN, PLATE_A_SHORT}, {PLATE_B_OPEN, PLATE_B_SHORT}, {SINK_OPEN, SINK_SHORT}};
+
+uint32_t wire_faults(const Sensors& sensors) {
+    uint32_t faults = 0;
+    for (uint8_t place = 0; place < PLACES; place++) {
+        const Wire wire = sensors.now[place].wire;
+        if (wire == Wire::open) faults |= bit(WIRES[place].open);
+        if (wire == Wire::shorted) faults |= bit(WIRES[place].shorted);
+    }
+    return faults;
+}
+
+uint32_t trips(const Sensors& sensors) {
+    uint32_t faults = 0;
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
+        const Reading& reading = sensors.now[place];
+        if (!reading.known) continue;
+        if (reading.c >= TRIP_HIGH_C) faults |= bit(OVER_TEMPERATURE);
+        if (reading.c <= TRIP_LOW_C) faults |= bit(UNDER_TEMPERATURE);
+    }
+    const Reading& sink = sensors.now[SINK];
+    if (sink.known && sink.c >= SINK_TRIP_C) faults |= bit(SINK_HOT);
+    return faults;
+}
+
+bool jumped(const Sensors& sensors, uint8_t place, float most_c) {
+    const Reading &now = sensors.now[place], &before = sensors.before[place];
+    return now.known && before.known && fabsf(now.c - before.c) >= most_c;
+}
+
+uint32_t jumps(const Sensors& sensors) {
+    const bool any = jumped(sensors, PLATE_A, JUMP_STEP_C) || jumped(sensors, PLATE_B, JUMP_STEP_C) ||
+                     jumped(sensors, SINK, JUMP_SINK_STEP_C);
+    return any ? bit(READING_JUMPS) : 0;
+}
+
+uint32_t disagreement(Sensors& sensors) {
+    const bool apart = plate_is_known(sensors) &&
+                       fabsf(sensors.now[PLATE_A].c - sensors.now[PLATE_B].c) >= DISAGREE_C;
+    if (!apart) sensors.disagree_ms = 0;
+    else if (sensors.disagree_ms < DISAGREE_MS) sensors.disagree_ms += STEP_MS;
+    return sensors.disagree_ms >= DISAGREE_MS ? bit(PLATE_DISAGREES) : 0;
+}
+
+// How far a plate reading ranged in the past window.
+float span_c(const float* past_c) {
+    float low = past_c[0], high = past_c[0];
+    for (uint8_t i = 1; i <= WINDOW; i++) {
+        low = fminf(low, past_c[i]);
+        high = fmaxf(high, past_c[i]);
+    }
+    return high - low;
+}
+
+uint32_t freezing(const Sensors& sensors) {
+    if (sensors.past_known <= WINDOW) return 0;
+    const float a = span_c(sensors.past_c[PLATE_A]), b = span_c(sensors.past_c[PLATE_B]);
+    const bool frozen = fminf(a, b) < FROZEN_C && fmaxf(a, b) > FROZEN_OTHER_C;
+    return frozen ? bit(PLATE_FROZEN) : 0;
+}
+
+void remember(Sensors& sensors) {
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
+        float* past_c = sensors.past_c[place];
+        for (uint8_t i = WINDOW; i > 0; i--) past_c[i] = past_c[i - 1];
+        past_c[0] = sensors.now[place].c;
+    }
+    if (sensors.past_known <= WINDOW) sensors.past_known++;
+}
+
+}  // namespace
+
+bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]) {
+    for (uint8_t place = 0; place < PLACES; place++) {
+        sensors.before[place] = sensors.now[place];
+        sensors.now[place] = read_thermistor(sums[place]);
+    }
+    if (!plate_is_known(sensors)) {
+        sensors.past_known = 0;
+        return false;
+    }
+    sensors.progress_ms += STEP_MS;
+    if (sensors.progress_ms < PROGRESS_MS) return false;
+    sensors.progress_ms = 0;
+    remember(sensors);
+    return true;
+}
+
+uint32_t sensor_faults(Sensors& sensors) {
+    return wire_faults(sensors) | trips(sensors) | jumps(sensors) | freezing(sensors) |
+           disagreement(sensors);
+}
+
+bool plate_is_known(const Sensors& sensors) {
+    return sensors.now[PLATE_A].known && sensors.now[PLATE_B].known;
+}
+
+float plate_c(const Sensors& sensors) {
+    return 0.5f * (sensors.now[PLATE_A].c + sensors.now[PLATE_B].c);
+}
+
+float hottest_plate_c(const Sensors& sensors) {
+    return fmaxf(sensors.now[PLATE_A].c, sensors.now[PLATE_B].c);
+}
+
+float plate_change_c(const Sensors& sensors, uint8_t from, uint8_t to) {
+    const float* a = sensors.past_c[PLATE_A];
+    const float* b = sensors.past_c[PLATE_B];
+    return 0.5f * (a[to] - a[from] + b[to] - b[from]);
+}
+
+}  // namespace plate

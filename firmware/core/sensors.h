@@ -1,0 +1,36 @@
+// The three thermistors, and the faults that can be seen from their readings alone.
+#pragma once
+#include <stdint.h>
+
+#include "limits.h"
+#include "thermistor.h"
+
+namespace plate {
+
+enum Place : uint8_t { PLATE_A = 0, PLATE_B = 1, SINK = 2, PLACES = 3 };
+
+struct Sensors {
+    Reading now[PLACES];
+    Reading before[PLACES];            // one step earlier
+    float past_c[2][WINDOW + 1];       // plate readings, one per PROGRESS_MS, newest first
+    uint8_t past_known;                // how many of them in a row
+    uint16_t progress_ms;              // since the newest of them
+    uint16_t disagree_ms;
+};
+
+// Takes the readings of one step. Returns true when the past has grown by one.
+bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]);
+
+// Bits of the faults whose cause is there now.
+uint32_t sensor_faults(Sensors& sensors);
+
+bool plate_is_known(const Sensors& sensors);
+float plate_c(const Sensors& sensors);          // mean of both; these three only when the plate is known
+float hottest_plate_c(const Sensors& sensors);
+float plate_change_c(const Sensors& sensors, uint8_t from, uint8_t to);  // of the mean, indices into the past
+
+inline uint32_t bit(uint8_t fault) {
+    return (uint32_t)1 << fault;
+}
+
+}  // namespace plate
