@@ -1,8 +1,9 @@
 """Writes the schemas and golden vectors from messages.py; `--check` fails when they are stale.
 
 messages.schema.json is JSON Schema draft-07, asyncapi.yaml is AsyncAPI 3.0, vectors/*.json are
-messages as bytes beside what they mean or why they are refused. `x-wire: bin` marks byte strings,
-which JSON Schema has no word for; in the vectors they are {"$bin": "hex"}.
+messages as bytes beside what they mean or why they are refused, the Unity client's message types
+are C# (csharp.py). `x-wire: bin` marks byte strings, which JSON Schema has no word for; in the
+vectors they are {"$bin": "hex"}.
 """
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ import msgpack
 import msgspec
 import yaml
 
+import csharp
 import vectors
 from hapticvlm import messages
 from hapticvlm.messages import ClientMessage, ServiceMessage
 
 HERE = Path(__file__).parent
+UNITY = HERE.parent / "unity_client" / "Runtime" / "Core" / "Generated"
 Json = dict[str, Any]
 
 
@@ -49,6 +52,8 @@ def generated() -> Iterator[tuple[Path, str]]:
     yield HERE / "vectors" / "accepted.json", _dump(list(accepted()))
     yield HERE / "vectors" / "refused.json", _dump(list(vectors.refused()))
     yield HERE / "vectors" / "answers.json", _dump(list(answers()))
+    yield UNITY / "Enums.g.cs", csharp.enums(json_schema())
+    yield UNITY / "Messages.g.cs", csharp.types(json_schema())
 
 
 def json_schema() -> Json:

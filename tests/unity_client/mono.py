@@ -1,0 +1,77 @@
+"""Compiles the Unity package, our engine stubs and the test programs with mcs, and runs them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+PACKAGE = HERE.parents[1] / "unity_client"
+NEEDED = ("mono", "mcs", "nunit-console")
+NUNIT = Path("/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll")
+FLAGS = ("-langversion:7.2", "-warnaserror", "-debug", "-optimize+")
+
+
+def require() -> None:
+    """Skip, or fail where CI is set, when Mono or NUnit is missing."""
+    missing = [name for name in NEEDED if not shutil.which(name)]
+    missing += [] if NUNIT.exists() else ["nunit.framework.dll"]
+    if not missing:
+        return
+    reason = f"no {', '.join(missing)}: run .ci/toolchains as root"
+    if os.environ.get("CI"):
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+def sources(*folders: Path) -> list[Path]:
+    return sorted(path for folder in folders for path in folder.rglob("*.cs"))
+
+
+@dataclass(frozen=True)
+class Build:
+    """A folder of compiled assemblies."""
+
+    folder: Path
+
+    def compile(
+        self, name: str, files: list[Path], *flags: str, using: tuple[str, ...] = ()
+    ) -> Path:
+        target = self.folder / name
+        kind = "exe" if name.endswith(".exe") else "library"
+        references = [f"-r:{self.folder / other}" for other in using]
+        command = ["mcs", *FLAGS, f"-target:{kind}", f"-out:{target}", *references, *flags]
+        done = subprocess.run(
+            [*command, *map(str, files)], capture_output=True, text=True, timeout=300, check=False
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return target
+
+    def run(self, program: str, *arguments: str, text: str = "", timeout: float = 300.0) -> str:
+        """Run one of the test programs and return what it printed."""
+        done = subprocess.run(
+            ["mono", "--debug", str(self.folder / program), *arguments],
+            input=text,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+
+@pytest.fixture(scope="session")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    """The compiled package and test programs, for `pytest_plugins = ("mono",)`."""
+    require()
+    built = Build(tmp_path_factory.mktemp("mono"))
+    built.compile("HapticVLM.Core.dll", sources(PACKAGE / "Runtime" / "Core"))
+    programs = sources(HERE / "csharp")
+    built.compile("programs.exe", programs, using=("HapticVLM.Core.dll",))
+    return built
