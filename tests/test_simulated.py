@@ -266,7 +266,8 @@ def test_a_plate_never_commanded_does_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("stuck_c", "fault"), [(44.0, "plate_hot"), (43.0, "plate_hot"), (12.0, "plate_cold")]
+    ("stuck_c", "fault"),
+    [(44.0, "over_temperature"), (43.0, "over_temperature"), (12.0, "under_temperature")],
 )
 def test_a_plate_trip_latches_until_cleared(stuck_c: float, fault: str) -> None:
     plate = SimulatedPlate(stuck_sensor_c=stuck_c)
@@ -274,7 +275,7 @@ def test_a_plate_trip_latches_until_cleared(stuck_c: float, fault: str) -> None:
 
     assert readings[-1].faults == (fault,)
     assert all(reading.duty == 0.0 for reading in readings)
-    plate.clear_faults()
+    assert not plate.clear(fault)
     assert plate.advance(2.0).faults == (fault,)
 
 
@@ -289,7 +290,7 @@ def test_a_sink_trip_latches_opens_the_bridge_and_survives_cooling_down() -> Non
     cooler._plant = Plant()
     assert leave(cooler, 1.0, begin_s=1.0)[-1].faults == ("sink_hot",)
     assert hold(cooler, 25.0, 1.0, begin_s=2.0)[-1].duty == 0.0
-    cooler.clear_faults()
+    assert cooler.clear("sink_hot")
     assert not leave(cooler, 0.5, begin_s=3.0)[-1].faults
     assert hold(cooler, 25.0, 5.0, begin_s=3.5)[-1].plate_c == pytest.approx(25.0, abs=0.3)
 

@@ -15,10 +15,13 @@ degC of a ten times finer one. Pellet dynamics below 0.3 s are left out.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.devices.dose import REST_S
+from hapticvlm.devices.line import State
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering import thermal
 from hapticvlm.rendering.thermal import SKIN, PlateReading
@@ -38,6 +41,17 @@ _LONGEST_GAP_S = 5.0  # s of a longer silence are lived through, the rest is not
 _ARRIVED_C, _LONGEST_RETURN_S = 0.3, 10.0
 
 
+@dataclass(frozen=True, slots=True)
+class Module:
+    """The Peltier element and what it is bonded to: V/K, ohm, W/K, J/K, J/K."""
+
+    seebeck: float = SEEBECK
+    resistance: float = RESISTANCE
+    conductance: float = CONDUCTANCE
+    face_j_per_k: float = FACE_J_PER_K
+    sink_j_per_k: float = SINK_J_PER_K
+
+
 class Plant:
     """Face, sink and skin of one plate; `palm_resistance` may be inf for no hand."""
 
@@ -48,15 +62,18 @@ class Plant:
         palm_resistance: float = PALM_RESISTANCE,
         plate_c: float = NEUTRAL_C,
         sink_c: float | None = None,
+        *,
+        module: Module = Module(),
     ) -> None:
+        self._module = module
         centre_m = np.cumsum(_CELLS_M) - _CELLS_M / 2.0
         skin_c = plate_c + (CORE_C - plate_c) * centre_m / _CELLS_M.sum()
         self._state_c = np.concatenate(([ambient_c if sink_c is None else sink_c, plate_c], skin_c))
         skin_j_per_k = _CELLS_M * (SKIN.density * SKIN.heat_capacity * AREA_M2)
-        self._capacity = np.concatenate(([SINK_J_PER_K, FACE_J_PER_K], skin_j_per_k))
+        self._capacity = np.concatenate(([module.sink_j_per_k, module.face_j_per_k], skin_j_per_k))
         first = _CELLS_M[0] / 2.0 / SKIN.conductivity
         self._surface_share = first / (palm_resistance + first)  # of face minus first cell
-        self._flow, self._source = _network(AREA_M2 / (palm_resistance + first))
+        self._flow, self._source = _network(AREA_M2 / (palm_resistance + first), module.conductance)
         self._flow[0, 0] -= 1.0 / sink_k_per_w
         self._source[0] += ambient_c / sink_k_per_w
 
@@ -78,15 +95,17 @@ class Plant:
 
     def electric_w(self, current_a: float) -> float:
         """Electric power that a current would draw now, in watts."""
-        return current_a * (SEEBECK * (self.plate_c - self.sink_c) + current_a * RESISTANCE)
+        module = self._module
+        thermal_v = module.seebeck * (self.plate_c - self.sink_c)
+        return current_a * (thermal_v + current_a * module.resistance)
 
     def step(self, current_a: float, dt_s: float) -> None:
         """Let `dt_s` pass at a constant current, heating the face when positive."""
         if not dt_s > 0.0:
             return
         count = math.ceil(dt_s / _LONGEST_STEP_S)
-        pumped = SEEBECK * current_a
-        joule = current_a**2 * RESISTANCE / 2.0
+        pumped = self._module.seebeck * current_a
+        joule = current_a**2 * self._module.resistance / 2.0
         stored = self._capacity * (count / dt_s)
         system = np.diag(stored) - self._flow
         system[0, 0] += pumped
@@ -99,9 +118,6 @@ class Plant:
         onwards[:size, :size], onwards[:size, size] = inverse * stored, inverse @ source
         onwards = np.linalg.matrix_power(onwards, count)
         self._state_c = onwards[:size, :size] @ self._state_c + onwards[:size, size]
-
-
-REST_S = 900.0  # without heat until a new session's heat may begin: our choice, as long as one
 
 
 class SimulatedPlate:
@@ -155,9 +171,26 @@ class SimulatedPlate:
             self._tick(elapsed_s / ticks)
         return self._reading()
 
-    def clear_faults(self) -> None:
-        """Forget latched faults; one whose cause persists latches again. The plate stays off."""
-        self._faults = ()
+    @property
+    def state(self) -> State:
+        """What the plate is doing."""
+        if self._faults:
+            return State.FAULTED
+        if not self._on:
+            return State.OFF
+        return State.HOLDING if self._returning_s is None else State.RETURNING
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Nothing goes wrong that could be counted."""
+        return {}
+
+    def clear(self, fault: str) -> bool:
+        """Unlatch one fault unless its cause is still there; the plate stays off."""
+        if fault in self._causes():
+            return False
+        self._faults = tuple(name for name in self._faults if name != fault)
+        return True
 
     def close(self) -> None:
         """Open the bridge for good; only a new command closes it again."""
@@ -192,14 +225,17 @@ class SimulatedPlate:
             self._open()
 
     def _trip(self) -> None:
-        found = (
-            ("plate_hot", self._sensed_c() >= thermal.PLATE_TRIP_HIGH_C),
-            ("plate_cold", self._sensed_c() <= thermal.PLATE_TRIP_LOW_C),
-            ("sink_hot", self._plant.sink_c >= thermal.SINK_TRIP_C),
-        )
-        self._faults += tuple(name for name, so in found if so and name not in self._faults)
+        self._faults += tuple(name for name in self._causes() if name not in self._faults)
         if self._faults:
             self._open()
+
+    def _causes(self) -> tuple[str, ...]:
+        found = (
+            ("over_temperature", self._sensed_c() >= thermal.PLATE_TRIP_HIGH_C),
+            ("under_temperature", self._sensed_c() <= thermal.PLATE_TRIP_LOW_C),
+            ("sink_hot", self._plant.sink_c >= thermal.SINK_TRIP_C),
+        )
+        return tuple(name for name, is_so in found if is_so)
 
     def _open(self) -> None:
         self._on, self._returning_s, self._asked_c = False, None, NEUTRAL_C
@@ -245,10 +281,12 @@ class SimulatedPlate:
         )
 
 
-def _network(palm_w_per_k: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _network(
+    palm_w_per_k: float, conductance: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Conductances between sink, face and cells, (n, n) in W/K, and heat from the core, (n,)."""
     inner = AREA_M2 * SKIN.conductivity / ((_CELLS_M[:-1] + _CELLS_M[1:]) / 2.0)
-    links = np.concatenate(([CONDUCTANCE, palm_w_per_k], inner))
+    links = np.concatenate(([conductance, palm_w_per_k], inner))
     flow = np.diag(links, 1) + np.diag(links, -1)
     flow -= np.diag(flow.sum(axis=1))
     source = np.zeros(len(flow))

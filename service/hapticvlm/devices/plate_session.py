@@ -1,0 +1,235 @@
+"""The host's half of the conversation with a plate: bytes and `now` in, bytes and readings out.
+
+Sans-I/O: whoever owns the port tells of `opened`, `receive` and `lost`, and writes what `outgoing`
+returns, many times a second. Nothing is driven before the board answered a HELLO of our major
+version; a setpoint is sent with what is left of its lease and never after; after a loss, a reset
+of the board or a fault nothing is driven until a fresh command (`drive.py`). What does not fit is
+counted: no bytes whatever raise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+from hapticvlm.devices import faults, line
+from hapticvlm.devices.dose import Dose
+from hapticvlm.devices.drive import Drive
+from hapticvlm.devices.framing import Deframer, Frame
+from hapticvlm.devices.line import Ack, Answer, HelloReply, Message, Telemetry
+from hapticvlm.devices.orders import Orders
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.thermal import PlateReading
+
+GREET_S = 0.25  # between HELLOs; a boot loader eats the first ones
+SILENT_S = 0.5  # ten telemetries missed
+GONE_S = 3.0  # longer than a boot loader: then the port is worth opening again
+_UPTIME_WRAPS = 2**32
+
+
+class PlateSession:
+    """One plate over any number of ports and resets. Not thread-safe."""
+
+    def __init__(self) -> None:
+        self.board: HelloReply | None = None
+        self.telemetry: Telemetry | None = None
+        self._counts: Counter[str] = Counter()
+        self._deframer = Deframer()
+        self._dose = Dose()
+        self._drive = Drive()
+        self._orders = Orders()
+        self._is_open = self._was_open = False
+        self._heard_at = self._greeted_at = -math.inf
+        self._uptime_ms: int | None = None
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the board has answered our HELLO and speaks our version."""
+        return self._is_open and self.board is not None and self.board.major == line.MAJOR
+
+    @property
+    def refusal(self) -> str | None:
+        """Why this board can't be used, if it can't."""
+        if self.board is None or self.board.major == line.MAJOR:
+            return None
+        theirs = self.board.major, self.board.minor
+        cure = "flash the firmware of this release" if theirs[0] < line.MAJOR else "upgrade it"
+        return (
+            f"the board speaks plate protocol {theirs[0]}.{theirs[1]}, this hapticvlm "
+            f"{line.MAJOR}.{line.MINOR}: {cure}"
+        )
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether an order waits for its acknowledgement."""
+        return self._orders.is_waiting
+
+    @property
+    def answer(self) -> Answer | None:
+        """What the board said to the newest order; None if nothing (yet)."""
+        return self._orders.answer
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Everything that did not fit, here and on the board."""
+        told = self.telemetry
+        return {
+            **self._counts,
+            "bad_frames": self._counts["bad_frames"] + self._deframer.bad,
+            "commands_ignored": self._drive.ignored,
+            "orders_lost": self._orders.lost,
+            "board_bad_frames": 0 if told is None else told.bad_frames,
+            "board_refused": 0 if told is None else told.refused,
+        }
+
+    def opened(self, now: float) -> None:
+        """Begin on a port that was just opened; the board may be resetting (DTR)."""
+        if self._was_open:
+            self._counts["reconnects"] += 1
+            self._drive.hold()
+        self._is_open = self._was_open = True
+        self._counts["bad_frames"] += self._deframer.bad
+        self._deframer = Deframer()
+        self._heard_at = now
+        self._forget()
+
+    def lost(self) -> None:
+        """Forget the port and what was commanded."""
+        if self._is_open:
+            self._counts["losses"] += 1
+            self._drive.hold()
+        self._is_open = False
+        self._forget()
+
+    def is_gone(self, now: float) -> bool:
+        """Tell whether an open port has been useless for so long that it is worth closing."""
+        return self._is_open and now - self._heard_at > GONE_S
+
+    def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
+        """Hold `setpoint_c`, limited to the band, for `ttl_s`, if this is a fresh command."""
+        may_drive = self.is_ready and not (self.telemetry and self.telemetry.faults)
+        if self._drive.command(setpoint_c, ttl_s, now, may_drive=may_drive):
+            self._orders.drop_rest()
+
+    def rest(self) -> None:
+        """Return to neutral, then off."""
+        self._order(line.Rest())
+
+    def off(self) -> None:
+        """Switch the bridge off at once."""
+        self._order(line.Off())
+
+    def clear(self, fault: int) -> None:
+        """Ask the board to unlatch one fault; `answer` tells what it said."""
+        self._order(line.Clear(fault))
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Take in whatever came from the port."""
+        for received in self._deframer.feed(data):
+            self._take(received, now)
+
+    def outgoing(self, now: float) -> bytes:
+        """Return the bytes to write now, if any."""
+        if not self._is_open or self.refusal is not None:
+            return b""
+        if self.board is None:
+            return self._greeting(now)
+        setpoint = self._drive.due(now)
+        renewed = b"" if setpoint is None else self._orders.encode(setpoint)
+        return self._orders.due(now) + renewed
+
+    def reading(self, now: float) -> PlateReading:
+        """Return what the plate last said, and nothing measured when that is too long ago."""
+        told = self.telemetry if self._is_fresh(now) else None
+        dose_cem43, heated_s = self._dose.total
+        setpoint_mc = None if told is None else told.setpoint_mc
+        return PlateReading(
+            plate_c=None if told is None else _celsius(told.plate_mc),
+            sink_c=None if told is None else _celsius(told.sink_mc),
+            setpoint_c=NEUTRAL_C if setpoint_mc is None else setpoint_mc / 1000.0,
+            duty=0.0 if told is None else self._duty(told),
+            current_limited=told is not None and bool(told.limited & line.LIMITED_BY_CURRENT),
+            dose_cem43=dose_cem43,
+            heated_s=heated_s,
+            faults=self._faults(now),
+        )
+
+    def _is_fresh(self, now: float) -> bool:
+        return self._is_open and now - self._heard_at <= SILENT_S
+
+    def _faults(self, now: float) -> tuple[str, ...]:
+        found = () if self.telemetry is None else faults.names(self.telemetry.faults)
+        if not self._was_open:
+            return found
+        if not self._is_open:
+            return (*found, faults.UNPLUGGED.name)
+        if self.refusal is not None:
+            return (*found, faults.VERSION.name)
+        return found if self._is_fresh(now) else (*found, faults.SILENT.name)
+
+    def _duty(self, told: Telemetry) -> float:
+        if self.board is None:
+            return 0.0
+        cap = self.board.heat_cap if told.duty > 0 else self.board.cool_cap
+        return min(max(told.duty / cap, -1.0), 1.0) if cap else 0.0
+
+    def _order(self, message: Message) -> None:
+        self._drive.rest()
+        if self._is_open:
+            self._orders.put(message)
+
+    def _forget(self) -> None:
+        self.board = self.telemetry = None
+        self._greeted_at = -math.inf
+        self._orders.drop()
+
+    def _greeting(self, now: float) -> bytes:
+        if now - self._greeted_at < GREET_S:
+            return b""
+        self._greeted_at = now
+        return self._orders.encode(line.Hello(line.MAJOR, line.MINOR))
+
+    def _take(self, received: Frame, now: float) -> None:
+        try:
+            message = line.decode(received)
+        except line.LineError:
+            message = None
+        match message:
+            case Telemetry():
+                self._heard_at = now
+                self._follow(message, now)
+            case HelloReply():
+                self._heard_at = now
+                self.board = message
+            case Ack():
+                self._heed(message)
+            case _:
+                self._counts["unknown_frames"] += 1
+
+    def _follow(self, told: Telemetry, now: float) -> None:
+        if self._uptime_ms is not None and _went_back(self._uptime_ms, told.uptime_ms):
+            self._restarted()
+            self._dose.restart()
+        if told.faults:
+            self._drive.hold()
+        self._uptime_ms, self.telemetry = told.uptime_ms, told
+        self._dose.tell(told.dose_mcem43 / 1000.0, float(told.heated_s), now)
+
+    def _heed(self, ack: Ack) -> None:
+        self._orders.heed(ack)
+        self._counts["refused"] += ack.code != Answer.OK
+        if ack.code == Answer.NEEDS_HELLO and self.board is not None:
+            self._restarted()
+
+    def _restarted(self) -> None:
+        self._counts["board_resets"] += 1
+        self._drive.hold()
+        self._forget()
+
+
+def _celsius(milli: int | None) -> float | None:
+    return None if milli is None else milli / 1000.0
+
+
+def _went_back(before_ms: int, now_ms: int) -> bool:
+    return (now_ms - before_ms) % _UPTIME_WRAPS >= _UPTIME_WRAPS // 2
