@@ -197,6 +197,22 @@ def test_the_plate_follows_the_latest_contact_of_two_hands():
     assert session.leases == 2
 
 
+def test_a_slide_to_another_object_takes_the_cold_of_the_first_along():
+    sword = SceneObject(object_id="sword", material="metal")
+    hilt = SceneObject(object_id="hilt", material="wood")
+
+    def setpoint_c(first: str) -> float:
+        session, reached_c = owner(sword, hilt), NEUTRAL_C
+        for step in range(50):
+            now = 1.0 + 0.02 * step
+            session.receive(touch("slide", first if step < 25 else "hilt"), now)
+            (heat,) = only(session.tick(now, READING), Heat)
+            reached_c = heat.setpoint_c
+        return reached_c
+
+    assert setpoint_c("sword") < setpoint_c("hilt") - 0.5
+
+
 def test_the_setpoint_never_moves_faster_than_the_slew_limit():
     session = owner(SceneObject(object_id="table", material="metal", temperature_c=-20.0))
     now, before = 1.0, NEUTRAL_C

@@ -30,8 +30,10 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition import pictures
 from hapticvlm.recognition.ambient import ambient
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.rendering import thermal
-from hapticvlm.rendering.thermal import PlateReading
+from hapticvlm.rendering import plate_limits
+from hapticvlm.rendering.course import Course
+from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.thermal import ThermalContact
 from hapticvlm.rendering.voices import Command
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import (
@@ -87,6 +89,7 @@ class SceneSession:
         self._newest: Frame | None = None
         self._ambient_c: float | None = None
         self._thermal_gain = 1.0
+        self._course = Course()
         self._setpoint_c = NEUTRAL_C
         self._is_driving = False
         self._touched_at = float("-inf")
@@ -244,20 +247,27 @@ class SceneSession:
         hand = self._plate_hand()
         is_held = self._hold.holds("peltier", hand.name if hand else None)
         if is_held or not 0.0 <= now - self._touched_at <= NEUTRAL_HOLD_S:
+            self._course = self._course.release(now)
             was_driving, self._is_driving = self._is_driving, False
             return [RestPlate()] if was_driving else []
-        contact = self._contact(hand.key) if hand else None
-        wanted = NEUTRAL_C
-        if hand is not None and contact is not None:
-            since = None if hand.contact_at is None else now - hand.contact_at + thermal.LEAD_S
-            wanted = thermal.wanted_c(contact, since, self._thermal_gain)
+        self._course = self._follow(hand, now)
+        wanted = self._course.wanted_c(now, self._thermal_gain)
         if not self._is_driving and self._reading.plate_c is not None:
-            low, high = thermal.SETPOINT_MIN_C, thermal.SETPOINT_MAX_C
+            low, high = plate_limits.SETPOINT_MIN_C, plate_limits.SETPOINT_MAX_C
             self._setpoint_c = min(max(self._reading.plate_c, low), high)
         self._is_driving = True
-        limited = thermal.limit(wanted, self._setpoint_c, elapsed, self._reading)
+        limited = plate_limits.limit(wanted, self._setpoint_c, elapsed, self._reading)
         self._setpoint_c = limited.setpoint_c
         return [Heat(limited.setpoint_c, LEASE_S)]
+
+    def _follow(self, hand: Hand | None, now: float) -> Course:
+        """Let the course of the plate's palm go on with what this hand does now."""
+        if hand is None:
+            return self._course.release(now)
+        contact = self._contact(hand.key)
+        if not hand.is_touching:
+            return self._course.approach(contact, now)
+        return self._course.touch(contact, (hand.name, hand.key), now)
 
     def _plate_hand(self) -> Hand | None:
         """Return the hand of the latest contact; without one, a hand that approaches."""
@@ -266,7 +276,7 @@ class SceneSession:
             return max(touching, key=lambda hand: hand.contact_at or 0.0)
         return next((hand for hand in self._hands.values() if hand.is_active), None)
 
-    def _contact(self, key: Key) -> thermal.ThermalContact | None:
+    def _contact(self, key: Key) -> ThermalContact | None:
         verdict = self._objects.verdict(key)
         facts = self._objects.facts(key)
         return decisions.contact(verdict, facts, ambient(self._ambient_c), self._table)

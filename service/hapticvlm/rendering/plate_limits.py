@@ -1,0 +1,109 @@
+"""What a plate may do about a wish: setpoint band, slew, current, sink and dose. Pure.
+
+Limits are part of the model: every answer says what physics asked for, what may be sent, and which
+limit stands between the two. They are asked for before the plate; the firmware has its own.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from hapticvlm.perception import NEUTRAL_C
+
+SETPOINT_MIN_C, SETPOINT_MAX_C = 18.0, 40.0  # degC, this and the next six: physics reference 3.3
+SLEW_C_PER_S = 5.0
+DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, the limit for impaired skin (van Rhoon 2013, from memory)
+HEAT_LIMIT_S = 900.0
+SINK_TRIP_C = 55.0
+PLATE_TRIP_HIGH_C = 43.0
+PLATE_TRIP_LOW_C = 13.0
+
+_SINK_WARM_C = 45.0  # degC, from here to the trip the coldest setpoint rises to neutral; our choice
+_LONGEST_SLEW_S = 0.1  # s, a stalled caller must not earn a jump of many degrees
+
+Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
+
+
+@dataclass(frozen=True, slots=True)
+class Limited:
+    """A setpoint that may be sent, the one physics asked for, and what stands between them."""
+
+    setpoint_c: float
+    unlimited_c: float
+    limited_by: Limit | None
+
+
+@dataclass(frozen=True, slots=True)
+class PlateReading:
+    """What a plate last said of itself; None is no reading, duty is -1 (cool) to 1 (heat)."""
+
+    plate_c: float | None
+    sink_c: float | None
+    setpoint_c: float
+    duty: float
+    current_limited: bool
+    dose_cem43: float
+    heated_s: float
+    faults: tuple[str, ...]
+
+
+def within_range(unlimited_c: float) -> Limited:
+    """Apply the setpoint band alone; what is no number becomes neutral."""
+    if not math.isfinite(unlimited_c):
+        return Limited(NEUTRAL_C, NEUTRAL_C, "setpoint")
+    setpoint_c = min(max(unlimited_c, SETPOINT_MIN_C), SETPOINT_MAX_C)
+    return Limited(setpoint_c, unlimited_c, None if setpoint_c == unlimited_c else "setpoint")
+
+
+def limit(
+    unlimited_c: float, previous_c: float, elapsed_s: float, reading: PlateReading
+) -> Limited:
+    """Turn a wish into the setpoint of this moment; `limited_by` names the limit that decided it.
+
+    As `settle`, then slew from `previous_c`.
+    """
+    settled = settle(unlimited_c, reading)
+    slewed_c = _slew(settled.setpoint_c, previous_c, elapsed_s)
+    if slewed_c != settled.setpoint_c:
+        return Limited(slewed_c, settled.unlimited_c, "slew")
+    return settled
+
+
+def settle(unlimited_c: float, reading: PlateReading) -> Limited:
+    """Turn a wish into the setpoint the plate will come to, as a decision reports it.
+
+    In order: setpoint band, dose and heated time, sink. A plate at its current limit keeps its
+    setpoint and is named only when nothing else limits.
+    """
+    banded = within_range(unlimited_c)
+    setpoint_c, limited_by = banded.setpoint_c, banded.limited_by
+    if setpoint_c > NEUTRAL_C and _heat_is_used_up(reading):
+        setpoint_c, limited_by = NEUTRAL_C, "dose"
+    coldest_c = _coldest_setpoint_c(reading.sink_c)
+    if setpoint_c < coldest_c:
+        setpoint_c, limited_by = coldest_c, "sink"
+    if limited_by is None and reading.current_limited:
+        limited_by = "current"
+    return Limited(setpoint_c, banded.unlimited_c, limited_by)
+
+
+def _heat_is_used_up(reading: PlateReading) -> bool:
+    return reading.dose_cem43 >= DOSE_LIMIT_CEM43 or reading.heated_s >= HEAT_LIMIT_S
+
+
+def _coldest_setpoint_c(sink_c: float | None) -> float:
+    """Coldest setpoint the sink can carry: cooling heats it, and a hot sink turns cold to hot."""
+    if sink_c is None:
+        return NEUTRAL_C
+    warm = min(max((sink_c - _SINK_WARM_C) / (SINK_TRIP_C - _SINK_WARM_C), 0.0), 1.0)
+    return SETPOINT_MIN_C + warm * (NEUTRAL_C - SETPOINT_MIN_C)
+
+
+def _slew(setpoint_c: float, previous_c: float, elapsed_s: float) -> float:
+    if not math.isfinite(previous_c):
+        previous_c = NEUTRAL_C
+    usable_s = min(elapsed_s, _LONGEST_SLEW_S) if elapsed_s > 0.0 else 0.0
+    reach_c = SLEW_C_PER_S * usable_s
+    return min(max(setpoint_c, previous_c - reach_c), previous_c + reach_c)

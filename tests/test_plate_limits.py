@@ -1,0 +1,126 @@
+"""The limits of the plate, one by one; what is no number; what a stalled caller earns."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from hapticvlm.rendering.plate_limits import (
+    DOSE_LIMIT_CEM43,
+    HEAT_LIMIT_S,
+    SETPOINT_MAX_C,
+    SETPOINT_MIN_C,
+    SINK_TRIP_C,
+    PlateReading,
+    limit,
+    within_range,
+)
+
+CALM = PlateReading(
+    plate_c=32.0,
+    sink_c=25.0,
+    setpoint_c=32.0,
+    duty=0.0,
+    current_limited=False,
+    dose_cem43=0.0,
+    heated_s=0.0,
+    faults=(),
+)
+
+
+@pytest.mark.parametrize(
+    ("unlimited_c", "setpoint_c", "limited_by"),
+    [
+        (25.0, 25.0, None),
+        (18.0, 18.0, None),
+        (59.0, SETPOINT_MAX_C, "setpoint"),
+        (5.9, SETPOINT_MIN_C, "setpoint"),
+    ],
+)
+def test_the_band_limits_and_keeps_the_wish(
+    unlimited_c: float, setpoint_c: float, limited_by: str | None
+) -> None:
+    limited = within_range(unlimited_c)
+
+    assert limited.setpoint_c == setpoint_c
+    assert limited.unlimited_c == unlimited_c
+    assert limited.limited_by == limited_by
+
+
+@pytest.mark.parametrize("wish", [math.nan, math.inf, -math.inf])
+def test_what_is_no_temperature_becomes_neutral(wish: float) -> None:
+    assert within_range(wish).setpoint_c == 32.0
+    assert math.isfinite(within_range(wish).unlimited_c)
+    assert limit(wish, 32.0, 0.02, CALM).setpoint_c == 32.0
+    assert limit(25.0, wish, 0.02, CALM).setpoint_c == pytest.approx(31.9)
+
+
+def test_nothing_limits_a_wish_that_is_already_there() -> None:
+    assert limit(25.0, 25.0, 0.02, CALM).limited_by is None
+
+
+def test_the_setpoint_band_is_named() -> None:
+    limited = limit(59.0, 40.0, 0.02, CALM)
+
+    assert (limited.setpoint_c, limited.limited_by, limited.unlimited_c) == (40.0, "setpoint", 59.0)
+
+
+@pytest.mark.parametrize("wish_c", [20.0, 39.0])
+def test_the_setpoint_moves_five_degrees_a_second(wish_c: float) -> None:
+    setpoint_c, names = 32.0, set()
+    for _ in range(50):
+        limited = limit(wish_c, setpoint_c, 0.02, CALM)
+        setpoint_c = limited.setpoint_c
+        names.add(limited.limited_by)
+
+    assert setpoint_c == pytest.approx(32.0 + math.copysign(5.0, wish_c - 32.0))
+    assert names == {"slew"}
+
+
+@pytest.mark.parametrize("elapsed_s", [60.0, math.inf])
+def test_a_stalled_caller_earns_no_leap(elapsed_s: float) -> None:
+    assert limit(20.0, 32.0, elapsed_s, CALM).setpoint_c == pytest.approx(31.5)
+
+
+@pytest.mark.parametrize("elapsed_s", [0.0, -5.0, math.nan])
+def test_no_time_no_movement(elapsed_s: float) -> None:
+    assert limit(20.0, 32.0, elapsed_s, CALM).setpoint_c == 32.0
+
+
+@pytest.mark.parametrize(
+    "tired",
+    [replace(CALM, dose_cem43=DOSE_LIMIT_CEM43), replace(CALM, heated_s=HEAT_LIMIT_S)],
+)
+def test_used_up_heat_allows_neutral_and_cold_only(tired: PlateReading) -> None:
+    assert limit(38.0, 32.0, 0.02, tired).limited_by == "dose"
+    assert limit(38.0, 32.0, 0.02, tired).setpoint_c == 32.0
+    assert limit(25.0, 25.0, 0.02, tired).limited_by is None
+
+
+def test_a_hot_sink_takes_the_cold_away_by_degrees() -> None:
+    def coldest_c(sink_c: float | None) -> float:
+        setpoint_c = 18.0
+        for _ in range(200):
+            reading = replace(CALM, sink_c=sink_c)
+            setpoint_c = limit(18.0, setpoint_c, 0.02, reading).setpoint_c
+        return setpoint_c
+
+    assert coldest_c(25.0) == 18.0
+    assert coldest_c(50.0) == pytest.approx(25.0)
+    assert coldest_c(SINK_TRIP_C) == 32.0
+    assert coldest_c(None) == 32.0
+    assert limit(18.0, 25.0, 0.02, replace(CALM, sink_c=50.0)).limited_by == "sink"
+
+
+def test_a_hot_sink_does_not_forbid_heat() -> None:
+    assert limit(38.0, 38.0, 0.02, replace(CALM, sink_c=54.0)).limited_by is None
+
+
+def test_a_plate_at_its_current_limit_is_named_when_nothing_else_is() -> None:
+    weak = replace(CALM, current_limited=True)
+
+    assert limit(20.0, 20.0, 0.02, weak).limited_by == "current"
+    assert limit(20.0, 20.0, 0.02, weak).setpoint_c == 20.0
+    assert limit(20.0, 32.0, 0.02, weak).limited_by == "slew"
