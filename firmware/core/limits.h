@@ -30,6 +30,7 @@ const uint16_t SLEW_MC_S = 5000;
 const float SLEW_C_STEP = SLEW_MC_S * 0.001f * STEP_S;
 const uint16_t MAX_TTL_MS = 1000;
 const uint16_t LONGEST_RETURN_MS = 10000;
+const float LEAD_C = 0.4f;  // how far the target may be ahead of a plate at its current limit
 const float ARRIVED_C = 0.3f;
 
 // Output: current = counts / FULL_SCALE_COUNTS * FULL_SCALE_MA, by a filtered or current-controlled driver

@@ -23,11 +23,24 @@ float sink_share(float sink_c) {
     return clamp((sink_c - SINK_WARM_C) / (SINK_TRIP_C - SINK_WARM_C), 0.0f, 1.0f);
 }
 
-void slew(Loop& loop, float goal_c) {
-    const float step_c = clamp(goal_c - loop.target_c, -SLEW_C_STEP, SLEW_C_STEP);
-    loop.target_c += step_c;
-    if (loop.target_c != goal_c && fabsf(step_c) >= SLEW_C_STEP) loop.limited |= LIMIT_SLEW;
-    else loop.target_c = goal_c;
+// A target that the current cannot reach waits for the plate instead of running ahead of it.
+bool must_wait(const Loop& loop, float goal_c, float plate_c) {
+    const int8_t side = loop.saturated;
+    return side * (goal_c - loop.target_c) > 0.0f && side * (loop.target_c - plate_c) > LEAD_C;
+}
+
+void slew(Loop& loop, float goal_c, float plate_c) {
+    if (must_wait(loop, goal_c, plate_c)) {
+        loop.limited |= LIMIT_CURRENT;
+        return;
+    }
+    const float away_c = goal_c - loop.target_c;
+    if (fabsf(away_c) <= SLEW_C_STEP) {
+        loop.target_c = goal_c;
+        return;
+    }
+    loop.limited |= LIMIT_SLEW;
+    loop.target_c += away_c > 0.0f ? SLEW_C_STEP : -SLEW_C_STEP;
 }
 
 // The integral waits while more of it would change nothing.
@@ -35,8 +48,9 @@ float wanted_current(Loop& loop, float error_c, float most_cool_a) {
     const Gains& gains = loop.current_a < 0.0f ? COOLING : HEATING;
     const float wanted_a = gains.proportional * error_c + loop.integral_a;
     const float given_a = clamp(wanted_a, -most_cool_a, HEAT_LIMIT_A);
-    if (given_a != wanted_a) loop.limited |= LIMIT_CURRENT;
-    if (given_a == wanted_a || (error_c > 0.0f) != (wanted_a > 0.0f))
+    loop.saturated = given_a < wanted_a ? 1 : (given_a > wanted_a ? -1 : 0);
+    if (loop.saturated) loop.limited |= LIMIT_CURRENT;
+    if (!loop.saturated || (error_c > 0.0f) != (wanted_a > 0.0f))
         loop.integral_a += gains.integral * error_c * STEP_S;
     return given_a;
 }
@@ -76,7 +90,7 @@ float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_
 }
 
 void follow(Loop& loop, float goal_c, float plate_c, float sink_c, float cool_ceiling_a) {
-    slew(loop, goal_c);
+    slew(loop, goal_c, plate_c);
     const float ceiling_a = fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));
     const float wanted_a = wanted_current(loop, loop.target_c - plate_c, ceiling_a);
     int16_t counts = dithered(loop, wanted_a);

@@ -10,6 +10,7 @@ struct Loop {
     float current_a;   // applied, positive heats
     float owed;        // counts that rounding kept back, given in a later step
     int16_t counts;
+    int8_t saturated;  // 1 at the heating limit, -1 at the cooling limit, 0 between
     uint8_t limited;   // Limit bits of this step
 };
 
