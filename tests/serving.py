@@ -112,7 +112,10 @@ def _serve(
 
 def _answer(sock: socket.socket, served: Served, listing: Reply, replies: Sequence[Reply]) -> None:
     with sock, suppress(OSError), sock.makefile("rb") as file:
-        request = _read(file)
+        try:
+            request = _read(file)
+        except ValueError:  # no HTTP
+            return
         turn = min(len(served.questions), len(replies) - 1)
         served.requests.append(request)
         (listing if request.verb == "GET" else replies[turn])(sock, request)
