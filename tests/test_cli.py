@@ -40,7 +40,6 @@ def command(*arguments):
     [
         (["serve", "--host", "0.0.0.0"], "--token"),
         (["serve", "--peltier", "/dev/ttyUSB0"], "simulated"),
-        (["serve", "--vlm", "Qwen/Qwen2-VL-2B-Instruct"], "ambient_c"),
         (["stream", "nowhere"], "neither a folder"),
     ],
 )

@@ -75,6 +75,10 @@ class Child:
             self.close(0.0)
             raise ChildError(failure)
 
+    def begin(self) -> None:
+        """Start and do not wait: `supervise` greets the child, or says why it did not start."""
+        self._spawn()
+
     def supervise(self, now: float, *, is_well: bool) -> str | None:
         """Restart a child that died, or hung (`is_well` false); return what happened, if anything.
 

@@ -229,7 +229,7 @@ def run_recogniser(
                 look = eye.look(bytes(data[:length]), subject, waited_ms, anew=anew)
             except Exception:  # a picture that trips a bug of ours must not take the others down
                 logger.exception("a look failed")
-                look = Look(None, {}, "looking at this picture failed", is_our_fault=True)
+                look = Look(None, {}, error="looking at this picture failed", is_our_fault=True)
             control.send(replace(look, number=number))
 
 

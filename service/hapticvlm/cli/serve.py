@@ -18,6 +18,7 @@ from hapticvlm import __version__
 if TYPE_CHECKING:
     from hapticvlm.cli import Commands
     from hapticvlm.messages import Devices
+    from hapticvlm.onlooker import Answer, Onlooker
     from hapticvlm.recognition.eye import Look
     from hapticvlm.server.edge import Address
     from hapticvlm.server.gateway import Gateway
@@ -28,7 +29,18 @@ GATEWAY_PRIORITY = 10
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
     serve = commands.add_parser("serve", help="run the service a scene connects to")
+    serve.add_argument(
+        "--record", type=Path, metavar="FOLDER", help="keep each session in a sub-folder"
+    )
+    add_options(serve)
+
+
+def add_options(serve: argparse.ArgumentParser) -> None:
+    """Declare the options that serving has under any name."""
     serve.set_defaults(run=_serve)
+    serve.add_argument(
+        "--record-frames", action="store_true", help="keep pictures too, and say so in welcome"
+    )
     listen = serve.add_argument_group("connections")
     listen.add_argument("--host", default="127.0.0.1", help="address to listen on (%(default)s)")
     listen.add_argument("--port", type=int, default=8790, help="0 = any free one (%(default)s)")
@@ -76,7 +88,36 @@ def add(commands: Commands) -> None:
     models.add_argument(
         "--threads", type=int, default=1, help="of one inference on the cpu (%(default)s)"
     )
-    models.add_argument("--vlm", help="vision-language model for the ambient temperature (none)")
+    _add_vlm(serve.add_argument_group("surroundings, read off frames by a vision-language model"))
+
+
+def _add_vlm(vlm: argparse._ArgumentGroup) -> None:
+    vlm.add_argument(
+        "--vlm",
+        nargs="?",
+        const="",
+        metavar="NAME_OR_FOLDER",
+        help="ask this image-text model of transformers for the ambient temperature and about "
+        "objects the encoder leaves unknown; needs the extra `models` (none; without a name "
+        "Qwen/Qwen2-VL-2B-Instruct)",
+    )
+    vlm.add_argument(
+        "--vlm-url",
+        metavar="URL",
+        help="ask an OpenAI-compatible endpoint instead, --vlm names its model: frames LEAVE this "
+        "machine if it is another; a token is taken from HAPTICVLM_VLM_TOKEN",
+    )
+    vlm.add_argument("--vlm-device", default="cpu", help="cpu or cuda (%(default)s)")
+    vlm.add_argument("--vlm-threads", type=int, default=1, help="(%(default)s)")
+    vlm.add_argument(
+        "--image-tokens",
+        type=int,
+        default=64,
+        help="most tokens a frame may become, the knob of speed (%(default)s)",
+    )
+    vlm.add_argument(
+        "--vlm-timeout", type=float, default=30.0, help="of an answer, s (%(default)s)"
+    )
 
 
 def _serve(options: argparse.Namespace) -> int:
@@ -101,8 +142,6 @@ def _serve(options: argparse.Namespace) -> int:
 def _refuse_unbuilt(options: argparse.Namespace) -> None:
     if options.peltier != "simulated":
         raise ValueError(f"--peltier {options.peltier}: only `simulated` is built so far")
-    if options.vlm is not None:
-        raise ValueError("--vlm: not built so far; state `ambient_c` in the scene instead")
 
 
 async def _run_service(options: argparse.Namespace, address: Address) -> None:
@@ -116,7 +155,9 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
     from hapticvlm.recognition.own import read_folder, table_with
     from hapticvlm.server.edge import Edge, Offer
     from hapticvlm.server.gateway import Gateway, ObserverLog
+    from hapticvlm.server.recorder import Recorder
 
+    recorder = Recorder(options.record, frames=options.record_frames) if options.record else None
     loop = asyncio.get_running_loop()
     stopping = asyncio.Event()
     _on_signals(loop, stopping)
@@ -135,7 +176,8 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
         RecogniserSettings(options.encoder, options.gallery, own, options.device, options.threads)
     )
     plate = SimulatedPlate()
-    gateway = Gateway(speaker, plate, recogniser)
+    onlooker = _onlooker(options)
+    gateway = Gateway(speaker, plate, recogniser, onlooker)
     logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))
     try:
         await asyncio.gather(
@@ -150,8 +192,13 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
             peltier=Device(name=plate.name, simulated=plate.simulated),
         )
         loaded = recogniser.loaded
-        models = Models(encoder=loaded.encoder, gallery=loaded.gallery)
-        edge = Edge(address, gateway, Offer(devices, models, table), time.monotonic)
+        vlm = None if onlooker is None else onlooker.settings.model
+        models = Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm)
+        elsewhere = options.vlm_url is not None
+        offer = Offer(devices, models, table, asks_elsewhere=elsewhere, recorder=recorder)
+        edge = Edge(address, gateway, offer, time.monotonic)
+        if onlooker is not None:
+            onlooker.start(partial(_pass_on, loop, gateway))
         has_priority = options.realtime and _take_priority()
         async with edge.listen() as port, asyncio.TaskGroup() as tasks:
             running = [
@@ -159,6 +206,7 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
                 tasks.create_task(gateway.run_telemetry()),
             ]
             _say_ready(address.host, port, devices, has_priority)
+            _say_vlm(options)
             await stopping.wait()
             gateway.close()
             for task in running:
@@ -168,7 +216,9 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
             await asyncio.to_thread(speaker.close)
     finally:
         plate.close()
-        await asyncio.gather(asyncio.to_thread(speaker.close), asyncio.to_thread(recogniser.close))
+        closing = [speaker.close, recogniser.close]
+        closing += [part.close for part in (onlooker, recorder) if part is not None]
+        await asyncio.gather(*map(asyncio.to_thread, closing))
     print("hapticvlm stopped, outputs at rest", flush=True)
 
 
@@ -176,6 +226,39 @@ def _hand_over(loop: asyncio.AbstractEventLoop, gateway: Gateway, look: Look) ->
     """Pass an answer from the recogniser's reader thread to the event loop."""
     with contextlib.suppress(RuntimeError):  # the loop has closed
         loop.call_soon_threadsafe(gateway.on_look, look)
+
+
+def _pass_on(loop: asyncio.AbstractEventLoop, gateway: Gateway, answer: Answer) -> None:
+    """Pass an answer from the onlooker's reader thread to the event loop."""
+    with contextlib.suppress(RuntimeError):  # the loop has closed
+        loop.call_soon_threadsafe(gateway.on_answer, answer)
+
+
+def _onlooker(options: argparse.Namespace) -> Onlooker | None:
+    """Make the process that asks a VLM, if one is wanted. Raises ValueError."""
+    from hapticvlm.onlooker import Onlooker
+    from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
+
+    if options.vlm is None and options.vlm_url is None:
+        return None
+    return Onlooker(
+        VlmSettings(
+            model=options.vlm or DEFAULT_MODEL,
+            url=options.vlm_url,
+            token=os.environ.get("HAPTICVLM_VLM_TOKEN"),
+            device=options.vlm_device,
+            threads=options.vlm_threads,
+            image_tokens=options.image_tokens,
+            timeout_s=options.vlm_timeout,
+        )
+    )
+
+
+def _say_vlm(options: argparse.Namespace) -> None:
+    if options.vlm_url is not None:
+        print(f"  vlm          {options.vlm_url}: frames are sent there", flush=True)
+    elif options.vlm is not None:
+        print(f"  vlm          {options.vlm or 'the default'}, loading", flush=True)
 
 
 def _say_ready(host: str, port: int, devices: Devices, has_priority: bool) -> None:

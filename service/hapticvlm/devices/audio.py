@@ -267,3 +267,10 @@ class WavFile:
     def _drain(self) -> None:
         while self._waiting:
             self._file.write(self._waiting.popleft())
+
+
+def write_wav(path: Path, samples: NDArray[np.float32]) -> None:
+    """Write samples (N,) at RATE_HZ as a 32-bit float WAV file."""
+    import soundfile
+
+    soundfile.write(path, samples, RATE_HZ, format="WAV", subtype="FLOAT")

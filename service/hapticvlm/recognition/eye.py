@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.messages import Frame, Region
 from hapticvlm.recognition import pictures
+from hapticvlm.recognition.ambient import Sight
 from hapticvlm.recognition.encoder import Encoder, EncoderError
 from hapticvlm.recognition.gallery import Gallery
 from hapticvlm.recognition.ladder import Evidence
@@ -26,10 +27,14 @@ MAX_SEEN = 1024
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What came of looking at a frame: evidence, None for an unchanged picture, or an error."""
+    """What came of looking at a frame: evidence, None for an unchanged picture, or an error.
+
+    `sight` is what was looked at as a place, should it have been a whole frame.
+    """
 
     evidence: Evidence | None
     stages_ms: dict[str, float]
+    sight: Sight | None = None
     error: str | None = None
     is_our_fault: bool = False
     number: int = 0
@@ -73,7 +78,7 @@ class Eye:
         try:
             crop = pictures.crop(frame, self._encoder.side)
         except pictures.PictureError as error:
-            return Look(None, stages, str(error))
+            return Look(None, stages, error=str(error))
         stages["decode"], started = _lap(started)
         unchanged = self._is_unchanged(subject, crop)
         if unchanged and frame.purpose == "live" and not anew:
@@ -81,11 +86,11 @@ class Eye:
         try:
             embedding = self._encoder.embed([crop])[0]
         except EncoderError as error:
-            return Look(None, stages, str(error), is_our_fault=True)
+            return Look(None, stages, error=str(error), is_our_fault=True)
         stages["encode"], started = _lap(started)
         evidence = self._gallery.match(embedding)
         stages["match"], _ = _lap(started)
-        return Look(evidence, stages)
+        return Look(evidence, stages, Sight(embedding, float(crop.image.mean()) / 255.0))
 
     def _is_unchanged(self, subject: str, crop: pictures.Crop) -> bool:
         signature = pictures.signature(crop)

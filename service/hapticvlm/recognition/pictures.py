@@ -97,6 +97,21 @@ def crops(
     ]
 
 
+def whole(frame: messages.Frame, side: int) -> tuple[Pixels, messages.Region]:
+    """Decode the upright frame, shorter side at least `side` if it has that, and find its object.
+
+    Returns (H, W, 3) uint8 and the region of the mask, else the frame's own, else its centre.
+    Raises PictureError.
+    """
+    check_header(frame)
+    mask = None if frame.mask is None else _decode_mask(frame)
+    left, top, right, bottom = _cut(frame, frame.region, mask)[0]
+    pixels = _decode_upright(frame, _reduction(frame, (0, 0, frame.width, frame.height), side))
+    x, y = 1.0 / frame.width, 1.0 / frame.height
+    region = messages.Region(x=left * x, y=top * y, w=(right - left) * x, h=(bottom - top) * y)
+    return pixels, region
+
+
 def central_mask(side: int) -> Pixels:
     """Draw the disc taken for the object when no mask is given: (side, side) uint8, 0 or 255."""
     axis = (np.arange(side) + 0.5) / side - 0.5

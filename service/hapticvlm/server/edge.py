@@ -11,6 +11,7 @@ import secrets
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from typing import Any
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
@@ -44,7 +45,10 @@ from hapticvlm.rendering.thermal import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server import http
 from hapticvlm.server.connection import Connection, notice_dead_peers
 from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.recorder import Recorder
+from hapticvlm.session import tape
 from hapticvlm.session.scene import SceneSession
+from hapticvlm.session.tape import TapedSession
 
 CLOSE_PROTOCOL = 4000
 HELLO_S = 10.0
@@ -75,11 +79,13 @@ class Address:
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """What `welcome` tells of this service."""
+    """What `welcome` tells of this service; asks elsewhere = a VLM by url sees frames."""
 
     devices: Devices
     models: Models
     table: Mapping[str, Material]
+    asks_elsewhere: bool = False
+    recorder: Recorder | None = None
 
 
 class Edge:
@@ -188,13 +194,7 @@ class Edge:
 
     async def _open(self, socket: ServerConnection, hello: Hello, as_text: bool) -> Connection:
         observer = hello.role == "observer"
-        session = SceneSession(
-            owner=not observer and self._gateway.owner is None,
-            observer=observer,
-            hold=self._gateway.hold,
-            reading=self._gateway.reading,
-            table=self._offer.table,
-        )
+        session = self._session(observer=observer)
         name = f"{hello.client.name[:40]!r} #{next(self._numbers)}"
         connection = Connection(socket, name, session, as_text=as_text)
         self._gateway.join(connection)
@@ -205,6 +205,20 @@ class Edge:
             self._gateway.leave(connection)
             raise
         return connection
+
+    def _session(self, *, observer: bool) -> SceneSession:
+        """Begin a session; a scene's is taped when sessions are kept."""
+        given: dict[str, Any] = {
+            "owner": not observer and self._gateway.owner is None,
+            "observer": observer,
+            "hold": self._gateway.hold,
+            "reading": self._gateway.reading,
+            "table": self._offer.table,
+            "can_ask": self._offer.models.vlm is not None,
+        }
+        if self._offer.recorder is None or observer:
+            return SceneSession(**given)
+        return TapedSession(tell=self._offer.recorder.begin(tape.head(given)), **given)
 
     def _welcome_message(self, hello: Hello, session: SceneSession) -> Welcome:
         return Welcome(
@@ -224,8 +238,10 @@ class Edge:
             models=self._offer.models,
             materials=list(self._offer.table),
             privacy=Privacy(
-                frames_stored=False,
-                frames_leave_machine=not http.is_loopback(self._address.host),
+                frames_stored=self._offer.recorder is not None
+                and self._offer.recorder.keeps_frames,
+                frames_leave_machine=self._offer.asks_elsewhere
+                or not http.is_loopback(self._address.host),
             ),
         )
 

@@ -28,13 +28,18 @@ from hapticvlm.messages import (
     Telemetry,
     View,
 )
+from hapticvlm.onlooker import Answer, Onlooker
 from hapticvlm.recogniser import Recogniser
 from hapticvlm.recognition.eye import Look
 from hapticvlm.rendering.thermal import PlateReading
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.looks import Looks
+from hapticvlm.server.questions import Asker, Questions
 from hapticvlm.session.actions import (
     Action,
+    Ask,
+    AskAmbient,
+    AskMaterial,
     Feel,
     Heat,
     HoldAtRest,
@@ -58,7 +63,13 @@ logger = logging.getLogger(__name__)
 class Gateway:
     """The outputs, the recogniser, and the connections that share them."""
 
-    def __init__(self, speaker: Speaker, plate: Plate, recogniser: Recogniser) -> None:
+    def __init__(
+        self,
+        speaker: Speaker,
+        plate: Plate,
+        recogniser: Recogniser,
+        onlooker: Onlooker | None = None,
+    ) -> None:
         self.hold = Hold()
         self.counts: Counter[str] = Counter()
         self.owner: Connection | None = None
@@ -67,6 +78,8 @@ class Gateway:
         self._recogniser = recogniser
         self.connections: list[Connection] = []
         self._looks = Looks(recogniser, self)
+        self._onlooker = onlooker
+        self._questions = None if onlooker is None else Questions(onlooker, self)
         self._reading: PlateReading = plate.advance(time.monotonic())
         self._is_closing = False
 
@@ -86,6 +99,8 @@ class Gateway:
         """Forget a connection; when it was the owner's, the outputs rest."""
         self.connections.remove(connection)
         connection.session.rest()
+        if self._questions is not None:
+            self._questions.forget(connection)
         if self.owner is connection:
             self.owner = None
             self.rest()
@@ -110,6 +125,8 @@ class Gateway:
                     self._show(connection, action.message)
                 case LookAt():
                     replies += self._looks.queue(connection, action)
+                case AskAmbient() | AskMaterial():
+                    self._ask(connection, action)
                 case Watch():
                     connection.watches = action.kinds
                 case _:
@@ -123,6 +140,17 @@ class Gateway:
     def on_look(self, look: Look) -> None:
         """Take in the recogniser's answer (on the event loop)."""
         self._looks.take(look)
+
+    def on_answer(self, answer: Answer) -> None:
+        """Take in the onlooker's answer (on the event loop)."""
+        if self._questions is not None:
+            self._questions.take(answer, time.monotonic())
+
+    def deliver_to(self, asker: Asker, actions: list[Action]) -> None:
+        """Carry out what an answer brought, if who asked is still connected."""
+        for connection in self.connections:
+            if connection is asker:
+                self.deliver(connection, actions)
 
     def deliver(self, connection: Connection, actions: list[Action]) -> None:
         """Carry out actions that no message asked for just now; send what they tell."""
@@ -196,6 +224,7 @@ class Gateway:
                 "busy_s": round(self._recogniser.busy_s, 3),
                 "encoder": self._recogniser.loaded.encoder,
             },
+            "vlm": self._vlm_status(),
         }
 
     def _command_wait_ms(self) -> dict[str, float] | None:
@@ -208,6 +237,26 @@ class Gateway:
             "n": waits.size,
             "median": float(np.median(waits)),
             "p99": float(np.percentile(waits, 99)),
+        }
+
+    def _ask(self, connection: Connection, ask: Ask) -> None:
+        if self._questions is not None:
+            self._questions.queue(connection, ask, time.monotonic())
+
+    def _vlm_status(self) -> dict[str, Any] | None:
+        if self._onlooker is None or self._questions is None:
+            return None
+        return {
+            "name": self._onlooker.name,
+            "remote": self._onlooker.settings.url is not None,
+            "absent": self._onlooker.absent,
+            "busy": self._onlooker.is_busy,
+            "restarts": self._onlooker.restarts,
+            "pid": self._onlooker.pid,
+            "answered": self._questions.answered,
+            "failed": self._questions.failed,
+            "dropped": self._questions.dropped,
+            "last_error": self._questions.last_error,
         }
 
     def _drive(self, action: Feel | LetGo | SetGain | Heat | RestPlate | HoldAtRest) -> None:
@@ -239,6 +288,8 @@ class Gateway:
 
     def _stop(self, action: HoldAtRest) -> None:
         self.hold.stop(action.scope)
+        for connection in self.connections:
+            connection.session.held(action.scope)
         if action.scope != "peltier":
             self._speaker.rest()
         if action.scope != "speaker":
@@ -263,7 +314,17 @@ class Gateway:
         if trouble is not None:
             self._looks.fail(trouble)
             self._report(Error(id=0, code="model", text=trouble))
+        self._supervise_onlooker(now)
         self._looks.feed()  # a recogniser that has just come back has nobody else to wake it
+
+    def _supervise_onlooker(self, now: float) -> None:
+        if self._onlooker is None or self._questions is None:
+            return
+        trouble = self._onlooker.supervise(now)
+        if trouble is not None:
+            self._report(Error(id=0, code="model", text=trouble))
+            self._questions.fail(trouble, now)
+        self._questions.feed(now)
 
     def _rest_owner(self) -> None:
         if self.owner is not None:

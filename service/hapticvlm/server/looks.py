@@ -11,6 +11,7 @@ from hapticvlm.recogniser import QueueFull, Recogniser
 from hapticvlm.recognition.eye import Look
 from hapticvlm.server.connection import Connection
 from hapticvlm.session.actions import Action, LookAt, Reply
+from hapticvlm.session.scene import SURROUNDINGS
 
 VIEW_S = 0.5
 
@@ -107,6 +108,8 @@ class Looks:
         if answer.error is None:
             self._desk.counts["looks"] += 1
             session, now = connection.session, time.monotonic()
+            if look.key == SURROUNDINGS:
+                return session.sighted(look, answer.sight, now)
             return session.recognised(look, answer.evidence, answer.stages_ms, now)
         code: ErrorCode = "model" if answer.is_our_fault else "message"
         self._desk.counts[f"refused: {code}"] += 1

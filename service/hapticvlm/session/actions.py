@@ -27,6 +27,29 @@ class LookAt:
     frame: Frame
     key: Key
     generation: int
+    number: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class AskAmbient:
+    """Have a VLM read the ambient temperature off this frame; `view` numbers what it shows."""
+
+    frame: Frame
+    view: int
+    number: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class AskMaterial:
+    """Have a VLM say what the object in this frame is made of; the last rung."""
+
+    frame: Frame
+    key: Key
+    generation: int
+    number: int = 0
+
+
+Ask = AskAmbient | AskMaterial
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,4 +100,4 @@ class Watch:
     kinds: frozenset[str]
 
 
-Action = Reply | LookAt | Feel | LetGo | SetGain | Heat | RestPlate | HoldAtRest | Watch
+Action = Reply | LookAt | Ask | Feel | LetGo | SetGain | Heat | RestPlate | HoldAtRest | Watch

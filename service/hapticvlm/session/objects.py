@@ -22,6 +22,7 @@ from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.recognition.names import Lexicon
 
 MAX_KNOWN = 8192
+ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
 
 Key = str | tuple[str, str] | None
 
@@ -34,6 +35,8 @@ class _Known:
     facts: SceneObject | None
     stated: tuple[Evidence, ...] | None = None
     seen: Fused | None = None
+    told: Evidence | None = None
+    asked_at: float | None = None
     verdict: Verdict | None = None
     announced: Hashable = None
 
@@ -59,9 +62,10 @@ class SceneObjects:
             self._known.clear()
             self.generation += 1
         for stated in scene.objects:
-            known = self._known.get(stated.object_id)
-            seen = known.seen if known else None
-            self._known[stated.object_id] = _Known(stated, seen=seen)
+            known = self._known.get(stated.object_id) or _Known(None)
+            self._known[stated.object_id] = _Known(
+                stated, seen=known.seen, told=known.told, asked_at=known.asked_at
+            )
 
     def facts(self, key: Key) -> SceneObject | None:
         """Return what the scene stated of this object, if anything."""
@@ -107,6 +111,22 @@ class SceneObjects:
         known.verdict = ladder.prefer(known.verdict, new)
         return known.verdict
 
+    def wants_telling(self, key: Key, now: float) -> bool:
+        """Tell whether a VLM should be asked what this object is made of; count it as asked."""
+        known = self._entry(key)
+        if known.told is not None or self.verdict(key).material != materials.UNKNOWN:
+            return False
+        if known.asked_at is not None and 0.0 <= now - known.asked_at < ASK_AGAIN_S:
+            return False
+        known.asked_at = now
+        return True
+
+    def hear(self, key: Key, evidence: Evidence) -> None:
+        """Take in what a VLM says of this object."""
+        known = self._entry(key)
+        known.told = evidence
+        known.verdict = ladder.prefer(known.verdict, ladder.decide(self._evidence(key, known)))
+
     def _entry(self, key: Key) -> _Known:
         known = self._known.get(key)
         if known is None:
@@ -121,8 +141,9 @@ class SceneObjects:
         return self._known.pop(undeclared, None) is not None
 
     def _evidence(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
-        stated = self._stated(key, known)
-        return (*stated, known.seen.evidence) if known.seen else stated
+        seen = () if known.seen is None else (known.seen.evidence,)
+        told = () if known.told is None else (known.told,)
+        return (*self._stated(key, known), *seen, *told)
 
     def _stated(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
         if known.stated is None:

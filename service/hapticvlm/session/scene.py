@@ -19,7 +19,9 @@ from hapticvlm.messages import (
     Hello,
     MessageError,
     Ok,
+    Region,
     Scene,
+    Scope,
     Set,
     Skipped,
     SkipReason,
@@ -28,8 +30,9 @@ from hapticvlm.messages import (
 )
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition import pictures
-from hapticvlm.recognition.ambient import ambient
+from hapticvlm.recognition.ambient import Sight
 from hapticvlm.recognition.ladder import Evidence
+from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering import plate_limits
 from hapticvlm.rendering.course import Course
 from hapticvlm.rendering.plate_limits import PlateReading
@@ -38,6 +41,9 @@ from hapticvlm.rendering.voices import Command
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import (
     Action,
+    Ask,
+    AskAmbient,
+    AskMaterial,
     Feel,
     Heat,
     HoldAtRest,
@@ -51,8 +57,11 @@ from hapticvlm.session.actions import (
 from hapticvlm.session.clock import ClockOffset, FrameRate
 from hapticvlm.session.hands import LEASE_S, NAMES, Hand, Hold
 from hapticvlm.session.objects import Key, SceneObjects
+from hapticvlm.session.surroundings import Surroundings
 
 NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
+WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
+SURROUNDINGS: Key = ("scene", "scene")
 AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint band limits
     plate_c=None,
     sink_c=22.0,
@@ -76,6 +85,7 @@ class SceneSession:
         hold: Hold | None = None,
         reading: PlateReading = AT_REST,
         table: Mapping[str, Material] = MATERIALS,
+        can_ask: bool = False,
     ) -> None:
         self.owner = owner
         self.observer = observer
@@ -87,7 +97,8 @@ class SceneSession:
         self._clock = ClockOffset()
         self._rate = FrameRate(FRAMES_PER_S)
         self._newest: Frame | None = None
-        self._ambient_c: float | None = None
+        self._surroundings = Surroundings(can_ask=can_ask)
+        self._can_ask = can_ask
         self._thermal_gain = 1.0
         self._course = Course()
         self._setpoint_c = NEUTRAL_C
@@ -97,12 +108,18 @@ class SceneSession:
         self._onsets = 0
 
     @property
+    def materials(self) -> tuple[str, ...]:
+        """What this scene's objects may be made of."""
+        return tuple(self._table)
+
+    @property
     def leases(self) -> int:
         """How many hands hold a lease."""
         return sum(hand.is_active for hand in self._hands.values())
 
     def receive(self, message: ClientMessage, now: float) -> list[Action]:
         """Take in one message; raises MessageError if it is refused."""
+        self._surroundings.follow(now)
         match message:
             case Touch():
                 return self._touch(message, now)
@@ -117,6 +134,23 @@ class SceneSession:
             case Hello():
                 text = "hello was already said; open a new connection to start again"
                 raise MessageError("protocol", text, path="$.type", id=message.id)
+
+    def sighted(self, look: LookAt, sight: Sight | None, now: float) -> list[Action]:
+        """Take in what the scene as a whole looks like; None means it has not changed."""
+        view = None if sight is None else self._surroundings.see(sight, now)
+        return [] if view is None else [AskAmbient(look.frame, view)]
+
+    def answered(self, ask: Ask, answer: Reading | Evidence | None, now: float) -> list[Action]:
+        """Take in what a VLM answered; None means it has no answer."""
+        self._surroundings.follow(now)
+        match ask, answer:
+            case AskAmbient(), Reading():
+                self._surroundings.learn(ask.view, answer, now)
+            case AskAmbient(), _:
+                self._surroundings.fail(ask.view)
+            case AskMaterial(), Evidence() if ask.generation == self._objects.generation:
+                self._objects.hear(ask.key, answer)
+        return self._renew()
 
     def recognised(
         self, look: LookAt, evidence: Evidence | None, stages_ms: dict[str, float], now: float
@@ -140,7 +174,7 @@ class SceneSession:
                     )
                 )
             )
-        return [*actions, *self._refeel(key)]
+        return [*actions, *self._refeel(key), *self._ask_after(look, now)]
 
     def skipped(self, frame: Frame, reason: SkipReason) -> list[Action]:
         """Say that `frame` was not looked at."""
@@ -156,11 +190,12 @@ class SceneSession:
 
     def wants_anew(self, look: LookAt) -> bool:
         """Tell whether to look even if the picture is unchanged: nothing is remembered of it."""
-        return not self._objects.is_seen(look.key)
+        return look.key != SURROUNDINGS and not self._objects.is_seen(look.key)
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
         """Let leases lapse and follow the plate's course; call at 50 Hz or so while owner."""
         self._reading = reading
+        self._surroundings.follow(now)
         actions: list[Action] = []
         for hand in self._hands.values():
             if hand.lease_until is not None and hand.lease_until < now:
@@ -174,6 +209,9 @@ class SceneSession:
         """Drop every lease: the outputs were put to rest from outside."""
         for hand in self._hands.values():
             hand.let_go()
+
+    def held(self, scope: Scope) -> None:
+        """Note that outputs were stopped; the hold itself is shared by all sessions."""
 
     def _touch(self, touch: Touch, now: float) -> list[Action]:
         self._check_touch(touch)
@@ -220,6 +258,21 @@ class SceneSession:
             self._newest, id=0, object_id=None, region=hand.region, mask=None, purpose="live"
         )
         return [LookAt(touched, hand.key, self._objects.generation)]
+
+    def _look_around(self, frame: Frame, now: float) -> list[Action]:
+        """Have the whole frame looked at, now and then, for what the place looks like."""
+        if not self._surroundings.wants_sight(now):
+            return []
+        whole = msgspec.structs.replace(frame, id=0, object_id=None, region=WHOLE, mask=None)
+        return [LookAt(whole, SURROUNDINGS, self._objects.generation)]
+
+    def _ask_after(self, look: LookAt, now: float) -> list[Action]:
+        """Have a VLM asked what a named object is made of that the encoder leaves unknown."""
+        if not self._can_ask or not isinstance(look.key, str):
+            return []
+        if not self._objects.wants_telling(look.key, now):
+            return []
+        return [AskMaterial(look.frame, look.key, look.generation)]
 
     def _news(self, hand: Hand, *, cached: bool) -> list[Action]:
         """Tell the decision on what a hand touches if it is new or changed."""
@@ -279,11 +332,11 @@ class SceneSession:
     def _contact(self, key: Key) -> ThermalContact | None:
         verdict = self._objects.verdict(key)
         facts = self._objects.facts(key)
-        return decisions.contact(verdict, facts, ambient(self._ambient_c), self._table)
+        return decisions.contact(verdict, facts, self._surroundings.ambient, self._table)
 
     def _decision(self, key: Key) -> Decision:
         around = decisions.Circumstances(
-            ambient(self._ambient_c), self._thermal_gain, self._reading, self._table
+            self._surroundings.ambient, self._thermal_gain, self._reading, self._table
         )
         object_id = key if isinstance(key, str) else None
         verdict, facts = self._objects.verdict(key), self._objects.facts(key)
@@ -308,6 +361,7 @@ class SceneSession:
             self._newest = frame
             for hand in self._hands.values():
                 touched += self._look_at_region(hand) if hand.is_touching else []
+            touched += self._look_around(frame, now)
         return [*touched, *self._answer_frame(frame, now)]
 
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
@@ -334,7 +388,7 @@ class SceneSession:
             error.id = scene.id
             raise
         if scene.ambient_c is not None:
-            self._ambient_c = scene.ambient_c
+            self._surroundings.scene_c = scene.ambient_c
         return [Reply(Ok(id=scene.id)), *self._renew()]
 
     def _set(self, wanted: Set) -> list[Action]:
@@ -343,7 +397,7 @@ class SceneSession:
         if wanted.watch is not None:
             actions.append(Watch(frozenset(wanted.watch)))
         if wanted.ambient_c is not None:
-            self._ambient_c = wanted.ambient_c
+            self._surroundings.scene_c = wanted.ambient_c
         if wanted.thermal_gain is not None:
             self._thermal_gain = wanted.thermal_gain
         if wanted.vibration_gain is not None:

@@ -1,0 +1,185 @@
+"""The surroundings of one scene: how warm they are believed to be, and when to ask again.
+
+A frame is looked at twice a second. A view that was never asked about and lasts for SETTLE_S is
+worth a question, at most one in ASK_EVERY_S, and a longer pause after each question that failed.
+Views asked about are remembered, so that a light that flickers is asked about twice and no more.
+Readings whose intervals overlap are of one climate and are averaged; one that contradicts, of
+another place and not of another light, begins a new climate. What is felt follows slowly and in
+steps, never at once. Knows no model and no clock.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+
+from hapticvlm.recognition.ambient import Ambient, Sight, ambient, distance, tells
+from hapticvlm.recognition.vlm.answers import Reading
+
+SIGHT_EVERY_S = 0.5
+SETTLE_S = 2.0
+ASK_EVERY_S = 10.0
+LATE_S = 120.0  # after this long without an answer a question counts as failed
+LONGEST_PAUSE_S = 300.0
+# Cosine distance of our encoder between looks: 0.05 (median) from one step of a slow orbit to the
+# next, 0.4 to 0.7 between views of one room, 0.6 to 0.8 between outdoor pictures of one weather.
+NEW_VIEW = 0.5
+NEW_LIGHT = 0.25  # of full brightness
+MAX_VIEWS = 32
+READINGS = 4
+TAU_S = 5.0
+STEP_C = 0.5  # changes of less are not worth a new decision
+
+
+@dataclass(slots=True)
+class _View:
+    sight: Sight
+    reading: Reading | None = None
+
+
+class Surroundings:
+    """What the scene stated, what was read off its frames, and what is made of both."""
+
+    def __init__(self, *, can_ask: bool = False) -> None:
+        self.scene_c: float | None = None
+        self._can_ask = can_ask
+        self._views: OrderedDict[int, _View] = OrderedDict()
+        self._numbers = 0
+        self._here: int | None = None
+        self._candidate: tuple[Sight, float] | None = None
+        self._sighted_at = self._asked_at = float("-inf")
+        self._asking: int | None = None
+        self._failures = 0
+        self._climate: OrderedDict[int, Reading] = OrderedDict()
+        self._felt = ambient(None)
+        self._followed_at: float | None = None
+
+    def wants_sight(self, now: float) -> bool:
+        """Tell whether a live frame should be looked at as a whole now; count it as looked at."""
+        if not self._can_ask or self.scene_c is not None:
+            return False
+        if 0.0 <= now - self._sighted_at < SIGHT_EVERY_S:
+            return False
+        self._sighted_at = now
+        return True
+
+    def see(self, sight: Sight, now: float) -> int | None:
+        """Take in what the scene looks like; return the number of the view to ask about, if any."""
+        known = self._find(sight)
+        if known is not None and known == self._here:
+            self._candidate = None
+            return None
+        if not self._has_settled(sight, now):
+            return None
+        if known is not None:
+            self._arrive(known)
+            return None
+        return self._question(sight, now)
+
+    def learn(self, view: int, reading: Reading, now: float) -> None:
+        """Take in the answer to the question about `view`."""
+        self._answered(view)
+        self._failures = 0
+        if view in self._views and tells(reading):
+            self._views[view].reading = reading
+            self.follow(now)
+            self._believe(view, reading)
+
+    def fail(self, view: int) -> None:
+        """Take in that the question about `view` has no answer: ask again later, and less often."""
+        self._answered(view)
+        self._views.pop(view, None)
+        self._failures += 1
+        if self._here == view:
+            self._here = None
+
+    @property
+    def ambient(self) -> Ambient:
+        """The ambient to render with, as of the last `follow`; degC."""
+        return self._felt if self.scene_c is None else ambient(self.scene_c)
+
+    def follow(self, now: float) -> None:
+        """Let what is felt come closer to what is believed, in steps; call it often."""
+        wanted = ambient(None, tuple(self._climate.values()))
+        since = self._followed_at
+        if since is None or wanted.source == "default" or wanted.value_c == self._felt.value_c:
+            self._felt, self._followed_at = wanted, now
+            return
+        share = -math.expm1(-max(0.0, now - since) / TAU_S)
+        step_c = share * (wanted.value_c - self._felt.value_c)
+        left_c = abs(wanted.value_c - self._felt.value_c) - abs(step_c)
+        if left_c < STEP_C:
+            self._felt, self._followed_at = wanted, now
+        elif abs(step_c) >= STEP_C:
+            value_c = self._felt.value_c + step_c
+            low_c, high_c = min(value_c, wanted.low_c), max(value_c, wanted.high_c)
+            self._felt = replace(wanted, value_c=value_c, low_c=low_c, high_c=high_c)
+            self._followed_at = now
+        else:
+            self._felt = replace(self._felt, source=wanted.source)
+
+    def _find(self, sight: Sight) -> int | None:
+        for number, view in self._views.items():
+            if _is_alike(view.sight, sight):
+                return number
+        return None
+
+    def _has_settled(self, sight: Sight, now: float) -> bool:
+        """Whether this new view has lasted; the very first one need not."""
+        if self._here is None and not self._climate:
+            return True
+        if self._candidate is None or not _is_alike(self._candidate[0], sight):
+            self._candidate = (sight, now)
+        return now - self._candidate[1] >= SETTLE_S
+
+    def _arrive(self, view: int) -> None:
+        self._here, self._candidate = view, None
+        self._views.move_to_end(view)
+        reading = self._views[view].reading
+        if reading is not None:
+            self._believe(view, reading)
+
+    def _question(self, sight: Sight, now: float) -> int | None:
+        if self._asking is not None and now - self._asked_at > LATE_S:
+            self.fail(self._asking)
+        pause_s = min(LONGEST_PAUSE_S, ASK_EVERY_S * 2.0**self._failures)
+        if self._asking is not None or now - self._asked_at < pause_s:
+            return None
+        self._numbers += 1
+        self._asking, self._asked_at = self._numbers, now
+        self._views[self._numbers] = _View(sight)
+        self._arrive(self._numbers)
+        if len(self._views) > MAX_VIEWS:
+            self._views.popitem(last=False)
+        return self._numbers
+
+    def _is_same_place(self, view: int) -> bool:
+        """Whether this view differs from one of the climate's in its light alone."""
+        sight = self._views[view].sight
+        others = [self._views[other].sight for other in self._climate if other in self._views]
+        return any(distance(other, sight) <= NEW_VIEW for other in others)
+
+    def _answered(self, view: int) -> None:
+        if self._asking == view:
+            self._asking = None
+
+    def _believe(self, view: int, reading: Reading) -> None:
+        """Join the climate believed in, or begin a new one when the reading contradicts it."""
+        held = [other for number, other in self._climate.items() if number != view]
+        contradicts = held and not _overlap(ambient(None, held), reading)
+        if contradicts and not self._is_same_place(view):
+            self._climate.clear()
+        self._climate[view] = reading
+        self._climate.move_to_end(view)
+        while len(self._climate) > READINGS:
+            self._climate.popitem(last=False)
+
+
+def _is_alike(one: Sight, other: Sight) -> bool:
+    dimmed = abs(one.brightness - other.brightness)
+    return distance(one, other) <= NEW_VIEW and dimmed <= NEW_LIGHT
+
+
+def _overlap(believed: Ambient, reading: Reading) -> bool:
+    return reading.low_c <= believed.high_c and believed.low_c <= reading.high_c
