@@ -9,14 +9,8 @@ from collections.abc import Callable
 import pytest
 
 from hapticvlm.devices.peltier import Plate
-from hapticvlm.devices.simulated import (
-    FACE_J_PER_K,
-    REST_S,
-    SINK_J_PER_K,
-    SINK_K_PER_W,
-    Plant,
-    SimulatedPlate,
-)
+from hapticvlm.devices.plant import FACE_J_PER_K, SINK_J_PER_K, SINK_K_PER_W, Plant
+from hapticvlm.devices.simulated import REST_S, SimulatedPlate
 from hapticvlm.rendering.thermal import PlateReading
 
 TICK_S = 0.02

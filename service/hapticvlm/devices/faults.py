@@ -36,7 +36,7 @@ _FIRMWARE = (
     ("sink_short", "the sink thermistor reads as shorted", _SHORT),
     (
         "plate_disagrees",
-        "the two plate thermistors differ by more than 2 degC",
+        "the two plate thermistors differ too much",
         "one came loose, drifts, is of another type, or is swapped with the sink's",
     ),
     (

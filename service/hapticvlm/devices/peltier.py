@@ -178,7 +178,7 @@ class Peltier:
             self.turn()
             if self._session.refusal is not None:
                 break
-            if self._session.is_ready:
+            if self._session.is_ready and self._session.telemetry is not None:
                 self._name()
                 return
         trouble = self._session.refusal or self._trouble or f"no answer within {GREETING_S:g} s"
@@ -240,3 +240,5 @@ class Peltier:
         while self._port is not None and self._session.is_busy and self._clock() < until:
             self.turn()
         self._lose("closed")
+        with self._lock:
+            self._session.ended()

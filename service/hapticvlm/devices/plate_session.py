@@ -101,6 +101,10 @@ class PlateSession:
         self._is_open = False
         self._forget()
 
+    def ended(self) -> None:
+        """Say nothing more about a port that was let go on purpose."""
+        self._was_open = False
+
     def is_gone(self, now: float) -> bool:
         """Tell whether an open port has been useless for so long that it is worth closing."""
         return self._is_open and now - self._heard_at > GONE_S

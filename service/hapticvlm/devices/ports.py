@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -79,7 +80,8 @@ def open_port(url: str) -> Port:
             url, baudrate=BAUD, timeout=READ_S, write_timeout=WRITE_S, **_alone(url)
         )
     except (serial.SerialException, OSError, ValueError) as error:
-        raise DeviceError(f"{url} can't be opened: {error}") from None
+        reason = os.strerror(error.errno) if getattr(error, "errno", None) else str(error)
+        raise DeviceError(f"can't be opened: {reason}") from None
     return found
 
 

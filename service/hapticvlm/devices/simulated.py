@@ -1,123 +1,23 @@
-"""A Peltier plate without hardware: the project's one plant model, and a plate that runs on it.
-
-The plant is a lumped TEC1-03108 (Lineykin and Ben-Yaakov; physics reference 2.2) between a face and
-a sink, with a palm on the face. With current I > 0 heating the face, temperatures in kelvin,
-
-    Cf dTf/dt = a I Tf + I^2 R / 2 + K (Ts - Tf) + heat from the skin
-    Cs dTs/dt = -a I Ts + I^2 R / 2 + K (Tf - Ts) + (ambient - Ts) / sink resistance
-
-and the skin is graded cells down to a core at 35 degC. Steps are backward Euler, sub-stepped to
-10 ms: the current multiplies a temperature, so no fixed matrix serves; face and fine skin are too
-stiff for an explicit step (1.6); an implicit one is stable, does not ring and stays within 0.02
-degC of a ten times finer one. Pellet dynamics below 0.3 s are left out.
-"""
+"""A Peltier plate without hardware: control and guards as a firmware has, on the plant model."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
 
 from hapticvlm.devices.dose import REST_S
 from hapticvlm.devices.line import State
+from hapticvlm.devices.plant import AMBIENT_C, SINK_K_PER_W, Plant
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering import thermal
-from hapticvlm.rendering.thermal import SKIN, PlateReading
+from hapticvlm.rendering.thermal import PlateReading
 
-SEEBECK, RESISTANCE, CONDUCTANCE = 0.01267, 0.367, 0.173  # V/K, ohm, W/K (reference 2.2)
-FACE_J_PER_K, SINK_J_PER_K = 1.0, 50.0  # reference 2.3; sink with 2 K/W: 100 s
-AREA_M2 = 4e-4  # 20 x 20 mm
-PALM_RESISTANCE = 2e-4  # m2 K/W, palm resting on the ceramic face (reference 2.3)
-AMBIENT_C, SINK_K_PER_W, CORE_C = 23.0, 2.0, 35.0
-_CELLS_M = 5e-5 * 1.55 ** np.arange(8.0)  # 2.9 mm in all: reproduces the reference's 2.3 and 2.4
-_LONGEST_STEP_S, _KELVIN = 0.01, 273.15
+__all__ = ["AMBIENT_C", "REST_S", "Plant", "SimulatedPlate"]
 
 HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # heat stuck on stays below 43 degC at 23 (reference 3.4)
 _HEAT_GAINS, _COOL_GAINS = (1.5, 0.6), (2.5, 1.5)  # A/K and A/(K s)
 _TICK_S = 0.02
 _LONGEST_GAP_S = 5.0  # s of a longer silence are lived through, the rest is not
 _ARRIVED_C, _LONGEST_RETURN_S = 0.3, 10.0
-
-
-@dataclass(frozen=True, slots=True)
-class Module:
-    """The Peltier element and what it is bonded to: V/K, ohm, W/K, J/K, J/K."""
-
-    seebeck: float = SEEBECK
-    resistance: float = RESISTANCE
-    conductance: float = CONDUCTANCE
-    face_j_per_k: float = FACE_J_PER_K
-    sink_j_per_k: float = SINK_J_PER_K
-
-
-class Plant:
-    """Face, sink and skin of one plate; `palm_resistance` may be inf for no hand."""
-
-    def __init__(
-        self,
-        ambient_c: float = AMBIENT_C,
-        sink_k_per_w: float = SINK_K_PER_W,
-        palm_resistance: float = PALM_RESISTANCE,
-        plate_c: float = NEUTRAL_C,
-        sink_c: float | None = None,
-        *,
-        module: Module = Module(),
-    ) -> None:
-        self._module = module
-        centre_m = np.cumsum(_CELLS_M) - _CELLS_M / 2.0
-        skin_c = plate_c + (CORE_C - plate_c) * centre_m / _CELLS_M.sum()
-        self._state_c = np.concatenate(([ambient_c if sink_c is None else sink_c, plate_c], skin_c))
-        skin_j_per_k = _CELLS_M * (SKIN.density * SKIN.heat_capacity * AREA_M2)
-        self._capacity = np.concatenate(([module.sink_j_per_k, module.face_j_per_k], skin_j_per_k))
-        first = _CELLS_M[0] / 2.0 / SKIN.conductivity
-        self._surface_share = first / (palm_resistance + first)  # of face minus first cell
-        self._flow, self._source = _network(AREA_M2 / (palm_resistance + first), module.conductance)
-        self._flow[0, 0] -= 1.0 / sink_k_per_w
-        self._source[0] += ambient_c / sink_k_per_w
-
-    @property
-    def plate_c(self) -> float:
-        """Temperature of the face, degC."""
-        return float(self._state_c[1])
-
-    @property
-    def sink_c(self) -> float:
-        """Temperature of the sink, degC."""
-        return float(self._state_c[0])
-
-    @property
-    def skin_c(self) -> float:
-        """Temperature of the skin surface, degC."""
-        face_c, cell_c = self._state_c[1], self._state_c[2]
-        return float(cell_c + self._surface_share * (face_c - cell_c))
-
-    def electric_w(self, current_a: float) -> float:
-        """Electric power that a current would draw now, in watts."""
-        module = self._module
-        thermal_v = module.seebeck * (self.plate_c - self.sink_c)
-        return current_a * (thermal_v + current_a * module.resistance)
-
-    def step(self, current_a: float, dt_s: float) -> None:
-        """Let `dt_s` pass at a constant current, heating the face when positive."""
-        if not dt_s > 0.0:
-            return
-        count = math.ceil(dt_s / _LONGEST_STEP_S)
-        pumped = self._module.seebeck * current_a
-        joule = current_a**2 * self._module.resistance / 2.0
-        stored = self._capacity * (count / dt_s)
-        system = np.diag(stored) - self._flow
-        system[0, 0] += pumped
-        system[1, 1] -= pumped
-        source = self._source.copy()
-        source[0] += joule - pumped * _KELVIN
-        source[1] += joule + pumped * _KELVIN
-        inverse, size = np.linalg.inv(system), len(source)
-        onwards = np.eye(size + 1)
-        onwards[:size, :size], onwards[:size, size] = inverse * stored, inverse @ source
-        onwards = np.linalg.matrix_power(onwards, count)
-        self._state_c = onwards[:size, :size] @ self._state_c + onwards[:size, size]
 
 
 class SimulatedPlate:
@@ -179,6 +79,16 @@ class SimulatedPlate:
         if not self._on:
             return State.OFF
         return State.HOLDING if self._returning_s is None else State.RETURNING
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Latched faults, in the order they came."""
+        return self._faults
+
+    @property
+    def current_a(self) -> float:
+        """Current through the module, positive when it heats."""
+        return self._current_a
 
     @property
     def counts(self) -> dict[str, int]:
@@ -279,18 +189,3 @@ class SimulatedPlate:
             heated_s=self._heated_s,
             faults=self._faults,
         )
-
-
-def _network(
-    palm_w_per_k: float, conductance: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Conductances between sink, face and cells, (n, n) in W/K, and heat from the core, (n,)."""
-    inner = AREA_M2 * SKIN.conductivity / ((_CELLS_M[:-1] + _CELLS_M[1:]) / 2.0)
-    links = np.concatenate(([conductance, palm_w_per_k], inner))
-    flow = np.diag(links, 1) + np.diag(links, -1)
-    flow -= np.diag(flow.sum(axis=1))
-    source = np.zeros(len(flow))
-    to_core = AREA_M2 * SKIN.conductivity / (_CELLS_M[-1] / 2.0)
-    flow[-1, -1] -= to_core
-    source[-1] = to_core * CORE_C
-    return flow, source
