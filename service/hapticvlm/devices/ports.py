@@ -80,7 +80,8 @@ def open_port(url: str) -> Port:
             url, baudrate=BAUD, timeout=READ_S, write_timeout=WRITE_S, **_alone(url)
         )
     except (serial.SerialException, OSError, ValueError) as error:
-        reason = os.strerror(error.errno) if getattr(error, "errno", None) else str(error)
+        number = error.errno if isinstance(error, OSError) else None
+        reason = os.strerror(number) if number else str(error)
         raise DeviceError(f"can't be opened: {reason}") from None
     return found
 
