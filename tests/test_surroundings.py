@@ -55,10 +55,10 @@ class Course:
                     else:
                         self.around.learn(view, answer, self.now)
             if self.around.wants_sight(self.now):
-                view = self.around.see(seen, self.now)
-                if view is not None:
+                asked = self.around.see(seen, self.now)
+                if asked is not None:
                     self.asked.append(self.now)
-                    due.append((self.now + 1.0, view))
+                    due.append((self.now + 1.0, asked))
             self.felt.append(self.around.ambient.value_c)
             self.now += SIGHT_EVERY_S
         return self.around.ambient
