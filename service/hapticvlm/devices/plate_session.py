@@ -212,8 +212,9 @@ class PlateSession:
 
     def _follow(self, told: Telemetry, now: float) -> None:
         if self._uptime_ms is not None and _went_back(self._uptime_ms, told.uptime_ms):
-            self._restarted()
             self._dose.restart()
+            if self.telemetry is not None:  # else the port was just opened: expected
+                self._restarted()
         if told.faults:
             self._drive.hold()
         self._uptime_ms, self.telemetry = told.uptime_ms, told
