@@ -67,6 +67,13 @@ def test_log_probabilities_are_used_where_they_are_offered() -> None:
     assert reading.share == pytest.approx(1.0)
 
 
+def test_a_value_that_a_tail_pulls_away_stays_inside_its_interval() -> None:
+    with endpoint(tells(("21", {"21": 0.91, "-30": 0.09}))) as served:
+        reading = vlm(served.url).ambient(PICTURE)
+    assert reading.value_c == pytest.approx(0.91 * 21 - 0.09 * 30)
+    assert reading.low_c <= reading.value_c <= reading.high_c
+
+
 def test_log_probabilities_of_words_are_left_for_the_text() -> None:
     reply = tells(("It", {"It": 0.9, "2": 0.1}), (" is 18 °C", {" is 18 °C": 1.0}))
     with endpoint(reply) as served:

@@ -104,5 +104,5 @@ def _config(tokenizer: Any) -> Any:
     )
     image = tokenizer.convert_tokens_to_ids("<image>")
     return LlavaConfig(
-        vision_config=seeing, text_config=speaking, image_token_id=image, vision_feature_layer=-1
+        vision_config=seeing, text_config=speaking, image_token_index=image, vision_feature_layer=-1
     )

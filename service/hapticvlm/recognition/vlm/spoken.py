@@ -1,7 +1,8 @@
 """From the choices of a chat endpoint to a reading or to evidence. Pure.
 
 By log-probabilities where they were told and are mostly of candidates, else by the text. The value
-is the expectation over what was told; the interval also counts, evenly spread, what was not told.
+is the expectation over what was told; the interval also counts, evenly spread, what was not told, and
+reaches to the value where a long tail pulls that out of it.
 """
 
 from __future__ import annotations
@@ -34,9 +35,9 @@ def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | No
         return None
     value = spread([one.seen for one in known])
     ends = spread([one.seen + one.unseen for one in known])
-    return Reading(
-        value.value_c, ends.low_c, ends.high_c, value.prompt_sd_c, "logprobs", seconds, value.share
-    )
+    low_c, high_c = min(ends.low_c, value.value_c), max(ends.high_c, value.value_c)
+    deviation = value.prompt_sd_c
+    return Reading(value.value_c, low_c, high_c, deviation, "logprobs", seconds, value.share)
 
 
 def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
