@@ -1,7 +1,7 @@
 """From the choices of a chat endpoint to a reading or to evidence. Pure.
 
 By log-probabilities where they were told and are mostly of candidates, else by the text. The value
-is the expectation over what was told; the interval also counts, evenly spread, what was not told, and
+is the expectation over what was told; the interval also counts what was not, evenly spread, and
 reaches to the value where a long tail pulls that out of it.
 """
 
