@@ -6,6 +6,7 @@ import dataclasses
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -33,7 +34,7 @@ def tell(session: PlateSession, message: line.Message, now: float) -> None:
     session.receive(line.encode(message, 0), now)
 
 
-def telemetry(uptime_s: float, **changes: int | None) -> line.Telemetry:
+def telemetry(uptime_s: float, **changes: Any) -> line.Telemetry:
     return dataclasses.replace(TOLD, uptime_ms=round(uptime_s * 1000), **changes)
 
 

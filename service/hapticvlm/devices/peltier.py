@@ -163,6 +163,9 @@ class Peltier:
         self._closing.set()
         if self._thread is not None:
             self._thread.join(JOIN_S)
+            if self._thread.is_alive():
+                logger.error("%s: the port is stuck; the board's lease ends the heat", self.name)
+                return
         self._part()
 
     def _open(self, place: Place) -> None:
