@@ -1,0 +1,226 @@
+"""The compiled firmware on a simulated chip, in lock-step with the project's plant.
+
+Time is simulated: it advances in `Board.advance` alone, so a run is repeatable bit for bit
+(`Board.fingerprint`) whatever the machine does. The plant takes a step of 10 ms with the mean
+current of that step. Not simulated: electrical noise but the ADC's, the driver's ripple, the two
+byte deep receive buffer (simavr's is 64 deep), the supply.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+
+from hapticvlm.devices.plant import AMBIENT_C, Plant
+
+from .hardware import NOISE_MV, PLATE_A, PLATE_B, SINK, CutOut, Driver, Skin, thermistor_mv
+
+HZ = 16_000_000
+STEP_S = 0.01
+STEP_CYCLES = round(STEP_S * HZ)
+RESET_POWER_ON, RESET_EXTERNAL, RESET_BROWN_OUT = 1, 2, 4  # as in MCUSR
+_STOPPED = (6, 7)  # simavr's cpu_Done and cpu_Crashed
+
+Sensor = Callable[["Board"], float]  # millivolts at its pin now
+
+
+class _Bridge(ctypes.Structure):
+    _fields_ = (
+        ("heat", ctypes.c_double),
+        ("cool", ctypes.c_double),
+        ("samples", ctypes.c_uint64),
+        ("shoot_through", ctypes.c_uint64),
+        ("last_driven", ctypes.c_uint64),
+        ("resets", ctypes.c_uint32),
+        ("is_driven", ctypes.c_int32),
+    )
+
+
+_FUNCTIONS = {
+    "host_new": ([ctypes.c_char_p, ctypes.c_uint32, ctypes.c_double], ctypes.c_void_p),
+    "host_free": ([ctypes.c_void_p], None),
+    "host_run": ([ctypes.c_void_p, ctypes.c_uint64], ctypes.c_int),
+    "host_bridge": ([ctypes.c_void_p, ctypes.POINTER(_Bridge), ctypes.c_int], None),
+    "host_is_driven": ([ctypes.c_void_p], ctypes.c_int),
+    "host_voltage": ([ctypes.c_void_p, ctypes.c_int, ctypes.c_double], None),
+    "host_read": ([ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int], ctypes.c_int),
+    "host_write": ([ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int], ctypes.c_int),
+    "host_cycle": ([ctypes.c_void_p], ctypes.c_uint64),
+    "host_bytes_lost": ([ctypes.c_void_p], ctypes.c_uint32),
+    "host_peek": ([ctypes.c_void_p, ctypes.c_int], ctypes.c_int),
+    "host_poke": ([ctypes.c_void_p, ctypes.c_int, ctypes.c_int], None),
+    "host_reset": ([ctypes.c_void_p, ctypes.c_int], None),
+    "host_hide_reset_cause": ([ctypes.c_void_p], None),
+    "host_hang": ([ctypes.c_void_p, ctypes.c_int], None),
+    "host_memory": ([ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int], ctypes.c_int),
+}
+
+
+def load(library: Path) -> ctypes.CDLL:
+    """Load the library that tests/firmware/sim builds."""
+    loaded = ctypes.CDLL(str(library))
+    for name, (arguments, result) in _FUNCTIONS.items():
+        function = getattr(loaded, name)
+        function.argtypes, function.restype = arguments, result
+    return loaded
+
+
+def plate_mv(board: Board) -> float:
+    """Return the voltage of a sound thermistor on the plate."""
+    return thermistor_mv(board.plant.plate_c)
+
+
+def sink_mv(board: Board) -> float:
+    """Return the voltage of a sound thermistor on the sink."""
+    return thermistor_mv(board.plant.sink_c)
+
+
+class Board:
+    """One board, its module, its sensors and a palm; `now` is in simulated seconds."""
+
+    def __init__(
+        self, library: ctypes.CDLL, elf: Path, ambient_c: float = AMBIENT_C, seed: int = 1
+    ) -> None:
+        self._library = library
+        self._host = library.host_new(str(elf).encode(), seed, NOISE_MV)
+        if not self._host:
+            raise RuntimeError(f"cannot load {elf}")
+        self._received = bytearray()
+        self._next_step = 0
+        self.ambient_c = ambient_c
+        self.plant = plant = Plant(ambient_c)
+        self.sensors: dict[int, Sensor] = {PLATE_A: plate_mv, PLATE_B: plate_mv, SINK: sink_mv}
+        self.driver = Driver()
+        self.cut_out = CutOut(plant.plate_c)
+        self.skin = Skin()
+        self.hottest_plate_c = self.coldest_plate_c = plant.plate_c
+        self.hottest_sink_c = plant.sink_c
+        self.cut_out_opened_at: float | None = None
+        self.limited_s = 0.0  # how long the passive limit held the current
+        self.duty = self.current_a = 0.0
+        self._sense()
+
+    @property
+    def now(self) -> float:
+        """Simulated seconds since the board was switched on."""
+        return float(self._library.host_cycle(self._host)) / HZ
+
+    @property
+    def resets(self) -> int:
+        """How often the chip was reset since it was switched on."""
+        return int(self._look().resets)
+
+    @property
+    def is_driven(self) -> bool:
+        """Tell whether the registers drive the bridge at this moment."""
+        return bool(self._library.host_is_driven(self._host))
+
+    @property
+    def last_driven_at(self) -> float:
+        """Return when the registers last drove the bridge, to 0.1 ms."""
+        return float(self._look().last_driven) / HZ
+
+    @property
+    def shoot_through(self) -> int:
+        """How many samples saw both halves of the bridge driven."""
+        return int(self._look().shoot_through)
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass; raise RuntimeError when the chip has stopped for good."""
+        end = self._library.host_cycle(self._host) + round(seconds * HZ)
+        while (cycle := self._library.host_cycle(self._host)) < end:
+            if cycle >= self._next_step:
+                self._step()
+                self._next_step = cycle - cycle % STEP_CYCLES + STEP_CYCLES
+            run = min(end, self._next_step) - cycle
+            if self._library.host_run(self._host, run) in _STOPPED:
+                raise RuntimeError("the simulated chip has stopped")
+
+    def write(self, data: bytes) -> int:
+        """Queue bytes on the board's receive line; they arrive at the baud rate."""
+        return int(self._library.host_write(self._host, data, len(data)))
+
+    def read(self) -> bytes:
+        """Return what the board has sent since the last call."""
+        buffer = ctypes.create_string_buffer(4096)
+        data = b""
+        while count := self._library.host_read(self._host, buffer, len(buffer)):
+            data += buffer.raw[:count]
+        return data
+
+    def reset(self, cause: int) -> None:
+        """Reset the chip from outside, for instance by a brown-out."""
+        self._library.host_reset(self._host, cause)
+
+    def hide_reset_cause(self) -> None:
+        """From now on let a boot loader wipe the cause of every reset, as optiboot does."""
+        self._library.host_hide_reset_cause(self._host)
+
+    def hang(self, *, interrupts: bool) -> None:
+        """Catch the program in one instruction for ever."""
+        self._library.host_hang(self._host, int(not interrupts))
+
+    def poke(self, address: int, value: int) -> None:
+        """Write one register or byte of RAM."""
+        self._library.host_poke(self._host, address, value)
+
+    def bytes_lost(self) -> int:
+        """Bytes that the board sent and nobody took in time."""
+        return int(self._library.host_bytes_lost(self._host))
+
+    def fingerprint(self) -> str:
+        """Digest of registers, I/O, RAM, cycle count and plant state."""
+        memory = ctypes.create_string_buffer(4096)
+        size = self._library.host_memory(self._host, memory, len(memory))
+        digest = hashlib.sha256(memory.raw[:size])
+        digest.update(self._library.host_cycle(self._host).to_bytes(8, "little"))
+        digest.update(self.plant._state_c.tobytes())
+        return digest.hexdigest()
+
+    def change_sink(self, k_per_w: float) -> None:
+        """Give the sink another thermal resistance, as when its fan dies; the rest goes on."""
+        changed = Plant(self.ambient_c, k_per_w)
+        changed._state_c = self.plant._state_c.copy()
+        self.plant = changed
+
+    def close(self) -> None:
+        """Switch off; nothing may be asked afterwards."""
+        if self._host:
+            self._library.host_free(self._host)
+            self._host = None
+
+    def rest_of_heat(self, seconds: float) -> None:
+        """Live on without current: for when the bridge is off and stays off. The chip waits."""
+        for _ in range(round(seconds / 0.1)):
+            self._live(0.0, 0.1)
+
+    def _look(self, *, restart: bool = False) -> _Bridge:
+        """Read counters and means; `restart` begins the next step's means."""
+        bridge = _Bridge()
+        self._library.host_bridge(self._host, ctypes.byref(bridge), int(restart))
+        return bridge
+
+    def _step(self) -> None:
+        bridge = self._look(restart=True)
+        self.duty = bridge.heat - bridge.cool
+        conducts = not self.cut_out.is_open
+        self._live(self.driver.current_a(self.duty) if conducts else 0.0, STEP_S)
+        self.limited_s += STEP_S * (conducts and self.driver.is_limiting(self.duty))
+        self._sense()
+
+    def _live(self, current_a: float, dt_s: float) -> None:
+        self.current_a = current_a
+        self.plant.step(current_a, dt_s)
+        self.cut_out.feel(self.plant.plate_c, dt_s)
+        if self.cut_out.is_open and self.cut_out_opened_at is None:
+            self.cut_out_opened_at = self.now
+        self.skin.feel(self.plant.skin_c, dt_s)
+        self.hottest_plate_c = max(self.hottest_plate_c, self.plant.plate_c)
+        self.coldest_plate_c = min(self.coldest_plate_c, self.plant.plate_c)
+        self.hottest_sink_c = max(self.hottest_sink_c, self.plant.sink_c)
+
+    def _sense(self) -> None:
+        for channel, sensor in self.sensors.items():
+            self._library.host_voltage(self._host, channel, sensor(self))

@@ -1,0 +1,71 @@
+"""Builds the firmware and the chip's host with the machine's compilers, outside the sources.
+
+HAPTICVLM_FIRMWARE names another firmware folder than the repository's, for planted defects.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from hapticvlm.devices.plant import AMBIENT_C
+
+from .board import Board, load
+
+HERE = Path(__file__).parent
+FIRMWARE = Path(os.environ.get("HAPTICVLM_FIRMWARE", HERE.parents[1] / "firmware"))
+PACKAGES = "gcc-avr avr-libc libsimavr-dev gcc libc6-dev make"
+
+
+@dataclass(frozen=True)
+class Chip:
+    """The built parts; makes boards."""
+
+    library: ctypes.CDLL
+    elf: Path
+
+    def board(self, ambient_c: float = AMBIENT_C, seed: int = 1) -> Board:
+        """Switch a new board on."""
+        return Board(self.library, self.elf, ambient_c, seed)
+
+
+def build(folder: Path) -> Chip:
+    """Compile both into `folder`."""
+    return Chip(load(build_host(folder / "host")), build_firmware(folder / "firmware"))
+
+
+def missing() -> str | None:
+    """Say what has to be installed first, or None."""
+    absent = [tool for tool in ("avr-gcc", "cc", "make") if shutil.which(tool) is None]
+    if not absent and not _has_simavr():
+        absent = ["simavr's headers"]
+    return f"no {', '.join(absent)}: apt-get install {PACKAGES}" if absent else None
+
+
+def build_host(folder: Path) -> Path:
+    """Compile the host of the simulated chip into `folder`; the shared library."""
+    _make(HERE / "sim", f"BUILD={folder}")
+    return folder / "libavrhost.so"
+
+
+def build_firmware(folder: Path) -> Path:
+    """Compile the firmware into `folder`; the ELF file."""
+    _make(FIRMWARE / "avr", f"BUILD={folder}")
+    return next(folder.glob("*.elf"))
+
+
+def _has_simavr() -> bool:
+    include = "#include <simavr/sim_avr.h>\n#include <simavr/sim_elf.h>\n"
+    command = ["cc", "-fsyntax-only", "-x", "c", "-"]
+    return subprocess.run(command, input=include.encode(), capture_output=True).returncode == 0
+
+
+def _make(folder: Path, *settings: str) -> None:
+    command = ["make", "--no-print-directory", "-C", str(folder), *settings]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(command)}\n{done.stdout}{done.stderr}")

@@ -1,0 +1,38 @@
+"""Boards with the compiled firmware; without a toolchain a stated skip, in CI a failure."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+
+import pytest
+
+from . import build
+from .board import Board
+from .build import Chip
+from .rawhost import RawHost
+
+
+@pytest.fixture(scope="session")
+def chip(tmp_path_factory: pytest.TempPathFactory) -> Chip:
+    """The firmware and the host of the simulated chip, compiled once."""
+    if reason := build.missing():
+        if os.environ.get("CI"):
+            pytest.fail(reason)
+        pytest.skip(reason)
+    return build.build(tmp_path_factory.mktemp("firmware"))
+
+
+@pytest.fixture
+def board(chip: Chip) -> Iterator[Board]:
+    board = chip.board()
+    yield board
+    board.close()
+
+
+@pytest.fixture
+def host(board: Board) -> RawHost:
+    """A host that the board has greeted; the bridge is off."""
+    host = RawHost(board)
+    host.greet()
+    return host

@@ -1,0 +1,244 @@
+"""The table of faults: what breaks, what catches it, and by when. No fault is left out for passing.
+
+A fault is injected into a running board. `sees_s` is how long after that the fault shows at all
+(a slow drift must first drift apart); its deadline counts from there.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from .board import RESET_BROWN_OUT, RESET_EXTERNAL, Board, Sensor, plate_mv, sink_mv
+from .hardware import OTHER_BETA_K, PLATE_A, PLATE_B, SINK, SUPPLY_MV, thermistor_mv
+from .situations import COLD, COLD_WARM, HOT, Situation
+
+ELECTRICAL_S = 0.15  # electrical and computing faults
+HOST_S = 0.5  # silent host: the setpoint is left
+WINDOW_S = 1.5  # implausible sensor: runaway window of 1 s, and the time to reach full drive
+SLOW_S = 420.0  # heat that builds up in the sink: no deadline but the skin's limits
+
+Guard = Literal["firmware", "current limit", "cut-out"]
+TIMSK0 = 0x6E  # TIMSK1 and TIMSK2 follow
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One way to break; `numbers` are the firmware's names for it, any of which is right.
+
+    `guards` are what may catch it; none when the skin stays within its limits by itself. They must
+    act in the situations of `acts_in`, in the others they may.
+    `at_start` faults are there before the board is switched on; `silent` ends the host's words.
+    """
+
+    name: str
+    begin: Callable[[Board], None]
+    numbers: tuple[str, ...] = ()
+    guards: tuple[Guard, ...] = ("firmware",)
+    deadline_s: float = ELECTRICAL_S
+    sees_s: float = 0.0
+    at_start: bool = False
+    silent: bool = False
+    noise: bool = False
+    acts_in: tuple[Situation, ...] = (HOT, COLD, COLD_WARM)
+
+
+def _volts(millivolts: float, *channels: int) -> Callable[[Board], None]:
+    def begin(board: Board) -> None:
+        for channel in channels:
+            board.sensors[channel] = lambda _: millivolts
+
+    return begin
+
+
+def _frozen(*channels: int) -> Callable[[Board], None]:
+    def begin(board: Board) -> None:
+        for channel in channels:
+            stands_at = board.sensors[channel](board)
+            board.sensors[channel] = lambda _, mv=stands_at: mv  # type: ignore[misc]
+
+    return begin
+
+
+def _reads(true_c: Callable[[Board], float], offset_c: float, rate: float, since: float) -> Sensor:
+    return lambda board: thermistor_mv(true_c(board) + offset_c + rate * (board.now - since))
+
+
+def _wrong(offset_c: float, rate: float, *channels: int) -> Callable[[Board], None]:
+    """Let the sensors read `offset_c` too much, and `rate` degC/s more with time."""
+
+    def begin(board: Board) -> None:
+        for channel in channels:
+            board.sensors[channel] = _reads(_true_c(channel), offset_c, rate, board.now)
+
+    return begin
+
+
+def _true_c(channel: int) -> Callable[[Board], float]:
+    if channel == SINK:
+        return lambda board: board.plant.sink_c
+    return lambda board: board.plant.plate_c
+
+
+def _other_beta(*channels: int) -> Callable[[Board], None]:
+    def begin(board: Board) -> None:
+        for channel in channels:
+            true_c = _true_c(channel)
+            board.sensors[channel] = lambda b, t=true_c: thermistor_mv(t(b), OTHER_BETA_K)  # type: ignore[misc]
+
+    return begin
+
+
+def _swapped(board: Board) -> None:
+    board.sensors[PLATE_A], board.sensors[SINK] = sink_mv, plate_mv
+
+
+def _loose(board: Board) -> None:
+    """A contact that opens for 5 ms now and then."""
+    chance = random.Random(7)
+
+    def sensor(board: Board) -> float:
+        return SUPPLY_MV if chance.random() < 0.1 else plate_mv(board)
+
+    board.sensors[PLATE_B] = sensor
+
+
+def _no_tick(board: Board) -> None:
+    for timer in range(3):
+        board.poke(TIMSK0 + timer, 0)
+
+
+def _hidden(then: Callable[[Board], None]) -> Callable[[Board], None]:
+    def begin(board: Board) -> None:
+        board.hide_reset_cause()
+        then(board)
+
+    return begin
+
+
+def _polarity(board: Board) -> None:
+    board.driver.polarity = -1
+
+
+def _shorted(direction: int) -> Callable[[Board], None]:
+    def begin(board: Board) -> None:
+        board.driver.shorted = direction
+
+    return begin
+
+
+def _no_current(board: Board) -> None:
+    board.driver.polarity = 0
+
+
+def _sink(k_per_w: float) -> Callable[[Board], None]:
+    return lambda board: board.change_sink(k_per_w)
+
+
+def _nothing(board: Board) -> None:
+    """Break nothing on the board: the fault is the host's or the line's."""
+
+
+BOTH = (PLATE_A, PLATE_B)
+_LIES = ("PLATE_DISAGREES", "READING_JUMPS", "RUNAWAY", "WIRED_BACKWARDS", "PLATE_FROZEN")
+_REBOOT = ("WATCHDOG", "RESTARTED_DRIVING")
+
+FAULTS = (
+    Fault("plate A open", _volts(SUPPLY_MV, PLATE_A), ("PLATE_A_OPEN",)),
+    Fault("plate A short", _volts(0.0, PLATE_A), ("PLATE_A_SHORT",)),
+    Fault("plate B open", _volts(SUPPLY_MV, PLATE_B), ("PLATE_B_OPEN",)),
+    Fault("plate B short", _volts(0.0, PLATE_B), ("PLATE_B_SHORT",)),
+    Fault("plate B loose", _loose, ("PLATE_B_OPEN", "READING_JUMPS"), sees_s=0.3),
+    Fault("sink open", _volts(SUPPLY_MV, SINK), ("SINK_OPEN",)),
+    Fault("sink short", _volts(0.0, SINK), ("SINK_SHORT",)),
+    Fault("plate A frozen", _frozen(PLATE_A), _LIES, deadline_s=WINDOW_S, sees_s=1.5),
+    Fault("plate B frozen", _frozen(PLATE_B), _LIES, deadline_s=WINDOW_S, sees_s=1.5),
+    Fault("plate A drifts up", _wrong(0, 0.5, PLATE_A), _LIES, deadline_s=WINDOW_S, sees_s=4.0),
+    Fault("plate A drifts down", _wrong(0, -0.5, PLATE_A), _LIES, deadline_s=WINDOW_S, sees_s=4.0),
+    Fault("plate A jumps", _wrong(8, 0, PLATE_A), ("READING_JUMPS", "PLATE_DISAGREES")),
+    Fault("plate A too fast", _wrong(0, 150, PLATE_A), ("READING_JUMPS", "PLATE_DISAGREES")),
+    Fault("sink too fast", _wrong(0, 150, SINK), ("READING_JUMPS", "SINK_HOT", "SINK_IMPLAUSIBLE")),
+    Fault(
+        "plate A wrong beta",
+        _other_beta(PLATE_A),
+        _LIES,
+        deadline_s=SLOW_S,
+        at_start=True,
+        acts_in=(HOT,),
+    ),
+    Fault("plate A swapped with sink", _swapped, _LIES, deadline_s=WINDOW_S, at_start=True),
+    Fault("sink frozen", _frozen(SINK), ("SINK_IMPLAUSIBLE",), (), SLOW_S),
+    Fault("both frozen alike", _frozen(*BOTH), _LIES, deadline_s=WINDOW_S, sees_s=1.5),
+    Fault(
+        "both wrong beta",
+        _other_beta(*BOTH),
+        (),
+        ("cut-out",),
+        SLOW_S,
+        at_start=True,
+        acts_in=(HOT,),
+    ),
+    # A sensor pair that lies alike from the start is beyond any program: the cut-out is for these.
+    Fault(
+        "both read 8 low",
+        _wrong(-8, 0, *BOTH),
+        (),
+        ("cut-out",),
+        SLOW_S,
+        at_start=True,
+        acts_in=(HOT,),
+    ),
+    Fault(
+        "both read 8 high",
+        _wrong(8, 0, *BOTH),
+        (),
+        ("cut-out",),
+        SLOW_S,
+        at_start=True,
+        acts_in=(COLD, COLD_WARM),
+    ),
+    Fault("both drift down", _wrong(0, -0.5, *BOTH), _LIES, ("firmware", "cut-out"), SLOW_S),
+    Fault("both drift up", _wrong(0, 0.5, *BOTH), _LIES, ("firmware", "cut-out"), SLOW_S),
+    Fault("both read too hot", _wrong(0, 12, *BOTH), (("OVER_TEMPERATURE", *_LIES)), sees_s=2.5),
+    Fault(
+        "both read too cold",
+        _wrong(0, -12, *BOTH),
+        (("UNDER_TEMPERATURE", *_LIES)),
+        sees_s=2.5,
+    ),
+    Fault(
+        "module backwards",
+        _polarity,
+        ("WIRED_BACKWARDS", "RUNAWAY"),
+        deadline_s=WINDOW_S,
+        sees_s=1.5,
+        at_start=True,
+    ),
+    # Without current nothing is harmed; it shows once the plate should outrun the room.
+    Fault("no current", _no_current, ("RUNAWAY",), deadline_s=SLOW_S),
+    Fault("sink 5 K/W", _sink(5.0), ("COOLING_REVERSED", "SINK_HOT"), (), SLOW_S, at_start=True),
+    Fault("sink 8 K/W", _sink(8.0), ("COOLING_REVERSED", "SINK_HOT"), (), SLOW_S, at_start=True),
+    Fault("fan dead", _sink(10.0), ("COOLING_REVERSED", "SINK_HOT"), (), SLOW_S),
+    Fault("host silent", _nothing, guards=("firmware",), deadline_s=HOST_S, silent=True),
+    Fault("line noise", _nothing, guards=(), noise=True),
+    Fault("hang, interrupts on", lambda board: board.hang(interrupts=True), _REBOOT),
+    Fault("hang, interrupts off", lambda board: board.hang(interrupts=False), _REBOOT),
+    Fault("dead tick", _no_tick, _REBOOT),
+    Fault(
+        "brown-out", lambda board: board.reset(RESET_BROWN_OUT), ("BROWN_OUT", "RESTARTED_DRIVING")
+    ),
+    Fault("reset by the port", lambda board: board.reset(RESET_EXTERNAL), ("RESTARTED_DRIVING",)),
+    Fault(
+        "hang, boot loader hides it", _hidden(lambda board: board.hang(interrupts=True)), _REBOOT
+    ),
+    Fault(
+        "brown-out, boot loader hides it",
+        _hidden(lambda board: board.reset(0)),
+        ("RESTARTED_DRIVING",),
+    ),
+    Fault("bridge shorted to heat", _shorted(1), guards=("current limit", "cut-out")),
+    Fault("bridge shorted to cool", _shorted(-1), guards=("current limit", "cut-out")),
+)
+BY_NAME = {fault.name: fault for fault in FAULTS}

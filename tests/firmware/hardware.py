@@ -1,0 +1,85 @@
+"""What stands between the chip and the skin: thermistors, driver, limits, cut-out, the palm's dose.
+
+Parts as firmware/PROTOCOL.md and firmware/README.md name them. Heat itself is in the project's one
+plant model, `hapticvlm.devices.simulated.Plant`; nothing here models it again. Figures marked
+[assumption] are ours: no such part was measured.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+SUPPLY_MV = 5000.0
+DIVIDER_OHM, R25_OHM, BETA_K, OTHER_BETA_K = 10e3, 10e3, 3950.0, 3435.0
+PLATE_A, PLATE_B, SINK = 0, 1, 2  # ADC channels
+NOISE_MV = 2.0  # standard deviation at the ADC pin [assumption]
+
+FULL_SCALE_A = 3.0  # module current at duty 1
+HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # passive, in series; outlive a shorted FET [assumption]
+
+CUT_OUT_HOT_C, CUT_OUT_COLD_C = 41.5, 15.0  # 15 min at 41.55 degC are 2 CEM43
+CUT_OUT_LAG_S = 1.0  # of its own thermistor, bonded to the plate [assumption]
+
+
+def thermistor_mv(temperature_c: float, beta_k: float = BETA_K) -> float:
+    """Voltage at the ADC pin: thermistor to ground, DIVIDER_OHM to the supply."""
+    ohm = R25_OHM * math.exp(beta_k * (1.0 / (temperature_c + 273.15) - 1.0 / 298.15))
+    return SUPPLY_MV * ohm / (ohm + DIVIDER_OHM)
+
+
+class CutOut:
+    """Comparator with its own thermistor, in series with the module; open until power is cut."""
+
+    def __init__(self, plate_c: float) -> None:
+        self._bead_c = plate_c
+        self.is_open = False
+
+    def feel(self, plate_c: float, dt_s: float) -> None:
+        """Let `dt_s` pass beside a plate at `plate_c`."""
+        self._bead_c += (plate_c - self._bead_c) * min(dt_s / CUT_OUT_LAG_S, 1.0)
+        if not CUT_OUT_COLD_C < self._bead_c < CUT_OUT_HOT_C:
+            self.is_open = True
+
+
+@dataclass
+class Driver:
+    """Bridge and wires: mean duty -1..1 to current through the module, in ampere.
+
+    `shorted` is the direction (1 heats, -1 cools) that two failed FETs conduct in for good,
+    whatever the chip says. `polarity` is -1 when the module's wires are swapped: then the passive
+    limits, which sit in the wires, are swapped with them.
+    """
+
+    polarity: int = 1
+    shorted: int = 0
+
+    def current_a(self, duty: float) -> float:
+        """Return the current into the module, heating the plate when positive."""
+        wanted_a = self.shorted * math.inf if self.shorted else duty * FULL_SCALE_A
+        return self.polarity * min(max(wanted_a, -COOL_LIMIT_A), HEAT_LIMIT_A)
+
+    def is_limiting(self, duty: float) -> bool:
+        """Tell whether the passive limit, not the chip, sets the current."""
+        return bool(self.shorted) or not -COOL_LIMIT_A <= duty * FULL_SCALE_A <= HEAT_LIMIT_A
+
+
+@dataclass
+class Skin:
+    """Extremes of the skin surface and its dose in minutes at 43 degC (CEM43)."""
+
+    lowest_c: float = math.inf
+    highest_c: float = -math.inf
+    dose_cem43: float = 0.0
+
+    def feel(self, skin_c: float, dt_s: float) -> None:
+        """Account for `dt_s` at `skin_c`."""
+        self.lowest_c = min(self.lowest_c, skin_c)
+        self.highest_c = max(self.highest_c, skin_c)
+        self.dose_cem43 += self.rate(skin_c) * dt_s
+
+    @staticmethod
+    def rate(skin_c: float) -> float:
+        """Return the dose of a second at `skin_c`."""
+        halving = 0.5 if skin_c >= 43.0 else 0.25
+        return float(halving ** (43.0 - skin_c) / 60.0)

@@ -1,0 +1,94 @@
+"""A host that may do what the service never would: stop talking, or send any bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from . import line
+from .board import Board
+from .line import Telemetry
+
+RENEW_S = 0.1  # as the service: well inside a time to live
+TTL_S = 0.25
+_SLICE_S = 0.01
+
+Course = Callable[[float], float]  # seconds since it began -> setpoint_c
+
+
+class RawHost:
+    """Speaks to one board in simulated time; keeps what the board said."""
+
+    def __init__(self, board: Board) -> None:
+        self.board = board
+        self.telemetry: Telemetry | None = None
+        self.acks: list[tuple[int, int, str]] = []  # type, seq, answer
+        self.greetings: list[bytes] = []
+        self.damaged = 0
+        self._seq = 0
+        self._rest = b""
+
+    def send(self, type: int, payload: bytes = b"") -> int:
+        """Queue one message; its seq."""
+        self._seq = (self._seq + 1) % 256
+        self.board.write(line.frame(type, self._seq, payload))
+        return self._seq
+
+    def ask(self, type: int, payload: bytes = b"") -> str:
+        """Send one message and wait for its answer; "" when none comes within 0.2 s."""
+        seq = self.send(type, payload)
+        for _ in range(20):
+            self.advance(_SLICE_S)
+            found = [answer for of, nr, answer in self.acks if (of, nr) == (type, seq)]
+            if found:
+                return found[-1]
+        return ""
+
+    def greet(self) -> None:
+        """Let the board start and say HELLO."""
+        self.advance(0.1)
+        answer = self.ask(line.HELLO, b"\x01\x00")
+        if answer != "ok":
+            raise RuntimeError(f"the board answered HELLO with {answer!r}")
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass without a word; take in what the board says."""
+        for _ in range(round(seconds / _SLICE_S)):
+            self.board.advance(_SLICE_S)
+            self._listen()
+
+    def follow(
+        self, course: Course, seconds: float, *, until: Callable[[], bool] | None = None
+    ) -> None:
+        """Renew the setpoint of `course` for `seconds`, or until something holds."""
+        for step in range(round(seconds / RENEW_S)):
+            self.send(line.SETPOINT, line.setpoint(course(step * RENEW_S), TTL_S))
+            self.advance(RENEW_S)
+            if until is not None and until():
+                return
+
+    def hold(self, setpoint_c: float, seconds: float) -> None:
+        """Renew one setpoint for `seconds`."""
+        self.follow(lambda _: setpoint_c, seconds)
+
+    def state(self) -> Telemetry:
+        """Return telemetry newer than this call."""
+        self.telemetry = None
+        self.advance(0.1)
+        if self.telemetry is None:
+            raise RuntimeError("the board sends no telemetry")
+        return self.telemetry
+
+    def _listen(self) -> None:
+        *frames, self._rest = (self._rest + self.board.read()).split(b"\0")
+        for wire in filter(None, frames):
+            self._take(line.opened(wire))
+
+    def _take(self, body: bytes | None) -> None:
+        if body is None:
+            self.damaged += 1
+        elif body[0] == line.TELEMETRY:
+            self.telemetry = line.telemetry(body[2:])
+        elif body[0] == line.ACK:
+            self.acks.append((body[2], body[3], line.ANSWERS[body[4]]))
+        elif body[0] == line.HELLO_REPLY:
+            self.greetings.append(body[2:])

@@ -1,0 +1,114 @@
+"""Every fault of the table, alone: what catches it, by when, and what the skin felt."""
+
+from __future__ import annotations
+
+import pytest
+
+from .build import Chip
+from .faults import BY_NAME, FAULTS, SLOW_S, Fault
+from .rawhost import RawHost
+from .situations import COLD, HOT, Situation
+from .trials import trial
+
+LONGEST_S = 150.0  # the sweep goes on for longer
+CASES = [
+    (fault, situation)
+    for fault in FAULTS
+    for situation in (fault.acts_in[-1:] if fault.deadline_s == SLOW_S else (HOT, COLD))
+]
+IDS = [f"{fault.name}, {situation.name}" for fault, situation in CASES]
+
+
+@pytest.mark.parametrize(("fault", "situation"), CASES, ids=IDS)
+def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
+    chip: Chip, fault: Fault, situation: Situation
+) -> None:
+    outcome = trial(chip.board, [fault], situation, LONGEST_S)
+
+    assert outcome.is_safe, outcome
+    assert outcome.shoot_through == 0
+    if not fault.guards:
+        return
+    assert set(outcome.caught_by) & set(fault.guards), outcome
+    if fault.numbers and "firmware" in outcome.caught_by:
+        assert set(outcome.numbers) & set(fault.numbers), outcome
+    gone_s = outcome.left_after_s if fault.silent else outcome.off_after_s
+    if "firmware" in fault.guards and "cut-out" not in outcome.caught_by:
+        assert gone_s is not None
+        assert gone_s <= fault.sees_s + fault.deadline_s, outcome
+
+
+def test_a_silent_host_leaves_the_plate_to_return_and_then_off(host: RawHost) -> None:
+    host.hold(38.0, 4.0)
+    assert host.state().state == "holding"
+
+    host.advance(0.5)
+    assert host.state().state in ("returning", "off")
+    host.advance(10.5)
+    assert not host.board.is_driven
+    assert host.state().faults == ()
+
+
+def test_after_silence_the_next_setpoint_is_obeyed(host: RawHost) -> None:
+    host.hold(38.0, 1.0)
+    host.advance(12.0)
+    host.hold(36.0, 1.0)
+
+    assert host.state().state == "holding"
+
+
+def test_a_fault_stays_latched_after_its_cause_is_gone(host: RawHost) -> None:
+    sound = host.board.sensors[0]
+    host.hold(38.0, 1.0)
+    BY_NAME["plate A open"].begin(host.board)
+    host.hold(38.0, 0.3)
+    host.board.sensors[0] = sound
+    host.hold(38.0, 2.0)
+
+    told = host.state()
+    assert told.state == "faulted"
+    assert "PLATE_A_OPEN" in told.faults
+    assert not host.board.is_driven
+
+
+def test_a_fault_is_cleared_by_its_number_alone_and_only_without_its_cause(host: RawHost) -> None:
+    sound = host.board.sensors[0]
+    host.hold(38.0, 1.0)
+    host.board.sensors[0] = lambda _: 5000.0
+    host.hold(38.0, 0.3)
+
+    assert host.ask(5, bytes([1])) == "persists"
+    host.board.sensors[0] = sound
+    host.advance(1.0)
+    assert host.ask(5, bytes([2])) == "not_latched"
+    for number in range(1, 21):
+        host.ask(5, bytes([number]))
+    assert host.state().state == "off"
+    assert not host.board.is_driven, "clearing switches nothing on"
+    host.hold(38.0, 1.0)
+    assert host.state().state == "holding"
+
+
+def test_a_hung_program_is_reset_once_and_stays_off(host: RawHost) -> None:
+    host.hold(38.0, 1.0)
+    host.board.hang(interrupts=True)
+    host.hold(38.0, 3.0)
+
+    assert host.board.resets == 1
+    assert host.state().state == "faulted"
+
+
+def test_faults_survive_a_reset(host: RawHost) -> None:
+    host.hold(38.0, 1.0)
+    BY_NAME["plate B short"].begin(host.board)
+    host.hold(38.0, 0.5)
+    host.board.reset(2)
+    host.greet()
+
+    assert "PLATE_B_SHORT" in host.state().faults
+
+
+def test_nothing_is_driven_before_the_first_setpoint(host: RawHost) -> None:
+    host.advance(2.0)
+
+    assert host.board.last_driven_at == 0.0

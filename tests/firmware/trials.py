@@ -1,0 +1,167 @@
+"""One trial: a hand on the plate, a host that keeps asking, faults injected, and what came of it.
+
+The host is stubborn: it renews its setpoint and says HELLO again whatever the board answers. The
+palm never leaves. A trial ends when no current can flow any more, and then lives on for another
+minute, in which a hot sink heats the plate through the open module. Where nothing switches off,
+the dose is carried on to the session's 15 min.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from hapticvlm.rendering.thermal import HEAT_LIMIT_S
+
+from . import line
+from .board import Board
+from .faults import SLOW_S, Fault, Guard
+from .rawhost import RENEW_S, TTL_S, RawHost
+from .situations import Situation
+
+BEFORE_S = 3.0  # a second after the plate began to move towards the extreme
+SHORT_S, LONG_S = 60.0, 300.0
+AFTER_S = 60.0
+_SURE_S = 1.0
+
+MakeBoard = Callable[[float], Board]  # from an ambient in degC
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a trial came to; times in s after the injection, None when it did not happen."""
+
+    faults: tuple[str, ...]
+    situation: str
+    off_after_s: float | None  # registers of the bridge
+    left_after_s: float | None  # the host's setpoint
+    cut_out_after_s: float | None
+    numbers: tuple[str, ...]
+    caught_by: tuple[Guard, ...]
+    skin_low_c: float
+    skin_high_c: float
+    plate_low_c: float
+    plate_high_c: float
+    sink_high_c: float
+    dose_cem43: float
+    shoot_through: int
+
+    @property
+    def is_safe(self) -> bool:
+        """Tell whether the skin stayed within the project's limits."""
+        return self.skin_low_c >= 13.0 and self.skin_high_c <= 43.0 and self.dose_cem43 <= 2.0
+
+
+class _Trial:
+    """The run of one trial; `longest_s` is for faults that need time to do harm."""
+
+    def __init__(self, board: Board, faults: Sequence[Fault], situation: Situation) -> None:
+        self.board, self.faults, self.situation = board, faults, situation
+        self.host = RawHost(board)
+        self.injected_at = 0.0
+        self.left_at: float | None = None
+        self._chance = random.Random(1)
+        self._safe_since: float | None = None
+
+    def run(self, longest_s: float) -> Outcome:
+        """Live through it all."""
+        self._inject(at_start=True)
+        self.host.advance(0.1)
+        begun_at = self.board.now
+        self._live(begun_at, BEFORE_S)
+        if any(not fault.at_start for fault in self.faults):
+            self.injected_at, self._safe_since = self.board.now, None
+        self._inject(at_start=False)
+        slow = any(fault.deadline_s == SLOW_S for fault in self.faults)
+        self._live(begun_at, longest_s if slow else min(SHORT_S, longest_s))
+        return self._outcome()
+
+    def _inject(self, *, at_start: bool) -> None:
+        for fault in self.faults:
+            if fault.at_start == at_start:
+                fault.begin(self.board)
+
+    def _live(self, begun_at: float, until_s: float) -> None:
+        while (elapsed := self.board.now - begun_at) < until_s and not self._is_over():
+            self._speak(elapsed)
+            self.host.advance(RENEW_S)
+            said = self.host.telemetry
+            if said is not None and said.state != "holding" and self.left_at is None:
+                self.left_at = self.board.now if self.injected_at else None
+
+    def _speak(self, elapsed_s: float) -> None:
+        injected = bool(self.injected_at)
+        if injected and any(fault.noise for fault in self.faults):
+            self.board.write(self._chance.randbytes(1000))
+        if injected and any(fault.silent for fault in self.faults):
+            return
+        if round(elapsed_s / RENEW_S) % 10 == 0:
+            self.host.send(line.HELLO, b"\x01\x00")
+        setpoint_c = self.situation.setpoint_c(elapsed_s)
+        self.host.send(line.SETPOINT, line.setpoint(setpoint_c, TTL_S))
+
+    def _is_over(self) -> bool:
+        said = self.host.telemetry
+        stopped = said is not None and said.state in ("faulted", "off")
+        dead = self.board.cut_out.is_open or (stopped and not self.board.driver.shorted)
+        if not dead or self.board.now < BEFORE_S:
+            self._safe_since = None
+        elif self._safe_since is None:
+            self._safe_since = self.board.now
+        return self._safe_since is not None and self.board.now - self._safe_since > _SURE_S
+
+    def _outcome(self) -> Outcome:
+        board, said = self.board, self.host.telemetry
+        running_on = not self._is_over()
+        off_at = None if board.is_driven else board.last_driven_at
+        board.rest_of_heat(0.0 if running_on else AFTER_S)
+        dose_cem43 = board.skin.dose_cem43
+        if running_on:
+            dose_cem43 += board.skin.rate(board.plant.skin_c) * max(HEAT_LIMIT_S - board.now, 0.0)
+        since = self.injected_at
+        return Outcome(
+            tuple(fault.name for fault in self.faults),
+            self.situation.name,
+            _after(off_at, since),
+            _after(self.left_at, since),
+            _after(board.cut_out_opened_at, since),
+            said.faults if said else (),
+            self._caught_by(),
+            board.skin.lowest_c,
+            board.skin.highest_c,
+            board.coldest_plate_c,
+            board.hottest_plate_c,
+            board.hottest_sink_c,
+            dose_cem43,
+            board.shoot_through,
+        )
+
+    def _caught_by(self) -> tuple[Guard, ...]:
+        said = self.host.telemetry
+        found: list[Guard] = []
+        if said is not None and said.state != "holding":
+            found.append("firmware")
+        if self.board.limited_s:
+            found.append("current limit")
+        if self.board.cut_out.is_open:
+            found.append("cut-out")
+        return tuple(found)
+
+
+def trial(
+    make_board: MakeBoard,
+    faults: Sequence[Fault],
+    situation: Situation,
+    longest_s: float = LONG_S,
+) -> Outcome:
+    """Run one trial on a new board."""
+    board = make_board(situation.ambient_c)
+    try:
+        return _Trial(board, faults, situation).run(longest_s)
+    finally:
+        board.close()
+
+
+def _after(at: float | None, since: float) -> float | None:
+    return None if at is None else max(at - since, 0.0)
