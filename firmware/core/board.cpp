@@ -15,8 +15,8 @@ bool is_driving(const Board& board) {
 uint32_t faults_of_reset(uint8_t cause) {
     if (cause & RESET_WATCHDOG) return bit(WATCHDOG);
     if ((cause & RESET_BROWN_OUT) && !(cause & RESET_POWER_ON)) return bit(BROWN_OUT);
-    const bool explained = cause & (RESET_POWER_ON | RESET_EXTERNAL);
-    return (cause & RESET_WHILE_DRIVING) && !explained ? bit(RESTARTED_DRIVING) : 0;
+    const bool switched_on = cause & RESET_POWER_ON;
+    return (cause & RESET_WHILE_DRIVING) && !switched_on ? bit(RESTARTED_DRIVING) : 0;
 }
 
 void latch(Board& board, uint32_t faults) {
@@ -59,7 +59,7 @@ void drive(Board& board) {
 
 uint32_t judge_drive(Board& board, bool grown) {
     if (!is_driving(board) || !plate_is_known(board.sensors)) return 0;
-    const float error_c = board.loop.target_c - plate_c(board.sensors);
+    const float error_c = board.loop.goal_c - plate_c(board.sensors);
     return judge(board.plausibility, board.sensors, grown, board.loop.current_a, error_c);
 }
 

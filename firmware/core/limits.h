@@ -72,14 +72,20 @@ const float SEEBECK_V_K = 0.01267f;
 const float RESISTANCE_OHM = 0.367f;
 const float CONDUCTANCE_W_K = 0.173f;
 
-// Runaway: this much heat into or out of the plate for a whole window must move its reading
+// Runaway: this much heat into or out of the plate must move its reading. The gates leave room for a
+// module that pumps 20 % less than its type, the energies for a cold hand that has just come.
 const uint16_t PROGRESS_MS = 100;
 const uint8_t WINDOW = RUNAWAY_WINDOW_MS / PROGRESS_MS;
-const float PUSH_HEAT_W = 1.5f;
-const float PUSH_COOL_W = 2.5f;
-const float RUNAWAY_C = 0.2f;
-const float BACKWARDS_C = 1.5f;        // the wrong way in the window ...
-const float BACKWARDS_LATE_C = 0.4f;   // ... and still so in its last half: a touch has settled by then
+const float PUSH_HEAT_W = 1.0f, PUSH_COOL_W = 2.5f;  // less is not judged
+const float STILL_HEAT_W = 1.4f;                     // a plate that stands still is judged from here
+const float STILL_C = 0.05f;                         // in a window: twice what the noise of a sound board makes
+const float HELD_C = 0.3f;                           // nearer to its goal, below full drive, a plate may stand still
+const float ALONG_C = 0.2f;                          // in a window: the plate follows
+const float STALLED_HEAT_J = 8.0f, STALLED_COOL_J = 15.0f;  // spent on a plate that does not follow
+const float EASED = 0.98f;                           // a current that falls as a touch wears off
+// The wrong way by this much in a window, and still so in its last half, when a touch has settled.
+const float BACKWARDS_HEAT_C = 2.0f, BACKWARDS_HEAT_LATE_C = 0.8f;
+const float BACKWARDS_COOL_C = 4.0f, BACKWARDS_COOL_LATE_C = 1.5f;
 
 // Cooling whose sign has turned: the plate warms, second after second, while cooled harder or as hard
 const uint16_t REVERSED_MS = 1000;
@@ -90,8 +96,8 @@ const float REVERSED_BACK_OFF = 0.75f;
 const uint8_t REVERSED_STRIKES = 3;
 
 // A sink that takes this much more heat than before without its reading moving is not being read
-const float SINK_BLIND_J = 150.0f;  // a sink of 400 J/K would have moved 0.37 degC
-const float SINK_MOVED_C = 0.3f;
-const float SINK_MEMORY_S = 30.0f;
+const float SINK_BLIND_J = 100.0f;  // a sink of 500 J/K would have moved as far as the next line
+const float SINK_MOVED_C = 0.2f;
+const float SINK_MEMORY_S = 120.0f;
 
 }  // namespace plate

@@ -71,7 +71,7 @@ bool turns_round(int16_t before, int16_t after) {
 
 void start_loop(Loop& loop, float plate_c) {
     loop = Loop();
-    loop.target_c = clamp(plate_c, SETPOINT_LOW_C, SETPOINT_HIGH_C);
+    loop.goal_c = loop.target_c = clamp(plate_c, SETPOINT_LOW_C, SETPOINT_HIGH_C);
 }
 
 void stop_loop(Loop& loop) {
@@ -90,6 +90,7 @@ float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_
 }
 
 void follow(Loop& loop, float goal_c, float plate_c, float sink_c, float cool_ceiling_a) {
+    loop.goal_c = goal_c;
     slew(loop, goal_c, plate_c);
     const float ceiling_a = fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));
     const float wanted_a = wanted_current(loop, loop.target_c - plate_c, ceiling_a);

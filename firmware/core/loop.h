@@ -5,7 +5,8 @@
 namespace plate {
 
 struct Loop {
-    float target_c;    // what the plate follows now: the setpoint after limits and slew
+    float goal_c;      // the setpoint after limits
+    float target_c;    // what the plate follows now: the goal after slew
     float integral_a;
     float current_a;   // applied, positive heats
     float owed;        // counts that rounding kept back, given in a later step

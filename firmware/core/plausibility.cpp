@@ -10,28 +10,73 @@ namespace {
 const float KELVIN = 273.15f;
 const float HARD = 0.6f;  // of the limit: driven hard
 
+struct Drive {
+    float current_a, error_c, power_w;
+};
+
 // 1 or -1 when this much heat must move the plate that way, else 0.
-int8_t push_of(float current_a, float plate_c, float sink_c) {
-    const float power_w = plate_power_w(current_a, plate_c, sink_c);
+int8_t push_of(float current_a, float power_w) {
     if (current_a >= HARD * HEAT_LIMIT_A && power_w >= PUSH_HEAT_W) return 1;
     if (current_a <= -HARD * COOL_LIMIT_A && power_w <= -PUSH_COOL_W) return -1;
     return 0;
 }
 
-uint32_t judge_window(const Plausibility& state, const Sensors& sensors) {
-    if (state.pushed < WINDOW || sensors.past_known <= WINDOW) return 0;
-    const float along_c = state.pushing * plate_change_c(sensors, WINDOW, 0);
-    const float late_c = state.pushing * plate_change_c(sensors, WINDOW / 2, 0);
-    if (along_c <= -BACKWARDS_C && late_c <= -BACKWARDS_LATE_C) return bit(WIRED_BACKWARDS);
-    return fabsf(along_c) < RUNAWAY_C ? bit(RUNAWAY) : 0;
+bool runs_backwards(const Plausibility& state, float along_c, float late_c) {
+    if (state.pushing > 0) return along_c <= -BACKWARDS_HEAT_C && late_c <= -BACKWARDS_HEAT_LATE_C;
+    return along_c <= -BACKWARDS_COOL_C && late_c <= -BACKWARDS_COOL_LATE_C;
 }
 
-uint32_t judge_progress(Plausibility& state, const Sensors& sensors, bool grown, int8_t push) {
-    if (push != state.pushing) state.pushed = 0;
+// A loop that holds the plate against a touch eases off every second; one that is not heard does not.
+bool eases(const Plausibility& state) {
+    return fabsf(state.past_a[0]) < EASED * fabsf(state.past_a[WINDOW]);
+}
+
+bool is_held(float current_a, float error_c) {
+    const float limit_a = current_a > 0.0f ? HEAT_LIMIT_A : COOL_LIMIT_A;
+    return fabsf(error_c) < HELD_C && fabsf(current_a) < 0.97f * limit_a;
+}
+
+bool stands_still(const Plausibility& state, const Sensors& sensors, const Drive& drive) {
+    return !is_held(drive.current_a, drive.error_c) && !eases(state) &&
+           drive.power_w * state.pushing >= STILL_HEAT_W && plate_span_c(sensors) < STILL_C;
+}
+
+// One that moves, but not along, may have been touched: it gets the time that some energy takes.
+bool has_stalled(Plausibility& state, float along_c, float power_w) {
+    if (along_c >= ALONG_C || eases(state)) {
+        state.stalled_j = 0.0f;
+        return false;
+    }
+    state.stalled_j += power_w * state.pushing * (PROGRESS_MS * 0.001f);
+    return state.stalled_j >= (state.pushing > 0 ? STALLED_HEAT_J : STALLED_COOL_J);
+}
+
+uint32_t judge_window(Plausibility& state, const Sensors& sensors, const Drive& drive) {
+    const float along_c = state.pushing * plate_change_c(sensors, WINDOW, 0);
+    const float late_c = state.pushing * plate_change_c(sensors, WINDOW / 2, 0);
+    if (runs_backwards(state, along_c, late_c)) return bit(WIRED_BACKWARDS);
+    if (stands_still(state, sensors, drive)) return bit(RUNAWAY);
+    if (!has_stalled(state, along_c, drive.power_w)) return 0;
+    return along_c <= -ALONG_C ? bit(WIRED_BACKWARDS) : bit(RUNAWAY);
+}
+
+void remember_current(Plausibility& state, float current_a) {
+    for (uint8_t i = WINDOW; i > 0; i--) state.past_a[i] = state.past_a[i - 1];
+    state.past_a[0] = current_a;
+}
+
+uint32_t judge_progress(Plausibility& state, const Sensors& sensors, const Drive& drive) {
+    const int8_t push = push_of(drive.current_a, drive.power_w);
+    if (push != state.pushing) {
+        state.pushed = 0;
+        state.stalled_j = 0.0f;
+    }
     state.pushing = push;
-    if (!grown || push == 0) return 0;
-    if (state.pushed < WINDOW) state.pushed++;
-    return judge_window(state, sensors);
+    remember_current(state, drive.current_a);
+    if (push == 0) return 0;
+    if (state.pushed <= WINDOW) state.pushed++;
+    const bool is_full = state.pushed > WINDOW && sensors.past_known > WINDOW;
+    return is_full ? judge_window(state, sensors, drive) : 0;
 }
 
 void begin_second(Plausibility& state, float plate, float current_a) {
@@ -94,7 +139,8 @@ void start_judging(Plausibility& state) {
 uint32_t judge(Plausibility& state, const Sensors& sensors, bool grown, float current_a, float error_c) {
     if (!plate_is_known(sensors) || !sensors.now[SINK].known) return 0;
     const float plate = plate_c(sensors), sink = sensors.now[SINK].c;
-    return judge_progress(state, sensors, grown, push_of(current_a, plate, sink)) |
+    const Drive drive = {current_a, error_c, plate_power_w(current_a, plate, sink)};
+    return (grown ? judge_progress(state, sensors, drive) : 0) |
            judge_sign(state, plate, current_a, error_c) |
            judge_sink(state, sink_power_w(current_a, plate, sink), sink);
 }

@@ -14,6 +14,8 @@ namespace plate {
 struct Plausibility {
     int8_t pushing;          // 1 heating, -1 cooling hard enough to judge, 0 neither
     uint8_t pushed;          // for how many PROGRESS_MS
+    float stalled_j;         // spent since the plate last followed
+    float past_a[WINDOW + 1];  // current, one per PROGRESS_MS, newest first
     uint16_t second_ms;      // of the second that is watched for a turned sign
     float second_from_c;
     float second_from_a;
@@ -28,7 +30,7 @@ struct Plausibility {
 void start_judging(Plausibility& state);
 
 // Judges one step. `grown` says that the past of the readings grew by one; `current_a` flowed since the
-// last step, positive heating; `error_c` is target minus plate. Returns bits of faults.
+// last step, positive heating; `error_c` is goal minus plate. Returns bits of faults.
 uint32_t judge(Plausibility& state, const Sensors& sensors, bool grown, float current_a, float error_c);
 
 float plate_power_w(float current_a, float plate_c, float sink_c);

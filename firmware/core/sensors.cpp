@@ -72,13 +72,22 @@ uint32_t freezing(const Sensors& sensors) {
     return frozen ? bit(PLATE_FROZEN) : 0;
 }
 
+// Means over PROGRESS_MS: a fifth of the noise's power.
 void remember(Sensors& sensors) {
     for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
         float* past_c = sensors.past_c[place];
         for (uint8_t i = WINDOW; i > 0; i--) past_c[i] = past_c[i - 1];
-        past_c[0] = sensors.now[place].c;
+        past_c[0] = sensors.summed_c[place] / (PROGRESS_MS / STEP_MS);
+        sensors.summed_c[place] = 0.0f;
     }
+    sensors.progress_ms = 0;
     if (sensors.past_known <= WINDOW) sensors.past_known++;
+}
+
+void forget_past(Sensors& sensors) {
+    sensors.past_known = 0;
+    sensors.progress_ms = 0;
+    sensors.summed_c[PLATE_A] = sensors.summed_c[PLATE_B] = 0.0f;
 }
 
 }  // namespace
@@ -89,12 +98,13 @@ bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]) {
         sensors.now[place] = read_thermistor(sums[place]);
     }
     if (!plate_is_known(sensors)) {
-        sensors.past_known = 0;
+        forget_past(sensors);
         return false;
     }
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++)
+        sensors.summed_c[place] += sensors.now[place].c;
     sensors.progress_ms += STEP_MS;
     if (sensors.progress_ms < PROGRESS_MS) return false;
-    sensors.progress_ms = 0;
     remember(sensors);
     return true;
 }
@@ -120,6 +130,16 @@ float plate_change_c(const Sensors& sensors, uint8_t from, uint8_t to) {
     const float* a = sensors.past_c[PLATE_A];
     const float* b = sensors.past_c[PLATE_B];
     return 0.5f * (a[to] - a[from] + b[to] - b[from]);
+}
+
+float plate_span_c(const Sensors& sensors) {
+    float low = 0.0f, high = 0.0f;
+    for (uint8_t i = 1; i <= WINDOW; i++) {
+        const float away_c = plate_change_c(sensors, i, 0);
+        low = fminf(low, away_c);
+        high = fmaxf(high, away_c);
+    }
+    return high - low;
 }
 
 }  // namespace plate

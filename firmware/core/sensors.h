@@ -14,6 +14,7 @@ struct Sensors {
     Reading before[PLACES];            // one step earlier
     float past_c[2][WINDOW + 1];       // plate readings, one per PROGRESS_MS, newest first
     uint8_t past_known;                // how many of them in a row
+    float summed_c[2];                 // plate readings since the newest of them
     uint16_t progress_ms;              // since the newest of them
     uint16_t disagree_ms;
 };
@@ -28,6 +29,7 @@ bool plate_is_known(const Sensors& sensors);
 float plate_c(const Sensors& sensors);          // mean of both; these three only when the plate is known
 float hottest_plate_c(const Sensors& sensors);
 float plate_change_c(const Sensors& sensors, uint8_t from, uint8_t to);  // of the mean, indices into the past
+float plate_span_c(const Sensors& sensors);  // how far the mean ranged in the window
 
 inline uint32_t bit(uint8_t fault) {
     return (uint32_t)1 << fault;

@@ -1,0 +1,146 @@
+#include "bench.h"
+
+#include <cmath>
+#include <cstring>
+
+using namespace plate;
+
+Bench bench;
+
+namespace plate {
+uint32_t hal_uptime_ms() {
+    return bench.uptime_ms;
+}
+uint8_t hal_reset_cause() {
+    return bench.reset_cause;
+}
+void hal_drive(int16_t counts) {
+    bench.counts = counts;
+}
+void hal_send(const uint8_t* bytes, uint8_t count) {
+    bench.sent.insert(bench.sent.end(), bytes, bytes + count);
+}
+Keepsake& hal_keepsake() {
+    return bench.keepsake;
+}
+void hal_feed_watchdog() {
+    bench.fed++;
+}
+}  // namespace plate
+
+namespace {
+
+uint32_t read(const std::vector<uint8_t>& bytes, size_t& at, int size) {
+    uint32_t value = 0;
+    for (int i = 0; i < size; i++) value |= (uint32_t)bytes.at(at++) << (8 * i);
+    return value;
+}
+
+Telemetry parsed(const std::vector<uint8_t>& content) {
+    size_t at = 2;
+    auto u8 = [&] { return (uint8_t)read(content, at, 1); };
+    auto u16 = [&] { return (uint16_t)read(content, at, 2); };
+    auto u32 = [&] { return read(content, at, 4); };
+    Telemetry told{};
+    told.uptime_ms = u32();
+    told.state = u8();
+    told.faults = u32();
+    told.plate_mc = (int32_t)u32();
+    told.plate2_mc = (int32_t)u32();
+    told.sink_mc = (int32_t)u32();
+    told.setpoint_mc = (int32_t)u32();
+    told.duty = (int16_t)u16();
+    told.limited = u8();
+    told.bad_frames = u16();
+    told.refused = u16();
+    told.dose_mcem43 = u16();
+    told.heated_s = u16();
+    told.reset_cause = u8();
+    return told;
+}
+
+}  // namespace
+
+uint16_t sum_at(double celsius) {
+    const double ratio = std::exp(NTC_BETA_K * (1.0 / (celsius + 273.15) - 1.0 / 298.15));
+    return (uint16_t)std::lround(READING_FULL_SCALE * ratio / (1.0 + ratio) - 8.0);
+}
+
+Rig::Rig() {
+    bench = Bench();
+    std::memset(&bench.keepsake, 0xA7, sizeof bench.keepsake);  // as RAM comes up
+    start(board);
+    step();
+}
+
+void Rig::reset(uint8_t cause) {
+    bench.reset_cause = cause;
+    bench.counts = 0;
+    start(board);
+}
+
+void Rig::step(int steps) {
+    while (steps--) step_on({sum_at(a_c), sum_at(b_c), sum_at(sink_c)});
+}
+
+void Rig::step_on(std::initializer_list<uint16_t> sums) {
+    plate::step(board, sums.begin());
+    bench.uptime_ms += STEP_MS;
+}
+
+int Rig::say(uint8_t type, std::vector<uint8_t> payload) {
+    static uint8_t seq = 0;
+    bench.sent.clear();
+    for (uint8_t byte : frame_of(type, ++seq, payload)) receive(board, byte);
+    for (const auto& content : take_frames())
+        if (content[0] == ACK && content[2] == type && content[3] == seq) return content[4];
+    return -1;
+}
+
+int Rig::hold(double celsius, uint16_t ttl_ms) {
+    const auto mc = (uint32_t)std::lround(celsius * 1000.0);
+    return say(SETPOINT, {(uint8_t)mc, (uint8_t)(mc >> 8), (uint8_t)(mc >> 16), (uint8_t)(mc >> 24),
+                          (uint8_t)ttl_ms, (uint8_t)(ttl_ms >> 8)});
+}
+
+void Rig::hold_for(double celsius, int steps) {
+    for (int i = 0; i < steps && !board.faults; i++) {
+        if (i % 5 == 0) hold(celsius);
+        step();
+    }
+}
+
+void Rig::follow_for(double celsius, int steps) {
+    for (int i = 0; i < steps && !board.faults; i++) {
+        hold_for(celsius, 1);
+        plate_at(board.loop.target_c);
+    }
+}
+
+Telemetry Rig::telemetry() {
+    bench.sent.clear();
+    for (int i = 0; i < 4; i++) {
+        step();
+        for (const auto& content : take_frames())
+            if (content[0] == TELEMETRY) return parsed(content);
+    }
+    throw "no telemetry";
+}
+
+std::vector<std::vector<uint8_t>> take_frames() {
+    std::vector<std::vector<uint8_t>> frames;
+    Decoder decoder{};
+    for (uint8_t byte : bench.sent)
+        if (decode_byte(decoder, byte) == Received::frame)
+            frames.emplace_back(decoder.bytes, decoder.bytes + decoder.count);
+    bench.sent.clear();
+    return frames;
+}
+
+std::vector<uint8_t> frame_of(uint8_t type, uint8_t seq, const std::vector<uint8_t>& payload) {
+    std::vector<uint8_t> content = {type, seq};
+    content.insert(content.end(), payload.begin(), payload.end());
+    uint8_t wire[MAX_WIRE];
+    const uint8_t count = encode_frame(content.data(), (uint8_t)content.size(), wire);
+    return {wire, wire + count};
+}

@@ -1,0 +1,58 @@
+// A board on the bench: the HAL in memory, and a plate whose three temperatures the test sets.
+#pragma once
+#include <initializer_list>
+#include <vector>
+
+#include "board.h"
+#include "hal.h"
+
+struct Bench {
+    uint32_t uptime_ms = 0;
+    uint8_t reset_cause = plate::RESET_POWER_ON;
+    int16_t counts = 0;  // driven now
+    unsigned fed = 0;    // times the watchdog was fed
+    std::vector<uint8_t> sent;
+    plate::Keepsake keepsake;
+};
+extern Bench bench;
+
+// The sum of 16 conversions that a sound thermistor gives.
+uint16_t sum_at(double celsius);
+
+struct Telemetry {
+    uint32_t uptime_ms;
+    uint8_t state;
+    uint32_t faults;
+    int32_t plate_mc, plate2_mc, sink_mc, setpoint_mc;
+    int16_t duty;
+    uint8_t limited;
+    uint16_t bad_frames, refused, dose_mcem43, heated_s;
+    uint8_t reset_cause;
+};
+
+struct Rig {
+    plate::Board board;
+    double a_c = 32.0, b_c = 32.0, sink_c = 25.0;
+
+    Rig();                         // switched on just now, room and plate at rest
+    void reset(uint8_t cause);     // the chip restarts; memory that survives, survives
+    void step(int steps = 1);      // control steps of 20 ms
+    void step_on(std::initializer_list<uint16_t> sums);
+    void plate_at(double celsius) { a_c = b_c = celsius; }
+
+    // Sends one frame; the code of its ACK, -1 when none came.
+    int say(uint8_t type, std::vector<uint8_t> payload = {});
+    int greet() { return say(plate::HELLO, {plate::PROTOCOL_MAJOR, plate::PROTOCOL_MINOR}); }
+    int hold(double celsius, uint16_t ttl_ms = 500);
+    int clear(uint8_t fault) { return say(plate::CLEAR, {fault}); }
+    void hold_for(double celsius, int steps);    // keeps asking for it, as a host does
+    void follow_for(double celsius, int steps);  // likewise, and the plate follows its target
+
+    bool has(uint8_t fault) const { return board.faults & plate::bit(fault); }
+    bool only(uint8_t fault) const { return board.faults == plate::bit(fault); }
+    Telemetry telemetry();  // steps until one comes
+};
+
+// The contents of every frame sent, oldest first; empties bench.sent.
+std::vector<std::vector<uint8_t>> take_frames();
+std::vector<uint8_t> frame_of(uint8_t type, uint8_t seq, const std::vector<uint8_t>& payload);

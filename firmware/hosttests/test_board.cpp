@@ -1,0 +1,244 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "bench.h"
+
+using namespace plate;
+
+namespace {
+
+Rig heating() {
+    Rig rig;
+    rig.greet();
+    rig.hold_for(36.0, 20);
+    return rig;
+}
+
+Rig with_latched(uint8_t fault) {
+    Rig rig = heating();
+    rig.board.faults |= bit(fault);
+    rig.step();
+    return rig;
+}
+
+}  // namespace
+
+TEST_CASE("a setpoint is held for its time to live, then the plate returns to neutral, then it is off") {
+    Rig rig;
+    rig.greet();
+    rig.plate_at(35.5);
+    for (rig.a_c = rig.b_c = 32.0; rig.a_c < 35.5; rig.plate_at(rig.a_c + 0.1)) rig.step();
+    rig.hold(36.0, 400);
+    rig.step(19);
+    CHECK(rig.board.state == State::holding);
+    rig.step(1);
+    CHECK(rig.board.state == State::returning);
+    for (int i = 0; i < 100 && rig.board.state == State::returning; i++) {
+        rig.plate_at(rig.a_c - 0.06);
+        rig.step();
+    }
+    CHECK(rig.board.state == State::off);
+    CHECK(rig.a_c == doctest::Approx(32.3).epsilon(0.01));
+    CHECK(bench.counts == 0);
+    CHECK(rig.board.faults == 0);
+}
+
+TEST_CASE("a return that never arrives ends after 10 s") {
+    Rig rig;
+    rig.plate_at(28.0);
+    rig.sink_c = 10.0;  // nothing to judge: the heat flows back
+    rig.reset(RESET_POWER_ON);
+    rig.greet();
+    rig.step();
+    rig.hold(30.0);
+    rig.step();
+    rig.say(REST);
+    int steps = 0;
+    for (; rig.board.state == State::returning && steps < 1000; steps++) rig.step();
+    CHECK(rig.board.faults == 0);
+    CHECK(steps == 500);
+    CHECK(bench.counts == 0);
+}
+
+TEST_CASE("a lapsed host may come back: silence is no fault") {
+    Rig rig = heating();
+    rig.step(40);
+    CHECK(rig.board.state != State::holding);
+    CHECK(rig.hold(36.0) == OK);
+    CHECK(rig.board.state == State::holding);
+}
+
+TEST_CASE("OFF opens the bridge at once, REST slews to neutral first; both without a greeting") {
+    Rig rig = heating();
+    CHECK(bench.counts > 0);
+    CHECK(rig.say(REST) == OK);
+    CHECK(rig.board.state == State::returning);
+    CHECK(rig.say(OFF) == OK);
+    CHECK(bench.counts == 0);
+    CHECK(rig.board.state == State::off);
+    Rig other;
+    CHECK(other.say(OFF) == OK);
+    CHECK(other.say(REST) == OK);
+    CHECK(other.board.state == State::off);
+}
+
+TEST_CASE("the bridge opens in the step that sees the fault") {
+    Rig rig = heating();
+    CHECK(bench.counts > 0);
+    rig.step_on({16 * 1023, sum_at(32), sum_at(25)});
+    CHECK(bench.counts == 0);
+    CHECK(rig.board.state == State::faulted);
+}
+
+TEST_CASE("a fault stays when its cause has gone, and no setpoint is taken until it is cleared") {
+    Rig rig = heating();
+    rig.step_on({16 * 1023, sum_at(32), sum_at(25)});
+    rig.step(500);
+    CHECK(rig.only(PLATE_A_OPEN));
+    CHECK(rig.hold(36.0) == FAULTED);
+    CHECK(bench.counts == 0);
+}
+
+TEST_CASE("clearing is by number: the others stay") {
+    Rig rig = heating();
+    rig.step_on({16 * 1023, sum_at(32), 0});
+    rig.step(5);
+    CHECK(rig.clear(PLATE_A_OPEN) == OK);
+    CHECK(rig.only(SINK_SHORT));
+    CHECK(rig.board.state == State::faulted);
+    CHECK(rig.hold(36.0) == FAULTED);
+    CHECK(rig.clear(SINK_SHORT) == OK);
+    CHECK(rig.board.state == State::off);
+}
+
+TEST_CASE("clearing is refused while the cause persists") {
+    Rig rig = heating();
+    for (int i = 0; i < 5; i++) rig.step_on({16 * 1023, sum_at(32), sum_at(25)});
+    CHECK(rig.clear(PLATE_A_OPEN) == PERSISTS);
+    CHECK(rig.board.state == State::faulted);
+}
+
+TEST_CASE("clearing switches nothing on") {
+    Rig rig = with_latched(RUNAWAY);
+    CHECK(rig.clear(RUNAWAY) == OK);
+    rig.step(50);
+    CHECK(rig.board.state == State::off);
+    CHECK(bench.counts == 0);
+    CHECK(rig.hold(36.0) == OK);
+}
+
+TEST_CASE("what is not latched, and what is no fault, is not cleared") {
+    Rig rig = with_latched(RUNAWAY);
+    for (int number = 0; number < 256; number++)
+        if (number != RUNAWAY) CHECK(rig.clear((uint8_t)number) == NOT_LATCHED);
+    CHECK(rig.only(RUNAWAY));
+}
+
+TEST_CASE("clearing needs a greeting") {
+    Rig rig = with_latched(RUNAWAY);
+    rig.board.greeted = false;
+    CHECK(rig.clear(RUNAWAY) == NEEDS_HELLO);
+}
+
+TEST_CASE("OFF and REST do not hide a fault") {
+    Rig rig = with_latched(RUNAWAY);
+    rig.say(OFF);
+    rig.say(REST);
+    rig.step();
+    CHECK(rig.board.state == State::faulted);
+    CHECK(rig.only(RUNAWAY));
+}
+
+TEST_CASE("every kind of reset but power-on is a fault when it should be") {
+    const struct {
+        uint8_t cause;
+        bool driving;
+        uint8_t fault;  // 0 none
+    } resets[] = {
+        {RESET_POWER_ON, true, 0},           {RESET_POWER_ON | RESET_BROWN_OUT, true, 0},
+        {RESET_EXTERNAL, false, 0},          {RESET_EXTERNAL, true, RESTARTED_DRIVING},
+        {RESET_WATCHDOG, true, WATCHDOG},    {RESET_WATCHDOG, false, WATCHDOG},
+        {RESET_BROWN_OUT, false, BROWN_OUT}, {0, true, RESTARTED_DRIVING},
+        {0, false, 0},
+    };
+    for (const auto& reset : resets) {
+        Rig rig;
+        if (reset.driving) rig = heating();
+        rig.reset(reset.cause);
+        rig.step();
+        CHECK(rig.board.faults == (reset.fault ? bit(reset.fault) : 0));
+        CHECK(bench.counts == 0);
+        const bool told = rig.telemetry().reset_cause & RESET_WHILE_DRIVING;
+        CHECK(told == reset.driving);
+    }
+}
+
+TEST_CASE("a reset clears no fault, forgets no dose and no heat") {
+    Rig rig = with_latched(RUNAWAY);
+    rig.board.session = {1.2f, 300.0f, 5.0f};
+    rig.step();
+    rig.reset(0);
+    CHECK(rig.has(RUNAWAY));
+    CHECK(rig.board.state == State::faulted);
+    CHECK(rig.board.session.dose_cem43 == 1.2f);
+    CHECK(rig.board.session.heated_s == 300.0f);
+}
+
+TEST_CASE("a power cut ends the session and the faults") {
+    Rig rig = with_latched(RUNAWAY);
+    rig.reset(RESET_POWER_ON);
+    CHECK(rig.board.faults == 0);
+    CHECK(rig.board.session.heated_s == 0.0f);
+}
+
+TEST_CASE("a spent dose latches, and cannot be cleared before the rest is over") {
+    Rig rig = heating();
+    rig.board.session.dose_cem43 = 2.0f;
+    rig.step(2);
+    CHECK(rig.only(DOSE_SPENT));
+    CHECK(bench.counts == 0);
+    CHECK(rig.clear(DOSE_SPENT) == PERSISTS);
+    rig.step(45100);
+    CHECK(rig.clear(DOSE_SPENT) == OK);
+    CHECK(rig.hold(36.0) == OK);
+}
+
+TEST_CASE("the dose is counted from the hotter plate thermistor, whatever the state") {
+    Rig rig;
+    rig.plate_at(41.0);
+    rig.reset(RESET_POWER_ON);
+    rig.b_c = 42.0;
+    rig.step(3000);
+    CHECK(rig.telemetry().dose_mcem43 == doctest::Approx(250).epsilon(0.02));
+}
+
+TEST_CASE("15 minutes of heat are all a session gets: warm setpoints become neutral and say so") {
+    Rig rig = heating();
+    CHECK(rig.telemetry().heated_s == 0);
+    rig.follow_for(36.0, 60);
+    CHECK(rig.telemetry().heated_s >= 1);
+    rig.board.session.heated_s = 899.99f;
+    rig.follow_for(36.0, 20);
+    const Telemetry told = rig.telemetry();
+    CHECK((told.limited & LIMIT_DOSE));
+    CHECK(rig.board.loop.goal_c == NEUTRAL_C);
+    CHECK(rig.board.faults == 0);
+}
+
+TEST_CASE("the watchdog is fed once by each finished step and by nothing else") {
+    Rig rig = heating();
+    const unsigned before = bench.fed;
+    for (int i = 0; i < 500; i++) rig.say(HELLO, {1, 0});
+    CHECK(bench.fed == before);
+    rig.step(7);
+    CHECK(bench.fed == before + 7);
+}
+
+TEST_CASE("memory is armed while driving and only then") {
+    Rig rig = heating();
+    CHECK(was_driving(bench.keepsake));
+    rig.say(OFF);
+    rig.step();
+    CHECK_FALSE(was_driving(bench.keepsake));
+}

@@ -1,0 +1,128 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench.h"
+
+using namespace plate;
+
+namespace {
+
+void follow_for(Loop& loop, double goal_c, double plate_c, int steps) {
+    for (int i = 0; i < steps; i++) {
+        loop.limited = 0;
+        follow(loop, (float)goal_c, (float)plate_c, 25.0f, COOL_LIMIT_A);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("the target never moves faster than 5 degC/s, and arrives") {
+    Loop loop{};
+    start_loop(loop, 32.0f);
+    float before = loop.target_c;
+    for (int i = 0; i < 200; i++) {
+        loop.limited = 0;
+        follow(loop, 24.0f, loop.target_c, 25.0f, COOL_LIMIT_A);  // a plate that keeps up
+        CHECK(std::fabs(loop.target_c - before) <= 0.1001f);
+        CHECK(((loop.limited & LIMIT_SLEW) != 0) == (loop.target_c != 24.0f));
+        before = loop.target_c;
+    }
+    CHECK(loop.target_c == 24.0f);
+}
+
+TEST_CASE("no error and no time take the output beyond its caps") {
+    for (double goal_c : {18.0, 40.0}) {
+        for (double plate_c : {14.0, 42.0}) {
+            Loop loop{};
+            start_loop(loop, (float)plate_c);
+            for (int i = 0; i < 3000; i++) {
+                follow_for(loop, goal_c, plate_c, 1);
+                REQUIRE(loop.counts <= HEAT_CAP_COUNTS);
+                REQUIRE(loop.counts >= -COOL_CAP_COUNTS);
+            }
+        }
+    }
+    CHECK(HEAT_CAP_COUNTS * FULL_SCALE_MA <= 750 * FULL_SCALE_COUNTS);
+    CHECK(COOL_CAP_COUNTS * FULL_SCALE_MA <= 2000 * FULL_SCALE_COUNTS);
+}
+
+TEST_CASE("the integral does not wind up: minutes at the limit are forgotten in a second") {
+    Loop loop{};
+    start_loop(loop, 30.0f);
+    follow_for(loop, 40.0, 30.0, 6000);
+    CHECK(loop.counts == HEAT_CAP_COUNTS);
+    follow_for(loop, 30.0, 31.0, 50);
+    CHECK(loop.counts < 0);
+}
+
+TEST_CASE("a target that the current cannot reach waits for the plate and says so") {
+    Loop loop{};
+    start_loop(loop, 30.0f);
+    follow_for(loop, 40.0, 30.0, 500);
+    CHECK(loop.target_c <= 30.0f + LEAD_C + 2 * SLEW_C_STEP);
+    CHECK((loop.limited & LIMIT_CURRENT));
+}
+
+TEST_CASE("cooling answers an error with more current than heating does") {
+    Loop heats{}, cools{};
+    start_loop(heats, 32.0f);
+    start_loop(cools, 32.0f);
+    heats.current_a = 0.1f;
+    cools.current_a = -0.1f;
+    follow_for(heats, 32.0, 31.9, 1);
+    follow_for(cools, 32.0, 32.1, 1);
+    CHECK(-cools.counts > 1.3 * heats.counts);
+}
+
+TEST_CASE("the bridge rests for a step when it turns round") {
+    Loop loop{};
+    start_loop(loop, 32.0f);
+    int16_t before = 0;
+    int turns = 0;
+    for (int i = 0; i < 1000; i++) {
+        follow_for(loop, 32.0, 32.0 + (i / 50 % 2 ? 1.0 : -1.0), 1);
+        CHECK((int)before * loop.counts >= 0);
+        turns += before != 0 && loop.counts == 0;
+        before = loop.counts;
+    }
+    CHECK(turns >= 10);
+}
+
+TEST_CASE("the mean output is finer than a count") {
+    Loop loop{};
+    start_loop(loop, 32.0f);
+    loop.integral_a = 10.3f / COUNTS_PER_A;
+    double sum = 0.0;
+    for (int i = 0; i < 1000; i++) {
+        follow_for(loop, 32.0, 32.0, 1);
+        sum += loop.counts;
+    }
+    CHECK(sum / 1000.0 == doctest::Approx(10.3).epsilon(0.002));
+}
+
+TEST_CASE("a warm sink gives up cooling step by step, and says so") {
+    Loop loop{};
+    CHECK(limited_setpoint(loop, 18.0f, 40.0f, false) == 18.0f);
+    CHECK(loop.limited == 0);
+    CHECK(limited_setpoint(loop, 18.0f, 50.0f, false) == doctest::Approx(25.0));
+    CHECK((loop.limited & LIMIT_SINK));
+    CHECK(limited_setpoint(loop, 18.0f, 60.0f, false) == NEUTRAL_C);
+    start_loop(loop, 30.0f);
+    for (int i = 0; i < 200; i++) {
+        loop.limited = 0;
+        follow(loop, 20.0f, 30.0f, 50.0f, COOL_LIMIT_A);
+    }
+    CHECK(-loop.current_a <= 0.5f * COOL_LIMIT_A + 1.0f / COUNTS_PER_A);
+    CHECK((loop.limited & LIMIT_SINK));
+}
+
+TEST_CASE("spent heat holds warm setpoints to neutral and leaves cold ones alone") {
+    Loop loop{};
+    CHECK(limited_setpoint(loop, 39.0f, 25.0f, true) == NEUTRAL_C);
+    CHECK((loop.limited & LIMIT_DOSE));
+    loop.limited = 0;
+    CHECK(limited_setpoint(loop, 24.0f, 25.0f, true) == 24.0f);
+    CHECK(loop.limited == 0);
+}

@@ -1,0 +1,123 @@
+#include <doctest/doctest.h>
+
+#include "bench.h"
+
+using namespace plate;
+
+TEST_CASE("a greeting is answered with the limits, then acknowledged") {
+    Rig rig;
+    bench.sent.clear();
+    for (uint8_t byte : frame_of(HELLO, 9, {1, 4})) receive(rig.board, byte);
+    const auto frames = take_frames();
+    REQUIRE(frames.size() == 2);
+    const std::vector<uint8_t> reply = {
+        HELLO_REPLY, 9, 1, 0, 1, 0, 0, 0, 0, 0, 0,  // protocol, firmware, board id
+        0x50, 0x46, 0, 0, 0x40, 0x9C, 0, 0,         // 18000, 40000
+        0x88, 0x13, 0xE8, 0x03,                     // 5000, 1000
+        0xEE, 0x02, 0xD0, 0x07, 250, 0, 0x9A, 0x02,  // 750, 2000, 250, 666
+        20, RESET_POWER_ON};
+    CHECK(frames[0] == reply);
+    CHECK(frames[1].size() == 2 + ACK_BYTES);
+    CHECK(frames[1][2] == HELLO);
+    CHECK(frames[1][3] == 9);
+    CHECK(frames[1][4] == OK);
+}
+
+TEST_CASE("another major version is refused, told ours, and closes the conversation") {
+    Rig rig;
+    CHECK(rig.greet() == OK);
+    CHECK(rig.say(HELLO, {2, 0}) == VERSION);
+    CHECK(rig.hold(30) == NEEDS_HELLO);
+    CHECK(rig.greet() == OK);
+    CHECK(rig.hold(30) == OK);
+}
+
+TEST_CASE("nothing is held before a greeting, nor after a reset without a new one") {
+    Rig rig;
+    CHECK(rig.hold(36) == NEEDS_HELLO);
+    rig.step(50);
+    CHECK(bench.counts == 0);
+    rig.greet();
+    rig.reset(RESET_EXTERNAL);
+    rig.step();
+    CHECK(rig.hold(36) == NEEDS_HELLO);
+}
+
+TEST_CASE("setpoints outside the range are refused, never clamped") {
+    Rig rig;
+    rig.greet();
+    for (double c : {17.999, 40.001, 0.0, -40.0, 1e6, -1e6}) CHECK(rig.hold(c) == RANGE);
+    CHECK(rig.board.state == State::off);
+    CHECK(rig.hold(18.0) == OK);
+    CHECK(rig.hold(40.0) == OK);
+}
+
+TEST_CASE("a time to live of nothing or of more than a second is refused") {
+    Rig rig;
+    rig.greet();
+    CHECK(rig.hold(30, 0) == TTL);
+    CHECK(rig.hold(30, 1001) == TTL);
+    CHECK(rig.hold(30, 65535) == TTL);
+    CHECK(rig.board.state == State::off);
+    CHECK(rig.hold(30, 1) == OK);
+    CHECK(rig.hold(30, 1000) == OK);
+}
+
+TEST_CASE("payloads of a wrong size and unknown types are refused and counted") {
+    Rig rig;
+    rig.greet();
+    CHECK(rig.say(SETPOINT, {1, 2, 3}) == LENGTH);
+    CHECK(rig.say(OFF, {0}) == LENGTH);
+    CHECK(rig.say(HELLO, {1}) == LENGTH);
+    CHECK(rig.say(CLEAR) == LENGTH);
+    CHECK(rig.say(0x55) == UNKNOWN);
+    CHECK(rig.say(TELEMETRY) == UNKNOWN);
+    CHECK(rig.telemetry().refused == 6);
+}
+
+TEST_CASE("a damaged frame is counted and never answered") {
+    Rig rig;
+    bench.sent.clear();
+    auto bytes = frame_of(OFF, 3, {});
+    bytes[1] ^= 1;
+    for (uint8_t byte : bytes) receive(rig.board, byte);
+    CHECK(bench.sent.empty());
+    CHECK(rig.telemetry().bad_frames == 1);
+}
+
+TEST_CASE("telemetry comes 20 times a second from power-on and says what is") {
+    Rig rig;
+    bench.sent.clear();
+    rig.step(500);
+    CHECK(take_frames().size() == 200);
+    Telemetry told = rig.telemetry();
+    CHECK(told.state == (uint8_t)State::off);
+    CHECK(told.faults == 0);
+    CHECK(told.plate_mc == doctest::Approx(32000).epsilon(0.001));
+    CHECK(told.plate2_mc == doctest::Approx(32000).epsilon(0.001));
+    CHECK(told.sink_mc == doctest::Approx(25000).epsilon(0.001));
+    CHECK(told.setpoint_mc == NO_READING);
+    CHECK(told.duty == 0);
+    CHECK(told.reset_cause == RESET_POWER_ON);
+    rig.greet();
+    rig.hold_for(20.0, 30);
+    told = rig.telemetry();
+    CHECK(told.state == (uint8_t)State::holding);
+    CHECK(told.setpoint_mc < 32000);
+    CHECK(told.duty == -666);
+    CHECK((told.limited & LIMIT_CURRENT));
+}
+
+TEST_CASE("a reading that is not there is told as none, not as a temperature") {
+    Rig rig;
+    rig.step_on({16 * 1023, sum_at(32), 0});
+    rig.a_c = 500.0;
+    bench.sent.clear();
+    for (int i = 0; i < 3; i++) rig.step_on({16 * 1023, sum_at(32), 0});
+    const auto frames = take_frames();
+    REQUIRE(frames.size() >= 1);
+    const std::vector<uint8_t> none = {0, 0, 0, 0x80};
+    CHECK(std::vector<uint8_t>(frames[0].begin() + 11, frames[0].begin() + 15) == none);
+    CHECK(std::vector<uint8_t>(frames[0].begin() + 19, frames[0].begin() + 23) == none);
+    CHECK(frames[0].size() == 2 + TELEMETRY_BYTES);
+}

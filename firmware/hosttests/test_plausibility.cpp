@@ -1,0 +1,162 @@
+#include <doctest/doctest.h>
+
+#include <functional>
+
+#include "bench.h"
+
+using namespace plate;
+
+namespace {
+
+// Holds `goal_c` for `steps` while the plate moves by `rate` degC/s; the steps until a fault, or -1.
+int steps_to_fault(Rig& rig, double goal_c, int steps, const std::function<double(int)>& rate) {
+    for (int i = 0; i < steps; i++) {
+        if (i % 5 == 0) rig.hold(goal_c);
+        rig.plate_at(rig.a_c + rate(i) * STEP_S);
+        rig.step();
+        if (rig.board.faults) return i + 1;
+    }
+    return -1;
+}
+
+Rig holding(double plate_c, double sink_c) {
+    Rig rig;
+    rig.plate_at(plate_c);
+    rig.sink_c = sink_c;
+    rig.reset(RESET_POWER_ON);
+    rig.greet();
+    rig.step();
+    return rig;
+}
+
+double still(int) {
+    return 0.0;
+}
+
+}  // namespace
+
+TEST_CASE("heat into the plate follows the module's law, by figures worked out by hand") {
+    CHECK(plate_power_w(0.75f, 32.0f, 32.0f) == doctest::Approx(3.003).epsilon(0.001));
+    CHECK(plate_power_w(-2.0f, 20.0f, 40.0f) == doctest::Approx(-3.234).epsilon(0.001));
+    CHECK(sink_power_w(-2.0f, 20.0f, 40.0f) == doctest::Approx(5.209).epsilon(0.001));
+}
+
+TEST_CASE("a plate that stands still under a second of heat or cold is a runaway") {
+    for (double goal_c : {40.0, 18.0}) {
+        Rig rig = holding(30.0, 30.0);
+        const int steps = steps_to_fault(rig, goal_c, 200, still);
+        CHECK(rig.only(RUNAWAY));
+        CHECK(steps <= 75);  // the window, and half a second to reach full drive
+        CHECK(bench.counts == 0);
+    }
+}
+
+TEST_CASE("a plate that drifts without following is a runaway after some seconds") {
+    Rig rig = holding(30.0, 30.0);
+    const int steps = steps_to_fault(rig, 40.0, 500, [](int) { return 0.12; });
+    CHECK(rig.only(RUNAWAY));
+    CHECK(steps <= 300);
+}
+
+TEST_CASE("a plate that goes the other way is wired backwards") {
+    Rig heats = holding(32.0, 25.0);
+    CHECK(steps_to_fault(heats, 40.0, 500, [](int) { return -3.0; }) <= 75);
+    CHECK(heats.only(WIRED_BACKWARDS));
+    Rig cools = holding(30.0, 25.0);
+    CHECK(steps_to_fault(cools, 18.0, 500, [](int) { return 6.0; }) <= 75);
+    CHECK(cools.only(WIRED_BACKWARDS));
+}
+
+TEST_CASE("a plate that follows at the slowest plausible rate is left alone") {
+    Rig rig = holding(30.0, 30.0);
+    CHECK(steps_to_fault(rig, 40.0, 1200, [](int) { return 0.25; }) == -1);
+}
+
+TEST_CASE("a cold hand that pulls the plate down for half a second is no fault") {
+    Rig rig = holding(36.0, 25.0);
+    const int steps = steps_to_fault(rig, 38.0, 600, [](int i) {
+        if (i < 50) return 0.5;
+        return i < 75 ? -10.0 : 0.6;
+    });
+    CHECK(steps == -1);
+}
+
+TEST_CASE("a plate at the end of its reach may stand still: the heat flows back to the sink") {
+    Rig rig = holding(38.0, 22.0);
+    CHECK(steps_to_fault(rig, 40.0, 3000, still) == -1);
+}
+
+TEST_CASE("a plate held against a touch eases off and may stand still") {
+    Plausibility state;
+    start_judging(state);
+    Sensors sensors{};
+    const uint16_t sums[PLACES] = {sum_at(20), sum_at(20), sum_at(25)};
+    uint32_t faults = 0;
+    for (float current_a = -2.0f; current_a < -1.2f; current_a *= 0.9990f) {
+        const bool grown = take_readings(sensors, sums);
+        faults |= judge(state, sensors, grown, current_a, 0.0f);
+    }
+    CHECK(faults == 0);
+}
+
+TEST_CASE("more cooling and a warmer plate, second after second, backs off and in the end gives up") {
+    Plausibility state;
+    start_judging(state);
+    Sensors sensors{};
+    uint32_t faults = 0;
+    double plate_c = 25.0;
+    int steps = 0;
+    float current_a = -1.6f;
+    for (; !faults && steps < 2000; steps++) {
+        const double sink_c = 40.0 + steps * 0.01;
+        const uint16_t sums[PLACES] = {sum_at(plate_c), sum_at(plate_c), sum_at(sink_c)};
+        const bool grown = take_readings(sensors, sums);
+        faults = judge(state, sensors, grown, current_a, -3.0f);
+        plate_c += 0.15 * STEP_S;
+        if (state.strikes == 1) CHECK(state.cool_ceiling_a <= 0.76f * 1.6f);
+        if (-current_a > state.cool_ceiling_a) current_a = -state.cool_ceiling_a;
+    }
+    CHECK(faults == bit(COOLING_REVERSED));
+    CHECK(state.strikes == REVERSED_STRIKES);
+    CHECK(steps * STEP_S < 20.0);
+}
+
+TEST_CASE("a sink that takes heat without its reading moving is not being read") {
+    for (double current_a : {-1.5, -0.6}) {
+        Plausibility state;
+        start_judging(state);
+        Sensors sensors{};
+        const uint16_t sums[PLACES] = {sum_at(20), sum_at(20), sum_at(25)};
+        uint32_t faults = 0;
+        int steps = 0;
+        for (; !faults && steps < 6000; steps++) {
+            const bool grown = take_readings(sensors, sums);
+            faults = judge(state, sensors, grown, (float)current_a, 0.0f) & bit(SINK_IMPLAUSIBLE);
+        }
+        CHECK(faults == bit(SINK_IMPLAUSIBLE));
+        CHECK(steps * STEP_S < 120.0);
+    }
+}
+
+TEST_CASE("a good sink that warms by half a degree is believed") {
+    Plausibility state;
+    start_judging(state);
+    Sensors sensors{};
+    uint32_t faults = 0;
+    for (int i = 0; i < 30000; i++) {
+        const double sink_c = 25.0 + 0.5 * (1.0 - 1.0 / (1.0 + i * STEP_S / 60.0));
+        const uint16_t sums[PLACES] = {sum_at(20), sum_at(20), sum_at(sink_c)};
+        const bool grown = take_readings(sensors, sums);
+        faults |= judge(state, sensors, grown, -0.6f, 0.0f);
+    }
+    CHECK(faults == 0);
+}
+
+TEST_CASE("an unknown reading is judged by nobody") {
+    Plausibility state;
+    start_judging(state);
+    Sensors sensors{};
+    const uint16_t sums[PLACES] = {0, sum_at(20), sum_at(25)};
+    take_readings(sensors, sums);
+    CHECK(judge(state, sensors, true, -2.0f, -5.0f) == 0);
+}

@@ -1,0 +1,127 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "bench.h"
+
+using namespace plate;
+
+TEST_CASE("a thermistor is read within 0.02 degC from 0 to 60 degC") {
+    for (double c = 0.0; c <= 60.0; c += 0.25) {
+        const Reading reading = read_thermistor(sum_at(c));
+        REQUIRE(reading.known);
+        CHECK(std::fabs(reading.c - c) < 0.02);
+    }
+}
+
+TEST_CASE("the rails of the converter are wire faults, never temperatures") {
+    CHECK(read_thermistor(0).wire == Wire::shorted);
+    CHECK(read_thermistor(16 * 1023).wire == Wire::open);
+    CHECK_FALSE(read_thermistor(0).known);
+    CHECK_FALSE(read_thermistor(16 * 1023).known);
+}
+
+TEST_CASE("no sum gives a temperature outside -31 to 111 degC") {
+    for (unsigned sum = 0; sum <= 65535; sum++) {
+        const Reading reading = read_thermistor((uint16_t)sum);
+        if (!reading.known) continue;
+        REQUIRE(reading.c > -31.0f);
+        REQUIRE(reading.c < 111.0f);
+    }
+}
+
+TEST_CASE("each wire has its own two faults, seen in one step") {
+    const uint8_t open[] = {PLATE_A_OPEN, PLATE_B_OPEN, SINK_OPEN};
+    const uint8_t shorted[] = {PLATE_A_SHORT, PLATE_B_SHORT, SINK_SHORT};
+    for (int place = 0; place < PLACES; place++) {
+        for (bool is_open : {true, false}) {
+            Rig rig;
+            uint16_t sums[PLACES] = {sum_at(32), sum_at(32), sum_at(25)};
+            sums[place] = is_open ? 16 * 1023 : 0;
+            rig.step_on({sums[0], sums[1], sums[2]});
+            CHECK(rig.only(is_open ? open[place] : shorted[place]));
+        }
+    }
+}
+
+TEST_CASE("either plate thermistor trips at 43 and at 13 degC") {
+    for (bool first : {true, false}) {
+        Rig hot;
+        hot.plate_at(42.5);
+        hot.step();
+        hot.board.faults = 0;  // of the way there
+        (first ? hot.a_c : hot.b_c) = 43.1;
+        hot.step();
+        CHECK(hot.only(OVER_TEMPERATURE));
+        Rig cold;
+        cold.plate_at(13.5);
+        cold.step();
+        cold.board.faults = 0;
+        (first ? cold.a_c : cold.b_c) = 12.9;
+        cold.step();
+        CHECK(cold.only(UNDER_TEMPERATURE));
+    }
+}
+
+TEST_CASE("a sink of 55 degC trips") {
+    Rig rig;
+    for (rig.sink_c = 25.0; rig.sink_c < 54.9; rig.sink_c += 0.5) rig.step();
+    CHECK(rig.board.faults == 0);
+    rig.sink_c = 55.1;
+    rig.step();
+    CHECK(rig.only(SINK_HOT));
+}
+
+TEST_CASE("a reading that changes faster than a plate can is a fault of its own") {
+    Rig rig;
+    rig.a_c += 2.6;
+    rig.step();
+    CHECK(rig.has(READING_JUMPS));
+    Rig sink;
+    sink.sink_c += 1.6;
+    sink.step();
+    CHECK(sink.only(READING_JUMPS));
+}
+
+TEST_CASE("the fastest touch is no jump") {
+    Rig rig;
+    for (int i = 0; i < 10; i++) {
+        rig.plate_at(rig.a_c - 1.2);  // 60 degC/s
+        rig.step();
+    }
+    CHECK(rig.board.faults == 0);
+}
+
+TEST_CASE("two plate thermistors apart by 1.6 degC for 300 ms are a fault; by 1.3 they are not") {
+    Rig rig;
+    rig.b_c += 1.3;
+    rig.step(200);
+    CHECK(rig.board.faults == 0);
+    rig.b_c += 0.3;
+    rig.step(14);
+    CHECK(rig.board.faults == 0);
+    rig.step(1);
+    CHECK(rig.only(PLATE_DISAGREES));
+}
+
+TEST_CASE("a disagreement that passes leaves nothing behind") {
+    Rig rig;
+    for (int round = 0; round < 10; round++) {
+        rig.plate_at(round % 2 ? 32.0 : 32.4);
+        rig.b_c = rig.a_c + 1.8;
+        rig.step(10);
+        rig.b_c = rig.a_c;
+        rig.step(10);
+    }
+    CHECK(rig.board.faults == 0);
+}
+
+TEST_CASE("a thermistor that stands still while the other moves is named frozen") {
+    Rig rig;
+    for (int i = 0; i < 50; i++) {
+        rig.a_c += 0.022;  // 1.1 degC/s
+        rig.step();
+    }
+    rig.step(5);
+    CHECK(rig.only(PLATE_FROZEN));
+}

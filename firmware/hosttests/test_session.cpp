@@ -1,0 +1,88 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "bench.h"
+
+using namespace plate;
+
+namespace {
+
+double dose_of(double celsius, double minutes) {
+    Session session{};
+    for (int i = 0; i < std::lround(minutes * 60.0 / STEP_S); i++) count_step(session, (float)celsius, true);
+    return session.dose_cem43;
+}
+
+Keepsake blank() {
+    Keepsake keepsake;
+    std::memset(&keepsake, 0xA7, sizeof keepsake);
+    return keepsake;
+}
+
+}  // namespace
+
+TEST_CASE("the dose is minutes at 43 degC, halved per degree above, quartered below") {
+    CHECK(dose_of(43.0, 1.0) == doctest::Approx(1.0).epsilon(0.001));
+    CHECK(dose_of(42.0, 4.0) == doctest::Approx(1.0).epsilon(0.001));
+    CHECK(dose_of(44.0, 0.5) == doctest::Approx(1.0).epsilon(0.001));
+    CHECK(dose_of(32.0, 10.0) == 0.0);
+}
+
+TEST_CASE("15 minutes without heat begin a new session") {
+    Session session{1.5f, 800.0f, 0.0f};
+    for (int i = 0; i < 44900; i++) count_step(session, 30.0f, false);
+    CHECK(session.heated_s == 800.0f);
+    for (int i = 0; i < 200; i++) count_step(session, 30.0f, false);
+    CHECK(session.heated_s == 0.0f);
+    CHECK(session.dose_cem43 == 0.0f);
+}
+
+TEST_CASE("a rest broken by heat does not count") {
+    Session session{0.0f, 800.0f, 0.0f};
+    for (int i = 0; i < 40000; i++) count_step(session, 30.0f, false);
+    count_step(session, 30.0f, true);
+    for (int i = 0; i < 10000; i++) count_step(session, 30.0f, false);
+    CHECK(session.heated_s > 800.0f);
+}
+
+TEST_CASE("a dose that is no number counts as spent") {
+    CHECK(dose_is_spent(Session{NAN, 0.0f, 0.0f}));
+    CHECK(heat_is_spent(Session{0.0f, NAN, 0.0f}));
+}
+
+TEST_CASE("RAM as it comes up recalls nothing") {
+    const Keepsake keepsake = blank();
+    Session session{};
+    uint32_t faults = 0;
+    CHECK_FALSE(recall(keepsake, session, faults));
+    CHECK_FALSE(was_driving(keepsake));
+}
+
+TEST_CASE("the newest of what was kept is recalled, however often it was kept") {
+    Keepsake keepsake = blank();
+    for (int i = 0; i < 600; i++) {
+        keep(keepsake, Session{0.0f, (float)i, 0.0f}, (uint32_t)i);
+        Session session{};
+        uint32_t faults = 0;
+        REQUIRE(recall(keepsake, session, faults));
+        REQUIRE(session.heated_s == (float)i);
+        REQUIRE(faults == (uint32_t)i);
+    }
+}
+
+TEST_CASE("a reset amid writing loses one step at most") {
+    Keepsake keepsake = blank();
+    keep(keepsake, Session{0.1f, 10.0f, 0.0f}, 2);
+    keep(keepsake, Session{0.2f, 20.0f, 0.0f}, 4);
+    for (Record& record : keepsake.records) {
+        Keepsake torn = keepsake;
+        Record& half = torn.records[&record - keepsake.records];
+        half.session.heated_s += 1.0f;
+        Session session{};
+        uint32_t faults = 0;
+        REQUIRE(recall(torn, session, faults));
+        CHECK(session.heated_s >= 10.0f);
+    }
+}
