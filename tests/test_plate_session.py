@@ -17,7 +17,7 @@ from hapticvlm.devices.dose import REST_S, Dose
 from hapticvlm.devices.framing import Deframer
 from hapticvlm.devices.line import Ack, Answer, Clear, Hello, HelloReply, Off, Rest, Setpoint
 from hapticvlm.devices.orders import ANSWER_S, TRIES
-from hapticvlm.devices.plate_session import GONE_S, GREET_S, SILENT_S, PlateSession
+from hapticvlm.devices.plate_session import DEAF_S, GONE_S, GREET_S, SILENT_S, PlateSession
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 BOARD = HelloReply(1, 0, 1, 2, 3, 7, 18_000, 40_000, 5000, 1000, 750, 2000, 250, 667, 20, 1)
@@ -166,12 +166,21 @@ def test_no_reading_stays_none() -> None:
 def test_a_board_that_falls_silent_has_no_reading_and_is_a_fault() -> None:
     session = greeted()
 
+    session.receive(b"", SILENT_S)
     assert session.reading(SILENT_S).plate_c is not None
+    session.receive(b"", SILENT_S + 0.01)
     silent = session.reading(SILENT_S + 0.01)
     assert silent.plate_c is None
     assert silent.faults == ("plate_silent",)
     assert not session.is_gone(GONE_S)
     assert session.is_gone(GONE_S + 0.01)
+
+
+def test_a_board_that_nobody_could_listen_to_is_not_called_silent() -> None:
+    session = greeted()
+
+    assert session.reading(SILENT_S * 3).faults == ()
+    assert session.reading(DEAF_S + 0.01).faults == ("plate_silent",)
 
 
 def test_a_lost_port_is_a_fault_and_sends_nothing() -> None:

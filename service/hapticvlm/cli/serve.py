@@ -62,7 +62,12 @@ def add_options(serve: argparse.ArgumentParser) -> None:
     outputs.add_argument(
         "--block", type=int, default=128, help="samples per audio block at 48 kHz (%(default)s)"
     )
-    outputs.add_argument("--peltier", default="simulated", help="the plate (%(default)s)")
+    outputs.add_argument(
+        "--peltier",
+        default="simulated",
+        metavar="PORT",
+        help="the plate: a serial port, auto, or simulated (%(default)s)",
+    )
     outputs.add_argument(
         "--no-realtime",
         dest="realtime",
@@ -129,7 +134,6 @@ def _serve(options: argparse.Namespace) -> int:
         logging.getLogger("hapticvlm").setLevel(logging.INFO)
     logging.getLogger("websockets").setLevel(logging.WARNING)
     try:
-        _refuse_unbuilt(options)
         origins = frozenset(options.allow_origin)
         address = Address(options.host, options.port, options.token, origins)
         asyncio.run(_run_service(options, address))
@@ -139,16 +143,12 @@ def _serve(options: argparse.Namespace) -> int:
     return 0
 
 
-def _refuse_unbuilt(options: argparse.Namespace) -> None:
-    if options.peltier != "simulated":
-        raise ValueError(f"--peltier {options.peltier}: only `simulated` is built so far")
-
-
 async def _run_service(options: argparse.Namespace, address: Address) -> None:
     import time
 
     from hapticvlm.devices.audio import AudioSettings
-    from hapticvlm.devices.simulated import SimulatedPlate
+    from hapticvlm.devices.peltier import Peltier
+    from hapticvlm.devices.simulated_board import simulated_plate
     from hapticvlm.devices.speaker import Speaker
     from hapticvlm.messages import Device, Devices, Models
     from hapticvlm.recogniser import Recogniser, RecogniserSettings
@@ -175,13 +175,14 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
     recogniser = Recogniser(
         RecogniserSettings(options.encoder, options.gallery, own, options.device, options.threads)
     )
-    plate = SimulatedPlate()
+    plate = simulated_plate() if options.peltier == "simulated" else Peltier(options.peltier)
     onlooker = _onlooker(options)
     gateway = Gateway(speaker, plate, recogniser, onlooker)
     logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))
     try:
         await asyncio.gather(
             asyncio.to_thread(speaker.start),
+            asyncio.to_thread(plate.start),
             asyncio.to_thread(
                 recogniser.start,
                 partial(_hand_over, loop, gateway),

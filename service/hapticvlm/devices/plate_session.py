@@ -22,7 +22,8 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import PlateReading
 
 GREET_S = 0.25  # between HELLOs; a boot loader eats the first ones
-SILENT_S = 0.5  # ten telemetries missed
+SILENT_S = 0.5  # ten telemetries missed while listening
+DEAF_S = 2.0  # without listening: whoever reads the port is stuck
 GONE_S = 3.0  # longer than a boot loader: then the port is worth opening again
 _UPTIME_WRAPS = 2**32
 
@@ -39,7 +40,7 @@ class PlateSession:
         self._drive = Drive()
         self._orders = Orders()
         self._is_open = self._was_open = False
-        self._heard_at = self._greeted_at = -math.inf
+        self._heard_at = self._listened_at = self._greeted_at = -math.inf
         self._uptime_ms: int | None = None
 
     @property
@@ -90,7 +91,7 @@ class PlateSession:
         self._is_open = self._was_open = True
         self._counts["bad_frames"] += self._deframer.bad
         self._deframer = Deframer()
-        self._heard_at = now
+        self._heard_at = self._listened_at = now
         self._forget()
 
     def lost(self) -> None:
@@ -128,7 +129,8 @@ class PlateSession:
         self._order(line.Clear(fault))
 
     def receive(self, data: bytes, now: float) -> None:
-        """Take in whatever came from the port."""
+        """Take in whatever came from the port, if only nothing."""
+        self._listened_at = now
         for received in self._deframer.feed(data):
             self._take(received, now)
 
@@ -159,7 +161,9 @@ class PlateSession:
         )
 
     def _is_fresh(self, now: float) -> bool:
-        return self._is_open and now - self._heard_at <= SILENT_S
+        """Tell whether the board is heard; who did not listen can't call it silent."""
+        is_heard = self._listened_at - self._heard_at <= SILENT_S
+        return self._is_open and is_heard and now - self._listened_at <= DEAF_S
 
     def _faults(self, now: float) -> tuple[str, ...]:
         found = () if self.telemetry is None else faults.names(self.telemetry.faults)

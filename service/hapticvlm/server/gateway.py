@@ -17,6 +17,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from hapticvlm.devices.faults import describe
 from hapticvlm.devices.peltier import Plate
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import (
@@ -216,6 +217,8 @@ class Gateway:
                 "plate_c": self._reading.plate_c,
                 "dose_cem43": self._reading.dose_cem43,
                 "heated_s": self._reading.heated_s,
+                "faults": {name: describe(name) for name in self._reading.faults},
+                "counts": self._plate.counts,
             },
             "leases": self.owner.session.leases if self.owner else 0,
             "recogniser": {
@@ -301,9 +304,11 @@ class Gateway:
     def _follow_plate(self, now: float) -> None:
         before = self._reading.faults
         self._reading = self._plate.advance(now)
-        for fault in self._reading.faults:
-            if fault not in before:
-                self._report(Error(id=0, code="device", text=f"plate fault: {fault}"))
+        new = [fault for fault in self._reading.faults if fault not in before]
+        for fault in new:
+            self._report(Error(id=0, code="device", text=f"plate fault: {describe(fault)}"))
+        if new:
+            self._stop(HoldAtRest("peltier"))
 
     def _supervise(self, now: float) -> None:
         trouble = self._speaker.supervise(now)
