@@ -180,9 +180,9 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
     gateway = Gateway(speaker, plate, recogniser, onlooker)
     logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))
     try:
+        await asyncio.to_thread(plate.start)  # first: what fails here leaves no child half started
         await asyncio.gather(
             asyncio.to_thread(speaker.start),
-            asyncio.to_thread(plate.start),
             asyncio.to_thread(
                 recogniser.start,
                 partial(_hand_over, loop, gateway),
