@@ -116,7 +116,7 @@ def _set_up(name: str, device: str, threads: int) -> str:
         raise EncoderError(f"{text}: {networks.CURE}") from None
     for log in (network_logging, hub_logging):
         log.set_verbosity_error()
-    network_logging.disable_progress_bar()  # type: ignore[no-untyped-call]
+    network_logging.disable_progress_bar()
     torch.set_num_threads(threads)
     has_cuda = torch.cuda.is_available()
     if device == "cuda" and not has_cuda:
