@@ -13,6 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm.cli import chart_thermal
+
 if TYPE_CHECKING:
     from hapticvlm.cli import Commands
     from hapticvlm.measure.material.data import Labels, Where
@@ -33,9 +35,11 @@ def add(commands: Commands) -> None:
     _add_material(subjects, _chart_material, ("chart-output", LIMIT)).add_argument(
         "--variants", type=Path, help="folder of further encoders, one a sub-folder"
     )
+    chart_thermal.add_chart(subjects)
     stability = commands.add_parser("stability", help="draw what makes a method fail")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
     _add_material(subjects, _shake_material, ("chart-output", SHAKEN))
+    chart_thermal.add_stability(subjects)
 
 
 def _add_material(

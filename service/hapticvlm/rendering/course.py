@@ -4,7 +4,7 @@ Skin does not forget. A contact that ends leaves its cold (or heat) in the depth
 the surface shows until it has spread; the next object meets that skin, not resting skin. If contact
 k raised the surface by D and lasted for L, then s after its end it still raises it by
 
-    D (w 2/pi asin sqrt(L / (L + s)) + (1 - w) (sqrt(L + s) - sqrt(s)) / sqrt(L))
+    D (w 2/pi acot sqrt(s / L) + (1 - w) (sqrt(1 + s / L) - sqrt(s / L)))
 
 The first term is exact when skin and object met perfectly (flux as 1 / sqrt t), the second when the
 contact resistance held the flux even; w = x / (x + 2) lies between, x as in thermal.py. The next
@@ -24,25 +24,29 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import LEAD_S, ThermalContact, progress, share
 
 MOST_TRACES = 3  # of which the oldest stands for all before it; bounds the cost of a step
+_HALF_TURNS = 2.0 / math.pi
 _EVEN = 2.0  # x at which a contact's flux counts as half even; least error against finite elements
 
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What an ended contact left: degC at its end, how long it was, when it ended, how sharp."""
+    """What an ended contact left: how long it was, when it ended, its change in two parts, degC."""
 
-    change_c: float
     lasted_s: float
     ended_at: float
-    sharpness: float
+    sharp_c: float
+    even_c: float
 
     def left_c(self, now: float) -> float:
         """How much of it the surface still shows, degC."""
-        since_s = max(now - self.ended_at, 0.0)
-        whole_s = self.lasted_s + since_s
-        sharp = 2.0 / math.pi * math.asin(math.sqrt(self.lasted_s / whole_s))
-        even = (math.sqrt(whole_s) - math.sqrt(since_s)) / math.sqrt(self.lasted_s)
-        return self.change_c * (self.sharpness * sharp + (1.0 - self.sharpness) * even)
+        since = max(now - self.ended_at, 0.0) / self.lasted_s
+        root = math.sqrt(since)
+        sharp = _HALF_TURNS * math.atan2(1.0, root)
+        return self.sharp_c * sharp + self.even_c * (math.sqrt(1.0 + since) - root)
+
+    def scaled(self, by: float) -> Trace:
+        """Return the same with another height."""
+        return replace(self, sharp_c=self.sharp_c * by, even_c=self.even_c * by)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +85,7 @@ class Course:
         traces = self.traces
         if self.begun_at is not None and self.contact is not None and now > self.begun_at:
             new = self._trace(self.contact, self.begun_at, now)
-            traces = _bounded((*traces, new), now) if math.isfinite(new.change_c) else traces
+            traces = _bounded((*traces, new), now) if math.isfinite(new.sharp_c) else traces
         return Course(self.lead_s, traces=traces)
 
     def skin_c(self, now: float) -> float:
@@ -103,14 +107,16 @@ class Course:
 
     def _rested_c(self, skin_c: float, now: float) -> float:
         """Skin surface if nothing touched it now, degC."""
-        return skin_c + sum(trace.left_c(now) for trace in self.traces)
+        for trace in self.traces:
+            skin_c += trace.left_c(now)
+        return skin_c
 
     def _trace(self, contact: ThermalContact, begun_at: float, now: float) -> Trace:
         lasted_s = now - begun_at
         change_c = self.skin_c(now) - self._rested_c(contact.skin_c, now)
         come = progress(contact, lasted_s)
         sharpness = 1.0 if come == math.inf else come / (come + _EVEN)
-        return Trace(change_c, lasted_s, now, sharpness)
+        return Trace(lasted_s, now, change_c * sharpness, change_c * (1.0 - sharpness))
 
 
 def _bounded(traces: tuple[Trace, ...], now: float) -> tuple[Trace, ...]:
@@ -118,7 +124,6 @@ def _bounded(traces: tuple[Trace, ...], now: float) -> tuple[Trace, ...]:
     if len(traces) <= MOST_TRACES:
         return traces
     first, second, *others = traces
-    begun_at = first.ended_at - first.lasted_s
     left_c = first.left_c(now) + second.left_c(now)
-    unit = Trace(1.0, second.ended_at - begun_at, second.ended_at, second.sharpness)
-    return (replace(unit, change_c=left_c / unit.left_c(now)), *others)
+    joined = Trace(second.ended_at - first.ended_at + first.lasted_s, second.ended_at, 1.0, 0.0)
+    return (joined.scaled(left_c / joined.left_c(now)), *others)
