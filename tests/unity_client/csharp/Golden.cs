@@ -72,7 +72,7 @@ public static class Golden
     {
         var r = new MsgPackReader(new ArraySegment<byte>(data));
         var w = new MsgPackWriter();
-        ReadAndWrite(ref r, w, Protocol.KindOf(new ArraySegment<byte>(data)));
+        ReadAndWrite(ref r, w, Protocol.KindOf(new ArraySegment<byte>(data), out long id));
         if (!r.AtEnd) throw new WireException("trailing bytes");
         return Hex(w.Written);
     }

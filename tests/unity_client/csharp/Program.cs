@@ -9,6 +9,11 @@ public static class Program
         {
             case "echo": Golden.Echo(Console.In); return 0;
             case "fuzz": return Golden.Fuzz(Console.In, int.Parse(arguments[1]), int.Parse(arguments[2]));
+            case "round-trips": return Scenes.RoundTrips(arguments[1], int.Parse(arguments[2]));
+            case "allocations": return Allocations.PerFrame(int.Parse(arguments[1]));
+            case "refused": return Scenes.Refused(arguments[1]);
+            case "restarts": return Scenes.Restarts(arguments[1], int.Parse(arguments[2]));
+            case "soak": return Scenes.Soak(arguments[1], arguments[2], int.Parse(arguments[3]), double.Parse(arguments[4]));
             default: Console.Error.WriteLine("no such program"); return 2;
         }
     }

@@ -16,6 +16,7 @@ namespace HapticVLM.Wire
         public const int LeaseMs = 250;
 
         static readonly byte[] TypeKey = MsgPackWriter.Encoded("type");
+        static readonly byte[] IdKey = MsgPackWriter.Encoded("id");
         static readonly byte[][] Kinds =
         {
             MsgPackWriter.Encoded("hello"),
@@ -33,17 +34,24 @@ namespace HapticVLM.Wire
             MsgPackWriter.Encoded("error"),
         };
 
-        /// <summary>What this message says it is; allocates nothing.</summary>
-        public static Kind KindOf(ArraySegment<byte> message)
+        /// <summary>What this message says it is, and its id; allocates nothing.</summary>
+        public static Kind KindOf(ArraySegment<byte> message, out long id)
         {
             var r = new MsgPackReader(message);
-            for (int left = r.MapHeader(); left > 0; left--)
+            int kind = -1;
+            id = -1;
+            for (int left = r.MapHeader(); left > 0 && (kind < 0 || id < 0); left--)
             {
-                if (r.TryKey(TypeKey)) return (Kind)Choice.Read(ref r, Kinds);
-                r.Skip();
-                r.Skip();
+                if (r.TryKey(TypeKey)) kind = Choice.Read(ref r, Kinds);
+                else if (r.TryKey(IdKey)) id = r.Int();
+                else
+                {
+                    r.Skip();
+                    r.Skip();
+                }
             }
-            throw new WireException("the message has no type");
+            if (kind < 0 || id < 0) throw new WireException("the message has no type or no id");
+            return (Kind)kind;
         }
     }
 

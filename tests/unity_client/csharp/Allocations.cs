@@ -1,0 +1,78 @@
+// What one frame and one touch cost our own code, without the runtime's socket: bytes allocated.
+using System;
+using HapticVLM;
+using HapticVLM.Wire;
+
+public static class Allocations
+{
+    public static int PerFrame(int frames)
+    {
+        var connection = new HapticConnection(new ConnectionSettings());
+        int decided = 0;
+        connection.Arrivals.Decided += _ => decided++;
+        var image = new ArraySegment<byte>(new byte[20000]);
+        ArraySegment<byte> decision = DecisionOf("table"), telemetry = TelemetryNow();
+        long allocated = 0;
+        for (int i = -100; i < frames; i++)
+        {
+            long before = Machine.AllocatedBytes();
+            OneFrame(connection, image, decision, telemetry);
+            if (i >= 0) allocated += Machine.AllocatedBytes() - before;
+        }
+        Console.WriteLine("frames " + frames + " decided " + (decided - 100) + " allocated " + allocated);
+        return 0;
+    }
+
+    static void OneFrame(HapticConnection connection, ArraySegment<byte> image, ArraySegment<byte> decision, ArraySegment<byte> telemetry)
+    {
+        var frame = new Frame
+        {
+            CapturedAt = Clock.Now, Format = FrameFormat.Jpeg, Width = 448, Height = 448, Origin = FrameOrigin.Top,
+            ObjectId = "table", Image = image,
+        };
+        connection.Send(ref frame);
+        var touch = new Touch
+        {
+            Phase = Phase.Slide, ObjectId = "table", Hand = HandName.Right, SpeedMps = 0.3, ForceN = 1.5, CapturedAt = Clock.Now,
+        };
+        connection.Outbox.Touches.Add(ref touch);
+        Sent(connection.Outbox);
+        connection.Arrivals.Add(decision, Kind.Decision);
+        connection.Arrivals.Add(telemetry, Kind.Telemetry);
+        connection.Pump(1.0);
+    }
+
+    // What the sending and the receiving side do with the messages.
+    static void Sent(Outbox outbox)
+    {
+        for (MsgPackWriter next = outbox.Next(Clock.Now); next != null; next = outbox.Next(Clock.Now))
+        {
+            long id;
+            Protocol.KindOf(next.Written, out id);
+            outbox.Requests.Answered(id, Clock.Now);
+        }
+    }
+
+    static ArraySegment<byte> DecisionOf(string objectId)
+    {
+        var decision = new Decision
+        {
+            Id = 0, ObjectId = objectId, Material = "wood", Confidence = 0.9, Source = Rung.Encoder, RunnerUp = "paper",
+            AmbientSource = AmbientSource.Scene, Pattern = "wood strike", ContactC = 29.5,
+        };
+        decision.Evidence.Add(new EvidenceItem { Rung = Rung.Encoder, Material = "wood", Confidence = 0.9 });
+        decision.StagesMs["encode"] = 2.5;
+        var writer = new MsgPackWriter();
+        decision.Write(writer);
+        return writer.Written;
+    }
+
+    static ArraySegment<byte> TelemetryNow()
+    {
+        var telemetry = new Telemetry { PlateC = 31.5, SinkC = 24.0 };
+        telemetry.Faults.Add("the plate is warm");
+        var writer = new MsgPackWriter();
+        telemetry.Write(writer);
+        return writer.Written;
+    }
+}

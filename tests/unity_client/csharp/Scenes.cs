@@ -1,0 +1,200 @@
+// A scripted scene on the package's own connection, against the real service.
+using System;
+using System.Collections.Generic;
+using System.IO;
+using System.Threading;
+using HapticVLM;
+using HapticVLM.Wire;
+
+public sealed class ScriptedScene
+{
+    public readonly HapticConnection Connection;
+    public readonly Dictionary<string, string> Materials = new Dictionary<string, string>();
+    public readonly List<string> Errors = new List<string>();
+    public double LongestCpuMs;
+    public long Decisions;
+    public long Skips;
+
+    public ScriptedScene(string url)
+    {
+        var settings = new ConnectionSettings { Url = new Uri(url), ClientName = "mono test", LongestRetryS = 0.5 };
+        Connection = new HapticConnection(settings);
+        Connection.Arrivals.Decided += OnDecided;
+        Connection.Arrivals.Skipped += _ => Skips++;
+        Connection.Arrivals.Refused += error => Errors.Add(error.Code + ": " + error.Text);
+        Connection.Outbox.Scene.SetAmbient(21.0);
+        Connection.Outbox.Scene.Put(new SceneObject { ObjectId = "table", Name = "Oak_Table_02" });
+        Connection.Outbox.Scene.Put(new SceneObject { ObjectId = "kettle", Material = "metal" });
+        Connection.Outbox.Scene.Put(new SceneObject { ObjectId = "thing" });
+        Connection.Open();
+    }
+
+    void OnDecided(Decision decision)
+    {
+        Decisions++;
+        if (decision.ObjectId != null) Materials[decision.ObjectId] = decision.Material;
+    }
+
+    // One turn of a main loop: what is to be done, then the events, timed as CPU of this thread.
+    public void Turn(Action act)
+    {
+        double before = Machine.ThreadCpuMs();
+        if (act != null) act();
+        Connection.Pump();
+        LongestCpuMs = Math.Max(LongestCpuMs, Machine.ThreadCpuMs() - before);
+    }
+
+    public void WaitUntil(Func<bool> isDone, string what, double seconds = 240.0)
+    {
+        double until = Clock.Now + seconds;
+        while (!isDone())
+        {
+            Turn(null);
+            if (Clock.Now > until) throw new TimeoutException(what + "; last error: " + Connection.LastError);
+            Thread.Sleep(1);
+        }
+    }
+
+    public bool Touch(Phase phase, string objectId)
+    {
+        var touch = new Touch
+        {
+            Phase = phase, ObjectId = objectId, Hand = HandName.Right, SpeedMps = 0.3, ForceN = 1.5, CapturedAt = Clock.Now,
+        };
+        return Connection.Send(ref touch);
+    }
+
+    public void End()
+    {
+        Connection.Close();
+        double until = Clock.Now + 30.0;
+        while (HapticConnection.Running > 0 && Clock.Now < until) Thread.Sleep(5);
+        Console.WriteLine("threads left " + HapticConnection.Running);
+    }
+}
+
+public static class Scenes
+{
+    // Touches in lock-step: prints each round trip in ms.
+    public static int RoundTrips(string url, int count)
+    {
+        var scene = new ScriptedScene(url);
+        scene.WaitUntil(() => scene.Connection.State == LinkState.Ready, "no welcome");
+        Requests requests = scene.Connection.Outbox.Requests;
+        for (int i = 0; i < count; i++)
+        {
+            scene.Turn(() => scene.Touch(i % 2 == 0 ? Phase.Contact : Phase.Release, "table"));
+            scene.WaitUntil(() => requests.TouchesAnswered > i, "touch " + i + " is not answered");
+        }
+        var trips = new double[1024];
+        int n = requests.RoundTrips(trips);
+        for (int i = 0; i < n; i++) Console.WriteLine("ms " + trips[i].ToString("r"));
+        Console.WriteLine("material " + scene.Materials["table"]);
+        scene.End();
+        return 0;
+    }
+
+    // Connects to what will not have it: prints the state it comes to and why.
+    public static int Refused(string url)
+    {
+        var scene = new ScriptedScene(url);
+        scene.WaitUntil(() => scene.Connection.State == LinkState.Waiting, "it does not give up");
+        Console.WriteLine(scene.Connection.State + ": " + scene.Connection.LastError);
+        scene.End();
+        return 0;
+    }
+
+    // Touches while the service is killed and started again; asks for each kill on stdout.
+    public static int Restarts(string url, int rounds)
+    {
+        var scene = new ScriptedScene(url);
+        Requests requests = scene.Connection.Outbox.Requests;
+        for (int round = 1; round <= rounds; round++)
+        {
+            scene.WaitUntil(() => scene.Connection.State == LinkState.Ready && scene.Connection.Openings == round, "round " + round);
+            scene.Materials.Clear();
+            long sent = requests.TouchesSent, answered = requests.TouchesAnswered;
+            int accepted = 0;
+            for (int i = 0; i < 90; i++)
+            {
+                string target = i % 6 < 3 ? "table" : "kettle";
+                Phase phase = i % 3 == 0 ? Phase.Contact : i % 3 == 1 ? Phase.Slide : Phase.Release;
+                scene.Turn(() => { if (scene.Touch(phase, target)) accepted++; });
+                scene.WaitUntil(() => scene.Connection.Outbox.Touches.Count == 0, "a touch is not sent");
+            }
+            scene.WaitUntil(() => requests.TouchesAnswered - answered == accepted, "touches are lost");
+            scene.WaitUntil(() => scene.Materials.Count == 2, "not registered again");
+            Console.WriteLine("round " + round + " accepted " + accepted + " sent " + (requests.TouchesSent - sent)
+                + " answered " + (requests.TouchesAnswered - answered) + " table " + scene.Materials["table"]
+                + " kettle " + scene.Materials["kettle"]);
+            Console.Out.Flush();
+            if (round <= 2) scene.LongestCpuMs = 0.0; // until each path was taken once, it is compiled on the way
+            int opened = round;
+            double until = Clock.Now + 120.0;
+            while (round < rounds && scene.Connection.Openings == opened && Clock.Now < until)
+            {
+                scene.Turn(() => scene.Touch(Phase.Slide, "table"));
+                Thread.Sleep(5);
+            }
+        }
+        Console.WriteLine("errors " + string.Join("|", scene.Errors.ToArray()));
+        Console.WriteLine("longest_cpu_ms " + scene.LongestCpuMs.ToString("r"));
+        scene.End();
+        return 0;
+    }
+
+    // Frames at a steady rate, with a touch between; prints collections and what the
+    // runtime's socket allocated on the main thread, per frame.
+    public static int Soak(string url, string folder, int frames, double rate)
+    {
+        var scene = new ScriptedScene(url);
+        scene.WaitUntil(() => scene.Connection.State == LinkState.Ready, "no welcome");
+        string[] paths = Directory.GetFiles(folder, "*.jpg");
+        Array.Sort(paths);
+        var pictures = new byte[paths.Length][];
+        for (int i = 0; i < paths.Length; i++) pictures[i] = File.ReadAllBytes(paths[i]);
+        const int Warm = 60;
+        int collections = 0;
+        long allocated = 0;
+        double started = Clock.Now;
+        for (int i = 0; i < frames + Warm; i++)
+        {
+            if (i == Warm)
+            {
+                collections = GC.CollectionCount(0);
+                started = Clock.Now;
+                scene.LongestCpuMs = 0.0;
+            }
+            long before = Machine.AllocatedBytes();
+            double cpu = Machine.ThreadCpuMs();
+            SendFrame(scene, pictures[i % pictures.Length]);
+            scene.Touch(i % 10 == 0 ? Phase.Contact : Phase.Slide, "kettle");
+            scene.Connection.Pump();
+            scene.LongestCpuMs = Math.Max(scene.LongestCpuMs, Machine.ThreadCpuMs() - cpu);
+            long mine = Machine.AllocatedBytes() - before;
+            if (i >= Warm) allocated += mine;
+            double due = started + Math.Max(0, i - Warm + 1) / rate - Clock.Now;
+            Thread.Sleep(i < Warm ? 1000 / 30 : (int)(Math.Max(0.0, due) * 1000.0));
+        }
+        collections = GC.CollectionCount(0) - collections;
+        double seconds = Clock.Now - started;
+        FrameMailbox mailbox = scene.Connection.Outbox.Frames;
+        scene.WaitUntil(() => !mailbox.IsFull, "the last frame is not sent");
+        Console.WriteLine("frames " + frames + " seconds " + seconds.ToString("f1") + " bytes_of_the_socket " + allocated / frames
+            + " collections " + collections + " replaced " + mailbox.Dropped + " decisions " + scene.Decisions
+            + " skipped " + scene.Skips + " longest_cpu_ms " + scene.LongestCpuMs.ToString("f3"));
+        Console.WriteLine("errors " + string.Join("|", scene.Errors.ToArray()));
+        scene.End();
+        return 0;
+    }
+
+    static void SendFrame(ScriptedScene scene, byte[] jpeg)
+    {
+        var frame = new Frame
+        {
+            CapturedAt = Clock.Now, Format = FrameFormat.Jpeg, Width = 448, Height = 448, Origin = FrameOrigin.Top,
+            ObjectId = "thing", Image = new ArraySegment<byte>(jpeg),
+        };
+        scene.Connection.Send(ref frame);
+    }
+}

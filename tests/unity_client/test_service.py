@@ -1,0 +1,141 @@
+"""The package's connection on Mono against the real service: touches, frames, kills."""
+
+import asyncio
+import os
+import re
+import socket
+import statistics
+import subprocess
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from hapticvlm.client import connect
+from hapticvlm.measure.service import running
+
+pytest_plugins = ("mono",)
+TOUCHES = 250
+KILLS = int(os.environ.get("HAPTICVLM_KILLS", "3"))  # 10 in long_run.py
+MAIN_LOOP_MS = 2.0
+SOAK_FRAMES = int(os.environ.get("HAPTICVLM_FRAMES", "450"))  # 3000 in long_run.py
+SOAK_RATE = int(os.environ.get("HAPTICVLM_RATE", "45"))
+
+
+@pytest.fixture(scope="module")
+def service():
+    with running() as service:
+        yield service
+
+
+def figures(line):
+    return {key: float(value) for key, value in re.findall(r"(\w+) (-?[\d.]+(?:E-?\d+)?)", line)}
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def is_our_fault(said):
+    """The first error that is not of a device of a machine too busy to play sound in time."""
+    line = next(line for line in said.splitlines() if line.startswith("errors "))
+    errors = line.removeprefix("errors ").split("|")
+    return next((error for error in errors if error and not error.startswith("Device:")), None)
+
+
+async def python_round_trips(url, count):
+    """Touches in lock-step from the Python client, ms each."""
+    trips = []
+    async with connect(url) as client:
+        await client.scene([{"object_id": "table", "name": "Oak_Table_02"}], ambient_c=21.0)
+        for i in range(count):
+            began = asyncio.get_running_loop().time()
+            await client.touch("release" if i % 2 else "contact", "table")
+            trips.append(1000.0 * (asyncio.get_running_loop().time() - began))
+            await asyncio.sleep(0.001)
+    return trips
+
+
+def test_a_touch_from_unity_takes_about_as_long_as_one_from_python(build, service, capsys):
+    unity, python = [], []
+    for _ in range(2):
+        said = build.run("programs.exe", "round-trips", service.url, str(TOUCHES))
+        assert "material wood" in said
+        assert "threads left 0" in said
+        unity += [float(line[3:]) for line in said.splitlines() if line.startswith("ms ")]
+        python += asyncio.run(python_round_trips(service.url, TOUCHES))
+    assert len(unity) == 2 * TOUCHES
+    medians = statistics.median(unity), statistics.median(python)
+    with capsys.disabled():
+        print(
+            f"\ntouch round trip, median of {len(unity)}: C# on Mono {medians[0]:.2f} ms, "
+            f"Python {medians[1]:.2f} ms, ratio {medians[0] / medians[1]:.2f}"
+        )
+    assert medians[0] < 10.0 * medians[1]
+
+
+def test_kills_lose_no_touch_and_the_scene_is_registered_again(build, capsys):
+    port = free_port()
+    command = ["mono", "--debug", str(build.folder / "programs.exe"), "restarts"]
+    with subprocess.Popen(
+        [*command, f"ws://127.0.0.1:{port}/", str(KILLS + 1)], stdout=subprocess.PIPE, text=True
+    ) as scene:
+        assert scene.stdout is not None
+        for number in range(1, KILLS + 2):
+            with running(["--port", str(port)]) as service:
+                line = scene.stdout.readline()
+                if number <= KILLS:
+                    service.process.kill()
+                else:
+                    rest = scene.stdout.read()
+            assert line.startswith(f"round {number} accepted 90 sent 90 answered 90 ")
+            assert "table wood kettle metal" in line
+        assert scene.wait(60) == 0
+    longest = figures(rest)["longest_cpu_ms"]
+    with capsys.disabled():
+        print(f"\nlongest turn of the main loop over {KILLS} kills: {longest:.2f} ms of thread CPU")
+    assert is_our_fault(rest) is None
+    assert "threads left 0" in rest
+    assert longest < 10.0 * MAIN_LOOP_MS
+
+
+def test_a_stream_of_frames_collects_no_garbage(build, service, tmp_path, capsys):
+    random = np.random.default_rng(1)
+    for number in range(8):
+        pixels = random.integers(0, 255, (28, 28, 3), dtype=np.uint8)
+        picture = Image.fromarray(pixels).resize((448, 448), Image.Resampling.BILINEAR)
+        picture.save(tmp_path / f"{number}.jpg", quality=80)
+    said = build.run(
+        "programs.exe", "soak", service.url, str(tmp_path), str(SOAK_FRAMES), str(SOAK_RATE)
+    )
+    with capsys.disabled():
+        print("\n" + said.splitlines()[0])
+    found = figures(said)
+    assert found["collections"] <= 1
+    assert found["decisions"] + found["skipped"] > 0
+    assert found["longest_cpu_ms"] < 10.0 * MAIN_LOOP_MS
+    assert is_our_fault(said) is None
+    assert "threads left 0" in said
+
+
+def test_our_own_code_allocates_nothing_per_frame(build):
+    said = figures(build.run("programs.exe", "allocations", "3000"))
+    assert said == {"frames": 3000, "decided": 3000, "allocated": 0}
+
+
+def test_a_refused_hello_says_why_and_the_connection_keeps_trying(build):
+    with running(["--token", "secret"]) as service:
+        said = build.run("programs.exe", "refused", service.url)
+    assert "token" in said
+    assert "Waiting" in said
+
+
+def test_a_mute_peer_holds_nobody_up(build):
+    with socket.socket() as mute:
+        mute.bind(("127.0.0.1", 0))
+        mute.listen()
+        said = build.run("programs.exe", "refused", f"ws://127.0.0.1:{mute.getsockname()[1]}/")
+    assert "no answer from" in said
+    assert "threads left 0" in said

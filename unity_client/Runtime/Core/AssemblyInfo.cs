@@ -1,0 +1,4 @@
+using System.Runtime.CompilerServices;
+
+[assembly: InternalsVisibleTo("HapticVLM.Tests.Editor")]
+[assembly: InternalsVisibleTo("programs")]

@@ -1,0 +1,215 @@
+using System;
+using System.Net.WebSockets;
+using System.Threading;
+using System.Threading.Tasks;
+using HapticVLM.Wire;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// The life of one link from hello to its loss. One thread sends and watches; a message is sent at
+    /// once by the thread that brings it when nothing else is being sent, which saves a touch the
+    /// wake-up of that thread. Receiving is a loop of its own, always on.
+    /// </summary>
+    internal sealed class Conversation
+    {
+        const int LargestMessage = 8 * 1024 * 1024; // a service that says more is not ours
+        const int LookRoundMs = 250;
+
+        readonly Link link;
+        readonly ConnectionSettings settings;
+        readonly Outbox outbox;
+        readonly Dispatcher dispatcher;
+        readonly ManualResetEvent greeted = new ManualResetEvent(false);
+        readonly object gate = new object();
+        Task inFlight;
+        long heardAt;
+        volatile string lostBecause;
+        volatile Welcome welcome;
+
+        static int running;
+
+        public Conversation(Link link, ConnectionSettings settings, Outbox outbox, Dispatcher dispatcher)
+        {
+            this.link = link;
+            this.settings = settings;
+            this.outbox = outbox;
+            this.dispatcher = dispatcher;
+        }
+
+        /// <summary>Receive loops that have not ended yet.</summary>
+        public static int Running { get { return Thread.VolatileRead(ref running); } }
+
+        /// <summary>Says hello and waits for the welcome; throws LinkException.</summary>
+        public Welcome Greet(WaitHandle closing)
+        {
+            Heard();
+            Task.Run(new Func<Task>(ReceiveUntilLost));
+            Link.WaitFor(link.Send(Hello()), settings.SendTimeoutMs);
+            WaitHandle.WaitAny(new[] { greeted, closing }, settings.ConnectTimeoutMs);
+            if (welcome != null) return welcome;
+            throw new LinkException(lostBecause ?? "the service did not answer hello");
+        }
+
+        /// <summary>Sends what the outbox holds until closing is set; throws LinkException when lost.</summary>
+        public void SendUntilLost(WaitHandle closing)
+        {
+            while (!closing.WaitOne(0))
+            {
+                if (lostBecause != null) throw new LinkException(lostBecause);
+                bool isSent;
+                Task sending;
+                lock (gate)
+                {
+                    isSent = SendNext();
+                    sending = inFlight;
+                }
+                if (sending != null && (sending.IsFaulted || !sending.IsCompleted)) Link.WaitFor(sending, settings.SendTimeoutMs);
+                else if (!isSent) outbox.Wait(LookRoundMs);
+                if (Clock.Now - SecondsOf(Interlocked.Read(ref heardAt)) > settings.SilenceS)
+                    throw new LinkException("the service has been silent for " + settings.SilenceS + " s");
+            }
+        }
+
+        /// <summary>Sends the next message from the calling thread if none is being sent. Never waits.</summary>
+        public void SendNow()
+        {
+            if (!Monitor.TryEnter(gate)) return;
+            try
+            {
+                SendNext();
+            }
+            finally
+            {
+                Monitor.Exit(gate);
+            }
+        }
+
+        /// <summary>Has the sending thread end this conversation.</summary>
+        public void GiveUp(string why)
+        {
+            lostBecause = why;
+            outbox.Wake();
+        }
+
+        bool SendNext()
+        {
+            if (inFlight != null && (inFlight.IsFaulted || !inFlight.IsCompleted)) return false;
+            MsgPackWriter next = outbox.Next(Clock.Now);
+            if (next == null) return false;
+            try
+            {
+                inFlight = link.Send(next.Written);
+            }
+            catch (Exception error)
+            {
+                GiveUp("the link was lost while sending: " + error.Message);
+            }
+            return true;
+        }
+
+        ArraySegment<byte> Hello()
+        {
+            var hello = new Hello
+            {
+                Id = outbox.Ids.Next(),
+                Client = new Party { Name = settings.ClientName, Version = settings.ClientVersion },
+                Protocol = new ProtocolVersion { Major = Protocol.Major, Minor = Protocol.Minor },
+                Role = settings.Role,
+                Token = string.IsNullOrEmpty(settings.Token) ? null : settings.Token,
+            };
+            var writer = new MsgPackWriter();
+            hello.Write(writer);
+            return writer.Written;
+        }
+
+        async Task ReceiveUntilLost()
+        {
+            Interlocked.Increment(ref running);
+            var buffer = new byte[16384];
+            int length = 0;
+            try
+            {
+                while (true)
+                {
+                    if (length == buffer.Length) Grow(ref buffer);
+                    var free = new ArraySegment<byte>(buffer, length, buffer.Length - length);
+                    WebSocketReceiveResult part = await link.Receive(free).ConfigureAwait(false);
+                    if (part.MessageType == WebSocketMessageType.Close) throw new LinkException(Goodbye(part));
+                    length += part.Count;
+                    if (!part.EndOfMessage) continue;
+                    Heard();
+                    Take(new ArraySegment<byte>(buffer, 0, length), Clock.Now);
+                    length = 0;
+                }
+            }
+            catch (Exception error)
+            {
+                if (lostBecause == null) GiveUp(error is LinkException ? error.Message : "the service is gone");
+            }
+            finally
+            {
+                Interlocked.Decrement(ref running);
+                greeted.Set();
+            }
+        }
+
+        void Take(ArraySegment<byte> message, double now)
+        {
+            try
+            {
+                long id;
+                Kind kind = Protocol.KindOf(message, out id);
+                Kind asked = outbox.Requests.Answered(id, now);
+                if (asked == Kind.Frame) outbox.Wake();
+                if (welcome == null) TakeGreeting(message, kind);
+                else dispatcher.Add(message, kind);
+            }
+            catch (WireException)
+            {
+                dispatcher.CountUnreadable();
+            }
+        }
+
+        void TakeGreeting(ArraySegment<byte> message, Kind kind)
+        {
+            var reader = new MsgPackReader(message);
+            if (kind == Kind.Welcome)
+            {
+                var said = new Welcome();
+                said.Read(ref reader, new StringPool());
+                welcome = said;
+                greeted.Set();
+            }
+            else if (kind == Kind.Error)
+            {
+                var said = new Error();
+                said.Read(ref reader, new StringPool());
+                lostBecause = said.Text;
+                greeted.Set();
+            }
+        }
+
+        void Heard()
+        {
+            Interlocked.Exchange(ref heardAt, (long)(Clock.Now * 1e6));
+        }
+
+        static double SecondsOf(long microseconds)
+        {
+            return microseconds * 1e-6;
+        }
+
+        static void Grow(ref byte[] buffer)
+        {
+            if (buffer.Length >= LargestMessage) throw new LinkException("a message exceeds 8 MiB");
+            Array.Resize(ref buffer, buffer.Length * 2);
+        }
+
+        static string Goodbye(WebSocketReceiveResult part)
+        {
+            int code = part.CloseStatus == null ? 0 : (int)part.CloseStatus.Value;
+            return "the service closed the link (" + code + " " + part.CloseStatusDescription + ")";
+        }
+    }
+}

@@ -1,0 +1,92 @@
+using System;
+using System.Threading;
+using HapticVLM.Wire;
+
+namespace HapticVLM
+{
+    /// <summary>Takes messages from the receiving thread and raises their events on the main thread.</summary>
+    public sealed class Dispatcher
+    {
+        readonly Inbox inbox = new Inbox();
+        readonly StringPool pool = new StringPool();
+        readonly Decision decision = new Decision();
+        readonly Telemetry telemetry = new Telemetry();
+        readonly Skipped skipped = new Skipped();
+        readonly Error error = new Error();
+        LinkState told = LinkState.Closed;
+        long unreadable;
+
+        /// <summary>An object was decided, or decided anew.</summary>
+        public event Action<Decision> Decided;
+
+        /// <summary>State of the outputs, ten times a second.</summary>
+        public event Action<Telemetry> Measured;
+
+        /// <summary>A frame was not looked at.</summary>
+        public event Action<Skipped> Skipped;
+
+        /// <summary>A message was refused, and why.</summary>
+        public event Action<Error> Refused;
+
+        public event Action<LinkState> StateChanged;
+
+        /// <summary>Messages dropped because nobody pumped.</summary>
+        public long Dropped { get { return inbox.Dropped; } }
+
+        /// <summary>Messages that were not of the protocol.</summary>
+        public long Unreadable { get { return Interlocked.Read(ref unreadable); } }
+
+        internal void CountUnreadable()
+        {
+            Interlocked.Increment(ref unreadable);
+        }
+
+        internal void Add(ArraySegment<byte> message, Kind kind)
+        {
+            if (kind != Kind.Ok && kind != Kind.Other && kind != Kind.View) inbox.Add(message, kind);
+        }
+
+        internal void Pump(LinkState state, double budgetS)
+        {
+            double until = Clock.Now + budgetS;
+            if (state != told)
+            {
+                told = state;
+                if (StateChanged != null) StateChanged(state);
+            }
+            ArraySegment<byte> message;
+            Kind kind;
+            while (inbox.Take(out message, out kind))
+            {
+                Read(message, kind);
+                if (Clock.Now > until) return;
+            }
+        }
+
+        void Read(ArraySegment<byte> message, Kind kind)
+        {
+            try
+            {
+                var reader = new MsgPackReader(message);
+                if (kind == Kind.Decision) decision.Read(ref reader, pool);
+                else if (kind == Kind.Telemetry) telemetry.Read(ref reader, pool);
+                else if (kind == Kind.Skipped) skipped.Read(ref reader, pool);
+                else error.Read(ref reader, pool);
+            }
+            catch (WireException)
+            {
+                CountUnreadable();
+                return;
+            }
+            Raise(kind);
+        }
+
+        void Raise(Kind kind)
+        {
+            if (kind == Kind.Decision && Decided != null) Decided(decision);
+            else if (kind == Kind.Telemetry && Measured != null) Measured(telemetry);
+            else if (kind == Kind.Skipped && Skipped != null) Skipped(skipped);
+            else if (kind == Kind.Error && Refused != null) Refused(error);
+        }
+    }
+}

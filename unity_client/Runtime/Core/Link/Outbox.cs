@@ -1,0 +1,118 @@
+using System;
+using System.Threading;
+using HapticVLM.Wire;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// Everything that waits to be sent, in order of urgency: stop, settings, scene, touch, frame.
+    /// The scene goes before touches, so that no touch meets an object the service does not know.
+    /// </summary>
+    public sealed class Outbox
+    {
+        public readonly SceneBook Scene = new SceneBook();
+        public readonly TouchRing Touches = new TouchRing();
+        public readonly FrameMailbox Frames = new FrameMailbox();
+        public readonly Requests Requests = new Requests();
+        public readonly RequestIds Ids = new RequestIds();
+
+        readonly AutoResetEvent somethingNew = new AutoResetEvent(false);
+        readonly MsgPackWriter writer = new MsgPackWriter(4096);
+        readonly object gate = new object();
+        Set settings;
+        bool settingsChanged;
+        Scope stop;
+
+        /// <summary>Asks for rest; of several scopes not sent yet all are meant.</summary>
+        public void Stop(Scope scope)
+        {
+            lock (gate) stop = stop == Scope.Other || stop == scope ? scope : Scope.All;
+            Wake();
+        }
+
+        /// <summary>Gains, 0..1; they are told again after a reconnect.</summary>
+        public void SetGains(double vibration, double thermal)
+        {
+            lock (gate)
+            {
+                settings.VibrationGain = vibration;
+                settings.ThermalGain = thermal;
+                settingsChanged = true;
+            }
+            Wake();
+        }
+
+        /// <summary>Has Wait return.</summary>
+        public void Wake()
+        {
+            somethingNew.Set();
+        }
+
+        /// <summary>Waits until Wake was called, or so many milliseconds.</summary>
+        public void Wait(int milliseconds)
+        {
+            somethingNew.WaitOne(milliseconds);
+        }
+
+        /// <summary>Starts over after a welcome: touches and frames of before are of no use.</summary>
+        public void Restart(Welcome welcome)
+        {
+            Touches.Clear();
+            Frames.Clear();
+            Requests.Restart();
+            Scene.Restart(welcome.Materials);
+            lock (gate) settingsChanged = welcome.Owner && settings.VibrationGain != null;
+        }
+
+        /// <summary>The next message, or null; valid until the next call. For the sending thread.</summary>
+        public MsgPackWriter Next(double now)
+        {
+            writer.Reset();
+            if (WriteStop() || WriteSettings() || Scene.Write(writer, Ids) || WriteTouch()) return writer;
+            return Requests.MaySendFrame(now) ? TakeFrame(now) : null;
+        }
+
+        bool WriteStop()
+        {
+            lock (gate)
+            {
+                if (stop == Scope.Other) return false;
+                new Stop { Id = Ids.Next(), Scope = stop }.Write(writer);
+                stop = Scope.Other;
+                return true;
+            }
+        }
+
+        bool WriteSettings()
+        {
+            lock (gate)
+            {
+                if (!settingsChanged) return false;
+                settings.Id = Ids.Next();
+                settings.Write(writer);
+                settingsChanged = false;
+                return true;
+            }
+        }
+
+        bool WriteTouch()
+        {
+            Touch touch;
+            if (!Touches.Take(out touch)) return false;
+            touch.Id = Ids.Next();
+            touch.Write(writer);
+            Requests.Sent(touch.Id, Kind.Touch, touch.CapturedAt);
+            return true;
+        }
+
+        MsgPackWriter TakeFrame(double now)
+        {
+            MsgPackWriter frame = Frames.Take();
+            if (frame == null) return null;
+            long id;
+            Protocol.KindOf(frame.Written, out id);
+            Requests.Sent(id, Kind.Frame, now);
+            return frame;
+        }
+    }
+}

@@ -1,0 +1,102 @@
+using System.Collections.Generic;
+using HapticVLM.Wire;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// What the scene consists of, and what of it the service was not told yet. Changes go out
+    /// together; after a reconnect everything does. A material the service does not know is left out,
+    /// because one such word would have it refuse the whole message.
+    /// </summary>
+    public sealed class SceneBook
+    {
+        const int MostPerMessage = 1024; // 4096 are allowed, but 4 MiB are, too
+
+        readonly object gate = new object();
+        readonly Dictionary<string, SceneObject> objects = new Dictionary<string, SceneObject>();
+        readonly List<string> changed = new List<string>();
+        readonly List<SceneObject> batch = new List<SceneObject>();
+        readonly HashSet<string> materials = new HashSet<string>();
+        double? ambientC;
+        bool startsAfresh = true;
+
+        public int Count { get { lock (gate) return objects.Count; } }
+
+        public void Put(SceneObject stated)
+        {
+            lock (gate)
+            {
+                objects[stated.ObjectId] = stated;
+                if (!startsAfresh && !changed.Contains(stated.ObjectId)) changed.Add(stated.ObjectId);
+            }
+        }
+
+        public void Remove(string objectId)
+        {
+            lock (gate)
+            {
+                if (objects.Remove(objectId)) startsAfresh = true;
+            }
+        }
+
+        /// <summary>The scene's own ambient temperature, degC; null when it does not say.</summary>
+        public void SetAmbient(double? celsius)
+        {
+            lock (gate)
+            {
+                if (celsius != ambientC) startsAfresh = true;
+                ambientC = celsius;
+            }
+        }
+
+        /// <summary>Tell everything again, to a service that knows these materials.</summary>
+        public void Restart(List<string> known)
+        {
+            lock (gate)
+            {
+                materials.Clear();
+                materials.UnionWith(known);
+                startsAfresh = true;
+            }
+        }
+
+        /// <summary>Whether the service knows this material; true before it said which it knows.</summary>
+        public bool IsKnown(string material)
+        {
+            lock (gate) return material == null || materials.Count == 0 || materials.Contains(material);
+        }
+
+        /// <summary>Writes the next message if there is something to tell.</summary>
+        public bool Write(MsgPackWriter writer, RequestIds ids)
+        {
+            lock (gate)
+            {
+                if (!startsAfresh && changed.Count == 0) return false;
+                if (startsAfresh)
+                {
+                    changed.Clear();
+                    changed.AddRange(objects.Keys);
+                }
+                FillBatch();
+                var scene = new Scene { Id = ids.Next(), Objects = batch, Replace = startsAfresh, AmbientC = ambientC };
+                scene.Write(writer);
+                startsAfresh = false;
+                return true;
+            }
+        }
+
+        void FillBatch()
+        {
+            batch.Clear();
+            int from = changed.Count > MostPerMessage ? changed.Count - MostPerMessage : 0;
+            for (int i = from; i < changed.Count; i++)
+            {
+                SceneObject stated;
+                if (!objects.TryGetValue(changed[i], out stated)) continue;
+                if (!IsKnown(stated.Material)) stated.Material = null;
+                batch.Add(stated);
+            }
+            changed.RemoveRange(from, changed.Count - from);
+        }
+    }
+}
