@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import threading
 import time
@@ -11,6 +12,7 @@ from types import SimpleNamespace
 import pytest
 from plate_ports import TURN_S, Cable
 
+from hapticvlm.cli import main
 from hapticvlm.devices import line, ports
 from hapticvlm.devices.peltier import GREETING_S, DeviceError, Peltier, Plate
 from hapticvlm.devices.ports import READ_S
@@ -356,6 +358,8 @@ def test_a_real_serial_port_carries_the_conversation() -> None:
         plate.command(22.0, 5.0, time.monotonic())
         wait_for(lambda: plate.advance(time.monotonic()).duty < 0.0)
         assert "firmware 0.0.0" in plate.name
+        with pytest.raises(DeviceError, match="another program has it open"):
+            Peltier(os.ttyname(slave)).connect()
         plate.close()
         assert board.plate.state is line.State.OFF
     finally:
@@ -364,3 +368,23 @@ def test_a_real_serial_port_carries_the_conversation() -> None:
         firmware.join()
         os.close(master)
         os.close(slave)
+
+
+def test_the_plate_command_tells_the_plate_and_its_faults(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["plate", "status", "--peltier", "simulated"]) == 0
+    told = capsys.readouterr().out
+    assert "simulated plate (simulated)" in told
+    assert "no faults" in told
+    assert main(["plate", "status", "--peltier", "simulated", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["plate_c"] > 30.0
+
+
+def test_the_plate_command_says_why_a_fault_is_not_cleared(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["plate", "clear", "warm", "--peltier", "simulated"]) == 2
+    assert "no fault 'warm'; there are 1 plate_a_open" in capsys.readouterr().err
+    assert main(["plate", "clear", "runaway", "--peltier", "simulated"]) == 2
+    assert "runaway is not latched" in capsys.readouterr().err

@@ -9,7 +9,17 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from hapticvlm import __version__
-from hapticvlm.cli import charts, gallery, measure, recognise, recording, scenes, serve
+from hapticvlm.cli import (, feel
+    charts,
+    evaluate,
+    gallery,
+    measure,
+    plate,
+    recognise,
+    recording,
+    scenes,
+    serve,
+)
 
 if TYPE_CHECKING:
     Commands = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -40,6 +50,6 @@ def _parser() -> argparse.ArgumentParser:
         "--log-level", default="warning", choices=["debug", "info", "warning", "error"]
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for part in (serve, scenes, recording, recognise, gallery, measure, charts):
+    for part in (serve, scenes, recording, recognise, feel, gallery, measure, evaluate, charts, plate):
         part.add(commands)
     return parser

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -80,14 +81,19 @@ def open_port(url: str) -> Port:
             url, baudrate=BAUD, timeout=READ_S, write_timeout=WRITE_S, **_alone(url)
         )
     except (serial.SerialException, OSError, ValueError) as error:
-        number = error.errno if isinstance(error, OSError) else None
-        reason = os.strerror(number) if number else str(error)
-        raise DeviceError(f"can't be opened: {reason}") from None
+        raise DeviceError(f"can't be opened: {_reason(error)}") from None
     return found
 
 
 def _alone(url: str) -> dict[str, Any]:
     return {} if "://" in url else {"exclusive": True}
+
+
+def _reason(error: Exception) -> str:
+    number = error.errno if isinstance(error, OSError) else None
+    if number in (errno.EAGAIN, errno.EBUSY):
+        return "another program has it open, perhaps `hapticvlm serve`"
+    return os.strerror(number) if number else str(error)
 
 
 def _seen() -> list[tuple[Place, bool]]:
