@@ -39,7 +39,7 @@ def command(*arguments):
     ("arguments", "complaint"),
     [
         (["serve", "--host", "0.0.0.0"], "--token"),
-        (["serve", "--peltier", "/dev/ttyUSB0"], "simulated"),
+        (["serve", "--peltier", "/dev/ttyUSB0"], "can't be opened"),
         (["stream", "nowhere"], "neither a folder"),
     ],
 )
