@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from hapticvlm import __version__
-from hapticvlm.cli import (, feel
+from hapticvlm.cli import (
     charts,
     evaluate,
+    feel,
     gallery,
     measure,
     plate,
@@ -50,6 +51,17 @@ def _parser() -> argparse.ArgumentParser:
         "--log-level", default="warning", choices=["debug", "info", "warning", "error"]
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for part in (serve, scenes, recording, recognise, feel, gallery, measure, evaluate, charts, plate):
+    for part in (
+        serve,
+        scenes,
+        recording,
+        recognise,
+        feel,
+        gallery,
+        measure,
+        evaluate,
+        charts,
+        plate,
+    ):
         part.add(commands)
     return parser

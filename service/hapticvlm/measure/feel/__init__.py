@@ -1,0 +1,1 @@
+"""What one touch would feel like: as numbers, a picture and a sound."""
