@@ -66,8 +66,13 @@ class VlmSettings:
 class Vlm(Protocol):
     """A loaded model or an endpoint. Calls block; the caller is a process of its own."""
 
-    name: str
-    is_remote: bool
+    @property
+    def name(self) -> str:
+        """Which model it is, as the settings name it."""
+
+    @property
+    def is_remote(self) -> bool:
+        """Whether pictures leave this machine."""
 
     def ambient(self, picture: Picture) -> Reading:
         """Read the ambient temperature off a picture (H, W, 3) uint8 RGB. Raises VlmError."""

@@ -1,0 +1,1 @@
+"""How well the ambient temperature is judged, at what cost."""
