@@ -6,6 +6,7 @@ import argparse
 import difflib
 import json
 import math
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import asdict
@@ -91,14 +92,22 @@ def _feel(options: argparse.Namespace) -> int:
         material = _material(options.material, options.gallery)
         heat, sound = _touch(material, options)
         _write(heat, sound, options)
+        _say(heat, sound, as_json=options.json)
+    except BrokenPipeError:  # who reads has seen enough; nothing more may be flushed to it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except (MaterialError, OSError, ValueError, ImportError) as error:
         print(f"hapticvlm feel: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
-    if options.json:
-        print(json.dumps({"thermal": asdict(heat), "vibration": sound.describe()}))
+    return 0
+
+
+def _say(heat: Heat, sound: Sound, *, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps({"thermal": asdict(heat), "vibration": sound.describe()}), flush=True)
     else:
         _print(heat, sound.describe())
-    return 0
+        sys.stdout.flush()
 
 
 def _material(name: str, gallery: Path | None) -> Material:
