@@ -38,6 +38,7 @@ HandName = Literal["left", "right"]
 Rung = Literal["scene", "name", "shader", "encoder", "vlm", "unknown"]
 AmbientSource = Literal["scene", "vlm", "estimate", "default"]
 Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
+SurfaceSource = Literal["scene", "name", "sun", "ambient"]
 SkipReason = Literal["superseded", "stale", "unchanged", "rate"]
 
 
@@ -252,6 +253,10 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     ambient_high_c: float
     ambient_source: AmbientSource
     surface_c: float
+    surface_low_c: float
+    surface_high_c: float
+    surface_source: SurfaceSource
+    surface_why: str
     contact_c: float | None
     setpoint_c: float
     unlimited_c: float

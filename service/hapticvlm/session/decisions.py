@@ -9,8 +9,10 @@ from hapticvlm import materials
 from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, EvidenceItem, SceneObject
 from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.recognition import surface
 from hapticvlm.recognition.ambient import Ambient
 from hapticvlm.recognition.ladder import Evidence, Verdict
+from hapticvlm.recognition.surface import Surface, SurfaceFacts
 from hapticvlm.rendering import thermal
 from hapticvlm.rendering.thermal import PlateReading, ThermalContact
 
@@ -20,16 +22,25 @@ def known(material: str) -> str | None:
     return None if material == materials.UNKNOWN else material
 
 
-def surface_c(facts: SceneObject | None, ambient: Ambient) -> float:
-    """Return the object's surface temperature: what the scene states, else the ambient."""
-    stated = facts.temperature_c if facts else None
-    return ambient.value_c if stated is None else stated
+def surface_of(
+    object_id: str | None, verdict: Verdict, facts: SceneObject | None, ambient: Ambient
+) -> Surface:
+    """Return the object's surface temperature: stated, by its name, else the ambient."""
+    return surface.surface(
+        SurfaceFacts(
+            name=facts.name if facts else None,
+            object_id=object_id,
+            material=known(verdict.material),
+            stated_c=facts.temperature_c if facts else None,
+        ),
+        ambient,
+    )
 
 
 def contact(
     verdict: Verdict,
     facts: SceneObject | None,
-    ambient: Ambient,
+    surface_c: float,
     table: Mapping[str, Material] = materials.MATERIALS,
 ) -> ThermalContact | None:
     """Return the thermal contact of skin and object, or None when the material is unknown."""
@@ -38,7 +49,7 @@ def contact(
         return None
     return thermal.thermal_contact(
         table[name].thermal,
-        surface_c(facts, ambient),
+        surface_c,
         thickness_m=facts.thickness_m if facts else None,
     )
 
@@ -62,7 +73,8 @@ def describe(
 ) -> Decision:
     """Write the decision on one object as an event (id 0); `manner` is how it is touched."""
     ambient = around.ambient
-    touched = contact(verdict, facts, ambient, around.table)
+    warmth = surface_of(object_id, verdict, facts, ambient)
+    touched = contact(verdict, facts, warmth.value_c, around.table)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
     deviation = 0.0 if contact_c is None else around.thermal_gain * (contact_c - NEUTRAL_C)
     limited = thermal.settle(NEUTRAL_C + deviation, around.reading)
@@ -79,7 +91,11 @@ def describe(
         ambient_low_c=ambient.low_c,
         ambient_high_c=ambient.high_c,
         ambient_source=ambient.source,
-        surface_c=surface_c(facts, ambient),
+        surface_c=warmth.value_c,
+        surface_low_c=warmth.low_c,
+        surface_high_c=warmth.high_c,
+        surface_source=warmth.source,
+        surface_why=warmth.why,
         contact_c=contact_c,
         setpoint_c=limited.setpoint_c,
         unlimited_c=limited.unlimited_c,

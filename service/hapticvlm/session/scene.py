@@ -332,7 +332,9 @@ class SceneSession:
     def _contact(self, key: Key) -> ThermalContact | None:
         verdict = self._objects.verdict(key)
         facts = self._objects.facts(key)
-        return decisions.contact(verdict, facts, self._surroundings.ambient, self._table)
+        object_id = key if isinstance(key, str) else None
+        warmth = decisions.surface_of(object_id, verdict, facts, self._surroundings.ambient)
+        return decisions.contact(verdict, facts, warmth.value_c, self._table)
 
     def _decision(self, key: Key) -> Decision:
         around = decisions.Circumstances(

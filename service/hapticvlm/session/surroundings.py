@@ -4,8 +4,8 @@ A frame is looked at twice a second. A view that was never asked about and lasts
 worth a question, at most one in ASK_EVERY_S, and a longer pause after each question that failed.
 Views asked about are remembered, so that a light that flickers is asked about twice and no more.
 Readings whose intervals overlap are of one climate and are averaged; one that contradicts, of
-another place and not of another light, begins a new climate. What is felt follows slowly and in
-steps, never at once. Knows no model and no clock.
+another place and not of another light, begins a new climate. The default gives way at once; from
+one reading to the next what is felt follows slowly and in steps. Knows no model and no clock.
 """
 
 from __future__ import annotations
@@ -85,6 +85,7 @@ class Surroundings:
             self._views[view].reading = reading
             self.follow(now)
             self._believe(view, reading)
+            self.follow(now)
 
     def fail(self, view: int) -> None:
         """Take in that the question about `view` has no answer: ask again later, and less often."""
@@ -103,7 +104,7 @@ class Surroundings:
         """Let what is felt come closer to what is believed, in steps; call it often."""
         wanted = ambient(None, tuple(self._climate.values()))
         since = self._followed_at
-        if since is None or wanted.source == "default" or wanted.value_c == self._felt.value_c:
+        if since is None or wanted.source != self._felt.source or wanted == self._felt:
             self._felt, self._followed_at = wanted, now
             return
         share = -math.expm1(-max(0.0, now - since) / TAU_S)
@@ -116,8 +117,6 @@ class Surroundings:
             low_c, high_c = min(value_c, wanted.low_c), max(value_c, wanted.high_c)
             self._felt = replace(wanted, value_c=value_c, low_c=low_c, high_c=high_c)
             self._followed_at = now
-        else:
-            self._felt = replace(self._felt, source=wanted.source)
 
     def _find(self, sight: Sight) -> int | None:
         for number, view in self._views.items():

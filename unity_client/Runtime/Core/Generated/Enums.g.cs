@@ -300,6 +300,29 @@ namespace HapticVLM.Wire
         }
     }
 
+    public enum SurfaceSource { Other, Ambient, Name, Scene, Sun }
+
+    internal static class SurfaceSourceWire
+    {
+        static readonly byte[][] Texts =
+        {
+            MsgPackWriter.Encoded("ambient"),
+            MsgPackWriter.Encoded("name"),
+            MsgPackWriter.Encoded("scene"),
+            MsgPackWriter.Encoded("sun"),
+        };
+
+        public static SurfaceSource Read(ref MsgPackReader r)
+        {
+            return (SurfaceSource)Choice.Read(ref r, Texts);
+        }
+
+        public static void Write(MsgPackWriter w, SurfaceSource value)
+        {
+            Choice.Write(w, Texts, (int)value, "SurfaceSource");
+        }
+    }
+
     public enum Watch { Other, Frames, Log, Waveform }
 
     internal static class WatchWire

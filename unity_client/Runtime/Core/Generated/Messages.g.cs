@@ -70,6 +70,10 @@ namespace HapticVLM.Wire
         public double AmbientHighC;
         public AmbientSource AmbientSource;
         public double SurfaceC;
+        public double SurfaceLowC;
+        public double SurfaceHighC;
+        public SurfaceSource SurfaceSource;
+        public string SurfaceWhy;
         public double? ContactC;
         public double SetpointC;
         public double UnlimitedC;
@@ -84,7 +88,7 @@ namespace HapticVLM.Wire
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
         {
-            int count = 16;
+            int count = 20;
             if (ObjectId != null) count++;
             if (RunnerUp != null) count++;
             if (LimitedBy != null) count++;
@@ -119,6 +123,15 @@ namespace HapticVLM.Wire
             AmbientSourceWire.Write(w, AmbientSource);
             w.Raw(DecisionKeys.SurfaceC);
             w.Double(SurfaceC);
+            w.Raw(DecisionKeys.SurfaceLowC);
+            w.Double(SurfaceLowC);
+            w.Raw(DecisionKeys.SurfaceHighC);
+            w.Double(SurfaceHighC);
+            w.Raw(DecisionKeys.SurfaceSource);
+            SurfaceSourceWire.Write(w, SurfaceSource);
+            if (SurfaceWhy == null) throw new WireException("decision: surface_why is missing");
+            w.Raw(DecisionKeys.SurfaceWhy);
+            w.Str(SurfaceWhy);
             w.Raw(DecisionKeys.ContactC);
             if (ContactC == null) w.Nil();
             else w.Double(ContactC.Value);
@@ -229,28 +242,48 @@ namespace HapticVLM.Wire
                     SurfaceC = r.Double();
                     seen |= 1024L;
                 }
+                else if (r.TryKey(DecisionKeys.SurfaceLowC))
+                {
+                    SurfaceLowC = r.Double();
+                    seen |= 2048L;
+                }
+                else if (r.TryKey(DecisionKeys.SurfaceHighC))
+                {
+                    SurfaceHighC = r.Double();
+                    seen |= 4096L;
+                }
+                else if (r.TryKey(DecisionKeys.SurfaceSource))
+                {
+                    SurfaceSource = SurfaceSourceWire.Read(ref r);
+                    seen |= 8192L;
+                }
+                else if (r.TryKey(DecisionKeys.SurfaceWhy))
+                {
+                    SurfaceWhy = r.Str(pool);
+                    seen |= 16384L;
+                }
                 else if (r.TryKey(DecisionKeys.ContactC))
                 {
                     if (!r.TryNil())
                     {
                         ContactC = r.Double();
                     }
-                    seen |= 2048L;
+                    seen |= 32768L;
                 }
                 else if (r.TryKey(DecisionKeys.SetpointC))
                 {
                     SetpointC = r.Double();
-                    seen |= 4096L;
+                    seen |= 65536L;
                 }
                 else if (r.TryKey(DecisionKeys.UnlimitedC))
                 {
                     UnlimitedC = r.Double();
-                    seen |= 8192L;
+                    seen |= 131072L;
                 }
                 else if (r.TryKey(DecisionKeys.ThermalCue))
                 {
                     ThermalCue = r.Bool();
-                    seen |= 16384L;
+                    seen |= 262144L;
                 }
                 else if (r.TryKey(DecisionKeys.ObjectId))
                 {
@@ -302,7 +335,7 @@ namespace HapticVLM.Wire
                     r.Skip();
                 }
             }
-            if ((seen & 32767L) != 32767L)
+            if ((seen & 524287L) != 524287L)
                 throw new WireException("decision: a required field is missing");
         }
 
@@ -319,6 +352,10 @@ namespace HapticVLM.Wire
             AmbientHighC = default(double);
             AmbientSource = default(AmbientSource);
             SurfaceC = default(double);
+            SurfaceLowC = default(double);
+            SurfaceHighC = default(double);
+            SurfaceSource = default(SurfaceSource);
+            SurfaceWhy = default(string);
             ContactC = default(double?);
             SetpointC = default(double);
             UnlimitedC = default(double);
@@ -346,6 +383,10 @@ namespace HapticVLM.Wire
         public static readonly byte[] AmbientHighC = MsgPackWriter.Encoded("ambient_high_c");
         public static readonly byte[] AmbientSource = MsgPackWriter.Encoded("ambient_source");
         public static readonly byte[] SurfaceC = MsgPackWriter.Encoded("surface_c");
+        public static readonly byte[] SurfaceLowC = MsgPackWriter.Encoded("surface_low_c");
+        public static readonly byte[] SurfaceHighC = MsgPackWriter.Encoded("surface_high_c");
+        public static readonly byte[] SurfaceSource = MsgPackWriter.Encoded("surface_source");
+        public static readonly byte[] SurfaceWhy = MsgPackWriter.Encoded("surface_why");
         public static readonly byte[] ContactC = MsgPackWriter.Encoded("contact_c");
         public static readonly byte[] SetpointC = MsgPackWriter.Encoded("setpoint_c");
         public static readonly byte[] UnlimitedC = MsgPackWriter.Encoded("unlimited_c");
