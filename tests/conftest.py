@@ -36,6 +36,7 @@ class Peer:
         self.socket = socket
         self.events: list[Message] = []
         self.as_text = as_text
+        self.welcome: Message = {}
         self._ids = itertools.count(1)
 
     async def send(self, **message: Any) -> int:
@@ -71,7 +72,8 @@ class Peer:
         client = {"name": "test", "version": "1"}
         protocol = {"major": 1, "minor": 0}
         hello = {"type": "hello", "client": client, "protocol": protocol, "role": role}
-        return await self.ask(**{**hello, **fields})
+        self.welcome = await self.ask(**{**hello, **fields})
+        return self.welcome
 
     async def touch(self, phase: str, object_id: str | None = None, **fields: Any) -> Message:
         given = {"hand": "right", "speed_mps": 0.3, "force_n": 1.5, "captured_at": time.monotonic()}

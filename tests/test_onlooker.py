@@ -43,7 +43,7 @@ def tiny(tmp_path_factory):
 @asynccontextmanager
 async def scene(service, **stated):
     async with peer(service) as client:
-        client.welcome = await client.hello()
+        await client.hello()
         await client.ask(type="scene", objects=OBJECTS, replace=True, **stated)
         yield client
 
