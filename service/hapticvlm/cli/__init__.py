@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from hapticvlm import __version__
 from hapticvlm.cli import (
+    calibrate,
     charts,
     evaluate,
     feel,
@@ -61,6 +62,7 @@ def _parser() -> argparse.ArgumentParser:
         measure,
         evaluate,
         charts,
+        calibrate,
         plate,
     ):
         part.add(commands)
