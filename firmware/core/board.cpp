@@ -128,6 +128,7 @@ void rest(Board& board) {
 void open_bridge(Board& board) {
     hal_drive(0);
     stop_loop(board.loop);
+    board.ttl_ms = 0;
     if (board.state != State::faulted) board.state = State::off;
 }
 

@@ -1,5 +1,6 @@
 // Every limit of the plate, with its unit and where it comes from.
-// The four in #ifndef may be set at build time, to chart what they are worth; the rest may not.
+// Those in #ifndef may be set at build time: the driver's scale and the board's number for another board,
+// the three limits to chart what they are worth. The rest may not.
 #pragma once
 #include <stdint.h>
 
@@ -11,6 +12,9 @@
 #endif
 #ifndef RUNAWAY_WINDOW_MS
 #define RUNAWAY_WINDOW_MS 1000  // 4 s, as in 3D printers, let a plate reach 61 degC
+#endif
+#ifndef FULL_SCALE_MA
+#define FULL_SCALE_MA 3000  // module current at full duty
 #endif
 #ifndef BOARD_ID
 #define BOARD_ID 0
@@ -35,7 +39,6 @@ const float ARRIVED_C = 0.3f;
 
 // Output: current = counts / FULL_SCALE_COUNTS * FULL_SCALE_MA, by a filtered or current-controlled driver
 const int16_t FULL_SCALE_COUNTS = 512;
-const int32_t FULL_SCALE_MA = 3000;
 const float COUNTS_PER_A = FULL_SCALE_COUNTS * 1000.0f / FULL_SCALE_MA;
 const int16_t HEAT_CAP_COUNTS = (int32_t)HEAT_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;
 const int16_t COOL_CAP_COUNTS = (int32_t)COOL_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;

@@ -1,0 +1,390 @@
+"""Defects planted in the safety code, and the test that must catch each. Run by mutate.py.
+
+Each replaces text that occurs once in one file of firmware/. `host` is a test case of
+firmware/hosttests (`*` from its first comma on), `chip` a test of this folder on the chip;
+a defect of the core has the first, one of the port the second.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """One defect: what it breaks, where, and what catches it."""
+
+    name: str
+    file: str
+    find: str
+    replace: str
+    host: str = ""
+    chip: str = ""
+
+
+BOARD, SENSORS, LOOP = "core/board.cpp", "core/sensors.cpp", "core/loop.cpp"
+JUDGE, SESSION, FRAME = "core/plausibility.cpp", "core/session.cpp", "core/frame.cpp"
+THERMISTOR, MESSAGES, PORT = "core/thermistor.cpp", "core/messages.cpp", "avr/main.cpp"
+
+_FAULT = "test_faults.py::test_a_fault_is_caught_in_time_and_the_skin_is_safe"
+_HANG = "test_faults.py::test_a_hung_program_is_reset_once_and_stays_off"
+_TRUE_ZERO = "test_pins.py::test_off_is_true_zero_after_heating_and_after_cooling"
+_OTHER_SIDE = "test_pins.py::test_one_side_of_the_bridge_is_driven_and_the_other_is_let_go"
+
+MUTATIONS = (
+    Mutation(
+        "open thermistor read as a temperature",
+        THERMISTOR,
+        "    if (share > OPEN_ABOVE) return {Wire::open, false, 0.0f};\n",
+        "",
+        "the rails of the converter are wire faults*",
+    ),
+    Mutation(
+        "shorted thermistor read as a temperature",
+        THERMISTOR,
+        "    if (share < SHORT_BELOW) return {Wire::shorted, false, 0.0f};\n",
+        "",
+        "the rails of the converter are wire faults*",
+    ),
+    Mutation(
+        "wire faults of the sink unwatched",
+        SENSORS,
+        "for (uint8_t place = 0; place < PLACES; place++) {\n        const Wire",
+        "for (uint8_t place = 0; place < SINK; place++) {\n        const Wire",
+        "each wire has its own two faults*",
+    ),
+    Mutation(
+        "no over-temperature",
+        SENSORS,
+        "if (reading.c >= TRIP_HIGH_C)",
+        "if (false)",
+        "either plate thermistor trips at 43 and at 13 degC",
+    ),
+    Mutation(
+        "no under-temperature",
+        SENSORS,
+        "if (reading.c <= TRIP_LOW_C)",
+        "if (false)",
+        "either plate thermistor trips at 43 and at 13 degC",
+    ),
+    Mutation(
+        "second plate thermistor does not trip",
+        SENSORS,
+        "place <= PLATE_B; place++) {\n        const Reading&",
+        "place < PLATE_B; place++) {\n        const Reading&",
+        "either plate thermistor trips at 43 and at 13 degC",
+    ),
+    Mutation(
+        "sink temperature unwatched",
+        SENSORS,
+        "if (sink.known && sink.c >= SINK_TRIP_C)",
+        "if (false)",
+        "a sink of 55 degC trips",
+    ),
+    Mutation(
+        "jumps believed",
+        SENSORS,
+        "return any ? bit(READING_JUMPS) : 0;",
+        "return any ? 0 : 0;",
+        "a reading that changes faster than a plate can is a fault of its own",
+    ),
+    Mutation(
+        "cross-check of the plate thermistors dropped",
+        SENSORS,
+        "return sensors.disagree_ms >= DISAGREE_MS ? bit(PLATE_DISAGREES) : 0;",
+        "return 0;",
+        "two plate thermistors apart by 1.6 degC for 300 ms are a fault*",
+    ),
+    Mutation(
+        "frozen thermistor not looked for",
+        SENSORS,
+        "return frozen ? bit(PLATE_FROZEN) : 0;",
+        "return frozen ? 0 : 0;",
+        "a thermistor that stands still while the other moves is named frozen",
+    ),
+    Mutation(
+        "standing still under heat is no runaway",
+        JUDGE,
+        "    if (stands_still(state, sensors, drive)) return bit(RUNAWAY);\n",
+        "    (void)stands_still;\n",
+        "a plate that stands still under a second of heat or cold is a runaway",
+    ),
+    Mutation(
+        "drifting under heat is no runaway",
+        JUDGE,
+        "    if (!has_stalled(state, along_c, drive.power_w)) return 0;\n",
+        "    if (!has_stalled(state, along_c, 0.0f)) return 0;\n",
+        "a plate that drifts without following is a runaway after some seconds",
+    ),
+    Mutation(
+        "module wired backwards not looked for",
+        JUDGE,
+        "    if (runs_backwards(state, along_c, late_c)) return bit(WIRED_BACKWARDS);\n",
+        "    (void)runs_backwards, (void)late_c;\n",
+        "a plate that goes the other way is wired backwards",
+    ),
+    Mutation(
+        "no back-off when the sign of cooling turns",
+        JUDGE,
+        "    state.cool_ceiling_a = REVERSED_BACK_OFF * -current_a;\n",
+        "    (void)current_a;\n",
+        "more cooling and a warmer plate*",
+    ),
+    Mutation(
+        "turned sign of cooling never given up",
+        JUDGE,
+        "return ++state.strikes >= REVERSED_STRIKES ? bit(COOLING_REVERSED) : 0;",
+        "return ++state.strikes >= REVERSED_STRIKES ? 0 : 0;",
+        "more cooling and a warmer plate*",
+    ),
+    Mutation(
+        "blind sink not looked for",
+        JUDGE,
+        "    return bit(SINK_IMPLAUSIBLE);\n",
+        "    return 0;\n",
+        "a sink that takes heat without its reading moving is not being read",
+    ),
+    Mutation(
+        "faults not latched",
+        BOARD,
+        "    board.faults |= faults;\n    if (!board.faults) return;\n",
+        "    board.faults = faults;\n"
+        "    if (!faults && board.state == State::faulted) board.state = State::off;\n"
+        "    if (!faults) return;\n",
+        "a fault stays when its cause has gone*",
+    ),
+    Mutation(
+        "bridge left closed on a fault",
+        BOARD,
+        "    open_bridge(board);\n    board.state = State::faulted;\n",
+        "    (void)board;\n",
+        "the bridge opens in the step that sees the fault",
+    ),
+    Mutation(
+        "clearing one fault clears all",
+        BOARD,
+        "    board.faults &= ~bit(fault);\n",
+        "    board.faults = 0;\n",
+        "clearing is by number: the others stay",
+    ),
+    Mutation(
+        "clearing a fault whose cause persists",
+        BOARD,
+        "    if (board.causes & bit(fault)) return PERSISTS;\n",
+        "",
+        "clearing is refused while the cause persists",
+    ),
+    Mutation(
+        "clearing switches on again",
+        BOARD,
+        "    if (!board.faults) board.state = State::off;\n",
+        "    if (!board.faults) board.state = State::holding;\n",
+        "clearing switches nothing on",
+    ),
+    Mutation(
+        "setpoints taken while faulted",
+        BOARD,
+        "if (board.state == State::faulted || !plate_is_known(board.sensors)) return FAULTED;",
+        "if (!plate_is_known(board.sensors)) return FAULTED;",
+        "a fault stays when its cause has gone*",
+    ),
+    Mutation(
+        "no dead-man: a setpoint never lapses",
+        BOARD,
+        "board.ttl_ms > STEP_MS ? board.ttl_ms - STEP_MS : 0;",
+        "board.ttl_ms;",
+        "a setpoint is held for its time to live*",
+    ),
+    Mutation(
+        "a return to neutral without end",
+        BOARD,
+        "if (arrived || board.returning_ms >= LONGEST_RETURN_MS)",
+        "if (arrived)",
+        "a return that never arrives ends after 10 s",
+    ),
+    Mutation(
+        "setpoint range unchecked",
+        BOARD,
+        "    if (setpoint_mc < SETPOINT_LOW_MC || setpoint_mc > SETPOINT_HIGH_MC) return RANGE;\n",
+        "",
+        "setpoints outside the range are refused*",
+    ),
+    Mutation(
+        "time to live unchecked",
+        BOARD,
+        "    if (ttl_ms < 1 || ttl_ms > MAX_TTL_MS) return TTL;\n",
+        "",
+        "a time to live of nothing or of more than a second is refused",
+    ),
+    Mutation(
+        "no greeting needed",
+        BOARD,
+        "    if (!board.greeted) return NEEDS_HELLO;\n    if (setpoint_mc",
+        "    if (setpoint_mc",
+        "nothing is held before a greeting*",
+    ),
+    Mutation(
+        "another major version accepted",
+        MESSAGES,
+        "board.greeted = major == PROTOCOL_MAJOR;",
+        "board.greeted = major || true;",
+        "another major version is refused*",
+    ),
+    Mutation(
+        "payload sizes unchecked",
+        MESSAGES,
+        "const bool fits = board.decoder.count == 2 + size;",
+        "const bool fits = board.decoder.count >= 2;",
+        "payloads of a wrong size and unknown types are refused and counted",
+    ),
+    Mutation(
+        "CRC ignored",
+        FRAME,
+        "    if (crc16(decoder.bytes, content) != sent) return Received::garbage;\n",
+        "    (void)sent;\n",
+        "no frame with one bit wrong passes*",
+    ),
+    Mutation(
+        "endless frames overwrite memory",
+        FRAME,
+        "        if (decoder.count < MAX_WIRE - 1)\n",
+        "        if (decoder.count < 255)\n",
+        "an endless frame is dropped whole",
+    ),
+    Mutation(
+        "caps of the current dropped",
+        LOOP,
+        "const float given_a = clamp(wanted_a, -most_cool_a, HEAT_LIMIT_A);",
+        "const float given_a = wanted_a;\n    (void)most_cool_a;",
+        "a target that the current cannot reach waits for the plate and says so",
+    ),
+    Mutation(
+        "caps of the output dropped",
+        LOOP,
+        "clamp(floorf(exact + 0.5f), -COOL_CAP_COUNTS, HEAT_CAP_COUNTS);",
+        "floorf(exact + 0.5f);",
+        "no error and no time take the output beyond its caps",
+    ),
+    Mutation(
+        "slew limit dropped",
+        LOOP,
+        "    if (fabsf(away_c) <= SLEW_C_STEP) {\n",
+        "    if (fabsf(away_c) <= 100.0f) {\n",
+        "the target never moves faster than 5 degC/s*",
+    ),
+    Mutation(
+        "the integral winds up",
+        LOOP,
+        "    if (!loop.saturated || (error_c > 0.0f) != (wanted_a > 0.0f))\n",
+        "",
+        "the integral does not wind up: minutes at the limit are forgotten in a second",
+    ),
+    Mutation(
+        "a warm sink keeps its cooling",
+        LOOP,
+        "fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));",
+        "fminf(cool_ceiling_a, COOL_LIMIT_A);",
+        "a warm sink gives up cooling step by step*",
+    ),
+    Mutation(
+        "the bridge turns without a rest",
+        LOOP,
+        "    if (turns_round(loop.counts, counts)) counts = 0;",
+        "    if (false) counts = turns_round(0, 0);",
+        "the bridge rests for a step when it turns round",
+    ),
+    Mutation(
+        "dose ignored",
+        BOARD,
+        "    if (dose_is_spent(board.session)) board.causes |= bit(DOSE_SPENT);\n",
+        "",
+        "a spent dose latches*",
+    ),
+    Mutation(
+        "heat time ignored",
+        SESSION,
+        "return !(session.heated_s < HEAT_LIMIT_S);",
+        "return !(session.heated_s == session.heated_s);",
+        "15 minutes of heat are all a session gets*",
+    ),
+    Mutation(
+        "dose of the cooler thermistor",
+        SENSORS,
+        "return fmaxf(sensors.now[PLATE_A].c, sensors.now[PLATE_B].c);",
+        "return fminf(sensors.now[PLATE_A].c, sensors.now[PLATE_B].c);",
+        "the dose is counted from the hotter plate thermistor*",
+    ),
+    Mutation(
+        "armed word ignored",
+        BOARD,
+        "    if (was_driving(keepsake)) board.reset_cause |= RESET_WHILE_DRIVING;\n",
+        "",
+        "every kind of reset but power-on is a fault when it should be",
+        f"{_FAULT}[brown-out, boot loader hides it, hot, warm room]",
+    ),
+    Mutation(
+        "a reset clears the faults",
+        BOARD,
+        "recall(keepsake, board.session, faults);",
+        "(void)recall;",
+        "a reset clears no fault*",
+        "test_resets.py::test_a_fault_whose_cause_has_gone_outlives_a_reset",
+    ),
+    Mutation(
+        "what was kept is believed without its check",
+        SESSION,
+        "return record.crc == crc_of(record);",
+        "return record.crc == record.crc || crc_of(record);",
+        "RAM as it comes up recalls nothing",
+    ),
+    Mutation(
+        "brown-out ignored",
+        BOARD,
+        "return bit(BROWN_OUT);",
+        "return 0;",
+        "every kind of reset but power-on is a fault when it should be",
+    ),
+    Mutation("no watchdog", PORT, "    wdt_enable(WDTO_120MS);\n", "", chip=_HANG),
+    Mutation(
+        "watchdog fed by the clock's interrupt",
+        PORT,
+        "    uptime_ms++;\n",
+        "    uptime_ms++;\n    wdt_reset();\n",
+        chip=_HANG,
+    ),
+    Mutation(
+        "watchdog fed by the main loop",
+        PORT,
+        "        receive_waiting(board);\n",
+        "        receive_waiting(board);\n        wdt_reset();\n        ADCSRA |= _BV(ADSC);\n",
+        chip=f"{_FAULT}[dead tick, hot, warm room]",
+    ),
+    Mutation(
+        "pins left connected to the timer",
+        PORT,
+        "    TCCR1A &= ~(_BV(COM1A1) | _BV(COM1B1));\n    OCR1A = OCR1B = 0;\n",
+        "    OCR1A = OCR1B = 0;\n",
+        chip=_TRUE_ZERO,
+    ),
+    Mutation(
+        "driver left enabled",
+        PORT,
+        "    PORTB &= ~(ENABLE_PIN | HEAT_PIN | COOL_PIN);\n    TCCR1A &=",
+        "    PORTB &= ~(HEAT_PIN | COOL_PIN);\n    TCCR1A &=",
+        chip=_TRUE_ZERO,
+    ),
+    Mutation(
+        "both sides of the bridge driven",
+        PORT,
+        "    TCCR1A |= own;\n",
+        "    TCCR1A |= own | other;\n",
+        chip=_OTHER_SIDE,
+    ),
+    Mutation(
+        "kept memory cleared at start",
+        PORT,
+        'plate::Keepsake keepsake __attribute__((section(".noinit")));',
+        "plate::Keepsake keepsake;",
+        chip="test_resets.py::test_a_fault_whose_cause_has_gone_outlives_a_reset",
+    ),
+)

@@ -1,0 +1,56 @@
+"""What off means at the pins of the simulated chip: nothing is left for noise to switch on."""
+
+from __future__ import annotations
+
+import pytest
+
+from . import line
+from .rawhost import RawHost
+
+DDRB, PORTB, TCCR1A = 0x24, 0x25, 0x80
+ENABLE, HEAT, COOL = 1 << 0, 1 << 1, 1 << 2
+COM_BITS = 0xF0  # connect the timer to the heat and the cool pin
+
+
+def peek(host: RawHost, address: int) -> int:
+    board = host.board
+    return int(board._library.host_peek(board._host, address))
+
+
+def all_is_off(host: RawHost) -> None:
+    assert not peek(host, PORTB) & (ENABLE | HEAT | COOL)
+    assert not peek(host, TCCR1A) & COM_BITS
+    assert peek(host, DDRB) & (ENABLE | HEAT | COOL) == ENABLE | HEAT | COOL
+
+
+def test_a_board_that_was_asked_nothing_is_off(host: RawHost) -> None:
+    host.advance(1.0)
+
+    all_is_off(host)
+
+
+@pytest.mark.parametrize(("setpoint_c", "driven", "idle"), [(38.0, HEAT, COOL), (20.0, COOL, HEAT)])
+def test_one_side_of_the_bridge_is_driven_and_the_other_is_let_go(
+    host: RawHost, setpoint_c: float, driven: int, idle: int
+) -> None:
+    com = {HEAT: 0xC0, COOL: 0x30}
+    host.hold(setpoint_c, 1.0)
+
+    assert peek(host, PORTB) & ENABLE
+    assert peek(host, TCCR1A) & com[driven]
+    assert not peek(host, TCCR1A) & com[idle]
+
+
+def test_off_is_true_zero_after_heating_and_after_cooling(host: RawHost) -> None:
+    for setpoint_c in (38.0, 20.0):
+        host.hold(setpoint_c, 1.0)
+        assert host.ask(line.OFF) == "ok"
+        all_is_off(host)
+
+
+def test_a_fault_is_true_zero(host: RawHost) -> None:
+    host.hold(38.0, 1.0)
+    host.board.sensors[2] = lambda _: 0.0
+    host.hold(38.0, 0.3)
+
+    all_is_off(host)
