@@ -35,7 +35,15 @@ class Chip:
 
 def build(folder: Path) -> Chip:
     """Compile both into `folder`."""
-    return Chip(load(build_host(folder / "host")), build_firmware(folder / "firmware"))
+    build_host(folder / "host")
+    build_firmware(folder / "firmware")
+    return opened(folder)
+
+
+def opened(folder: Path) -> Chip:
+    """Return what `build` left in `folder`."""
+    elf = next((folder / "firmware").glob("*.elf"))
+    return Chip(load(folder / "host" / "libavrhost.so"), elf)
 
 
 def missing() -> str | None:
@@ -46,16 +54,14 @@ def missing() -> str | None:
     return f"no {', '.join(absent)}: apt-get install {PACKAGES}" if absent else None
 
 
-def build_host(folder: Path) -> Path:
-    """Compile the host of the simulated chip into `folder`; the shared library."""
+def build_host(folder: Path) -> None:
+    """Compile the host of the simulated chip into `folder`."""
     _make(HERE / "sim", f"BUILD={folder}")
-    return folder / "libavrhost.so"
 
 
-def build_firmware(folder: Path) -> Path:
-    """Compile the firmware into `folder`; the ELF file."""
+def build_firmware(folder: Path) -> None:
+    """Compile the firmware into `folder`."""
     _make(FIRMWARE / "avr", f"BUILD={folder}")
-    return next(folder.glob("*.elf"))
 
 
 def _has_simavr() -> bool:

@@ -160,6 +160,7 @@ FAULTS = (
     Fault("plate A jumps", _wrong(8, 0, PLATE_A), ("READING_JUMPS", "PLATE_DISAGREES")),
     Fault("plate A too fast", _wrong(0, 150, PLATE_A), ("READING_JUMPS", "PLATE_DISAGREES")),
     Fault("sink too fast", _wrong(0, 150, SINK), ("READING_JUMPS", "SINK_HOT", "SINK_IMPLAUSIBLE")),
+    Fault("sink reads too hot", _wrong(0, 12, SINK), ("SINK_HOT", "SINK_IMPLAUSIBLE"), sees_s=3.4),
     Fault(
         "plate A wrong beta",
         _other_beta(PLATE_A),

@@ -1,0 +1,103 @@
+"""The service's own way from a touch to a setpoint, on a simulated board, in simulated time.
+
+`Rig` joins the unmodified `devices/peltier.py`, over `sim://`, with the rendering that a session
+uses: Course, then limits. Nothing here knows the protocol.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import serial
+
+from hapticvlm.devices.peltier import Peltier
+from hapticvlm.materials import MATERIALS
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering import thermal
+from hapticvlm.rendering.course import Course
+from hapticvlm.rendering.thermal import PlateReading, ThermalContact
+
+from .board import Board
+from .protocol_sim import BOARDS
+
+LEASE_S = 0.25
+_PACKAGE = __package__ or "firmware"
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One step at 50 Hz: what physics wanted, what was sent, what the plate truly was."""
+
+    now: float
+    wanted_c: float
+    setpoint_c: float
+    limited_by: str | None
+    plate_c: float
+    skin_c: float
+    reading: PlateReading
+
+
+class Rig:
+    """A scene's hand, the service's rendering and port, the board and the plant."""
+
+    def __init__(self, board: Board) -> None:
+        if _PACKAGE not in serial.protocol_handler_packages:
+            serial.protocol_handler_packages.append(_PACKAGE)
+        BOARDS["plate"] = board
+        self.board = board
+        self.course = Course()
+        self.peltier = Peltier("sim://plate", clock=lambda: board.now)
+        self.peltier.connect()
+        self._setpoint_c = NEUTRAL_C
+        self._last = board.now
+
+    def live(self, seconds: float) -> list[Moment]:
+        """Render for `seconds`, one setpoint per turn of the port (20 ms)."""
+        until = self.board.now + seconds
+        moments = []
+        while self.board.now < until:
+            moments.append(self._turn())
+        return moments
+
+    def rest(self, seconds: float) -> None:
+        """Send the plate to rest and let time pass."""
+        self.peltier.rest(self.board.now)
+        until = self.board.now + seconds
+        while self.board.now < until:
+            self.peltier.turn()
+
+    def close(self) -> None:
+        """Switch the plate off."""
+        self.peltier.close()
+        BOARDS.pop("plate", None)
+
+    def _turn(self) -> Moment:
+        self.peltier.turn()
+        now = self.board.now
+        reading = self.peltier.advance(now)
+        wanted_c = self.course.wanted_c(now)
+        limited = thermal.limit(wanted_c, self._setpoint_c, now - self._last, reading)
+        self._setpoint_c, self._last = limited.setpoint_c, now
+        self.peltier.command(limited.setpoint_c, LEASE_S, now)
+        plant = self.board.plant
+        return Moment(
+            now,
+            wanted_c,
+            limited.setpoint_c,
+            limited.limited_by,
+            plant.plate_c,
+            plant.skin_c,
+            reading,
+        )
+
+
+def contact(material: str, ambient_c: float) -> ThermalContact:
+    """Return the contact with a thick object of `material` that has the room's temperature."""
+    return thermal.thermal_contact(MATERIALS[material].thermal, ambient_c)
+
+
+def rms(moments: list[Moment], error: Callable[[Moment], float]) -> float:
+    """Root mean square of `error` over `moments`."""
+    return math.sqrt(sum(error(moment) ** 2 for moment in moments) / len(moments))

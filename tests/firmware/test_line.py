@@ -1,0 +1,176 @@
+"""Damage on the serial line: counted, never executed, and the next good frame is obeyed."""
+
+from __future__ import annotations
+
+import random
+import struct
+from collections.abc import Iterator
+
+import pytest
+
+from . import line
+from .board import Board
+from .rawhost import RawHost
+
+HELD_C = 34.0
+# What would change something if it were obeyed while 34 degC are held.
+ORDERS = {
+    "hello": (line.HELLO, b"\x02\x00"),
+    "setpoint": (line.SETPOINT, line.setpoint(19.0, 1.0)),
+    "off": (line.OFF, b""),
+    "rest": (line.REST, b""),
+    "clear": (line.CLEAR, b"\x0d"),
+}
+SEQ = 0xA5
+
+
+@pytest.fixture
+def holding(host: RawHost) -> Iterator[RawHost]:
+    """A host that holds 34 degC and has no unanswered order."""
+    host.hold(HELD_C, 3.0)
+    yield host
+    assert host.board.resets == 0
+    told = host.state()
+    assert told.state == "holding"
+    assert told.setpoint_c == pytest.approx(HELD_C, abs=0.01)
+    assert all(seq != SEQ for _, seq, _ in host.acks), "no damaged order was answered"
+    bad = told.bad_frames
+    host.hold(HELD_C + 1.0, 0.5)
+    assert host.acks[-1] == (line.SETPOINT, host.acks[-1][1], "ok")
+    assert host.state().bad_frames == bad
+
+
+def sent(host: RawHost, wire: bytes) -> None:
+    """Put bytes on the line, an end of frame behind them, and keep the setpoint alive."""
+    host.board.write(wire + b"\0")
+    host.board.write(line.frame(line.SETPOINT, 1, line.setpoint(HELD_C, 0.5)))
+    host.advance(0.01)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_no_single_bit_error_is_obeyed(holding: RawHost, order: str) -> None:
+    good = line.frame(ORDERS[order][0], SEQ, ORDERS[order][1])
+    before = holding.state().bad_frames
+    flips = [(at, bit) for at in range(len(good) - 1) for bit in range(8)]
+    for at, bit in flips:
+        wire = bytearray(good[:-1])
+        wire[at] ^= 1 << bit
+        sent(holding, bytes(wire))
+
+    assert holding.state().bad_frames - before >= len(flips)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_no_truncated_frame_is_obeyed(holding: RawHost, order: str) -> None:
+    good = line.frame(ORDERS[order][0], SEQ, ORDERS[order][1])
+    before = holding.state().bad_frames
+    for length in range(1, len(good) - 1):
+        sent(holding, good[:length])
+
+    assert holding.state().bad_frames - before == len(good) - 2
+
+
+def test_a_frame_longer_than_any_is_dropped_whole(holding: RawHost) -> None:
+    chance = random.Random(1)
+    before = holding.state().bad_frames
+    for length in (53, 54, 55, 100, 400):
+        sent(holding, bytes(chance.randrange(1, 256) for _ in range(length)))
+
+    assert holding.state().bad_frames - before == 5
+
+
+def test_a_frame_that_dribbles_in_is_obeyed(host: RawHost) -> None:
+    host.hold(HELD_C, 1.0)
+    for byte in line.frame(line.SETPOINT, 9, line.setpoint(36.0, 1.0)):
+        host.board.write(bytes([byte]))
+        host.advance(0.01)
+    host.advance(0.05)
+
+    assert (line.SETPOINT, 9, "ok") in host.acks
+
+
+def flood(host: RawHost, bytes_a_slice: int) -> int:
+    """Send noise and a good setpoint now and then for 2 s; how often the board reported."""
+    chance = random.Random(2)
+    told = 0
+    for slice in range(200):
+        host.board.write(chance.randbytes(bytes_a_slice))
+        if slice % 10 == 0:
+            host.board.write(b"\0")
+            host.send(line.SETPOINT, line.setpoint(HELD_C, 1.0))
+        host.telemetry = None
+        host.advance(0.01)
+        told += host.telemetry is not None
+    host.board.write(b"\0")
+    return told
+
+
+def test_good_frames_amid_a_flood_are_obeyed(holding: RawHost) -> None:
+    holding.acks.clear()
+    told = flood(holding, 200)
+    holding.advance(0.05)
+
+    assert len(holding.acks) == 20
+    assert told >= 0.95 * 2.0 * 20, "twenty times a second"
+    assert abs(holding.board.plant.plate_c - HELD_C) < 0.5
+
+
+def test_a_flood_at_line_rate_starves_neither_control_nor_telemetry(host: RawHost) -> None:
+    host.hold(HELD_C, 3.0)
+    told = flood(host, 250)
+    host.advance(0.2)
+
+    assert told >= 0.95 * 2.0 * 20, "twenty times a second"
+    assert host.board.resets == 0
+    assert host.state().faults == ()
+    host.board.write(b"\0")
+    host.hold(HELD_C, 0.3)
+    assert host.state().state == "holding"
+
+
+def test_noise_alone_never_switches_anything_on(host: RawHost) -> None:
+    chance = random.Random(3)
+    for _ in range(200):
+        host.board.write(chance.randbytes(240))
+        host.advance(0.01)
+
+    assert host.board.last_driven_at == 0.0
+    assert host.state().faults == ()
+
+
+@pytest.mark.parametrize(
+    ("type", "payload", "answer"),
+    [
+        (line.SETPOINT, line.setpoint(17.999), "range"),
+        (line.SETPOINT, line.setpoint(40.001), "range"),
+        (line.SETPOINT, struct.pack("<iH", -(2**31), 250), "range"),
+        (line.SETPOINT, struct.pack("<iH", 2**31 - 1, 250), "range"),
+        (line.SETPOINT, line.setpoint(32.0, 0.0), "ttl"),
+        (line.SETPOINT, line.setpoint(32.0, 1.001), "ttl"),
+        (line.SETPOINT, line.setpoint(32.0)[:-1], "length"),
+        (line.SETPOINT, line.setpoint(32.0) + b"\0", "length"),
+        (line.OFF, b"\0", "length"),
+        (line.CLEAR, b"", "length"),
+        (line.HELLO, b"\x02\x00", "version"),
+        (line.CLEAR, b"\x01", "not_latched"),
+        (line.CLEAR, b"\xff", "not_latched"),
+        (0x55, b"", "unknown"),
+        (line.TELEMETRY, b"", "unknown"),
+    ],
+)
+def test_nonsense_that_passes_its_crc_is_refused(
+    host: RawHost, type: int, payload: bytes, answer: str
+) -> None:
+    refused = host.state().refused
+
+    assert host.ask(type, payload) == answer
+    assert host.state().refused == refused + 1
+    assert not host.board.is_driven
+
+
+def test_a_setpoint_before_hello_is_refused(board: Board) -> None:
+    host = RawHost(board)
+    host.advance(0.2)
+
+    assert host.ask(line.SETPOINT, line.setpoint(34.0)) == "hello"
+    assert not board.is_driven

@@ -1,0 +1,50 @@
+"""Faults in pairs. Here the ones that strip guards from each other; `sweep.py` runs every pair."""
+
+from __future__ import annotations
+
+import pytest
+
+from .build import Chip
+from .faults import BY_NAME
+from .situations import COLD, HOT, Situation
+from .trials import trial
+
+LONGEST_S = 90.0
+PAIRS = [
+    ("both read 8 low", "sink frozen", HOT),
+    ("both read 8 low", "both frozen alike", HOT),
+    ("both read 8 low", "fan dead", HOT),
+    ("both read 8 low", "host silent", HOT),
+    ("both read 8 high", "sink frozen", COLD),
+    ("both read 8 high", "fan dead", COLD),
+    ("both wrong beta", "both drift down", HOT),
+    ("both drift up", "sink 8 K/W", COLD),
+    ("both frozen alike", "bridge shorted to heat", HOT),
+    ("both frozen alike", "bridge shorted to cool", COLD),
+    ("bridge shorted to heat", "hang, interrupts off", HOT),
+    ("bridge shorted to heat", "brown-out", HOT),
+    ("bridge shorted to heat", "plate A open", HOT),
+    ("bridge shorted to cool", "hang, boot loader hides it", COLD),
+    ("bridge shorted to cool", "fan dead", COLD),
+    ("module backwards", "both frozen alike", HOT),
+    ("module backwards", "both wrong beta", HOT),
+    ("module backwards", "bridge shorted to heat", COLD),
+    ("hang, interrupts on", "plate A frozen", HOT),
+    ("dead tick", "line noise", HOT),
+    ("host silent", "plate A drifts down", HOT),
+    ("line noise", "both read too cold", HOT),
+    ("plate A wrong beta", "plate B frozen", HOT),
+    ("fan dead", "sink frozen", COLD),
+]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "situation"), PAIRS, ids=[f"{one} and {two}" for one, two, _ in PAIRS]
+)
+def test_two_faults_at_once_leave_the_skin_safe(
+    chip: Chip, first: str, second: str, situation: Situation
+) -> None:
+    outcome = trial(chip.board, [BY_NAME[first], BY_NAME[second]], situation, LONGEST_S)
+
+    assert outcome.is_safe, outcome
+    assert outcome.shoot_through == 0

@@ -1,0 +1,40 @@
+"""A long busy scene: fast enough to test with, and the same bit for bit when run again."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from .build import Chip
+from .busy import live
+
+LONG_S, CPU_S = 600.0, 60.0
+
+
+def test_a_scene_repeats_bit_for_bit(chip: Chip) -> None:
+    first, second = live(chip, 40.0), live(chip, 40.0)
+
+    assert first.fingerprints == second.fingerprints
+    assert len(set(first.fingerprints)) == len(first.fingerprints)
+
+
+def test_another_seed_of_the_noise_is_another_run(chip: Chip) -> None:
+    assert live(chip, 6.0).fingerprints != live(chip, 6.0, seed=2).fingerprints
+
+
+@pytest.mark.slow
+def test_ten_busy_minutes_are_safe_and_take_less_than_one(chip: Chip) -> None:
+    begun = time.process_time()
+    scene = live(chip, LONG_S)
+    cpu_s = time.process_time() - begun
+
+    assert scene.touches > 100
+    assert scene.resets == 1, "the one of opening the port"
+    assert scene.faults == ()
+    assert scene.skin_low_c > 13.0
+    assert scene.skin_high_c < 43.0
+    assert scene.dose_cem43 < 2.0
+    assert scene.bytes_lost == 0
+    print(f"{LONG_S:g} s in {cpu_s:.1f} s of processor time", scene)
+    assert cpu_s < CPU_S
