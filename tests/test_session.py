@@ -213,6 +213,22 @@ def test_a_slide_to_another_object_takes_the_cold_of_the_first_along():
     assert setpoint_c("sword") < setpoint_c("hilt") - 0.5
 
 
+def test_a_calibrated_contact_resistance_shapes_every_touch():
+    def setpoint_c(contact_resistance: float | None) -> float:
+        session = SceneSession(owner=True, contact_resistance=contact_resistance)
+        table = SceneObject(object_id="table", material="metal")
+        session.receive(Scene(id=1, objects=[table], replace=True), 0.0)
+        reached_c = NEUTRAL_C
+        for step in range(100):
+            now = 1.0 + 0.02 * step
+            session.receive(touch("contact", "table"), now)
+            (heat,) = only(session.tick(now, READING), Heat)
+            reached_c = heat.setpoint_c
+        return reached_c
+
+    assert setpoint_c(1e-4) < setpoint_c(None) < setpoint_c(5e-3) - 2.0
+
+
 def test_the_setpoint_never_moves_faster_than_the_slew_limit():
     session = owner(SceneObject(object_id="table", material="metal", temperature_c=-20.0))
     now, before = 1.0, NEUTRAL_C

@@ -42,8 +42,12 @@ def contact(
     facts: SceneObject | None,
     surface_c: float,
     table: Mapping[str, Material] = materials.MATERIALS,
+    contact_resistance: float | None = None,
 ) -> ThermalContact | None:
-    """Return the thermal contact of skin and object, or None when the material is unknown."""
+    """Return the thermal contact of skin and object, or None when the material is unknown.
+
+    A contact resistance in m2 K/W, as calibrated for a palm, replaces that of the material.
+    """
     name = known(verdict.material)
     if name is None:
         return None
@@ -51,6 +55,7 @@ def contact(
         table[name].thermal,
         surface_c,
         thickness_m=facts.thickness_m if facts else None,
+        contact_resistance=contact_resistance,
     )
 
 

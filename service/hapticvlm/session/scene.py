@@ -86,12 +86,14 @@ class SceneSession:
         reading: PlateReading = AT_REST,
         table: Mapping[str, Material] = MATERIALS,
         can_ask: bool = False,
+        contact_resistance: float | None = None,
     ) -> None:
         self.owner = owner
         self.observer = observer
         self._hold = hold if hold is not None else Hold()
         self._reading = reading
         self._table = table
+        self._contact_resistance = contact_resistance
         self._objects = SceneObjects(table)
         self._hands = {name: Hand(number) for number, name in enumerate(NAMES)}
         self._clock = ClockOffset()
@@ -334,7 +336,9 @@ class SceneSession:
         facts = self._objects.facts(key)
         object_id = key if isinstance(key, str) else None
         warmth = decisions.surface_of(object_id, verdict, facts, self._surroundings.ambient)
-        return decisions.contact(verdict, facts, warmth.value_c, self._table)
+        return decisions.contact(
+            verdict, facts, warmth.value_c, self._table, self._contact_resistance
+        )
 
     def _decision(self, key: Key) -> Decision:
         around = decisions.Circumstances(
