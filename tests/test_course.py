@@ -134,6 +134,13 @@ def test_an_unknown_material_is_neutral_and_leaves_nothing() -> None:
     assert course.release(3.0).traces == ()
 
 
+def test_what_becomes_known_during_a_touch_begins_with_its_lead() -> None:
+    known = Course().touch(None, "blob", 1.0).touch(METAL, "blob, seen", 1.3)
+
+    assert known.begun_at == 1.3 - LEAD_S
+    assert known.traces == ()
+
+
 def test_a_released_hand_wants_a_neutral_plate() -> None:
     assert Course().touch(METAL, "knife", 0.0).release(2.0).wanted_c(2.0) == 32.0
     assert Course().wanted_c(0.0) == 32.0

@@ -47,6 +47,7 @@ READING = PlateReading(
 PIXEL = simplejpeg.encode_jpeg(np.full((32, 32, 3), 90, np.uint8))
 WOOD = Evidence("encoder", (("wood", 0.9),))
 GLASS = Evidence("encoder", (("glass", 0.9),))
+METAL = Evidence("encoder", (("metal", 0.9),))
 
 
 def touch(phase="contact", object_id="table", at=0.0, **fields):
@@ -227,6 +228,25 @@ def test_a_calibrated_contact_resistance_shapes_every_touch():
         return reached_c
 
     assert setpoint_c(1e-4) < setpoint_c(None) < setpoint_c(5e-3) - 2.0
+
+
+def test_another_material_under_the_hand_in_a_frame_is_another_object():
+    region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
+
+    def setpoint_c(first: Evidence) -> float:
+        session, reached_c = owner(), NEUTRAL_C
+        for step in range(100):
+            now = 1.0 + 0.02 * step
+            session.receive(touch("slide", None, region=region), now)
+            if step % 5 == 0:
+                looks = only(session.receive(frame(id=0, object_id=None), now), LookAt)
+                (look,) = [one for one in looks if one.key is not None]
+                session.recognised(look, first if step < 50 else WOOD, {}, now)
+            (heat,) = only(session.tick(now, READING), Heat)
+            reached_c = heat.setpoint_c
+        return reached_c
+
+    assert setpoint_c(METAL) < setpoint_c(WOOD) - 0.5
 
 
 def test_the_setpoint_never_moves_faster_than_the_slew_limit():

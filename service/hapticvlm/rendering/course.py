@@ -71,11 +71,12 @@ class Course:
         """Be in contact with the object `key`; call as often as you like.
 
         A new key is a slide to another object; the same key with another contact is a belief that
-        changed, not a touch, so the contact goes on under the new belief. None: material unknown.
+        changed, not a touch, so the contact goes on under the new belief. None: material unknown;
+        what is known after it begins as a contact does, with its lead.
         """
         if self.begun_at is not None and self.key == key:
             return self if self.contact == contact else replace(self, contact=contact)
-        slides = self.begun_at is not None
+        slides = self.begun_at is not None and self.contact is not None
         ended = self.release(now)
         begun_at = now if slides else now - self.lead_s
         return replace(ended, contact=contact, key=key, begun_at=begun_at)

@@ -316,13 +316,17 @@ class SceneSession:
         return [Heat(limited.setpoint_c, LEASE_S)]
 
     def _follow(self, hand: Hand | None, now: float) -> Course:
-        """Let the course of the plate's palm go on with what this hand does now."""
+        """Let the course of the plate's palm go on with what this hand does now.
+
+        In a region of a frame no object tells where one ends: another material is another object.
+        """
         if hand is None:
             return self._course.release(now)
         contact = self._contact(hand.key)
         if not hand.is_touching:
             return self._course.approach(contact, now)
-        return self._course.touch(contact, (hand.name, hand.key), now)
+        bulk = contact.thermal if contact and isinstance(hand.key, tuple) else None
+        return self._course.touch(contact, (hand.name, hand.key, bulk), now)
 
     def _plate_hand(self) -> Hand | None:
         """Return the hand of the latest contact; without one, a hand that approaches."""
