@@ -18,6 +18,9 @@ def add(commands: Commands) -> None:
     latency = kinds.add_parser("latency", help="touch round trip against a bare echo")
     latency.set_defaults(run=_measure_latency)
     latency.add_argument("--seconds", type=float, default=20.0, help="per row (%(default)s)")
+    latency.add_argument(
+        "--vlm", action="store_true", help="also while a VLM (random weights) uses every core"
+    )
     latency.add_argument("--json", action="store_true", help="print the JSON line only")
     frames = kinds.add_parser("frames", help="frame path at 60 frames/s: memory, queue, answers")
     frames.set_defaults(run=_measure_frames)
@@ -53,7 +56,7 @@ def _add_fusion(kinds: Commands) -> None:
 def _measure_latency(options: argparse.Namespace) -> int:
     from hapticvlm.measure.latency import run
 
-    return run(seconds=options.seconds, as_json=options.json)
+    return run(seconds=options.seconds, as_json=options.json, with_vlm=options.vlm)
 
 
 def _measure_frames(options: argparse.Namespace) -> int:

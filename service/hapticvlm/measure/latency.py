@@ -41,6 +41,8 @@ SETTLE_S = 0.5
 MARGIN_S = SETTLE_S + WARM_UP / RATE_HZ + 1.0
 CLIENT_PRIORITY = 5
 LOADS = {0: "idle", 1: "60 frames/s", 4: "4 x 60 frames/s"}  # scenes that stream frames
+BURNING = "VLM flat out"
+BURN_END_S = 60.0  # a pass under way may take some seconds
 BLOCK_MS = 128 / 48.0
 
 
@@ -77,10 +79,11 @@ class Row:
         }
 
 
-def run(*, seconds: float, as_json: bool) -> int:
-    """Measure, print a table and, last, one JSON object."""
+def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
+    """Measure, print a table and, last, one JSON object; with a VLM busy on every core too."""
     console = Console(quiet=as_json, width=150)
-    rows = []
+    rows: list[Row] = []
+    vlm: dict[str, dict[str, Any]] = {}
     for realtime in (False, True) if _may_take_priority() else (False,):
         priority = "real-time" if realtime else "normal"
         arguments = [] if realtime else ["--no-realtime"]
@@ -89,13 +92,19 @@ def run(*, seconds: float, as_json: bool) -> int:
                 name = f"{priority}, {what}"
                 with console.status(f"{name}: {seconds:.0f} s"):
                     rows.append(asyncio.run(_row(name, service, port, seconds, scenes)))
+            if with_vlm:
+                with console.status(f"{priority}, {BURNING}"), _burning(seconds) as burnt:
+                    name = f"{priority}, {BURNING}"
+                    rows.append(asyncio.run(_row(name, service, port, seconds, 0)))
+                vlm[priority] = burnt
     summaries = [row.summary() for row in rows]
     console.print(_table(summaries))
-    if len(rows) < 2 * len(LOADS):
+    for priority, burnt in vlm.items():
+        console.print(f"{priority}: the VLM ({burnt['model']}) kept {burnt['cores']} cores busy")
+    if len(rows) < 2 * (len(LOADS) + with_vlm):
         console.print("real-time priority is not permitted here: those rows are missing")
-    print(
-        json.dumps({"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries})
-    )
+    told = {"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}
+    print(json.dumps({**told, "vlm": vlm or None}))
     return 0
 
 
@@ -184,6 +193,23 @@ async def _start_load(url: str, seconds: float, scenes: int) -> asyncio.subproce
         *(str(FRAME_RATE_HZ), str(seconds), str(FRAME_BYTES), str(scenes)),
         stdout=subprocess.PIPE,
     )
+
+
+@contextmanager
+def _burning(seconds: float) -> Iterator[dict[str, Any]]:
+    """Keep a VLM busy on every core meanwhile; what it did is told when the context ends."""
+    told: dict[str, Any] = {}
+    command = [sys.executable, "-m", "hapticvlm.measure.burn", str(seconds + MARGIN_S + 1.0)]
+    command.append(str(os.cpu_count() or 1))
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            if process.stdout.readline() != "burning\n":
+                raise RuntimeError("the VLM did not start; it needs the extra `models`")
+            yield told
+            told |= json.loads(process.communicate(timeout=BURN_END_S)[0])
+        finally:
+            process.kill()
 
 
 @contextmanager
