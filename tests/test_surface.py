@@ -93,7 +93,7 @@ def test_an_object_id_is_read_where_there_is_no_name() -> None:
         ("bowl_of_soup", 40, 75),
         ("cold_beer_glass", 1, 12),
         ("frozen_peas", -18, 0),
-        ("Fridge_Open", 1, 8),
+        ("fridge_interior", 1, 8),
         ("freezer_interior", -22, -12),
         ("Lamp_On", 22, 60),
         ("bulb_lit", 35, 150),
@@ -140,7 +140,7 @@ def test_negations_and_imitations_say_nothing(name: str) -> None:
     """Ice_Blue_Sofa HotPink HotPink_Mug radiator_grille iron_gate flat_iron cold_steel Snow_White
     Cold_Steel_Knife SnowGlobe fire_hydrant FireExtinguisher hot_dog_bun ice_axe ice_cream_truck
     Soup_Can campfire_stones Frozen_Castle frozen_elsa_mug steampunk_lamp warm_white_lamp
-    stove_off_white fridge_magnet lava_lamp Fire_Red_Car Hot_Wheels water_heater""".split(),  # noqa: SIM905
+    stove_off_white fridge_magnet lava_lamp Fridge_Open Fire_Red_Car Hot_Wheels water_heater""".split(),  # noqa: SIM905
 )
 def test_a_false_friend_says_nothing(name: str) -> None:
     assert by_name(name) is None

@@ -160,7 +160,7 @@ _STATES: dict[State, str] = {
     "warm": "warm, lukewarm",
     "cold": "cold, chilled, refrigerated, ice cold",
     "frozen": "frozen, snow covered, deep frozen",
-    "inside": "inside, interior, open, opened",
+    "inside": "inside, interior",
     "off": """off, unlit, extinguished, unheated, inactive, unplugged, turned off, switched off,
         powered off, burned out, burnt out""",
 }
