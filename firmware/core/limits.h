@@ -84,7 +84,8 @@ const float STILL_HEAT_W = 1.4f;                     // a plate that stands stil
 const float STILL_C = 0.05f;                         // in a window: twice what the noise of a sound board makes
 const float HELD_C = 0.3f;                           // nearer to its goal, below full drive, a plate may stand still
 const float ALONG_C = 0.2f;                          // in a window: the plate follows
-const float STALLED_HEAT_J = 8.0f, STALLED_COOL_J = 15.0f;  // spent on a plate that does not follow
+const float STALLED_HEAT_J = 7.0f, STALLED_COOL_J = 15.0f;  // spent on a plate that does not follow
+const float AWAY_C = 0.8f;                           // in a window: more than a plate drifts that has no current
 const float EASED = 0.98f;                           // a current that falls as a touch wears off
 // The wrong way by this much in a window, and still so in its last half, when a touch has settled.
 const float BACKWARDS_HEAT_C = 2.0f, BACKWARDS_HEAT_LATE_C = 0.8f;

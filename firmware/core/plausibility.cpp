@@ -47,7 +47,8 @@ bool has_stalled(Plausibility& state, float along_c, float power_w) {
         state.stalled_j = 0.0f;
         return false;
     }
-    state.stalled_j += power_w * state.pushing * (PROGRESS_MS * 0.001f);
+    const float weight = along_c <= -AWAY_C ? 2.0f : 1.0f;
+    state.stalled_j += weight * power_w * state.pushing * (PROGRESS_MS * 0.001f);
     return state.stalled_j >= (state.pushing > 0 ? STALLED_HEAT_J : STALLED_COOL_J);
 }
 
@@ -57,7 +58,7 @@ uint32_t judge_window(Plausibility& state, const Sensors& sensors, const Drive& 
     if (runs_backwards(state, along_c, late_c)) return bit(WIRED_BACKWARDS);
     if (stands_still(state, sensors, drive)) return bit(RUNAWAY);
     if (!has_stalled(state, along_c, drive.power_w)) return 0;
-    return along_c <= -ALONG_C ? bit(WIRED_BACKWARDS) : bit(RUNAWAY);
+    return along_c <= -AWAY_C ? bit(WIRED_BACKWARDS) : bit(RUNAWAY);
 }
 
 void remember_current(Plausibility& state, float current_a) {
