@@ -43,6 +43,7 @@ class Build:
         self, name: str, files: list[Path], *flags: str, using: tuple[str, ...] = ()
     ) -> Path:
         target = self.folder / name
+        target.parent.mkdir(exist_ok=True)
         kind = "exe" if name.endswith(".exe") else "library"
         references = [f"-r:{self.folder / other}" for other in using]
         command = ["mcs", *FLAGS, f"-target:{kind}", f"-out:{target}", *references, *flags]
@@ -66,12 +67,22 @@ class Build:
         return done.stdout
 
 
-@pytest.fixture(scope="session")
-def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
-    """The compiled package and test programs, for `pytest_plugins = ("mono",)`."""
-    require()
-    built = Build(tmp_path_factory.mktemp("mono"))
-    built.compile("HapticVLM.Core.dll", sources(PACKAGE / "Runtime" / "Core"))
-    programs = sources(HERE / "csharp")
-    built.compile("programs.exe", programs, using=("HapticVLM.Core.dll",))
-    return built
+# Assemblies in the order they are compiled: name, folders, what they refer to.
+PACKAGED = (
+    ("HapticVLM.Core.dll", (PACKAGE / "Runtime" / "Core",), ()),
+    ("UnityEngine.dll", (HERE / "stubs",), ()),
+    ("UnityEditor.dll", (HERE / "editor_stubs",), ("UnityEngine.dll",)),
+    (
+        "HapticVLM.Unity.dll",
+        (PACKAGE / "Runtime" / "Unity",),
+        ("HapticVLM.Core.dll", "UnityEngine.dll"),
+    ),
+)
+ENGINE = ("HapticVLM.Core.dll", "HapticVLM.Unity.dll", "UnityEngine.dll", "UnityEditor.dll")
+PROGRAMS = (
+    ("HapticVLM.Editor.dll", (PACKAGE / "Editor",), ENGINE),
+    ("programs.exe", (HERE / "csharp",), ("HapticVLM.Core.dll",)),
+    ("components.exe", (HERE / "components",), (*ENGINE, "HapticVLM.Editor.dll")),
+)
+# Serialised fields are set by the engine alone, which the compiler cannot know.
+QUIET = "-nowarn:0649,0414"

@@ -14,7 +14,7 @@ from PIL import Image
 from hapticvlm.client import connect
 from hapticvlm.measure.service import running
 
-pytest_plugins = ("mono",)
+pytest_plugins = ("mono_build",)
 TOUCHES = 250
 KILLS = int(os.environ.get("HAPTICVLM_KILLS", "3"))  # 10 in long_run.py
 MAIN_LOOP_MS = 2.0

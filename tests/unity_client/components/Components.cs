@@ -1,0 +1,235 @@
+// The package's components in the stub player, against the real service. Prints what happened.
+using System;
+using System.Collections.Generic;
+using System.IO;
+using System.Threading;
+using HapticVLM;
+using HapticVLM.Wire;
+using Unity.Collections;
+using UnityEngine;
+using UnityEngine.Rendering;
+using Object = UnityEngine.Object;
+
+public static class Components
+{
+    static readonly List<string> Log = new List<string>();
+
+    public static int Main(string[] arguments)
+    {
+        if (arguments[0] == "members") return Members.Print(arguments);
+        if (arguments.Length > 2)
+        {
+            ImageConversion.Jpeg = File.ReadAllBytes(arguments[2]);
+            ImageConversion.Png = File.ReadAllBytes(arguments[3]);
+        }
+        switch (arguments[0])
+        {
+            case "touch": Touching(arguments[1]); break;
+            case "stream": Streaming(arguments[1]); break;
+            case "cycles": Cycles(arguments[1]); break;
+            case "scan": Scanning(arguments[1]); break;
+            case "window": EditorParts.Show(arguments[1]); break;
+            default: return 2;
+        }
+        foreach (string line in Log) Console.WriteLine(line);
+        return 0;
+    }
+
+    public static void Say(string line)
+    {
+        Log.Add(line);
+    }
+
+    public static HapticClient Client(string url)
+    {
+        var holder = new GameObject("client");
+        holder.SetActive(false);
+        var client = holder.AddComponent<HapticClient>();
+        client.Connect(url);
+        holder.SetActive(true);
+        return client;
+    }
+
+    public static HapticObject Thing(string name, string material = null)
+    {
+        var thing = new GameObject(name);
+        var renderer = thing.AddComponent<Renderer>();
+        renderer.bounds = new Bounds(new Vector3(0f, 0f, 2f), new Vector3(1f, 1f, 1f));
+        renderer.sharedMaterial = new Material { name = name };
+        var collider = thing.AddComponent<Collider>();
+        collider.bounds = renderer.bounds;
+        Physics.World.Add(collider);
+        var one = thing.AddComponent<HapticObject>();
+        if (material != null) one.State(material);
+        return one;
+    }
+
+    public static void Run(Func<bool> isDone, string what, double seconds = 120.0)
+    {
+        double until = Clock.Now + seconds;
+        while (!isDone())
+        {
+            if (Clock.Now > until) throw new TimeoutException(what);
+            Player.Tick();
+            Thread.Sleep(2);
+        }
+    }
+
+    public static void RunFor(int frames)
+    {
+        for (int i = 0; i < frames; i++)
+        {
+            Player.Tick();
+            Thread.Sleep(2);
+        }
+    }
+
+    static void Touching(string url)
+    {
+        HapticClient client = Client(url);
+        HapticObject oak = Thing("OakPlanks"), pane = Thing("Pane", "glass");
+        var painted = pane.gameObject.GetComponent<Renderer>().sharedMaterial;
+        painted.Set("_Metallic", 0.0f);
+        painted.Set("_Smoothness", 0.95f);
+        painted.Set("_BaseColor", new Color(2f, 0.5f, 0.5f, 0.25f));
+        painted.renderQueue = 3000;
+        var hand = new GameObject("hand").AddComponent<HapticHand>();
+        hand.transform.position = new Vector3(0f, 0f, 1.45f);
+        Run(() => client.State == LinkState.Ready, "no welcome");
+        Run(() => oak.Material != null, "no decision on approach");
+        Say("approach decides " + oak.Material + " by " + oak.Source);
+        var hit = new Collision { collider = oak.gameObject.GetComponent<Collider>(), impulse = new Vector3(0f, 0.03f, 0.04f), relativeVelocity = new Vector3(0.3f, 0f, 0f) };
+        Requests requests = client.Connection.Outbox.Requests;
+        Player.Send(hand.gameObject, "OnCollisionEnter", hit);
+        Say("touches " + (hand.TouchedObjectId == oak.ObjectId));
+        RunFor(40);
+        Player.Send(hand.gameObject, "OnTriggerEnter", pane.gameObject.GetComponent<Collider>());
+        Run(() => pane.Material != null, "no decision of the pane");
+        Say("then " + pane.Material + " by " + pane.Source);
+        Object.Destroy(pane.gameObject);
+        RunFor(2);
+        Say("back to the first " + (hand.TouchedObjectId == oak.ObjectId));
+        Player.ResetFigures();
+        RunFor(100);
+        Say("while touching longest_ms " + Player.LongestMs.ToString("r"));
+        Player.Send(hand.gameObject, "OnCollisionExit", hit);
+        Say("let go " + (hand.TouchedObjectId == null));
+        Run(() => requests.TouchesAnswered == requests.TouchesSent, "touches are not answered");
+        Say("touches sent " + requests.TouchesSent + " refused " + client.Connection.TouchesRefused);
+        client.Stop();
+        PauseAndResume(client);
+        Object.Destroy(client.gameObject);
+        EndOfThreads();
+    }
+
+    static void PauseAndResume(HapticClient client)
+    {
+        Player.Send(client.gameObject, "OnApplicationPause", true);
+        Say("paused " + client.State);
+        Player.Send(client.gameObject, "OnApplicationPause", false);
+        Run(() => client.State == LinkState.Ready, "it does not resume");
+        Say("resumed " + client.State + " warnings " + Debug.Warnings);
+    }
+
+    static void Streaming(string url)
+    {
+        HapticClient client = Client(url);
+        var streamer = Streamer(true);
+        Run(() => client.State == LinkState.Ready, "no welcome");
+        int answers = 0;
+        client.Decided += _ => answers++;
+        Run(() => streamer.Sent >= 10 && answers > 0, "no frame is sent or answered");
+        AsyncGPUReadback.IsDeviceLost = true;
+        int sent = streamer.Sent;
+        Run(() => streamer.Errors >= 3, "device loss is not noticed");
+        AsyncGPUReadback.IsDeviceLost = false;
+        Run(() => streamer.Sent > sent + 3, "it does not recover");
+        Say("recovered in_flight " + AsyncGPUReadback.MostInFlight + " exceptions " + Debug.Exceptions);
+        Player.ResetFigures();
+        long before = streamer.Sent;
+        RunFor(600);
+        Say("frames 600 pictures " + (streamer.Sent - before) + " allocated " + Player.AllocatedBytes + " longest_ms " + Player.LongestMs.ToString("r"));
+        Object.Destroy(streamer.gameObject);
+        Object.Destroy(client.gameObject);
+        RunFor(20);
+        FramePipe_Leaks();
+        EndOfThreads();
+    }
+
+    static void Cycles(string url)
+    {
+        HapticClient client = Client(url);
+        HapticObject thing = Thing("thing");
+        var streamer = Streamer(true);
+        var hand = new GameObject("hand").AddComponent<HapticHand>();
+        ImageConversion.EncodeMs = 3;
+        for (int i = 0; i < 100; i++)
+        {
+            foreach (Behaviour one in new Behaviour[] { streamer, hand, thing, client }) one.enabled = false;
+            if (i % 2 == 0) RunFor(1);
+            foreach (Behaviour one in new Behaviour[] { client, thing, hand, streamer }) one.enabled = true;
+            RunFor(i % 5);
+            if (i % 10 == 0) Run(() => client.State == LinkState.Ready, "cycle " + i + " does not connect");
+        }
+        Run(() => client.State == LinkState.Ready && streamer.Sent > 0, "nothing works after 100 cycles");
+        Say("works after 100 cycles");
+        streamer.enabled = false;
+        HapticClient.AbortActive(); // as before a domain reload
+        Object.Destroy(client.gameObject);
+        FramePipe_Leaks();
+        EndOfThreads();
+        Say("exceptions " + Debug.Exceptions);
+    }
+
+    static void Scanning(string url)
+    {
+        HapticClient client = Client(url);
+        HapticObject named = Thing("OakPlanks"), unsure = Thing("Xyzzy"), stated = Thing("Abc", "metal");
+        unsure.gameObject.layer = 5;
+        var streamer = Streamer(false);
+        Run(() => client.State == LinkState.Ready, "no welcome");
+        Run(() => streamer.IsScanDone && streamer.Sent > 0, "the scan does not end");
+        Run(() => named.Material != null && unsure.Material != null, "no decisions after the scan");
+        Say("scan sent " + streamer.Sent + " named " + named.Material + " unsure_layer " + unsure.gameObject.layer + " stated " + (stated.Material ?? "not shown"));
+        int sent = streamer.Sent;
+        streamer.Capture(unsure);
+        Run(() => streamer.Sent > sent, "no picture on demand");
+        Say("on demand warnings " + Debug.Warnings + " exceptions " + Debug.Exceptions);
+        Object.Destroy(streamer.gameObject);
+        Object.Destroy(client.gameObject);
+        RunFor(20);
+        FramePipe_Leaks();
+        EndOfThreads();
+    }
+
+    static FrameStreamer Streamer(bool isContinuous)
+    {
+        var holder = new GameObject("streamer");
+        holder.SetActive(false);
+        var streamer = holder.AddComponent<FrameStreamer>();
+        Private(streamer, "isContinuous", isContinuous);
+        Private(streamer, "scansObjects", !isContinuous);
+        Private(streamer, "framesPerSecond", 30f);
+        Private(streamer, "sizePx", 128);
+        holder.SetActive(true);
+        return streamer;
+    }
+
+    // Serialised fields are set as the engine does it: by reflection.
+    static void Private(object of, string field, object value)
+    {
+        of.GetType().GetField(field, System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic).SetValue(of, value);
+    }
+
+    static void FramePipe_Leaks()
+    {
+        Say("left arrays " + NativeArray<byte>.Live + " textures " + RenderTexture.Live);
+    }
+
+    static void EndOfThreads()
+    {
+        double until = Clock.Now + 30.0;
+        while (HapticConnection.Running > 0 && Clock.Now < until) Thread.Sleep(5);
+        Say("threads left " + HapticConnection.Running);
+    }
+}

@@ -1,0 +1,160 @@
+// Executable stand-ins of our own for the engine members the package uses. No engine code.
+using System;
+using System.Collections.Generic;
+
+namespace UnityEngine
+{
+    [Flags]
+    public enum HideFlags { None = 0, HideAndDontSave = 61 }
+
+    public class Object
+    {
+        internal bool IsDead;
+
+        public string name { get; set; }
+        public HideFlags hideFlags { get; set; }
+
+        public static void Destroy(Object dead)
+        {
+            Player.Destroy(dead);
+        }
+
+        public static bool operator ==(Object a, Object b)
+        {
+            bool noA = ReferenceEquals(a, null) || a.IsDead, noB = ReferenceEquals(b, null) || b.IsDead;
+            return noA || noB ? noA && noB : ReferenceEquals(a, b);
+        }
+
+        public static bool operator !=(Object a, Object b)
+        {
+            return !(a == b);
+        }
+
+        public override bool Equals(object other)
+        {
+            return this == (other as Object);
+        }
+
+        public override int GetHashCode()
+        {
+            return System.Runtime.CompilerServices.RuntimeHelpers.GetHashCode(this);
+        }
+    }
+
+    public class Component : Object
+    {
+        public GameObject gameObject { get; internal set; }
+        public Transform transform { get { return gameObject.transform; } }
+        public new string name { get { return gameObject.name; } }
+
+        public T GetComponentInParent<T>()
+        {
+            for (GameObject at = gameObject; !ReferenceEquals(at, null); at = at.Parent)
+            {
+                T found = at.GetComponent<T>();
+                if (!ReferenceEquals(found, null)) return found;
+            }
+            return default(T);
+        }
+
+        public void GetComponentsInChildren<T>(List<T> results)
+        {
+            results.Clear();
+            gameObject.Collect(results);
+        }
+    }
+
+    public class Behaviour : Component
+    {
+        bool isOn = true;
+
+        public bool enabled
+        {
+            get { return isOn; }
+            set
+            {
+                if (isOn == value) return;
+                isOn = value;
+                Player.Switch(this as MonoBehaviour);
+            }
+        }
+
+        public bool isActiveAndEnabled { get { return isOn && !IsDead && gameObject.activeInHierarchy; } }
+    }
+
+    public class MonoBehaviour : Behaviour
+    {
+        internal bool WasEnabled;
+    }
+
+    public sealed class GameObject : Object
+    {
+        internal readonly List<Component> Parts = new List<Component>();
+        internal readonly List<GameObject> Children = new List<GameObject>();
+        internal GameObject Parent;
+        bool isActive = true;
+
+        public GameObject(string name)
+        {
+            this.name = name;
+            transform = new Transform { gameObject = this };
+        }
+
+        public Transform transform { get; private set; }
+        public int layer { get; set; }
+        public bool activeInHierarchy { get { return isActive && !IsDead && (ReferenceEquals(Parent, null) || Parent.activeInHierarchy); } }
+
+        public void SetActive(bool value)
+        {
+            isActive = value;
+            foreach (Component part in Parts) Player.Switch(part as MonoBehaviour);
+        }
+
+        public T AddComponent<T>() where T : Component, new()
+        {
+            var part = new T { gameObject = this };
+            Parts.Add(part);
+            Player.Start(part as MonoBehaviour);
+            return part;
+        }
+
+        public T GetComponent<T>()
+        {
+            for (int i = 0; i < Parts.Count; i++)
+            {
+                if (Parts[i] is T && !Parts[i].IsDead) return (T)(object)Parts[i];
+            }
+            return default(T);
+        }
+
+        public T GetComponentInChildren<T>()
+        {
+            T found = GetComponent<T>();
+            for (int i = 0; i < Children.Count && ReferenceEquals(found, null); i++) found = Children[i].GetComponentInChildren<T>();
+            return found;
+        }
+
+        internal void Collect<T>(List<T> results)
+        {
+            for (int i = 0; i < Parts.Count; i++)
+            {
+                if (Parts[i] is T) results.Add((T)(object)Parts[i]);
+            }
+            for (int i = 0; i < Children.Count; i++) Children[i].Collect(results);
+        }
+    }
+
+    public class Transform : Component
+    {
+        public Vector3 position { get; set; }
+        public Quaternion rotation { get; set; }
+
+        public void SetPositionAndRotation(Vector3 at, Quaternion turned)
+        {
+            position = at;
+            rotation = turned;
+        }
+
+        public void LookAt(Vector3 target) { }
+    }
+}

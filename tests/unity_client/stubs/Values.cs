@@ -1,0 +1,122 @@
+using System;
+
+namespace UnityEngine
+{
+    public struct Vector3
+    {
+        public float x, y, z;
+
+        public Vector3(float x, float y, float z)
+        {
+            this.x = x;
+            this.y = y;
+            this.z = z;
+        }
+
+        public float magnitude { get { return (float)Math.Sqrt(x * x + y * y + z * z); } }
+
+        public static Vector3 operator +(Vector3 a, Vector3 b) { return new Vector3(a.x + b.x, a.y + b.y, a.z + b.z); }
+        public static Vector3 operator -(Vector3 a, Vector3 b) { return new Vector3(a.x - b.x, a.y - b.y, a.z - b.z); }
+        public static Vector3 operator *(Vector3 a, float k) { return new Vector3(a.x * k, a.y * k, a.z * k); }
+    }
+
+    public struct Quaternion
+    {
+        public float x, y, z, w;
+    }
+
+    public struct Color
+    {
+        public float r, g, b, a;
+
+        public Color(float r, float g, float b, float a)
+        {
+            this.r = r;
+            this.g = g;
+            this.b = b;
+            this.a = a;
+        }
+    }
+
+    public struct Bounds
+    {
+        public Bounds(Vector3 center, Vector3 size) : this()
+        {
+            this.center = center;
+            extents = size * 0.5f;
+        }
+
+        public Vector3 center { get; set; }
+        public Vector3 extents { get; set; }
+
+        public void Encapsulate(Bounds other) { }
+
+        public float SqrDistance(Vector3 point)
+        {
+            Vector3 d = point - center;
+            float x = Math.Max(0f, Math.Abs(d.x) - extents.x), y = Math.Max(0f, Math.Abs(d.y) - extents.y), z = Math.Max(0f, Math.Abs(d.z) - extents.z);
+            return x * x + y * y + z * z;
+        }
+    }
+
+    public static class Mathf
+    {
+        public const float Deg2Rad = (float)(Math.PI / 180.0);
+
+        public static float Max(float a, float b) { return Math.Max(a, b); }
+        public static float Sin(float f) { return (float)Math.Sin(f); }
+    }
+
+    public static class Time
+    {
+        public static float unscaledTime { get; internal set; }
+        public static float fixedDeltaTime { get { return 0.02f; } }
+    }
+
+    public static class Application
+    {
+        public static string productName { get { return "stub"; } }
+    }
+
+    public static class Debug
+    {
+        public static int Warnings, Exceptions;
+
+        public static void LogWarning(object message, Object context) { Warnings++; Console.Error.WriteLine("[warning] " + message); }
+        public static void LogError(object message, Object context) { Console.Error.WriteLine("[error] " + message); }
+        public static void LogException(Exception exception) { Exceptions++; Console.Error.WriteLine("[exception] " + exception); }
+    }
+
+    public sealed class SerializeField : Attribute { }
+
+    public class TooltipAttribute : Attribute { public TooltipAttribute(string tooltip) { } }
+
+    public sealed class RangeAttribute : Attribute { public RangeAttribute(float min, float max) { } }
+
+    public sealed class DisallowMultipleComponent : Attribute { }
+
+    public sealed class AddComponentMenu : Attribute { public AddComponentMenu(string menuName) { } }
+
+    public class DefaultExecutionOrder : Attribute { public DefaultExecutionOrder(int order) { } }
+
+    public enum RuntimeInitializeLoadType { SubsystemRegistration = 4 }
+
+    public class RuntimeInitializeOnLoadMethodAttribute : Attribute { public RuntimeInitializeOnLoadMethodAttribute(RuntimeInitializeLoadType loadType) { } }
+}
+
+namespace UnityEngine.Events
+{
+    public delegate void UnityAction<T0>(T0 arg0);
+
+    public class UnityEvent<T0>
+    {
+        UnityAction<T0> listeners;
+
+        public void AddListener(UnityAction<T0> call) { listeners += call; }
+
+        public void Invoke(T0 arg0)
+        {
+            if (listeners != null) listeners(arg0);
+        }
+    }
+}

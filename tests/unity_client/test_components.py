@@ -1,0 +1,107 @@
+"""The package's components in an executable stand-in of the engine, against the real service.
+
+The stand-in (stubs/) is ours: it calls the components as the engine does, hands back pictures late,
+loses its device when told, counts what lives, and measures what our code costs the main thread.
+"""
+
+import re
+
+import mono
+import numpy as np
+import pytest
+from PIL import Image
+
+from hapticvlm.measure.service import running
+
+pytest_plugins = ("mono_build",)
+MAIN_LOOP_MS = 2.0
+SIDE = 128
+
+
+@pytest.fixture
+def play(build, tmp_path):
+    """Plays one program of components/ on a service of its own and returns what it says."""
+    random = np.random.default_rng(1)
+    picture = random.integers(0, 255, (SIDE, SIDE, 3), dtype=np.uint8)
+    Image.fromarray(picture).save(tmp_path / "picture.jpg")
+    mask = np.zeros((SIDE, SIDE), np.uint8)
+    mask[30:90, 30:90] = 255
+    Image.fromarray(mask).save(tmp_path / "mask.png")
+
+    def run(program):
+        with running() as service:
+            files = str(tmp_path / "picture.jpg"), str(tmp_path / "mask.png")
+            return build.run("components.exe", program, service.url, *files)
+
+    return run
+
+
+def figure(said, name):
+    found = re.search(rf"\b{name} ([\d.]+(?:E-?\d+)?)", said)
+    assert found, said
+    return float(found.group(1))
+
+
+def test_the_package_compiles_for_2021_3_and_for_2022_3_and_later(build):
+    files = mono.sources(mono.PACKAGE / "Runtime" / "Unity")
+    using = ("HapticVLM.Core.dll", "UnityEngine.dll")
+    defined = "-d:UNITY_2022_3_OR_NEWER"
+    build.compile("newer/HapticVLM.Unity.dll", files, mono.QUIET, defined, using=using)
+
+
+def test_a_hand_approaches_touches_changes_target_and_lets_go(play):
+    said = play("touch")
+    for expected in (
+        "approach decides wood by Name",
+        "touches True",
+        "then glass by Scene",
+        "back to the first True",  # the other object was destroyed under the hand
+        "let go True",
+        "refused 0",
+        "paused Closed",
+        "resumed Ready warnings 0",
+        "threads left 0",
+    ):
+        assert expected in said, said
+    assert figure(said, "longest_ms") < 10.0 * MAIN_LOOP_MS
+
+
+def test_streaming_allocates_nothing_on_the_main_thread_and_survives_a_lost_device(play, capsys):
+    said = play("stream")
+    with capsys.disabled():
+        print("\n" + next(line for line in said.splitlines() if line.startswith("frames")))
+    assert figure(said, "in_flight") == 1
+    assert figure(said, "exceptions") == 0
+    assert figure(said, "allocated") == 0
+    assert figure(said, "pictures") > 10
+    assert figure(said, "longest_ms") < 10.0 * MAIN_LOOP_MS
+    assert "left arrays 0 textures 0" in said
+    assert "threads left 0" in said
+
+
+def test_100_enable_cycles_and_a_reload_leave_nothing_behind(play):
+    said = play("cycles")
+    assert "works after 100 cycles" in said
+    assert "left arrays 0 textures 0" in said
+    assert "threads left 0" in said
+    assert figure(said, "exceptions") == 0
+
+
+def test_only_objects_without_a_sure_material_are_scanned(play):
+    said = play("scan")
+    assert "named wood" in said
+    assert figure(said, "sent") >= 4  # one view of what has a telling name, three of what has none
+    assert "unsure_layer 5" in said
+    assert "stated not shown" in said
+    assert "on demand warnings 0 exceptions 0" in said
+    assert "left arrays 0 textures 0" in said
+
+
+def test_the_editor_window_shows_decisions_and_the_plate_and_stops(play):
+    said = play("window")
+    assert "Connection: up" in said
+    assert re.search(r"Plate: [\d.]+ degC \(simulated\), setpoint", said)
+    assert "OakPlanks: wood" in said
+    assert "Warning: Player Settings > Run In Background" in said
+    assert "stopped; repainted True" in said
+    assert "threads left after reload 0" in said

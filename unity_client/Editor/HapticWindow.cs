@@ -1,0 +1,94 @@
+using System;
+using UnityEditor;
+using UnityEngine;
+
+namespace HapticVLM.Editor
+{
+    /// <summary>Window > HapticVLM: the connection, live decisions, the plate, and a stop button.</summary>
+    public sealed class HapticWindow : EditorWindow
+    {
+        [SerializeField] string url = "ws://127.0.0.1:8790/";
+        [SerializeField] string token = "";
+
+        Observer observer;
+        Vector2 scroll;
+
+        [MenuItem("Window/HapticVLM")]
+        static void Open()
+        {
+            GetWindow<HapticWindow>("HapticVLM");
+        }
+
+        void OnEnable()
+        {
+            EditorApplication.update += Pump;
+            Connect();
+        }
+
+        void OnDisable()
+        {
+            EditorApplication.update -= Pump;
+            Disconnect();
+        }
+
+        void OnGUI()
+        {
+            Color before = GUI.backgroundColor;
+            GUI.backgroundColor = new Color(0.9f, 0.2f, 0.2f, 1f);
+            if (GUILayout.Button("STOP all outputs", GUILayout.Height(48f)) && observer != null) observer.Stop();
+            GUI.backgroundColor = before;
+            ShowConnection();
+            if (observer == null) return;
+            ShowPlate();
+            ShowDecisions();
+        }
+
+        void ShowConnection()
+        {
+            url = EditorGUILayout.TextField("Service", url);
+            token = EditorGUILayout.PasswordField("Token", token);
+            if (GUILayout.Button("Connect")) Connect();
+            foreach (string problem in ProjectChecks.Problems()) EditorGUILayout.HelpBox(problem, MessageType.Warning);
+            if (observer == null) EditorGUILayout.HelpBox("No address: use one like ws://127.0.0.1:8790/", MessageType.Error);
+            else if (observer.State == LinkState.Ready) EditorGUILayout.LabelField("Connection", "up");
+            else EditorGUILayout.HelpBox(observer.State + ": " + observer.LastError, MessageType.Info);
+        }
+
+        void ShowPlate()
+        {
+            string plate = observer.PlateC == null ? "no reading" : observer.PlateC.Value.ToString("F1") + " degC";
+            string kind = observer.IsSimulated == true ? " (simulated)" : "";
+            EditorGUILayout.LabelField("Plate", plate + kind + ", setpoint " + observer.SetpointC.ToString("F1") + " degC");
+            if (!string.IsNullOrEmpty(observer.Faults)) EditorGUILayout.HelpBox(observer.Faults, MessageType.Error);
+        }
+
+        void ShowDecisions()
+        {
+            EditorGUILayout.LabelField("Decisions", EditorStyles.boldLabel);
+            scroll = EditorGUILayout.BeginScrollView(scroll);
+            foreach (string line in observer.Decisions) EditorGUILayout.LabelField(line);
+            EditorGUILayout.EndScrollView();
+        }
+
+        void Pump()
+        {
+            if (observer != null) observer.Pump();
+        }
+
+        void Connect()
+        {
+            Disconnect();
+            Uri address;
+            if (!Uri.TryCreate(url, UriKind.Absolute, out address)) return;
+            if (address.Scheme != "ws" && address.Scheme != "wss") return;
+            observer = new Observer(address, token);
+            observer.Changed += Repaint;
+        }
+
+        void Disconnect()
+        {
+            if (observer != null) observer.Abort();
+            observer = null;
+        }
+    }
+}

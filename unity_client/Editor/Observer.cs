@@ -1,0 +1,77 @@
+using System;
+using System.Collections.Generic;
+using HapticVLM.Wire;
+
+namespace HapticVLM.Editor
+{
+    /// <summary>What an observer's connection saw last; works in and out of play mode.</summary>
+    internal sealed class Observer
+    {
+        const int Kept = 12;
+
+        public readonly List<string> Decisions = new List<string>();
+        readonly HapticConnection connection;
+
+        public Observer(Uri url, string token)
+        {
+            var settings = new ConnectionSettings { Url = url, Token = token, Role = HelloRole.Observer, ClientName = "unity editor" };
+            connection = new HapticConnection(settings);
+            connection.Arrivals.Decided += OnDecided;
+            connection.Arrivals.Measured += OnMeasured;
+            connection.Open();
+        }
+
+        /// <summary>Raised when there is something new to show.</summary>
+        public event Action Changed;
+
+        public LinkState State { get { return connection.State; } }
+
+        public string LastError { get { return connection.LastError; } }
+
+        public double? PlateC { get; private set; }
+
+        public double SetpointC { get; private set; }
+
+        public string Faults { get; private set; }
+
+        public void Pump()
+        {
+            connection.Pump();
+        }
+
+        public void Stop()
+        {
+            connection.Stop(Scope.All);
+        }
+
+        /// <summary>Ends at once: the editor may be about to reload the scripts.</summary>
+        public void Abort()
+        {
+            connection.Abort();
+        }
+
+        /// <summary>Whether the plate is simulated; null before the welcome.</summary>
+        public bool? IsSimulated
+        {
+            get { return connection.Welcome == null ? (bool?)null : connection.Welcome.Devices.Peltier.Simulated; }
+        }
+
+        void OnDecided(Decision decision)
+        {
+            HapticObject one = HapticObject.ById(decision.ObjectId);
+            string what = one != null ? one.name : decision.ObjectId ?? "the touched region";
+            Decisions.Insert(0, what + ": " + decision.Material + " (" + decision.Confidence.ToString("P0") + ", by " + decision.Source
+                + "), " + decision.SetpointC.ToString("F1") + " degC");
+            if (Decisions.Count > Kept) Decisions.RemoveAt(Kept);
+            if (Changed != null) Changed();
+        }
+
+        void OnMeasured(Telemetry telemetry)
+        {
+            PlateC = telemetry.PlateC;
+            SetpointC = telemetry.SetpointC;
+            Faults = string.Join("; ", telemetry.Faults.ToArray());
+            if (Changed != null) Changed();
+        }
+    }
+}

@@ -1,0 +1,161 @@
+using System;
+using System.Collections.Generic;
+using System.Threading;
+using HapticVLM.Wire;
+using Unity.Collections;
+using UnityEngine;
+using UnityEngine.Experimental.Rendering;
+using UnityEngine.Rendering;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// One picture at a time: drawn into a texture of its own, read back without waiting, made a JPEG
+    /// and sent on a worker thread. Its memory must outlive the GPU's and the worker's use of it, so
+    /// Retire frees it only when both are done; Sweep, on the main thread, does the freeing.
+    /// </summary>
+    internal sealed class FramePipe
+    {
+        const GraphicsFormat Format = GraphicsFormat.R8G8B8A8_SRGB;
+        const int EndWaitMs = 200;
+
+        enum Stage { Idle, OnGpu, Encoding }
+
+        static readonly List<FramePipe> Retired = new List<FramePipe>();
+
+        readonly int size;
+        readonly int quality;
+        readonly FrameOrigin origin;
+        readonly RenderTexture target;
+        readonly Action<AsyncGPUReadbackRequest> onRead;
+        readonly AutoResetEvent wake = new AutoResetEvent(false);
+        readonly FrameEncoder encoder = new FrameEncoder();
+        readonly SynchronizationContext main = SynchronizationContext.Current;
+        NativeArray<byte> pixels;
+        Shot shot;
+        volatile int stage;
+        volatile bool isRetired;
+        volatile bool isFreed;
+        int errors;
+        int sent;
+
+        public FramePipe(int size, int quality)
+        {
+            Sweep();
+            this.size = size;
+            this.quality = quality;
+            origin = SystemInfo.graphicsUVStartsAtTop ? FrameOrigin.Bottom : FrameOrigin.Top;
+            target = new RenderTexture(size, size, 24, Format);
+            target.Create();
+            pixels = new NativeArray<byte>(size * size * 4, Allocator.Persistent, NativeArrayOptions.UninitializedMemory);
+            onRead = OnRead;
+            new Thread(Work) { IsBackground = true, Name = "hapticvlm encode" }.Start();
+        }
+
+        public RenderTexture Target { get { return target; } }
+
+        public bool IsIdle { get { return stage == (int)Stage.Idle; } }
+
+        /// <summary>Pictures lost to the GPU or the encoder.</summary>
+        public int Errors { get { return Thread.VolatileRead(ref errors); } }
+
+        public int Sent { get { return Thread.VolatileRead(ref sent); } }
+
+        /// <summary>Reads back what was drawn into Target and sends it as this shot.</summary>
+        public void Take(Shot of)
+        {
+            shot = of;
+            stage = (int)Stage.OnGpu;
+            if (!target.IsCreated()) target.Create(); // a lost device takes its textures with it
+            AsyncGPUReadback.RequestIntoNativeArray(ref pixels, target, 0, Format, onRead);
+        }
+
+        /// <summary>Frees everything as soon as nobody uses it. Never waits.</summary>
+        public void Retire()
+        {
+            isRetired = true;
+            wake.Set();
+            Retired.Add(this);
+            Sweep();
+        }
+
+        /// <summary>Frees what was retired and is not used any more. Main thread.</summary>
+        public static void Sweep()
+        {
+            for (int i = Retired.Count - 1; i >= 0; i--)
+            {
+                if (!Retired[i].IsIdle) continue;
+                Retired[i].Free();
+                Retired.RemoveAt(i);
+            }
+        }
+
+        /// <summary>Frees what was retired, waiting for the GPU: before scripts are reloaded.</summary>
+        public static void DisposeAll()
+        {
+            if (Retired.Count == 0) return;
+            AsyncGPUReadback.WaitAllRequests();
+            double until = Clock.Now + EndWaitMs * 1e-3;
+            for (Sweep(); Retired.Count > 0 && Clock.Now < until; Sweep()) Thread.Sleep(1);
+        }
+
+        void Free()
+        {
+            if (isFreed) return;
+            isFreed = true;
+            target.Release();
+            UnityEngine.Object.Destroy(target);
+            pixels.Dispose();
+        }
+
+        void OnRead(AsyncGPUReadbackRequest request)
+        {
+            if (request.hasError) Interlocked.Increment(ref errors);
+            if (request.hasError || isRetired)
+            {
+                stage = (int)Stage.Idle;
+                Sweep();
+                return;
+            }
+            stage = (int)Stage.Encoding;
+            wake.Set();
+        }
+
+        void Work()
+        {
+            while (true)
+            {
+                wake.WaitOne();
+                if (stage == (int)Stage.Encoding) EncodeAndSend();
+                if (!isRetired) continue;
+                if (main != null) main.Post(SweepLater, null); // nobody else may be left to do it
+                return;
+            }
+        }
+
+        static void SweepLater(object nothing)
+        {
+            Sweep();
+        }
+
+        void EncodeAndSend()
+        {
+            try
+            {
+                Frame frame = encoder.Encode(pixels, size, quality, shot);
+                frame.Origin = origin;
+                shot.To.Send(ref frame);
+                Interlocked.Increment(ref sent);
+            }
+            catch (Exception error)
+            {
+                Interlocked.Increment(ref errors);
+                Debug.LogException(error);
+            }
+            finally
+            {
+                stage = (int)Stage.Idle;
+            }
+        }
+    }
+}

@@ -1,0 +1,221 @@
+using System;
+using System.Collections.Generic;
+using HapticVLM.Wire;
+using UnityEngine;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// The scene's connection to `hapticvlm serve`. One per scene. Connects and reconnects by itself,
+    /// tells the service of every HapticObject, and raises its answers on the main thread. What an
+    /// event carries is used again for the next one: copy what you keep.
+    /// </summary>
+    [DefaultExecutionOrder(-100), DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Client")]
+    public sealed class HapticClient : MonoBehaviour
+    {
+        const double QuietS = 10.0;
+
+        [SerializeField, Tooltip("Address of the service.")]
+        string url = "ws://127.0.0.1:8790/";
+
+        [SerializeField, Tooltip("Needed when the service runs on another machine; empty otherwise.")]
+        string token = "";
+
+        [SerializeField, Tooltip("Whether the scene states its ambient temperature.")]
+        bool statesAmbient = true;
+
+        [SerializeField, Range(-60f, 80f), Tooltip("Ambient temperature, degC.")]
+        float ambientC = 22f;
+
+        [SerializeField, Range(0f, 1f)]
+        float vibrationGain = 1f;
+
+        [SerializeField, Range(0f, 1f)]
+        float thermalGain = 1f;
+
+        [SerializeField] DecisionEvent onDecision = new DecisionEvent();
+        [SerializeField] TelemetryEvent onTelemetry = new TelemetryEvent();
+        [SerializeField] LinkEvent onLinkChanged = new LinkEvent();
+
+        readonly Dictionary<string, HapticObject> objects = new Dictionary<string, HapticObject>();
+        HapticConnection connection;
+        string lastRefusal;
+        double refusedAt;
+
+        /// <summary>The client of the scene that runs; null when there is none.</summary>
+        public static HapticClient Active { get; private set; }
+
+        public event Action<Decision> Decided;
+        public event Action<Telemetry> Measured;
+        public event Action<LinkState> LinkChanged;
+
+        /// <summary>The connection; null while disabled or paused.</summary>
+        public HapticConnection Connection { get { return connection; } }
+
+        public LinkState State { get { return connection == null ? LinkState.Closed : connection.State; } }
+
+        /// <summary>Rests the outputs at once.</summary>
+        public void Stop()
+        {
+            if (connection != null) connection.Stop(Scope.All);
+        }
+
+        /// <summary>Uses this service from now on.</summary>
+        public void Connect(string toUrl, string withToken = "")
+        {
+            url = toUrl;
+            token = withToken;
+            Disconnect();
+            if (isActiveAndEnabled) Connect();
+        }
+
+        /// <summary>Ends the threads at once; the editor calls this before it reloads the scripts.</summary>
+        public static void AbortActive()
+        {
+            if (Active != null && Active.connection != null) Active.connection.Abort();
+            FramePipe.DisposeAll();
+        }
+
+        internal void Put(HapticObject one)
+        {
+            objects[one.ObjectId] = one;
+            if (connection == null) return;
+            SceneObject stated = one.Describe();
+            if (!connection.Outbox.Scene.IsKnown(stated.Material)) WarnOfMaterial(one, stated.Material);
+            connection.Outbox.Scene.Put(stated);
+            connection.Outbox.Wake();
+        }
+
+        internal void Remove(HapticObject one)
+        {
+            HapticObject known;
+            if (!objects.TryGetValue(one.ObjectId, out known) || !ReferenceEquals(known, one)) return;
+            objects.Remove(one.ObjectId);
+            if (connection == null) return;
+            connection.Outbox.Scene.Remove(one.ObjectId);
+            connection.Outbox.Wake();
+        }
+
+        [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.SubsystemRegistration)]
+        static void ForgetLastPlay()
+        {
+            Active = null; // without domain reload it would still name the client of the last play
+        }
+
+        void OnEnable()
+        {
+            if (Active != null && Active != this) Debug.LogWarning("HapticVLM: two Haptic Clients are active; the later one is used.", this);
+            Active = this;
+            Connect();
+        }
+
+        void OnDisable()
+        {
+            if (Active == this) Active = null;
+            Disconnect();
+        }
+
+        void OnApplicationPause(bool isPaused)
+        {
+            if (isPaused) Disconnect();
+            else if (isActiveAndEnabled && connection == null) Connect();
+        }
+
+        void OnValidate()
+        {
+            if (connection != null) TellSettings();
+        }
+
+        void Update()
+        {
+            FramePipe.Sweep();
+            if (connection != null) connection.Pump();
+        }
+
+        void Connect()
+        {
+            Uri address;
+            if (!Uri.TryCreate(url, UriKind.Absolute, out address) || (address.Scheme != "ws" && address.Scheme != "wss"))
+            {
+                Debug.LogError("HapticVLM: '" + url + "' is no address; use one like ws://127.0.0.1:8790/", this);
+                return;
+            }
+            var settings = new ConnectionSettings { Url = address, Token = token, ClientName = Name() };
+            connection = new HapticConnection(settings);
+            connection.Arrivals.Decided += OnDecided;
+            connection.Arrivals.Measured += OnMeasured;
+            connection.Arrivals.Refused += OnRefused;
+            connection.Arrivals.StateChanged += OnStateChanged;
+            TellSettings();
+            objects.Clear();
+            for (int i = 0; i < HapticObject.All.Count; i++) Put(HapticObject.All[i]);
+            connection.Open();
+        }
+
+        static string Name()
+        {
+            string name = "unity " + Application.productName;
+            return name.Substring(0, Math.Min(name.Length, Party.NameMaxLength));
+        }
+
+        void Disconnect()
+        {
+            if (connection == null) return;
+            connection.Close();
+            connection = null;
+            OnStateChanged(LinkState.Closed);
+        }
+
+        void TellSettings()
+        {
+            connection.Outbox.Scene.SetAmbient(statesAmbient ? ambientC : (double?)null);
+            connection.Outbox.SetGains(vibrationGain, thermalGain);
+        }
+
+        void OnDecided(Decision decision)
+        {
+            HapticObject one;
+            if (decision.ObjectId != null && objects.TryGetValue(decision.ObjectId, out one)) one.Take(decision);
+            if (Decided != null) Decided(decision);
+            onDecision.Invoke(decision);
+        }
+
+        void OnMeasured(Telemetry telemetry)
+        {
+            if (Measured != null) Measured(telemetry);
+            onTelemetry.Invoke(telemetry);
+        }
+
+        /// <summary>Says it once: what is refused is often refused at every renewal.</summary>
+        void OnRefused(Error error)
+        {
+            if (error.Text == lastRefusal && Clock.Now - refusedAt < QuietS) return;
+            lastRefusal = error.Text;
+            refusedAt = Clock.Now;
+            Debug.LogWarning("HapticVLM: the service says " + error.Code + ": " + error.Text, this);
+        }
+
+        void OnStateChanged(LinkState state)
+        {
+            if (state == LinkState.Ready) WarnOfMaterials();
+            if (LinkChanged != null) LinkChanged(state);
+            onLinkChanged.Invoke(state);
+        }
+
+        void WarnOfMaterials()
+        {
+            foreach (HapticObject one in objects.Values)
+            {
+                string material = one.StatedMaterial;
+                if (!connection.Outbox.Scene.IsKnown(material)) WarnOfMaterial(one, material);
+            }
+        }
+
+        void WarnOfMaterial(HapticObject one, string material)
+        {
+            Welcome welcome = connection.Welcome;
+            string known = welcome == null ? "" : "; it knows " + string.Join(", ", welcome.Materials.ToArray());
+            Debug.LogWarning("HapticVLM: the service knows no material '" + material + "'" + known, one);
+        }
+    }
+}

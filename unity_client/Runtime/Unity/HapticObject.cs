@@ -1,0 +1,131 @@
+using System;
+using System.Collections.Generic;
+using HapticVLM.Wire;
+using UnityEngine;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// An object that can be felt. Needs nothing but its id, which it makes up itself: name, renderer
+    /// material, shader and collider material are read and told to the service, which decides.
+    /// </summary>
+    [DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Object")]
+    public sealed class HapticObject : MonoBehaviour
+    {
+        [SerializeField, Tooltip("Stable name of this object on the wire; made up when empty.")]
+        string objectId = "";
+
+        [SerializeField, Tooltip("What it is made of, if you know: wood, glass, fabric, metal, ... Empty: the service decides.")]
+        string material = "";
+
+        [SerializeField, Tooltip("Whether the object has a temperature of its own, unlike the air around it.")]
+        bool statesTemperature;
+
+        [SerializeField, Range(-100f, 400f), Tooltip("Temperature, degC.")]
+        float temperatureC = 22f;
+
+        [SerializeField, Range(0f, 10f), Tooltip("Thickness, m; 0: unknown.")]
+        float thicknessM;
+
+        [SerializeField, Tooltip("Tell the service the names and shader parameters of renderer and collider.")]
+        bool readsAppearance = true;
+
+        [SerializeField] DecisionEvent onDecision = new DecisionEvent();
+
+        internal static readonly List<HapticObject> All = new List<HapticObject>();
+        static readonly Dictionary<string, HapticObject> Ids = new Dictionary<string, HapticObject>();
+
+        public event Action<Decision> Decided;
+
+        public string ObjectId { get { return objectId; } }
+
+        /// <summary>What the scene states, or null.</summary>
+        public string StatedMaterial { get { return string.IsNullOrEmpty(material) ? null : material; } }
+
+        /// <summary>What the service decided: null before, "unknown" when it could not tell.</summary>
+        public string Material { get; private set; }
+
+        public double Confidence { get; private set; }
+
+        /// <summary>What weighed most in the decision.</summary>
+        public Rung Source { get; private set; }
+
+        /// <summary>The enabled object of this id, or null.</summary>
+        public static HapticObject ById(string id)
+        {
+            HapticObject found;
+            return id != null && Ids.TryGetValue(id, out found) ? found : null;
+        }
+
+        /// <summary>States the material from a script; null or empty leaves it to the service.</summary>
+        public void State(string newMaterial, float? newTemperatureC = null)
+        {
+            material = newMaterial ?? "";
+            statesTemperature = newTemperatureC != null;
+            temperatureC = newTemperatureC ?? temperatureC;
+            if (isActiveAndEnabled && HapticClient.Active != null) HapticClient.Active.Put(this);
+        }
+
+        internal SceneObject Describe()
+        {
+            var stated = new SceneObject
+            {
+                ObjectId = objectId,
+                Material = StatedMaterial,
+                TemperatureC = statesTemperature ? temperatureC : (double?)null,
+                ThicknessM = thicknessM > 0f ? thicknessM : (double?)null,
+            };
+            if (readsAppearance) Appearance.Read(gameObject, ref stated);
+            return stated;
+        }
+
+        internal void Take(Decision decision)
+        {
+            Material = decision.Material;
+            Confidence = decision.Confidence;
+            Source = decision.Source;
+            if (Decided != null) Decided(decision);
+            onDecision.Invoke(decision);
+        }
+
+        [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.SubsystemRegistration)]
+        static void ForgetLastPlay()
+        {
+            All.Clear();
+            Ids.Clear();
+        }
+
+        void Reset()
+        {
+            objectId = NewId();
+        }
+
+        void OnEnable()
+        {
+            MakeIdUnique();
+            Ids[objectId] = this;
+            All.Add(this);
+            if (HapticClient.Active != null) HapticClient.Active.Put(this);
+        }
+
+        void OnDisable()
+        {
+            if (HapticClient.Active != null) HapticClient.Active.Remove(this);
+            All.Remove(this);
+            Ids.Remove(objectId);
+        }
+
+        /// <summary>A copy of a prefab or of an object starts with the id of its original.</summary>
+        void MakeIdUnique()
+        {
+            if (string.IsNullOrEmpty(objectId)) objectId = NewId();
+            if (objectId.Length > SceneObject.ObjectIdMaxLength) objectId = objectId.Substring(0, SceneObject.ObjectIdMaxLength);
+            if (Ids.ContainsKey(objectId)) objectId = NewId();
+        }
+
+        static string NewId()
+        {
+            return Guid.NewGuid().ToString("N");
+        }
+    }
+}
