@@ -54,7 +54,7 @@ def test_the_setpoint_keeps_the_limits_and_says_which_shaped_it(capsys):
 def test_the_plate_leads_because_the_hand_approached():
     found = heat(MATERIALS["wood"], Warmth(None, 22.0), 1.0)
 
-    assert found.setpoint_c[0] < found.skin_c[0]
+    assert found.setpoint_c[0] < found.skin_c[0] - 0.5
     assert found.limited_by[-1] is None
     assert found.setpoint_c[-1] == pytest.approx(found.skin_c[-1], abs=0.2)
 

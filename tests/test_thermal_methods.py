@@ -168,7 +168,8 @@ def test_the_default_is_named_as_cheapest_below_the_floor_only_when_it_is():
 
     good = row("ours", 3.0, 1e-9, 0.15, is_default=True)
     coarse, lost = row("coarse", 1.0, 0.5, 0.1), row("lost", 0.5, None, None)
-    assert "ours (the default)" in chart.sentence([good, coarse, lost])
+    forgetful = row("forgetful", 1.0, 1e-9, 4.0)
+    assert "ours (the default)" in chart.sentence([good, coarse, forgetful, lost])
     assert "NOT the default" in chart.sentence([good, row("cheaper", 2.0, 0.05, 0.1)])
     assert chart.sentence([lost]) == "no method is below the floor"
 
