@@ -80,7 +80,7 @@ const float CONDUCTANCE_W_K = 0.173f;
 const uint16_t PROGRESS_MS = 100;
 const uint8_t WINDOW = RUNAWAY_WINDOW_MS / PROGRESS_MS;
 const float PUSH_HEAT_W = 1.0f, PUSH_COOL_W = 2.5f;  // less is not judged
-const float STILL_HEAT_W = 1.4f;                     // a plate that stands still is judged from here
+const float STILL_HEAT_W = 1.7f;                     // a plate that stands still is judged from here
 const float STILL_C = 0.05f;                         // in a window: twice what the noise of a sound board makes
 const float HELD_C = 0.3f;                           // nearer to its goal, below full drive, a plate may stand still
 const float ALONG_C = 0.2f;                          // in a window: the plate follows
