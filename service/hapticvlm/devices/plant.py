@@ -30,6 +30,7 @@ PALM_RESISTANCE = 2e-4  # m2 K/W, palm resting on the ceramic face (reference 2.
 AMBIENT_C, SINK_K_PER_W, CORE_C = 23.0, 2.0, 35.0
 _CELLS_M = 5e-5 * 1.55 ** np.arange(8.0)  # 2.9 mm in all: reproduces the reference's 2.3 and 2.4
 _LONGEST_STEP_S, _KELVIN = 0.01, 273.15
+_FEW_STEPS = 8  # more are cheaper by a matrix power
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +63,17 @@ class Plant:
         self._state_c = np.concatenate(([ambient_c if sink_c is None else sink_c, plate_c], skin_c))
         skin_j_per_k = _CELLS_M * (SKIN.density * SKIN.heat_capacity * AREA_M2)
         self._capacity = np.concatenate(([module.sink_j_per_k, module.face_j_per_k], skin_j_per_k))
+        self._room = ambient_c, sink_k_per_w
+        self.touch(palm_resistance)
+
+    def touch(self, palm_resistance: float) -> None:
+        """Lay a palm on the face, or with inf take it off."""
         first = _CELLS_M[0] / 2.0 / SKIN.conductivity
         self._surface_share = first / (palm_resistance + first)  # of face minus first cell
-        self._flow, self._source = _network(AREA_M2 / (palm_resistance + first), module.conductance)
+        self._flow, self._source = _network(
+            AREA_M2 / (palm_resistance + first), self._module.conductance
+        )
+        ambient_c, sink_k_per_w = self._room
         self._flow[0, 0] -= 1.0 / sink_k_per_w
         self._source[0] += ambient_c / sink_k_per_w
 
@@ -98,17 +107,34 @@ class Plant:
         pumped = self._module.seebeck * current_a
         joule = current_a**2 * self._module.resistance / 2.0
         stored = self._capacity * (count / dt_s)
-        system = np.diag(stored) - self._flow
+        system = -self._flow
+        system.flat[:: len(stored) + 1] += stored
         system[0, 0] += pumped
         system[1, 1] -= pumped
         source = self._source.copy()
         source[0] += joule - pumped * _KELVIN
         source[1] += joule + pumped * _KELVIN
-        inverse, size = np.linalg.inv(system), len(source)
-        onwards = np.eye(size + 1)
-        onwards[:size, :size], onwards[:size, size] = inverse * stored, inverse @ source
-        onwards = np.linalg.matrix_power(onwards, count)
-        self._state_c = onwards[:size, :size] @ self._state_c + onwards[:size, size]
+        inverse = np.linalg.inv(system)
+        self._state_c = _after(self._state_c, inverse * stored, inverse @ source, count)
+
+
+def _after(
+    state_c: NDArray[np.float64],
+    onwards: NDArray[np.float64],
+    offset: NDArray[np.float64],
+    count: int,
+) -> NDArray[np.float64]:
+    """Apply state -> onwards @ state + offset so many times; (n,), (n, n), (n,) -> (n,)."""
+    if count <= _FEW_STEPS:
+        for _ in range(count):
+            state_c = onwards @ state_c + offset
+        return state_c
+    size = len(offset)
+    whole = np.eye(size + 1)
+    whole[:size, :size], whole[:size, size] = onwards, offset
+    whole = np.linalg.matrix_power(whole, count)
+    result: NDArray[np.float64] = whole[:size, :size] @ state_c + whole[:size, size]
+    return result
 
 
 def _network(

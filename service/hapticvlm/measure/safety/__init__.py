@@ -1,0 +1,1 @@
+"""What the guards of the plate are worth: `hapticvlm chart safety`."""
