@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.cli import chart_safety, chart_thermal
+from hapticvlm.cli import chart_ambient, chart_safety, chart_thermal
 
 if TYPE_CHECKING:
     from hapticvlm.cli import Commands
@@ -36,6 +36,7 @@ def add(commands: Commands) -> None:
         "--variants", type=Path, help="folder of further encoders, one a sub-folder"
     )
     chart_thermal.add_chart(subjects)
+    chart_ambient.add_chart(subjects)
     chart_safety.add(subjects)
     stability = commands.add_parser("stability", help="draw what makes a method fail")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")

@@ -1,0 +1,50 @@
+"""The ways to ask a vision-language model that the chart compares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from hapticvlm.recognition.vlm.answers import VlmSettings
+
+Family = Literal["readout", "generation", "remote", "wire"]
+
+BUDGETS = (64, 128, 256)  # image tokens
+REPLY = "21"  # of the stand-in endpoint
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A way to ask, by what it is called. `settings` of the wire name no url yet."""
+
+    name: str
+    family: Family
+    settings: VlmSettings
+    is_default: bool = False
+
+
+def in_process(model: str, device: str) -> list[Way]:
+    """Readout at every budget, then generation and the other precision at the default's."""
+    base = VlmSettings(model=model, device=device)
+    ways = []
+    for tokens in BUDGETS:
+        settings = replace(base, image_tokens=tokens, method="readout")
+        is_default = tokens == base.image_tokens
+        ways.append(Way(f"readout, {tokens} tokens, bf16", "readout", settings, is_default))
+    told = replace(base, method="generation", wordings=1, timeout_s=600.0)
+    ways.append(Way(f"generation, {base.image_tokens} tokens, bf16", "generation", told))
+    exact = replace(base, precision="float32", method="readout")
+    ways.append(Way(f"readout, {base.image_tokens} tokens, fp32", "readout", exact))
+    return ways
+
+
+def remote(url: str, model: str | None, token: str | None) -> Way:
+    """Ask an endpoint of the user's."""
+    settings = VlmSettings(url=url, token=token, timeout_s=120.0)
+    named = settings if model is None else replace(settings, model=model)
+    return Way("remote", "remote", named)
+
+
+def wire() -> Way:
+    """Ask an endpoint on loopback that answers at once: what a remote question costs at least."""
+    return Way("remote: the wire alone", "wire", VlmSettings(model="stand-in", wordings=1))
