@@ -9,8 +9,9 @@ k raised the surface by D and lasted for L, then s after its end it still raises
 The first term is exact when skin and object met perfectly (flux as 1 / sqrt t), the second when the
 contact resistance held the flux even; w = x / (x + 2) lies between, x as in thermal.py. The next
 object then acts on the sum of what is left as on skin of that temperature. Against a
-finite-difference slab this errs by at most 0.2 degC over slides between materials and repeated
-touches at 10 degC of contrast; skin that began anew from its surface temperature would err by 6.
+finite-difference slab this errs by at most 0.2 degC over a slide from one material to another and
+0.25 over many in a row, at 10 degC of contrast; skin that began anew from its surface temperature
+would err by 6.
 Each object is met fresh: where a hand returns to the spot it cooled, the spot's past is not known.
 """
 
@@ -25,7 +26,7 @@ from hapticvlm.rendering.thermal import LEAD_S, ThermalContact, progress, share
 
 MOST_TRACES = 3  # of which the oldest stands for all before it; bounds the cost of a step
 _HALF_TURNS = 2.0 / math.pi
-_EVEN = 2.0  # x at which a contact's flux counts as half even; least error against finite elements
+_EVEN = 2.0  # x at which a contact's flux counts as half even; least error against finite differences
 
 
 @dataclass(frozen=True, slots=True)
