@@ -26,7 +26,7 @@ from hapticvlm.rendering.thermal import LEAD_S, ThermalContact, progress, share
 
 MOST_TRACES = 3  # of which the oldest stands for all before it; bounds the cost of a step
 _HALF_TURNS = 2.0 / math.pi
-_EVEN = 2.0  # x at which a contact's flux counts as half even; least error against finite differences
+_EVEN = 2.0  # x at which half the flux counts as even; fitted to finite differences
 
 
 @dataclass(frozen=True, slots=True)
