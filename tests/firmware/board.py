@@ -162,6 +162,10 @@ class Board:
         """Catch the program in one instruction for ever."""
         self._library.host_hang(self._host, int(not interrupts))
 
+    def peek(self, address: int) -> int:
+        """Read one register or byte of RAM."""
+        return int(self._library.host_peek(self._host, address))
+
     def poke(self, address: int, value: int) -> None:
         """Write one register or byte of RAM."""
         self._library.host_poke(self._host, address, value)

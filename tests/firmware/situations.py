@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from hapticvlm.perception import NEUTRAL_C
 
+BUSY_S = 15.0  # until then the setpoint comes and goes
+
 
 @dataclass(frozen=True)
 class Situation:

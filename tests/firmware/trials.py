@@ -18,12 +18,13 @@ from . import line
 from .board import Board
 from .faults import SLOW_S, Fault, Guard
 from .rawhost import RENEW_S, TTL_S, RawHost
-from .situations import Situation
+from .situations import BUSY_S, Situation
 
 BEFORE_S = 3.0  # a second after the plate began to move towards the extreme
 SHORT_S, LONG_S = 60.0, 300.0
 AFTER_S = 60.0
 _SURE_S = 1.0
+_STEADY_C, _STEADY_S = 0.03, 10.0  # of sink, plate and skin alike
 
 MakeBoard = Callable[[float], Board]  # from an ambient in degC
 
@@ -63,6 +64,7 @@ class _Trial:
         self.left_at: float | None = None
         self._chance = random.Random(1)
         self._safe_since: float | None = None
+        self._marked_at, self._marks = 0.0, (0.0, 0.0, 0.0)
 
     def run(self, longest_s: float) -> Outcome:
         """Live through it all."""
@@ -84,6 +86,8 @@ class _Trial:
 
     def _live(self, begun_at: float, until_s: float) -> None:
         while (elapsed := self.board.now - begun_at) < until_s and not self._is_over():
+            if elapsed > BUSY_S and self._is_steady():
+                return
             self._speak(elapsed)
             self.host.advance(RENEW_S)
             said = self.host.telemetry
@@ -110,6 +114,15 @@ class _Trial:
         elif self._safe_since is None:
             self._safe_since = self.board.now
         return self._safe_since is not None and self.board.now - self._safe_since > _SURE_S
+
+    def _is_steady(self) -> bool:
+        if self.board.now - self._marked_at < _STEADY_S:
+            return False
+        plant, before = self.board.plant, self._marks
+        self._marks = (plant.sink_c, plant.plate_c, plant.skin_c)
+        self._marked_at = self.board.now
+        moved_c = max(abs(now - then) for now, then in zip(self._marks, before, strict=True))
+        return moved_c < _STEADY_C
 
     def _outcome(self) -> Outcome:
         board, said = self.board, self.host.telemetry
