@@ -121,6 +121,7 @@ def _summary(outcomes: list[Outcome], touches: list[tracking.Tracking]) -> dict[
         "highest_dose": asdict(max(outcomes, key=lambda outcome: outcome.dose_cem43)),
         "cut_out_opened": sorted(needs_cut_out),
         "caught_by": Counter(" and ".join(outcome.caught_by) for outcome in outcomes),
+        "alone": [asdict(outcome) for outcome in outcomes if len(outcome.faults) == 1],
         "tracking": [asdict(touch) for touch in touches],
     }
 
