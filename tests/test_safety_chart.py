@@ -133,13 +133,24 @@ def test_a_row_sums_up_what_happened() -> None:
 
 def test_a_sweep_is_read(tmp_path: Path) -> None:
     path = tmp_path / "sweep.json"
-    told = {"fault": "shorted FET", "off_s": None, "guard": "cut-out"}
-    path.write_text(json.dumps({"faults": [told]}))
+    trials = [
+        {
+            "faults": ["plate A open"],
+            "off_after_s": off_s,
+            "cut_out_after_s": None,
+            "caught_by": ["firmware"],
+            "numbers": ["PLATE_A_OPEN"],
+        }
+        for off_s in (0.01, None, 0.03)
+    ]
+    path.write_text("a table\n" + json.dumps({"alone": trials}) + "\n")
 
-    assert chart.read_sweep(path) == [chart.Off("shorted FET", None, "cut-out")]
+    assert chart.read_sweep(path) == [chart.Off("plate A open", 0.03, "firmware, PLATE_A_OPEN")]
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"faults": [{"fault": "x"}]}', '{"faults": 3}'])
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"alone": [{"fault": "x"}]}', '{"alone": 3}', "table"]
+)
 def test_what_is_no_sweep_is_said_so(tmp_path: Path, text: str) -> None:
     path = tmp_path / "sweep.json"
     path.write_text(text)

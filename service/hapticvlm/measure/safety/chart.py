@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +27,9 @@ from hapticvlm.rendering.thermal import PLATE_TRIP_HIGH_C
 
 NAME = "chart-safety"
 WINDOWS_MS = (200, 500, 1000, 2000, 4000)
-HEAT_LIMITS_MA = (750, 1500, 2000, 3000)
+HEAT_LIMITS_MA = (750, 1500, 3000)
 DEFAULT = Setting()
-INJECTED = 20  # plates that every other fault is injected into
+INJECTED = 10  # plates that every other fault is injected into
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +87,18 @@ def run(plan: Plan) -> int:
 def measure(plates: Sequence[Variation], make: Callable[[Setting], Core]) -> list[Row]:
     """Try every setting on every plate."""
     rows = []
-    for heat_limit_ma in HEAT_LIMITS_MA:
-        settings = [Setting(window_ms, heat_limit_ma) for window_ms in WINDOWS_MS]
-        cores = [make(setting) for setting in settings]
+    made = {
+        heat_limit_ma: {
+            setting: make(setting)
+            for setting in (Setting(window_ms, heat_limit_ma) for window_ms in WINDOWS_MS)
+        }
+        for heat_limit_ma in HEAT_LIMITS_MA
+    }
+    for built in made.values():
+        cores = list(built.values())
         stuck = [try_out(cores, plate, STUCK) for plate in plates]
         sound = [try_sound(cores, plate) for plate in plates]
-        for number, setting in enumerate(settings):
+        for number, setting in enumerate(built):
             rows.append(
                 row(setting, [one[number] for one in stuck], [one[number] for one in sound])
             )
@@ -129,12 +136,31 @@ def time_to_off(core: Core, plates: Sequence[Variation]) -> list[Off]:
 
 
 def read_sweep(path: Path) -> list[Off]:
-    """Read a sweep: {"faults": [{"fault", "off_s", "guard"}, ...]}. Raises ValueError, OSError."""
+    """Read what `tests/firmware/sweep.py` printed, slowest situation of each fault.
+
+    Raises ValueError, OSError.
+    """
+    lines = path.read_text(encoding="utf-8").strip().splitlines()
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))["faults"]
-        return [Off(one["fault"], one["off_s"], one["guard"]) for one in found]
-    except (KeyError, TypeError, json.JSONDecodeError) as error:
-        raise ValueError(f"{path.name} is no sweep: {error}") from None
+        trials = json.loads(lines[-1])["alone"]
+        faults = dict.fromkeys(name for one in trials for name in one["faults"])
+        return [
+            _slowest(name, [one for one in trials if one["faults"] == [name]]) for name in faults
+        ]
+    except (IndexError, KeyError, TypeError, json.JSONDecodeError) as error:
+        raise ValueError(f"{path.name} is no sweep: {error!r}") from None
+
+
+def _slowest(name: str, trials: Sequence[dict[str, Any]]) -> Off:
+    """Return the latest time; a situation in which nothing had to act has none."""
+    times = [
+        seconds
+        for one in trials
+        for seconds in (one["off_after_s"], one["cut_out_after_s"])
+        if seconds is not None
+    ]
+    guards = Counter(guard for one in trials for guard in (*one["caught_by"], *one["numbers"]))
+    return Off(name, max(times, default=None), ", ".join(guards))
 
 
 def _figures(

@@ -11,7 +11,7 @@ from hapticvlm.rendering.thermal import PLATE_TRIP_HIGH_C
 if TYPE_CHECKING:
     from hapticvlm.measure.safety.chart import Off, Row
 
-COLOURS = ("#1b7837", "#2166ac", "#b35806", "#b2182b")
+COLOURS = ("#1b7837", "#2166ac", "#b2182b", "#b35806")
 FAST_S, SLOW_S = 0.15, 1.5
 
 

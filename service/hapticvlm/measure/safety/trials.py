@@ -16,13 +16,13 @@ DRIFT_PER_STEP = 2.0  # sum: about 0.6 degC a second
 JUMP = 1000  # sum: about 6 degC
 
 SOUND = (  # touch and release, hot and cold, as far and as fast as setpoints may go
-    Phase(3.0, 32.0, has_palm=False),
-    Phase(4.0, 38.0),
-    Phase(4.0, 20.0),
+    Phase(2.0, 32.0, has_palm=False),
+    Phase(3.5, 38.0),
+    Phase(3.5, 20.0),
     Phase(1.5, 20.0, has_palm=False),
     Phase(2.5, 40.0, has_palm=False),
-    Phase(3.0, 40.0),
-    Phase(2.0, 30.0),
+    Phase(2.5, 40.0),
+    Phase(1.5, 30.0),
 )
 
 
