@@ -40,6 +40,8 @@ def command(*arguments):
     [
         (["serve", "--host", "0.0.0.0"], "--token"),
         (["serve", "--peltier", "/dev/ttyUSB0"], "can't be opened"),
+        (["serve", "--contact-resistance", "nan"], "0..0.1"),
+        (["serve", "--vlm-timeout", "0"], "0.1..600"),
         (["stream", "nowhere"], "neither a folder"),
     ],
 )

@@ -43,7 +43,9 @@ async def a_scene(service):
 def record(tmp_path_factory):
     """The folder of one recorded session, frames kept, and what its welcome said."""
     folder = tmp_path_factory.mktemp("record")
-    with running(["--record", str(folder), "--record-frames"]) as service:
+    with running(
+        ["--record", str(folder), "--record-frames", "--contact-resistance", "0.002"]
+    ) as service:
         welcome = asyncio.run(a_scene(service))
         time.sleep(0.5)
     (session,) = folder.iterdir()

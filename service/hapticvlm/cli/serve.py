@@ -69,6 +69,12 @@ def add_options(serve: argparse.ArgumentParser) -> None:
         help="the plate: a serial port, auto, or simulated (%(default)s)",
     )
     outputs.add_argument(
+        "--contact-resistance",
+        type=float,
+        metavar="R",
+        help="of this palm, m2 K/W, from `hapticvlm calibrate thermal` (by material)",
+    )
+    outputs.add_argument(
         "--no-realtime",
         dest="realtime",
         action="store_false",
@@ -136,11 +142,24 @@ def _serve(options: argparse.Namespace) -> int:
     try:
         origins = frozenset(options.allow_origin)
         address = Address(options.host, options.port, options.token, origins)
+        _check_ranges(options)
         asyncio.run(_run_service(options, address))
     except (ValueError, OSError, ChildError, DeviceError) as error:
         print(f"hapticvlm serve: {error}", file=sys.stderr)
         return 2
     return 0
+
+
+def _check_ranges(options: argparse.Namespace) -> None:
+    """Refuse numbers that no set-up has. Raises ValueError."""
+    for flag, value, low, high in (
+        ("--contact-resistance", options.contact_resistance, 0.0, 0.1),
+        ("--vlm-timeout", options.vlm_timeout, 0.1, 600.0),
+        ("--image-tokens", options.image_tokens, 4, 4096),
+        ("--vlm-threads", options.vlm_threads, 1, 1024),
+    ):
+        if value is not None and not low <= value <= high:
+            raise ValueError(f"{flag} {value:g}: outside {low:g}..{high:g}")
 
 
 async def _run_service(options: argparse.Namespace, address: Address) -> None:
@@ -196,7 +215,14 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
         vlm = None if onlooker is None else onlooker.settings.model
         models = Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm)
         elsewhere = options.vlm_url is not None
-        offer = Offer(devices, models, table, asks_elsewhere=elsewhere, recorder=recorder)
+        offer = Offer(
+            devices,
+            models,
+            table,
+            asks_elsewhere=elsewhere,
+            recorder=recorder,
+            contact_resistance=options.contact_resistance,
+        )
         edge = Edge(address, gateway, offer, time.monotonic)
         if onlooker is not None:
             onlooker.start(partial(_pass_on, loop, gateway))

@@ -140,6 +140,7 @@ class _Player:
             reading=msgspec.convert(head["reading"], PlateReading),
             table=table,
             can_ask=head["can_ask"],
+            contact_resistance=head["contact_resistance"],
         )
         self._looks: dict[int, LookAt] = {}
         self._asks: dict[int, AskAmbient | AskMaterial] = {}

@@ -86,6 +86,7 @@ class Offer:
     table: Mapping[str, Material]
     asks_elsewhere: bool = False
     recorder: Recorder | None = None
+    contact_resistance: float | None = None
 
 
 class Edge:
@@ -215,6 +216,7 @@ class Edge:
             "reading": self._gateway.reading,
             "table": self._offer.table,
             "can_ask": self._offer.models.vlm is not None,
+            "contact_resistance": self._offer.contact_resistance,
         }
         if self._offer.recorder is None or observer:
             return SceneSession(**given)

@@ -110,6 +110,7 @@ def head(given: dict[str, Any]) -> Line:
         "hapticvlm": __version__,
         "owner": given["owner"],
         "can_ask": given["can_ask"],
+        "contact_resistance": given["contact_resistance"],
         "reading": _plain(given["reading"]),
         "materials": list(given["table"]),
     }
