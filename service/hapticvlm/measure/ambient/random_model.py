@@ -130,18 +130,18 @@ def random_network(configuration: Any, precision: str, seed: int = 0, sd: float 
     from transformers import GenerationConfig, Qwen2VLForConditionalGeneration
     from transformers.initialization import no_init_weights
 
-    kind: Any = Qwen2VLForConditionalGeneration
     with no_init_weights():
-        model = kind._from_config(configuration, dtype=getattr(torch, precision))
+        model = Qwen2VLForConditionalGeneration._from_config(
+            configuration, dtype=getattr(torch, precision)
+        )
     model.tie_weights()
     rng = torch.Generator().manual_seed(seed)
     with torch.no_grad():
         for weight in model.parameters():
             weight.normal_(0.0, sd, generator=rng) if weight.dim() > 1 else weight.fill_(1.0)
     text = configuration.text_config
-    model.generation_config = GenerationConfig(
-        eos_token_id=text.eos_token_id, pad_token_id=text.pad_token_id
-    )
+    ends: Any = GenerationConfig
+    model.generation_config = ends(eos_token_id=text.eos_token_id, pad_token_id=text.pad_token_id)
     return model.eval()
 
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hapticvlm.recognition.networks import line
 from hapticvlm.recognition.vlm.answers import Picture, VlmError
 from hapticvlm.recognition.vlm.prompts import Asked
 
@@ -46,11 +47,13 @@ class Chat:
 
     def prompt(self, asked: Asked, pictures: Sequence[Picture]) -> Prompt:
         """Put the question to pictures (H, W, 3) uint8. Raises VlmError."""
-        texts = [self._render(asked.instruction, one, len(pictures)) for one in asked.questions]
-        if self.processor is None:
-            wholes, tensors = self._by_grid(texts, pictures)
-        else:
-            wholes, tensors = self._by_processor(texts, pictures)
+        try:
+            wholes, tensors = self._wholes(asked, _as_images(pictures))
+        except VlmError:
+            raise
+        except Exception as error:  # noqa: BLE001 - whatever a foreign template or picture trips
+            text = f"the model's chat template or image processor fails ({line(error)})"
+            raise VlmError(text) from None
         return split(wholes, self.image_id, tensors)
 
     def encode(self, text: str) -> list[int]:
@@ -62,6 +65,14 @@ class Chat:
         """Give the text of an answer's tokens, without special ones."""
         text: str = self.tokenizer.decode(list(tokens), skip_special_tokens=True)
         return text
+
+    def _wholes(
+        self, asked: Asked, images: Sequence[Any]
+    ) -> tuple[list[list[int]], Mapping[str, Any]]:
+        texts = [self._render(asked.instruction, one, len(images)) for one in asked.questions]
+        if self.processor is None:
+            return self._by_grid(texts, images)
+        return self._by_processor(texts, images)
 
     def _render(self, instruction: str, question: str, pictures: int) -> str:
         content = [
@@ -76,10 +87,10 @@ class Chat:
         return text
 
     def _by_grid(
-        self, texts: Sequence[str], pictures: Sequence[Picture]
+        self, texts: Sequence[str], images: Sequence[Any]
     ) -> tuple[list[list[int]], Mapping[str, Any]]:
         """Repeat each placeholder as often as its picture's grid has merged cells."""
-        tensors = self.images(images=_as_images(pictures), return_tensors="pt")
+        tensors = self.images(images=images, return_tensors="pt")
         cells = self.images.merge_size**2
         counts = [int(grid.prod()) // cells for grid in tensors["image_grid_thw"]]
         wholes = []
@@ -94,16 +105,17 @@ class Chat:
         return wholes, dict(tensors)
 
     def _by_processor(
-        self, texts: Sequence[str], pictures: Sequence[Picture]
+        self, texts: Sequence[str], images: Sequence[Any]
     ) -> tuple[list[list[int]], Mapping[str, Any]]:
-        images = _as_images(pictures)
-        wholes, tensors = [], {}
+        wholes: list[list[int]] = []
+        tensors: dict[str, Any] = {}
         for text in texts:
             tensors = dict(self.processor(text=[text], images=[images], return_tensors="pt"))
             wholes.append(tensors.pop("input_ids")[0].tolist())
             if self.image_id not in wholes[-1]:
                 raise VlmError("the model's chat template has no place for pictures")
-            tensors.pop("attention_mask", None)
+            for name in ("attention_mask", "token_type_ids", "mm_token_type_ids"):
+                tensors.pop(name, None)
         return wholes, tensors
 
 
@@ -129,7 +141,4 @@ def split(wholes: Sequence[Sequence[int]], image_id: int, tensors: Mapping[str, 
 def _as_images(pictures: Sequence[Picture]) -> list[Any]:
     from PIL import Image
 
-    try:
-        return [Image.fromarray(picture) for picture in pictures]
-    except (TypeError, ValueError) as error:
-        raise VlmError(f"no picture of (H, W, 3) bytes ({error})") from None
+    return [Image.fromarray(picture) for picture in pictures]

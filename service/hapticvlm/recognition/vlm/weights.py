@@ -158,7 +158,8 @@ def _chat_parts(folder: Path, settings: VlmSettings) -> tuple[Any, Any, Any]:
     if not hasattr(images, "merge_size"):
         return tokenizer, images, library.AutoProcessor.from_pretrained(folder, **here)
     cell = (images.patch_size * images.merge_size) ** 2
-    budget = {"min_pixels": LEAST_TOKENS * cell, "max_pixels": settings.image_tokens * cell}
+    most = settings.image_tokens  # far above the least, for that is rounded up
+    budget = {"min_pixels": min(LEAST_TOKENS, most // 4) * cell, "max_pixels": most * cell}
     return tokenizer, library.AutoImageProcessor.from_pretrained(folder, **here, **budget), None
 
 
