@@ -58,10 +58,14 @@ def by_vlm(vlm: Vlm) -> Ask:
     """Ask a model or an endpoint, waiting for one that rests after a failure."""
 
     def ask(picture: Picture) -> Guess:
-        reading = _patiently(vlm, picture)
-        return Guess(reading.value_c, reading.low_c, reading.high_c)
+        return guess_of(_patiently(vlm, picture))
 
     return ask
+
+
+def guess_of(reading: Reading) -> Guess:
+    """Keep of a reading what is graded."""
+    return Guess(reading.value_c, reading.low_c, reading.high_c)
 
 
 def ask_all(ask: Ask, shots: Sequence[Shot]) -> list[Answered]:

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hapticvlm.measure.ambient.asking import guess_of
 from hapticvlm.measure.ambient.scores import Guess
 from hapticvlm.measure.ambient.ways import REPLY, Way
 from hapticvlm.recognition.vlm.answers import Picture, Reading, Vlm, VlmError
@@ -61,12 +62,13 @@ def _measure(way: Way, pictures: Sequence[Picture]) -> Timed:
     vlm = load_vlm(way.settings)
     load_s = time.monotonic() - started
     vlm.ambient(pictures[0]) if vlm.is_remote else _ask(vlm, pictures[0])
-    times, guesses = [], []
+    times: list[float] = []
+    guesses: list[Guess | None] = []
     for picture in pictures:
         started = time.monotonic()
         reading = _ask(vlm, picture)
         times.append(time.monotonic() - started)
-        guesses.append(reading and Guess(reading.value_c, reading.low_c, reading.high_c))
+        guesses.append(None if reading is None else guess_of(reading))
     vlm.close()
     figures = float(np.median(times)), max(times), load_s, _peak_mb()
     return Timed(len(times), *figures, tuple(guesses))
