@@ -31,8 +31,9 @@ from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.rendering.thermal import PlateReading
 from hapticvlm.session.actions import Feel, Heat, HoldAtRest, LetGo, LookAt, Reply, RestPlate
 from hapticvlm.session.clock import WINDOW_S, ClockOffset, FrameRate
+from hapticvlm.session.drive import NEUTRAL_HOLD_S
 from hapticvlm.session.hands import LEASE_S, Hold
-from hapticvlm.session.scene import NEUTRAL_HOLD_S, SceneSession
+from hapticvlm.session.scene import SceneSession
 
 READING = PlateReading(
     plate_c=NEUTRAL_C,

@@ -28,13 +28,10 @@ from hapticvlm.messages import (
     Stop,
     Touch,
 )
-from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition import pictures
 from hapticvlm.recognition.ambient import Sight
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
-from hapticvlm.rendering import plate_limits
-from hapticvlm.rendering.course import Course
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.rendering.thermal import ThermalContact
 from hapticvlm.rendering.voices import Command
@@ -45,33 +42,21 @@ from hapticvlm.session.actions import (
     AskAmbient,
     AskMaterial,
     Feel,
-    Heat,
     HoldAtRest,
     LetGo,
     LookAt,
     Reply,
-    RestPlate,
     SetGain,
     Watch,
 )
 from hapticvlm.session.clock import ClockOffset, FrameRate
-from hapticvlm.session.hands import LEASE_S, NAMES, Hand, Hold
+from hapticvlm.session.drive import AT_REST, PlateDrive
+from hapticvlm.session.hands import NAMES, Hand, Hold
 from hapticvlm.session.objects import Key, SceneObjects
 from hapticvlm.session.surroundings import Surroundings
 
-NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
 WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
 SURROUNDINGS: Key = ("scene", "scene")
-AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint band limits
-    plate_c=None,
-    sink_c=22.0,
-    setpoint_c=NEUTRAL_C,
-    duty=0.0,
-    current_limited=False,
-    dose_cem43=0.0,
-    heated_s=0.0,
-    faults=(),
-)
 
 
 class SceneSession:
@@ -91,7 +76,6 @@ class SceneSession:
         self.owner = owner
         self.observer = observer
         self._hold = hold if hold is not None else Hold()
-        self._reading = reading
         self._table = table
         self._contact_resistance = contact_resistance
         self._objects = SceneObjects(table)
@@ -101,12 +85,7 @@ class SceneSession:
         self._newest: Frame | None = None
         self._surroundings = Surroundings(can_ask=can_ask)
         self._can_ask = can_ask
-        self._thermal_gain = 1.0
-        self._course = Course()
-        self._setpoint_c = NEUTRAL_C
-        self._is_driving = False
-        self._touched_at = float("-inf")
-        self._ticked_at: float | None = None
+        self._drive = PlateDrive(reading)
         self._onsets = 0
 
     @property
@@ -196,16 +175,13 @@ class SceneSession:
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
         """Let leases lapse and follow the plate's course; call at 50 Hz or so while owner."""
-        self._reading = reading
         self._surroundings.follow(now)
         actions: list[Action] = []
         for hand in self._hands.values():
             if hand.lease_until is not None and hand.lease_until < now:
                 hand.let_go()
                 actions.append(LetGo(hand.number))
-        elapsed = 0.0 if self._ticked_at is None else max(0.0, now - self._ticked_at)
-        self._ticked_at = now
-        return actions + self._heat(now, elapsed)
+        return actions + self._heat(now, self._drive.elapse(now, reading))
 
     def rest(self) -> None:
         """Drop every lease: the outputs were put to rest from outside."""
@@ -229,7 +205,7 @@ class SceneSession:
             raise MessageError("unsafe", text, path="$.phase", id=touch.id)
         was_felt, was_touching = hand.is_felt, hand.is_touching
         onset = hand.follow(touch, now)
-        self._touched_at = now
+        self._drive.touched(now)
         begins = hand.is_touching and not was_touching
         if begins and isinstance(hand.key, tuple):
             self._objects.forget(hand.key)
@@ -301,32 +277,10 @@ class SceneSession:
     def _heat(self, now: float, elapsed: float) -> list[Action]:
         hand = self._plate_hand()
         is_held = self._hold.holds("peltier", hand.name if hand else None)
-        if is_held or not 0.0 <= now - self._touched_at <= NEUTRAL_HOLD_S:
-            self._course = self._course.release(now)
-            was_driving, self._is_driving = self._is_driving, False
-            return [RestPlate()] if was_driving else []
-        self._course = self._follow(hand, now)
-        wanted = self._course.wanted_c(now, self._thermal_gain)
-        if not self._is_driving and self._reading.plate_c is not None:
-            low, high = plate_limits.SETPOINT_MIN_C, plate_limits.SETPOINT_MAX_C
-            self._setpoint_c = min(max(self._reading.plate_c, low), high)
-        self._is_driving = True
-        limited = plate_limits.limit(wanted, self._setpoint_c, elapsed, self._reading)
-        self._setpoint_c = limited.setpoint_c
-        return [Heat(limited.setpoint_c, LEASE_S)]
-
-    def _follow(self, hand: Hand | None, now: float) -> Course:
-        """Let the course of the plate's palm go on with what this hand does now.
-
-        In a region of a frame no object tells where one ends: another material is another object.
-        """
-        if hand is None:
-            return self._course.release(now)
-        contact = self._contact(hand.key)
-        if not hand.is_touching:
-            return self._course.approach(contact, now)
-        bulk = contact.thermal if contact and isinstance(hand.key, tuple) else None
-        return self._course.touch(contact, (hand.name, hand.key, bulk), now)
+        if is_held or self._drive.is_idle(now):
+            return self._drive.rest(now)
+        contact = self._contact(hand.key) if hand else None
+        return self._drive.follow(hand, contact, now, elapsed)
 
     def _plate_hand(self) -> Hand | None:
         """Return the hand of the latest contact; without one, a hand that approaches."""
@@ -346,7 +300,7 @@ class SceneSession:
 
     def _decision(self, key: Key) -> Decision:
         around = decisions.Circumstances(
-            self._surroundings.ambient, self._thermal_gain, self._reading, self._table
+            self._surroundings.ambient, self._drive.gain, self._drive.reading, self._table
         )
         object_id = key if isinstance(key, str) else None
         verdict, facts = self._objects.verdict(key), self._objects.facts(key)
@@ -409,7 +363,7 @@ class SceneSession:
         if wanted.ambient_c is not None:
             self._surroundings.scene_c = wanted.ambient_c
         if wanted.thermal_gain is not None:
-            self._thermal_gain = wanted.thermal_gain
+            self._drive.gain = wanted.thermal_gain
         if wanted.vibration_gain is not None:
             actions.append(SetGain(wanted.vibration_gain))
         return [*actions, Reply(Ok(id=wanted.id)), *self._renew()]
