@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.measure.ambient.rows import Row
+from hapticvlm.measure.material.labels import place
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,6 +39,9 @@ def draw(rows: Sequence[Row], note: str, stem: Path) -> list[Path]:
         _memory(right, rows)
         title = f"Ambient temperature off one picture, every way in a process of its own.\n{note}"
         figure.suptitle(title, fontsize=10.5, x=0.01, ha="left")
+        figure.canvas.draw()
+        _labels(left, rows, [row.score.mae_c if row.score else None for row in rows])
+        _labels(right, rows, [row.timed.peak_mb if row.timed else None for row in rows])
         paths = [stem.with_suffix(".png"), stem.with_suffix(".svg")]
         figure.savefig(paths[0], dpi=DPI)
         figure.savefig(paths[1], metadata={"Date": None})
@@ -66,7 +70,6 @@ def _errors(axes: Axes, rows: Sequence[Row]) -> None:
         seconds = row.timed.median_s
         axes.vlines(seconds, score.mae_low_c, score.mae_high_c, color=colour, alpha=0.5)
         axes.plot(seconds, score.mae_c, marker, color=colour, markersize=7)
-        _label(axes, row, seconds, score.mae_c)
     _without_error(axes, [row for row in rows if row.timed and row.score is None])
     tops = [row.score.mae_high_c for row in graded if row.score]
     axes.set_ylim(0, 1.25 * max(tops, default=8.0))
@@ -106,16 +109,22 @@ def _memory(axes: Axes, rows: Sequence[Row]) -> None:
         axes.plot(seconds, peak, marker, color=colour, markersize=7)
         if row.is_default:
             axes.plot(seconds, peak, "o", color=INK, markerfacecolor="none", markersize=13)
-        _label(axes, row, seconds, peak)
     axes.set_ylim(0, 1.15 * max(axes.get_ylim()[1], 1.0))
     _tidy(axes, rows, "peak memory of the process, MB", "Memory; line: median to longest")
 
 
-def _label(axes: Axes, row: Row, x: float, y: float) -> None:
-    text = f"{row.name} (default)" if row.is_default else row.name
-    axes.annotate(
-        text, (x, y), xytext=(0, 7), textcoords="offset points", rotation=30, color=INK, fontsize=8
-    )
+def _labels(axes: Axes, rows: Sequence[Row], heights: Sequence[float | None]) -> None:
+    """Name the dots, beside one another."""
+    found = [
+        (row.timed.median_s, y, _name(row), STYLE[row.family][0])
+        for row, y in zip(rows, heights, strict=True)
+        if row.timed is not None and y is not None
+    ]
+    place(axes, found, [(x, y) for x, y, _, _ in found])
+
+
+def _name(row: Row) -> str:
+    return f"{row.name} (default)" if row.is_default else row.name
 
 
 def _tidy(axes: Axes, rows: Sequence[Row], label: str, title: str) -> None:
