@@ -29,7 +29,6 @@ NAME = "chart-safety"
 WINDOWS_MS = (200, 500, 1000, 2000, 4000)
 HEAT_LIMITS_MA = (750, 1500, 3000)
 DEFAULT = Setting()
-INJECTED = 10  # plates that every other fault is injected into
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,37 +31,33 @@ def draw(rows: Sequence[Row], offs: Sequence[Off], source: str, path: Path) -> P
 
 
 def _settings(axes: Any, rows: Sequence[Row]) -> None:  # noqa: ANN401 - matplotlib
+    other = axes.twinx()
     caps = sorted({one.duty_cap for one in rows})
     for cap, colour in zip(caps, COLOURS, strict=False):
         line = [one for one in rows if one.duty_cap == cap]
-        x, y = [100.0 * one.false_trips for one in line], [one.peak_worst_c for one in line]
-        axes.plot(x, y, "o-", color=colour, label=f"duty cap {cap:.0%}", lw=1.2)
-        for one, at_x, at_y in zip(line, x, y, strict=True):
-            axes.annotate(
-                f"{one.window_ms / 1000.0:g} s",
-                (at_x, at_y),
-                textcoords="offset points",
-                xytext=(6, 4),
-                fontsize=8,
-                color=colour,
-            )
-            if one.is_default:
-                axes.plot(at_x, at_y, "o", ms=15, mfc="none", mec="black", label="default")
-    axes.axhline(PLATE_TRIP_HIGH_C, color="grey", ls="--", lw=1.0)
-    axes.text(
-        1.0,
-        PLATE_TRIP_HIGH_C,
-        "43 degC",
-        ha="right",
-        va="bottom",
-        fontsize=8,
-        color="grey",
-        transform=axes.get_yaxis_transform(),
-    )
-    axes.set_xlabel("sound plates switched off by mistake, %")
-    axes.set_ylabel("hottest plate of all, degC")
+        windows_s = [one.window_ms / 1000.0 for one in line]
+        axes.plot(
+            windows_s,
+            [one.peak_worst_c for one in line],
+            "o-",
+            color=colour,
+            label=f"cap {cap:.0%}",
+        )
+        other.plot(windows_s, [100.0 * one.false_trips for one in line], ":", color=colour)
+    for one in rows:
+        if one.is_default:
+            at = one.window_ms / 1000.0
+            axes.plot(at, one.peak_worst_c, "o", ms=15, mfc="none", mec="black", label="default")
+    axes.axhline(PLATE_TRIP_HIGH_C, color="grey", ls="--", lw=1.0, label="43 degC")
+    axes.set_xscale("log")
+    ticks = sorted({one.window_ms / 1000.0 for one in rows})
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.set_xticks([], minor=True)
+    axes.set_xlabel("runaway window, s")
+    axes.set_ylabel("hottest plate of all, degC (solid)")
+    other.set_ylabel("sound plates switched off by mistake, % (dotted)")
+    other.set_ylim(-0.5, max(10.0, *(115.0 * one.false_trips for one in rows)))
     axes.set_title("Both plate thermistors frozen while heating:\nrunaway window and duty cap")
-    axes.margins(x=0.12)
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3)
 
@@ -70,12 +66,13 @@ def _times(axes: Any, offs: Sequence[Off], source: str) -> None:  # noqa: ANN401
     places = range(len(offs))
     seconds = [off.off_s for off in offs]
     axes.barh(places, [value or 0.0 for value in seconds], color="#4393c3", height=0.6)
-    for place, value in zip(places, seconds, strict=True):
+    for place, value, off in zip(places, seconds, offs, strict=True):
         shown = "never" if value is None else f" {value * 1000.0:.0f} ms"
+        shown += "".join(off.guard.partition(";")[1:])
         axes.text(value or FAST_S, place, shown, va="center", fontsize=8)
     axes.set_yticks(places, [off.fault for off in offs], fontsize=8)
     axes.set_xscale("log")
-    axes.set_xlim(0.01, max([SLOW_S, *(value for value in seconds if value)]) * 2.5)
+    axes.set_xlim(0.01, max([SLOW_S, *(value for value in seconds if value)]) * 9.0)
     axes.invert_yaxis()
     for limit in (FAST_S, SLOW_S):
         axes.axvline(limit, color="grey", ls="--", lw=1.0)
