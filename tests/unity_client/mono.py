@@ -84,5 +84,10 @@ PROGRAMS = (
     ("programs.exe", (HERE / "csharp",), ("HapticVLM.Core.dll",)),
     ("components.exe", (HERE / "components",), (*ENGINE, "HapticVLM.Editor.dll")),
 )
+TESTS = (
+    ("HapticVLM.Tests.Editor.dll", (PACKAGE / "Tests" / "Editor",), ("HapticVLM.Core.dll",)),
+    ("HapticVLM.Tests.Runtime.dll", (PACKAGE / "Tests" / "Runtime",), ENGINE),
+    ("samples.dll", (PACKAGE / "Samples~",), ENGINE),
+)
 # Serialised fields are set by the engine alone, which the compiler cannot know.
 QUIET = "-nowarn:0649,0414"

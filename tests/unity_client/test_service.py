@@ -1,11 +1,13 @@
 """The package's connection on Mono against the real service: touches, frames, kills."""
 
 import asyncio
+import json
 import os
 import re
 import socket
 import statistics
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from hapticvlm.client import connect
 from hapticvlm.measure.service import running
 
 pytest_plugins = ("mono_build",)
+ANSWERS = Path(__file__).parents[2] / "schemas" / "vectors" / "answers.json"
 TOUCHES = 250
 KILLS = int(os.environ.get("HAPTICVLM_KILLS", "3"))  # 10 in long_run.py
 MAIN_LOOP_MS = 2.0
@@ -121,7 +124,9 @@ def test_a_stream_of_frames_collects_no_garbage(build, service, tmp_path, capsys
 
 
 def test_our_own_code_allocates_nothing_per_frame(build):
-    said = figures(build.run("programs.exe", "allocations", "3000"))
+    answers = {case["name"]: case["msgpack"] for case in json.loads(ANSWERS.read_text())}
+    given = f"{answers['decision']}\n{answers['telemetry']}\n"
+    said = figures(build.run("programs.exe", "allocations", "3000", text=given))
     assert said == {"frames": 3000, "decided": 3000, "allocated": 0}
 
 

@@ -17,6 +17,7 @@ public static class Components
     public static int Main(string[] arguments)
     {
         if (arguments[0] == "members") return Members.Print(arguments);
+        if (arguments[0] == "playmode") return PlayMode.Run(arguments[1]);
         if (arguments.Length > 2)
         {
             ImageConversion.Jpeg = File.ReadAllBytes(arguments[2]);

@@ -1,4 +1,4 @@
-// What one frame and one touch cost our own code, without the runtime's socket: bytes allocated.
+// Reads a decision and a telemetry in hex. What one frame and one touch cost our own code, without the runtime's socket: bytes allocated.
 using System;
 using HapticVLM;
 using HapticVLM.Wire;
@@ -11,7 +11,8 @@ public static class Allocations
         int decided = 0;
         connection.Arrivals.Decided += _ => decided++;
         var image = new ArraySegment<byte>(new byte[20000]);
-        ArraySegment<byte> decision = DecisionOf("table"), telemetry = TelemetryNow();
+        var decision = new ArraySegment<byte>(Golden.FromHex(Console.ReadLine()));
+        var telemetry = new ArraySegment<byte>(Golden.FromHex(Console.ReadLine()));
         long allocated = 0;
         for (int i = -100; i < frames; i++)
         {
@@ -51,28 +52,5 @@ public static class Allocations
             Protocol.KindOf(next.Written, out id);
             outbox.Requests.Answered(id, Clock.Now);
         }
-    }
-
-    static ArraySegment<byte> DecisionOf(string objectId)
-    {
-        var decision = new Decision
-        {
-            Id = 0, ObjectId = objectId, Material = "wood", Confidence = 0.9, Source = Rung.Encoder, RunnerUp = "paper",
-            AmbientSource = AmbientSource.Scene, Pattern = "wood strike", ContactC = 29.5,
-        };
-        decision.Evidence.Add(new EvidenceItem { Rung = Rung.Encoder, Material = "wood", Confidence = 0.9 });
-        decision.StagesMs["encode"] = 2.5;
-        var writer = new MsgPackWriter();
-        decision.Write(writer);
-        return writer.Written;
-    }
-
-    static ArraySegment<byte> TelemetryNow()
-    {
-        var telemetry = new Telemetry { PlateC = 31.5, SinkC = 24.0 };
-        telemetry.Faults.Add("the plate is warm");
-        var writer = new MsgPackWriter();
-        telemetry.Write(writer);
-        return writer.Written;
     }
 }

@@ -191,7 +191,7 @@ public static class Golden
         text.Append('"');
     }
 
-    static byte[] FromHex(string hex)
+    public static byte[] FromHex(string hex)
     {
         var data = new byte[hex.Length / 2];
         for (int i = 0; i < data.Length; i++) data[i] = Convert.ToByte(hex.Substring(2 * i, 2), 16);

@@ -8,29 +8,6 @@ namespace UnityEngine
     public struct Vector2 { }
 
     public class ScriptableObject : Object { }
-
-    public sealed class GUILayoutOption { }
-
-    public sealed class GUIStyle { }
-
-    public static class GUI
-    {
-        public static Color backgroundColor { get; set; }
-    }
-
-    public static class GUILayout
-    {
-        public static string Pressed = "";
-
-        public static GUILayoutOption Height(float height) { return null; }
-
-        public static bool Button(string text, params GUILayoutOption[] options)
-        {
-            bool isPressed = text == Pressed;
-            if (isPressed) Pressed = "";
-            return isPressed;
-        }
-    }
 }
 
 namespace UnityEditor

@@ -47,6 +47,8 @@ namespace UnityEngine
         public Transform transform { get { return gameObject.transform; } }
         public new string name { get { return gameObject.name; } }
 
+        public T GetComponent<T>() { return gameObject.GetComponent<T>(); }
+
         public T GetComponentInParent<T>()
         {
             for (GameObject at = gameObject; !ReferenceEquals(at, null); at = at.Parent)
@@ -100,6 +102,14 @@ namespace UnityEngine
             transform = new Transform { gameObject = this };
         }
 
+        public static GameObject CreatePrimitive(PrimitiveType type)
+        {
+            var made = new GameObject(type.ToString());
+            made.AddComponent<Renderer>();
+            made.AddComponent<Collider>();
+            return made;
+        }
+
         public Transform transform { get; private set; }
         public int layer { get; set; }
         public bool activeInHierarchy { get { return isActive && !IsDead && (ReferenceEquals(Parent, null) || Parent.activeInHierarchy); } }
@@ -148,6 +158,7 @@ namespace UnityEngine
     {
         public Vector3 position { get; set; }
         public Quaternion rotation { get; set; }
+        public Vector3 localScale { get; set; }
 
         public void SetPositionAndRotation(Vector3 at, Quaternion turned)
         {

@@ -70,6 +70,7 @@ namespace UnityEngine
     public static class Time
     {
         public static float unscaledTime { get; internal set; }
+        public static float time { get { return unscaledTime; } }
         public static float fixedDeltaTime { get { return 0.02f; } }
     }
 
@@ -82,6 +83,7 @@ namespace UnityEngine
     {
         public static int Warnings, Exceptions;
 
+        public static void Log(object message, Object context) { Console.Error.WriteLine("[log] " + message); }
         public static void LogWarning(object message, Object context) { Warnings++; Console.Error.WriteLine("[warning] " + message); }
         public static void LogError(object message, Object context) { Console.Error.WriteLine("[error] " + message); }
         public static void LogException(Exception exception) { Exceptions++; Console.Error.WriteLine("[exception] " + exception); }

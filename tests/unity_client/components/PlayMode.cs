@@ -1,0 +1,26 @@
+// Plays the package's own play mode tests: a coroutine's step a frame.
+using System;
+using System.Collections;
+using System.Reflection;
+using UnityEngine.TestTools;
+
+public static class PlayMode
+{
+    public static int Run(string assembly)
+    {
+        int passed = 0;
+        foreach (Type type in Assembly.LoadFrom(assembly).GetTypes())
+        {
+            foreach (MethodInfo method in type.GetMethods())
+            {
+                if (method.GetCustomAttributes(typeof(UnityTestAttribute), false).Length == 0) continue;
+                var steps = (IEnumerator)method.Invoke(Activator.CreateInstance(type), null);
+                while (steps.MoveNext()) Player.Tick();
+                Console.WriteLine("passed " + method.Name);
+                passed++;
+            }
+        }
+        Console.WriteLine("play mode tests passed " + passed);
+        return 0;
+    }
+}

@@ -1,0 +1,9 @@
+// Engine members that only the samples use.
+using System;
+
+namespace UnityEngine
+{
+    public enum PrimitiveType { Cube = 3 }
+
+    public sealed class RequireComponent : Attribute { public RequireComponent(Type requiredComponent) { } }
+}

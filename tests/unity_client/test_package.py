@@ -1,0 +1,91 @@
+"""The package as Unity will find it: manifest, .meta files, its own tests, and what it uses."""
+
+import json
+import re
+import subprocess
+import sys
+
+import mono
+
+pytest_plugins = ("mono_build",)
+PACKAGE = mono.PACKAGE
+MEMBERS = PACKAGE / "Documentation~" / "engine-members.md"
+
+
+def test_the_package_s_own_tests_of_the_core_pass_under_nunit(build):
+    done = subprocess.run(
+        ["nunit-console", "-nologo", "-noxml", "HapticVLM.Tests.Editor.dll"],
+        cwd=build.folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    ran = re.search(r"Tests run: (\d+), Errors: 0, Failures: 0", done.stdout)
+    assert ran, done.stdout
+    assert int(ran.group(1)) > 50
+
+
+def test_the_package_s_own_play_mode_tests_pass_in_the_stub_player(build):
+    said = build.run(
+        "components.exe", "playmode", str(build.folder / "HapticVLM.Tests.Runtime.dll")
+    )
+    assert "play mode tests passed 3" in said
+
+
+def test_every_meta_file_is_current():
+    script = PACKAGE / "Tools~" / "metas.py"
+    subprocess.run([sys.executable, str(script), "--check"], check=True, timeout=60)
+
+
+def test_the_manifest_names_the_version_unity_asks_for_and_samples_that_exist():
+    manifest = json.loads((PACKAGE / "package.json").read_text())
+    assert manifest["name"] == manifest["name"].lower()
+    assert manifest["unity"] == "2021.3"
+    for sample in manifest["samples"]:
+        assert list((PACKAGE / sample["path"]).glob("*.cs")), sample["path"]
+    newest = re.search(r"## \[([\d.]+)\]", (PACKAGE / "CHANGELOG.md").read_text())
+    assert newest
+    assert newest.group(1) == manifest["version"]
+
+
+def test_the_core_needs_no_engine():
+    core = PACKAGE / "Runtime" / "Core"
+    assert json.loads((core / "HapticVLM.Core.asmdef").read_text())["noEngineReferences"]
+    for source in core.rglob("*.cs"):
+        assert "UnityE" not in source.read_text(), source
+
+
+def used_members(build):
+    own = [str(build.folder / f"HapticVLM.{part}.dll") for part in ("Unity", "Editor")]
+    newer = build.folder / "newest"
+    newer.mkdir(exist_ok=True)
+    files = mono.sources(PACKAGE / "Runtime" / "Unity")
+    using = ("HapticVLM.Core.dll", "UnityEngine.dll")
+    name = "newest/HapticVLM.Unity.dll"
+    path = build.compile(name, files, mono.QUIET, "-d:UNITY_2022_3_OR_NEWER", using=using)
+    # A process per assembly: two of one name cannot be loaded together.
+    said = [build.run("components.exe", "members", assembly) for assembly in [*own, str(path)]]
+    return {line for output in said for line in output.splitlines()}
+
+
+def test_the_list_of_engine_members_is_what_the_assemblies_use(build):
+    listed = set(re.findall(r"^\| `([\w.]+)`", MEMBERS.read_text(), re.MULTILINE))
+    used = {name.replace("..ctor", ".new") for name in used_members(build)}
+    assert sorted(used - listed) == []
+    assert sorted(listed - used) == []
+
+
+def test_nothing_of_the_package_is_larger_than_a_reader_can_hold():
+    for source in PACKAGE.rglob("*.cs"):
+        if not source.name.endswith(".g.cs"):
+            assert len(source.read_text().splitlines()) <= 300, source
+
+
+def test_the_readme_s_way_to_the_first_decision_has_at_most_six_steps():
+    text = (PACKAGE / "README.md").read_text()
+    section = text.split("## First decision")[1].split("\n## ")[0]
+    steps = re.findall(r"^(\d+)\. ", section, re.MULTILINE)
+    assert 1 <= len(steps) <= 6
+    assert steps == [str(number + 1) for number in range(len(steps))]
