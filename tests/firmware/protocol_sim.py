@@ -15,7 +15,7 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 from .board import RESET_EXTERNAL, Board
 
 BOARDS: dict[str, Board] = {}
-POLL_S = 0.001
+POLL_S = 0.004
 
 
 class Serial(SerialBase):  # type: ignore[misc]

@@ -10,7 +10,7 @@ from .rawhost import RawHost
 from .situations import COLD, HOT, Situation
 from .trials import trial
 
-LONGEST_S = 150.0  # the sweep goes on for longer
+LONGEST_S = 100.0  # the sweep goes on for longer
 CASES = [
     (fault, situation)
     for fault in FAULTS

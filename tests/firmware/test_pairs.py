@@ -9,7 +9,7 @@ from .faults import BY_NAME
 from .situations import COLD, HOT, Situation
 from .trials import trial
 
-LONGEST_S = 90.0
+LONGEST_S = 60.0
 PAIRS = [
     ("both read 8 low", "sink frozen", HOT),
     ("both read 8 low", "both frozen alike", HOT),

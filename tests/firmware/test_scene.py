@@ -13,7 +13,7 @@ LONG_S, CPU_S = 600.0, 60.0
 
 
 def test_a_scene_repeats_bit_for_bit(chip: Chip) -> None:
-    first, second = live(chip, 40.0), live(chip, 40.0)
+    first, second = live(chip, 20.0), live(chip, 20.0)
 
     assert first.fingerprints == second.fingerprints
     assert len(set(first.fingerprints)) == len(first.fingerprints)
