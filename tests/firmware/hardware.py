@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 SUPPLY_MV = 5000.0
 DIVIDER_OHM, R25_OHM, BETA_K, OTHER_BETA_K = 10e3, 10e3, 3950.0, 3435.0
+COLDEST_C = -100.0  # a drifting reading goes no further
 PLATE_A, PLATE_B, SINK = 0, 1, 2  # ADC channels
 NOISE_MV = 2.0  # standard deviation at the ADC pin [assumption]
 
@@ -24,6 +25,7 @@ CUT_OUT_LAG_S = 1.0  # of its own thermistor, bonded to the plate [assumption]
 
 def thermistor_mv(temperature_c: float, beta_k: float = BETA_K) -> float:
     """Voltage at the ADC pin: thermistor to ground, DIVIDER_OHM to the supply."""
+    temperature_c = max(temperature_c, COLDEST_C)
     ohm = R25_OHM * math.exp(beta_k * (1.0 / (temperature_c + 273.15) - 1.0 / 298.15))
     return SUPPLY_MV * ohm / (ohm + DIVIDER_OHM)
 
