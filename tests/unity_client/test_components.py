@@ -31,7 +31,8 @@ def play(build, tmp_path):
     def run(program):
         with running() as service:
             files = str(tmp_path / "picture.jpg"), str(tmp_path / "mask.png")
-            return build.run("components.exe", program, service.url, *files)
+            samples = str(build.folder / "samples.dll")
+            return build.run("components.exe", program, service.url, *files, samples)
 
     return run
 
@@ -105,3 +106,9 @@ def test_the_editor_window_shows_decisions_and_the_plate_and_stops(play):
     assert "Warning: Player Settings > Run In Background" in said
     assert "stopped; repainted True" in said
     assert "threads left after reload 0" in said
+
+
+def test_the_readme_s_sample_says_what_the_readme_shows(play):
+    shown = "OakTable feels like wood, by Name"
+    assert shown in (mono.PACKAGE / "README.md").read_text()
+    assert shown in play("sample")

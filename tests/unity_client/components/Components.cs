@@ -27,6 +27,7 @@ public static class Components
         {
             case "touch": Touching(arguments[1]); break;
             case "stream": Streaming(arguments[1]); break;
+            case "sample": Sample(arguments[1], arguments[4]); break;
             case "cycles": Cycles(arguments[1]); break;
             case "scan": Scanning(arguments[1]); break;
             case "window": EditorParts.Show(arguments[1]); break;
@@ -154,6 +155,24 @@ public static class Components
         Object.Destroy(client.gameObject);
         RunFor(20);
         FramePipe_Leaks();
+        EndOfThreads();
+    }
+
+    // The way of the README: the sample's component, and a hand that enters its first cube.
+    static void Sample(string url, string assembly)
+    {
+        HapticClient client = Client(url);
+        Type type = System.Reflection.Assembly.LoadFrom(assembly).GetType("HapticVLM.Samples.FeelByName");
+        typeof(GameObject).GetMethod("AddComponent").MakeGenericMethod(type).Invoke(new GameObject("empty"), null);
+        var hand = new GameObject("hand").AddComponent<HapticHand>();
+        Run(() => client.State == LinkState.Ready, "no welcome");
+        Collider table = GameObject.Scene.Find(one => one.name == "OakTable").GetComponent<Collider>();
+        Player.Send(hand.gameObject, "OnTriggerEnter", table);
+        HapticObject touched = table.GetComponentInParent<HapticObject>();
+        Run(() => touched.Material != null, "no decision");
+        Say(Debug.LastLog);
+        Object.Destroy(hand.gameObject);
+        Object.Destroy(client.gameObject);
         EndOfThreads();
     }
 

@@ -96,8 +96,11 @@ namespace UnityEngine
         internal GameObject Parent;
         bool isActive = true;
 
+        public static readonly List<GameObject> Scene = new List<GameObject>();
+
         public GameObject(string name)
         {
+            Scene.Add(this);
             this.name = name;
             transform = new Transform { gameObject = this };
         }

@@ -39,6 +39,7 @@ public static class Player
     sealed class Calls
     {
         public MonoBehaviour Of;
+        public bool IsStarted;
         public Action FixedUpdate, Update, LateUpdate;
     }
 
@@ -83,6 +84,7 @@ public static class Player
         Time.unscaledTime += seconds;
         tickMs = 0.0;
         Main.Run();
+        for (int i = 0; i < Live.Count; i++) Begin(Live[i]);
         for (int i = 0; i < Live.Count; i++) Measured(Live[i], Live[i].FixedUpdate);
         for (int i = 0; i < Live.Count; i++) Measured(Live[i], Live[i].Update);
         for (int i = 0; i < Live.Count; i++) Measured(Live[i], Live[i].LateUpdate);
@@ -108,6 +110,13 @@ public static class Player
         if (one.WasEnabled) Call(one, "OnDisable");
         one.WasEnabled = false;
         Call(one, "OnDestroy");
+    }
+
+    static void Begin(Calls calls)
+    {
+        if (calls.IsStarted || !calls.Of.isActiveAndEnabled) return;
+        calls.IsStarted = true;
+        Call(calls.Of, "Start");
     }
 
     static void Measured(Calls calls, Action message)

@@ -83,7 +83,9 @@ namespace UnityEngine
     {
         public static int Warnings, Exceptions;
 
-        public static void Log(object message, Object context) { Console.Error.WriteLine("[log] " + message); }
+        public static string LastLog = "";
+
+        public static void Log(object message, Object context) { LastLog = message.ToString(); }
         public static void LogWarning(object message, Object context) { Warnings++; Console.Error.WriteLine("[warning] " + message); }
         public static void LogError(object message, Object context) { Console.Error.WriteLine("[error] " + message); }
         public static void LogException(Exception exception) { Exceptions++; Console.Error.WriteLine("[exception] " + exception); }
