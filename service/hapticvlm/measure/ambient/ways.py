@@ -25,7 +25,7 @@ class Way:
 
 def in_process(model: str, device: str) -> list[Way]:
     """Readout at every budget, then generation and the other precision at the default's."""
-    base = VlmSettings(model=model, device=device)
+    base = VlmSettings(model=model, device=device, precision="bfloat16")
     ways = []
     for tokens in BUDGETS:
         settings = replace(base, image_tokens=tokens, method="readout")

@@ -48,7 +48,8 @@ class VlmSettings:
 
     `image_tokens` is the speed knob: the most tokens a picture may become. `wordings` is over how
     many prompts the answer is averaged. A `token` is sent to the endpoint as a bearer token.
-    `precision` is that of the weights in process.
+    `precision` is that of the weights in process, None for the faster
+    one here that fits into memory.
     """
 
     model: str = DEFAULT_MODEL
@@ -60,7 +61,7 @@ class VlmSettings:
     wordings: int = 2
     method: Method | None = None
     timeout_s: float = 30.0
-    precision: Precision = "bfloat16"
+    precision: Precision | None = None
 
 
 class Vlm(Protocol):

@@ -105,6 +105,7 @@ def load_local(settings: VlmSettings) -> LocalVlm:
         raise VlmError(f"a model in process answers by {' or '.join(METHODS)}")
     if not 1 <= settings.wordings <= prompts.MOST_WORDINGS:
         raise VlmError(f"there are 1 to {prompts.MOST_WORDINGS} wordings")
+    settings = weights.settled(settings)
     vlm = LocalVlm(*weights.load(settings), settings)
     _require_agreement(vlm)
     return vlm
@@ -118,7 +119,7 @@ def _require_agreement(vlm: LocalVlm) -> None:
         return
     packed = vlm.network.readout(prompt, vlm.numbers)[0, 0]
     apart = float(np.abs(np.exp(plain) - np.exp(packed)).sum()) / 2
-    if not apart <= AGREEMENT[vlm.settings.precision]:
+    if not apart <= AGREEMENT[vlm.settings.precision or "bfloat16"]:
         text = f"model `{vlm.name}` cannot be read in one pass (it differs by {apart:.2f})"
         raise VlmError(f"{text}; ask it by generation")
 

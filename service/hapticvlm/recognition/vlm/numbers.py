@@ -53,11 +53,11 @@ def spread(wordings: Sequence[Beliefs]) -> Spread:
     normal = [one / share for one, share in zip(wordings, shares, strict=True)]
     means = [float(one @ CANDIDATES_C) for one in normal]
     mixed: Beliefs = np.mean(normal, axis=0)
-    tail = (1.0 - COVERAGE) / 2
+    tail, value_c = (1.0 - COVERAGE) / 2, float(np.mean(means))
     return Spread(
-        value_c=float(np.mean(means)),
-        low_c=quantile(mixed, tail),
-        high_c=quantile(mixed, 1.0 - tail),
+        value_c=value_c,
+        low_c=min(quantile(mixed, tail), value_c),  # a far second opinion draws the mean outside
+        high_c=max(quantile(mixed, 1.0 - tail), value_c),
         prompt_sd_c=float(np.std(means, ddof=1)) if len(means) > 1 else None,
         share=float(np.mean(shares)),
     )
