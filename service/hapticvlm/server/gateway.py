@@ -221,6 +221,7 @@ class Gateway:
                 "counts": self._plate.counts,
             },
             "leases": self.owner.session.leases if self.owner else 0,
+            "held": [name for name in ("speaker", "peltier") if self.hold.holds(name, None)],
             "recogniser": {
                 "restarts": self._recogniser.restarts,
                 "pid": self._recogniser.pid,
