@@ -426,6 +426,6 @@ def test_the_measurement_runs_and_ends_with_one_json_line(
     full_size.main(["--tiny", "--threads", "1", "--tokens", "16", "32", "--most-s", "1"])
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert told["weights"] == "random"
-    assert set(told["times_faster"]["32"]) == {"number", "number_kept", "sentence"}
+    assert set(told["times_faster"]["32"]) == {"number", "number_kept", "sentence", "sentence_kept"}
     assert told["times_faster"]["16"]["sentence"] > 1.0
     assert told["peak_bytes"] > 1e8
