@@ -30,6 +30,7 @@ LIMITS = MappingProxyType(
         "vibration.pitch_m": (5e-5, 0.05),
         "vibration.bandwidth": (0.05, 1.5),
         "vibration.roughness": (0.0, 1.0),
+        "vibration.stick": (0.0, 0.95),
         "vibration.modes.frequency_hz": (20.0, 1000.0),
         "vibration.modes.decay_per_s": (5.0, 280.0),
         "vibration.modes.gain": (0.01, 1.0),
@@ -72,13 +73,15 @@ class Vibration:
     """How a class sounds to the palm: impact modes, and the texture felt when rubbed.
 
     `pitch_m` is the dominant spatial period of the surface, `bandwidth` the width of the texture's
-    band relative to its centre frequency speed / pitch, `roughness` its level (0..1).
+    band relative to its centre frequency speed / pitch, `roughness` how uneven it is (0..1; below
+    0.1 it is felt less and less), `stick` the share that catches and slips under a firm hand.
     """
 
     modes: tuple[Mode, ...]
     pitch_m: float
     bandwidth: float
     roughness: float
+    stick: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,19 +113,20 @@ _THERMAL = {
 # touch; all others are our choice; the first four are set apart by more than the 18-30 % that
 # frequencies must differ (physics reference 4.2, 4.3). Metal's close pair beats, as struck metal
 # does. Pitches: our choice, coarse enough to be felt at 0.2 m/s; cloth is woven at 0.3-1 mm.
+# Stick: our choice; what squeaks under a dry palm has some.
 _VIBRATION = {
     "wood": Vibration((Mode(100, 80, 1.0), Mode(195, 150, 0.5)), 1.6e-3, 0.8, 0.6),
-    "glass": Vibration((Mode(350, 30, 1.0), Mode(650, 60, 0.3)), 0.5e-3, 0.2, 0.1),
+    "glass": Vibration((Mode(350, 30, 1.0), Mode(650, 60, 0.3)), 0.5e-3, 0.2, 0.1, 0.4),
     "fabric": Vibration((Mode(45, 150, 1.0), Mode(80, 200, 0.3)), 1.0e-3, 0.5, 0.7),
     "metal": Vibration(
-        (Mode(300, 90, 1.0), Mode(232, 16, 0.35), Mode(255, 16, 0.35)), 0.7e-3, 0.3, 0.3
+        (Mode(300, 90, 1.0), Mode(232, 16, 0.35), Mode(255, 16, 0.35)), 0.7e-3, 0.3, 0.3, 0.2
     ),
-    "plastic": Vibration((Mode(150, 110, 1.0), Mode(310, 180, 0.4)), 0.8e-3, 0.4, 0.3),
+    "plastic": Vibration((Mode(150, 110, 1.0), Mode(310, 180, 0.4)), 0.8e-3, 0.4, 0.3, 0.3),
     "stone": Vibration((Mode(215, 130, 1.0), Mode(380, 150, 0.4)), 2.0e-3, 1.0, 0.8),
-    "ceramic": Vibration((Mode(290, 60, 1.0), Mode(560, 90, 0.4)), 0.6e-3, 0.3, 0.2),
+    "ceramic": Vibration((Mode(290, 60, 1.0), Mode(560, 90, 0.4)), 0.6e-3, 0.3, 0.2, 0.3),
     "paper": Vibration((Mode(60, 160, 1.0), Mode(180, 250, 0.4)), 0.9e-3, 0.9, 0.3),
-    "leather": Vibration((Mode(55, 120, 1.0), Mode(120, 180, 0.2)), 1.4e-3, 0.7, 0.5),
-    "rubber": Vibration((Mode(30, 60, 1.0),), 1.2e-3, 0.6, 0.8),
+    "leather": Vibration((Mode(55, 120, 1.0), Mode(120, 180, 0.2)), 1.4e-3, 0.7, 0.5, 0.4),
+    "rubber": Vibration((Mode(30, 60, 1.0),), 1.2e-3, 0.6, 0.8, 0.7),
     "foliage": Vibration((Mode(40, 180, 1.0), Mode(110, 250, 0.5)), 2.4e-3, 1.0, 0.4),
 }
 

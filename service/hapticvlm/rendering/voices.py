@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering import vibration
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Stroke, Texture
+from hapticvlm.rendering.patterns import Pattern, PatternTexture
+from hapticvlm.rendering.vibration import (
+    IMPACTS,
+    NOMINAL,
+    TEXTURES,
+    Playback,
+    Stroke,
+    Texture,
+)
 
 FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
 _CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
@@ -48,7 +56,7 @@ class Command:
 class _Voice:
     """One thing sounding; `aim` is the gain it fades towards, and 0 is its end."""
 
-    source: Texture | NDArray[np.float32]
+    source: Texture | PatternTexture | NDArray[np.float32]
     stroke: Stroke
     key: tuple[str, str]
     gain: float
@@ -57,7 +65,7 @@ class _Voice:
     ended: bool = False
 
     def render(self, count: int, step: float) -> NDArray[np.float32]:
-        if isinstance(self.source, Texture):
+        if isinstance(self.source, Texture | PatternTexture):
             block = self.source.render(count, self.stroke)
         else:
             block = np.zeros(count, np.float32)
@@ -97,20 +105,23 @@ class Voices:
 
     def __init__(
         self,
-        rate_hz: int = RATE_HZ,
         gain: float = 1.0,
         table: Mapping[str, Material] = MATERIALS,
+        playback: Playback = NOMINAL,
+        patterns: Iterable[Pattern] = (),
     ) -> None:
         self.gain = gain
         self.level = 0.0  # rms of the last block
         self.scrubbed = 0  # voices and commands dropped for not being finite
         self.dropped = 0  # impacts refused because too many were sounding
-        self._rate_hz = rate_hz
+        self._playback = playback
+        self._rate_hz = playback.rate_hz
         self._table = table
-        self._step = 1.0 / (FADE_S * rate_hz)
+        self._patterns = {pattern.key: pattern for pattern in patterns}
+        self._step = 1.0 / (FADE_S * playback.rate_hz)
         self._gain = gain
         self._hands = (_Hand(), _Hand())
-        _warm_up(table.values(), rate_hz)
+        _warm_up(table.values(), playback)
 
     def obey(self, command: Command) -> None:
         """Take a command in; it is heard from the next block on."""
@@ -175,11 +186,15 @@ class Voices:
         if len(ringing) >= _MOST_RINGING:
             ringing[0].aim = 0.0
         kind = command.interaction if command.interaction in IMPACTS else "tap"
-        material = self._table[str(command.material)]
-        wave = vibration.impact(
-            material.vibration, kind, command.stroke, command.seed, self._rate_hz
-        )
-        hand.voices.append(_Voice(wave, command.stroke, (material.name, kind), gain=1.0))
+        key = str(command.material), kind
+        hand.voices.append(_Voice(self._impact(key, command), command.stroke, key, gain=1.0))
+
+    def _impact(self, key: tuple[str, str], command: Command) -> NDArray[np.float32]:
+        pattern = self._patterns.get(key)
+        if pattern is not None:
+            return pattern.impact(command.stroke)
+        facts = self._table[key[0]].vibration
+        return vibration.impact(facts, key[1], command.stroke, command.seed, self._playback)
 
     def _follow(self, hand: _Hand) -> None:
         """Bring the hand's textures towards the wanted one, cross-fading, never more than a few."""
@@ -194,8 +209,14 @@ class Voices:
         if wanted is None or key is None or fitting is not None:
             return
         if len(textures) <= _MOST_FADING_TEXTURES:
-            source = Texture(self._table[key[0]].vibration, key[1], wanted.seed, self._rate_hz)
+            source = self._texture(key, wanted.seed)
             hand.voices.append(_Voice(source, wanted.stroke, key, gain=0.0))
+
+    def _texture(self, key: tuple[str, str], seed: int) -> Texture | PatternTexture:
+        pattern = self._patterns.get(key)
+        if pattern is not None:
+            return PatternTexture(pattern, self._rate_hz)
+        return Texture(self._table[key[0]].vibration, key[1], seed, self._playback)
 
 
 def _texture_key(command: Command) -> tuple[str, str]:
@@ -221,10 +242,10 @@ def _limit(part: NDArray[np.float32]) -> None:
     np.copyto(part, np.copysign(bent, part), where=size > _LINEAR_PEAK)
 
 
-def _warm_up(stuff: Iterable[Material], rate_hz: int) -> None:
+def _warm_up(stuff: Iterable[Material], playback: Playback) -> None:
     """Fill the caches of these materials, so that no first touch pays for them."""
     for material in stuff:
         for kind in IMPACTS:
-            vibration.impact(material.vibration, kind, Stroke(1.0, 1.0), 0, rate_hz)
+            vibration.impact(material.vibration, kind, Stroke(1.0, 1.0), 0, playback)
         for kind in TEXTURES:
-            Texture(material.vibration, kind, 0, rate_hz)
+            Texture(material.vibration, kind, 0, playback)

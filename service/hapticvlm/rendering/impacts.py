@@ -1,0 +1,128 @@
+"""An impact as a row of decaying modes struck by a soft pulse. Pure.
+
+The pulse is force (1 - cos(2 pi t / T)) / T for the contact time T, which shrinks as speed^(-1/5)
+(Hertz) and with force, so a faster or harder hit is stronger and brighter. With s = -B + 2 pi i f
+and w = 2 pi / T a mode answers, in closed form while the pulse lasts,
+
+    y(t) = ((e^(st) - 1) / s - (s e^(st) + w sin wt - s cos wt) / (s^2 + w^2)) / T
+
+and y(T) e^(s(t-T)) afterwards. Im(s y / |s|) has no constant push; the smooth pulse keeps the band.
+
+What a pulse excites depends on its length, so strengths are levelled at each length: at any speed
+all materials are equally strong, and only their pitch, ring and brightness differ.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import Mode, Vibration
+from hapticvlm.rendering.gestures import RATE_HZ, Stroke
+from hapticvlm.rendering.playback import NOMINAL, Playback
+from hapticvlm.rendering.strength import felt
+
+_Complex = NDArray[np.complex128]
+_Floats = NDArray[np.float64]
+
+# Where no source is named a figure is our choice, to be tuned by hand on real speakers.
+_CONTACT_S = {"tap": 3.0e-3, "strike": 2.4e-3, "press": 6.0e-3}  # s, pulse length at 1 m/s, 0 N
+_SHORTEST_S = 2.2e-3  # s, its spectrum ends at 2 / T = 910 Hz: nothing rings above the band
+_LONGEST_S = 11e-3  # s, of the slowest press
+_HARD_N = 10.0  # N; a hit of this force is 7 % shorter
+_DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and damps the modes
+_LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
+_FELT_STRIKE = 5.9  # lets the hardest strike of glass, the neediest material, peak at 0.9
+_LOUD_SPEED_MPS = 0.5  # m/s, an impact reaches 63 % of its level here
+_LOUD_FORCE_N = 3.0  # N, the same for a press
+_LONGEST_IMPACT_S, _END_FADE_S = 0.4, 0.01
+_LENGTHS_S = np.geomspace(_SHORTEST_S, _LONGEST_S, 7)  # pulse lengths at which it is levelled
+
+
+def impact(
+    vibration: Vibration,
+    interaction: str,
+    stroke: Stroke,
+    seed: int,
+    playback: Playback = NOMINAL,
+) -> NDArray[np.float32]:
+    """Waveform (N,) float32 in [-1, 1] of one impact, from 0 to 0; the seed varies it slightly."""
+    vary = np.random.default_rng(seed).uniform
+    correct = playback.correction.gain
+    modes = tuple(
+        Mode(
+            mode.frequency_hz * vary(0.985, 1.015),
+            mode.decay_per_s,
+            mode.gain * vary(0.9, 1.1) * correct(mode.frequency_hz),
+        )
+        for mode in vibration.modes
+    )
+    contact_s = _contact_s(interaction, stroke)
+    level = _LEVEL[interaction] * strength(interaction, stroke)
+    level *= _gain(vibration, interaction, contact_s)
+    wave = level * struck(modes, contact_s, _DAMPING[interaction], playback.rate_hz)
+    peak = float(np.abs(wave).max())
+    return np.asarray(wave / max(peak, 1.0), dtype=np.float32)
+
+
+def strength(interaction: str, stroke: Stroke) -> float:
+    """How much of its level an impact reaches, 0..1, by speed and force."""
+    held = 0.7 + 0.6 * stroke.force_n / (stroke.force_n + _LOUD_FORCE_N)
+    push = held * stroke.speed_mps / _LOUD_SPEED_MPS
+    if interaction == "press":
+        push += stroke.force_n / _LOUD_FORCE_N
+    return 1.0 - math.exp(-push)
+
+
+def full_strength(interaction: str) -> float:
+    """Return what the hardest impact is levelled to, as strength.felt has it."""
+    return _LEVEL[interaction] * _FELT_STRIKE
+
+
+def struck(modes: tuple[Mode, ...], contact_s: float, damping: float, rate_hz: int) -> _Floats:
+    """Modes struck by one soft pulse, (N,), faded out at the end; the equations are at the head."""
+    slowest = min(mode.decay_per_s for mode in modes) * damping
+    count = int(min(contact_s + 6.0 / slowest, _LONGEST_IMPACT_S) * rate_hz)
+    pulse = int(contact_s * rate_hz)
+    decay, turns, gain = np.array([(m.decay_per_s, m.frequency_hz, m.gain) for m in modes]).T
+    pole: _Complex = (-damping * decay + 2j * math.pi * turns)[:, None]
+    gain = gain[:, None] * pole / np.abs(pole)
+    time_s, turn = np.arange(pulse + 1) / rate_hz, 2.0 * math.pi * rate_hz / pulse
+    ring, sine, cosine = np.exp(pole * time_s), np.sin(turn * time_s), np.cos(turn * time_s)
+    swing = (pole * ring + turn * sine - pole * cosine) / (pole**2 + turn**2)
+    pushed = gain * ((ring - 1.0) / pole - swing) * (rate_hz / pulse)
+    free = _ring_out(pushed[:, -1:], pole / rate_hz, count - pulse)
+    wave = np.concatenate((pushed[:, :-1].imag.sum(axis=0), free))
+    fade = min(int(_END_FADE_S * rate_hz), count // 2)
+    wave[-fade:] *= 0.5 + 0.5 * np.cos(np.linspace(0.0, math.pi, fade))
+    return wave
+
+
+def _ring_out(start: _Complex, pole: _Complex, count: int) -> _Floats:
+    """Sum over modes of Im(start e^(pole n)), (count,); strides times steps, ten times faster."""
+    steps = np.exp(pole * np.arange(128))
+    strides = start * np.exp(pole * (128 * np.arange(-(-count // 128))))
+    rows = np.concatenate((strides.real, strides.imag)).T
+    return np.asarray(rows @ np.concatenate((steps.imag, steps.real))).ravel()[:count]
+
+
+def _contact_s(interaction: str, stroke: Stroke) -> float:
+    slow = math.pow(max(stroke.speed_mps, 0.05), -0.2)
+    hard = math.pow(1.0 + stroke.force_n / _HARD_N, -0.1)
+    return max(_CONTACT_S[interaction] * slow * hard, _SHORTEST_S)
+
+
+def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
+    """Gain that makes every material equally strong to the palm; the neediest one peaks highest."""
+    log_gains = _log_gains(vibration, _DAMPING[interaction])
+    at = np.interp(math.log(contact_s), np.log(_LENGTHS_S), log_gains)
+    return _FELT_STRIKE * math.exp(at)
+
+
+@lru_cache(maxsize=256)
+def _log_gains(vibration: Vibration, damping: float) -> _Floats:
+    strengths = [felt(struck(vibration.modes, s, damping, RATE_HZ)) for s in _LENGTHS_S]
+    return np.asarray(-np.log(np.array(strengths)))

@@ -1,0 +1,181 @@
+"""Sustained textures: a surface in space, read by the hand that moves over it. Pure.
+
+The hand reads a loop of noise at speed / pitch periods a second (loops.py), so spectrum and
+movement cannot come apart; above 250 Hz the rate is bent into the band (transposition.py). A
+surface that sticks adds stick-slip: releases at speed / critical displacement, the more the harder
+it is pressed. Carving adds fibre breaks, single grains on the material's resonance. Swinging reads
+a loop at the rate of vortices, 0.2 v / d; it happens in the air, so it is the same for all.
+
+Every loop is driven as strongly as its band needs to be felt, so materials are equally strong.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import Mode, Vibration
+from hapticvlm.rendering import impacts, loops
+from hapticvlm.rendering.gestures import Stroke
+from hapticvlm.rendering.glide import Glide
+from hapticvlm.rendering.loops import Loop
+from hapticvlm.rendering.playback import NOMINAL, Playback
+from hapticvlm.rendering.strength import GRID_HZ, felt
+from hapticvlm.rendering.transposition import felt_hz
+
+_Floats = NDArray[np.float64]
+
+# Where no source is named a figure is our choice, to be tuned by hand on real speakers.
+RMS = 0.1  # of full scale at 250 Hz; 12 dB more drive and peaks of 3 times that still fit
+_LOWEST_HZ = 20.0
+_SLOW_SPEED_MPS, _LIGHT_FORCE_N = 0.05, 0.5  # half level when rubbing; force counts from 30 %
+_SMOOTH = 0.1  # roughness of the smoothest class; what is smoother still is felt less
+_SLIP_M, _SLIPS_HZ = 2.5e-3, (20.0, 160.0)  # critical displacement; 20-200 Hz (4.3, from memory)
+_STUCK_N = 1.0  # N, at which half of what can stick does
+_VORTEX_PER_M, _SWING_BANDWIDTH, _SWING_SPEED_MPS = 40.0, 0.6, 2.5  # 0.2 / 5 mm (reference 4.3)
+_BREAK_SPACING_M, _BREAKS_HZ = 4e-3, (10.0, 60.0)  # fibre breaks per second (4.3, from memory)
+_GRAIN_HZ, _GRAIN_DECAY, _GRAIN_S = (80.0, 250.0), 120.0, 0.04
+_GRAIN_CONTACT_S, _GRAIN_FELT, _GRAIN_PEAK = 2.4e-3, 7.0, 0.85
+_CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
+
+
+class _Reader:
+    """A place in a loop that moves on at a gliding rate, heard at a gliding level."""
+
+    def __init__(self, loop: Loop, place: float, playback: Playback) -> None:
+        self._loop, self._playback = loop, playback
+        self._at = place * loop.size
+        self._centre: Glide | None = None
+        self._level = Glide()
+
+    def read(self, count: int, centre_hz: float, reached: float) -> _Floats | float:
+        """Next `count` samples (count,), or 0.0: `reached` of full strength, around `centre_hz`."""
+        if self._centre is None:
+            self._centre = Glide(centre_hz)
+        centres = self._centre.follow(centre_hz, count, self._playback.rate_hz)
+        drive = float(np.interp(centre_hz, GRID_HZ, self._loop.drive))
+        wanted = RMS * reached * drive * self._playback.correction.gain(centre_hz)
+        level = self._level.follow(wanted, count, self._playback.rate_hz)
+        at = self._move(count, centres)
+        if isinstance(level, float) and level == 0.0:
+            return 0.0
+        return self._loop.read(at) * level
+
+    def _move(self, count: int, centres: _Floats | float) -> _Floats:
+        per_hz = self._loop.samples / self._playback.rate_hz
+        if isinstance(centres, float):
+            at = self._at + _counts(count) * (centres * per_hz)
+        else:
+            at = self._at + np.cumsum(centres) * per_hz
+        if count:
+            self._at = float(at[-1]) % self._loop.size
+        return at
+
+
+class Texture:
+    """One sustained texture; its state is only what makes blocks join."""
+
+    def __init__(
+        self,
+        vibration: Vibration,
+        interaction: str,
+        seed: int,
+        playback: Playback = NOMINAL,
+    ) -> None:
+        self._vibration, self._interaction = vibration, interaction
+        self._rng = np.random.default_rng(seed)
+        self._in_air = interaction == "swing"
+        smooth = (_SWING_BANDWIDTH, 0.0) if self._in_air else _surface(vibration)
+        self._surface = _Reader(loops.noise(*smooth), self._rng.random(), playback)
+        self._sticks = 0.0 if self._in_air else vibration.stick
+        self._slips = (
+            _Reader(loops.stick_slip(), self._rng.random(), playback) if self._sticks else None
+        )
+        self._breaks = _Breaks(vibration, self._rng, playback) if interaction == "carve" else None
+
+    @property
+    def breaks(self) -> int:
+        """How many fibres have broken so far."""
+        return 0 if self._breaks is None else self._breaks.begun
+
+    def render(self, count: int, stroke: Stroke) -> NDArray[np.float32]:
+        """Next `count` samples, (count,) float32, under a stroke that holds for all of them."""
+        reached = share(self._vibration, self._interaction, stroke)
+        stuck = self._sticks * stroke.force_n / (stroke.force_n + _STUCK_N)
+        rubbed = reached * math.sqrt(1.0 - stuck**2)
+        wave = np.zeros(count)
+        wave += self._surface.read(count, self._centre_hz(stroke.speed_mps), rubbed)
+        if self._slips is not None:
+            rate_hz = min(max(stroke.speed_mps / _SLIP_M, _SLIPS_HZ[0]), _SLIPS_HZ[1])
+            wave += self._slips.read(count, rate_hz, reached * stuck)
+        if self._breaks is not None:
+            wave = _CARVE_RUB * wave + self._breaks.render(count, reached, stroke.speed_mps)
+        return np.asarray(wave, dtype=np.float32)
+
+    def _centre_hz(self, speed_mps: float) -> float:
+        per_m = _VORTEX_PER_M if self._in_air else 1.0 / self._vibration.pitch_m
+        return max(felt_hz(speed_mps * per_m), _LOWEST_HZ)
+
+
+def share(vibration: Vibration, interaction: str, stroke: Stroke) -> float:
+    """How much of its full strength a texture reaches, 0..1, by speed and force."""
+    speed = stroke.speed_mps
+    if interaction == "swing":
+        return 1.0 - math.exp(-speed * speed / _SWING_SPEED_MPS**2)
+    pressed = 0.3 + 0.7 * stroke.force_n / (stroke.force_n + _LIGHT_FORCE_N)
+    rough = min(vibration.roughness / _SMOOTH, 1.0)
+    return rough * pressed * speed / (speed + _SLOW_SPEED_MPS)
+
+
+class _Breaks:
+    """Fibre breaks under a moving blade: when the next begins, and the tails of earlier ones."""
+
+    def __init__(self, vibration: Vibration, rng: np.random.Generator, playback: Playback) -> None:
+        self._rng, self._rate_hz = rng, playback.rate_hz
+        self._grain = _grain(vibration, playback)
+        self._tail = np.zeros(self._grain.size)
+        self._to_next = rng.random()  # in mean spacings
+        self._level = Glide()
+        self.begun = 0
+
+    def render(self, count: int, wanted: float, speed_mps: float) -> _Floats:
+        """Next `count` samples, (count,), at the wanted level."""
+        level = self._level.follow(wanted, count, self._rate_hz)
+        wave = np.concatenate((self._tail, np.zeros(count)))
+        rate = min(max(speed_mps / _BREAK_SPACING_M, _BREAKS_HZ[0]), _BREAKS_HZ[1])
+        per_sample = rate / self._rate_hz if speed_mps > 0.0 else 0.0
+        self._to_next -= per_sample * count
+        while self._to_next < 0.0:
+            begin = max(count + math.floor(self._to_next / per_sample), 0)
+            now = level if isinstance(level, float) else float(level[begin])
+            strength = self._rng.uniform(0.4, 1.0) * now
+            wave[begin : begin + self._grain.size] += strength * self._grain
+            self._to_next += self._rng.uniform(0.5, 1.5)
+            self.begun += 1
+        self._tail = wave[count:]
+        return wave[:count]
+
+
+def _surface(vibration: Vibration) -> tuple[float, float]:
+    return vibration.bandwidth, vibration.roughness
+
+
+@lru_cache(maxsize=8)
+def _counts(count: int) -> _Floats:
+    return np.arange(1.0, count + 1.0)
+
+
+@lru_cache(maxsize=64)
+def _grain(vibration: Vibration, playback: Playback) -> _Floats:
+    """Make one fibre break, (_GRAIN_S * rate_hz,): the lowest mode in wood's range, levelled."""
+    mode = vibration.modes[0]
+    frequency_hz = min(max(mode.frequency_hz, _GRAIN_HZ[0]), _GRAIN_HZ[1])
+    decay = max(mode.decay_per_s, _GRAIN_DECAY)
+    modes = (Mode(frequency_hz, decay, 1.0),)
+    wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz)
+    wave *= _GRAIN_FELT / felt(wave) * playback.correction.gain(frequency_hz)
+    wave = wave[: int(_GRAIN_S * playback.rate_hz)]
+    return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))
