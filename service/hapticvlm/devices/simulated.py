@@ -91,6 +91,11 @@ class SimulatedPlate:
         return self._current_a
 
     @property
+    def skin_c(self) -> float:
+        """Temperature of the simulated palm's surface, degC; no real plate knows it."""
+        return self._plant.skin_c
+
+    @property
     def counts(self) -> dict[str, int]:
         """Nothing goes wrong that could be counted."""
         return {}
