@@ -28,7 +28,7 @@ def add(commands: Commands) -> None:
     )
     ambient.add_argument(
         "--method",
-        choices=["default", "estimate", "vlm"],
+        choices=["default", "vlm"],
         help="what to grade (vlm with --vlm or --vlm-url, else default)",
     )
     ambient.add_argument("--vlm", metavar="NAME", help="model by name or folder")
@@ -40,7 +40,6 @@ def add(commands: Commands) -> None:
 
 
 def _evaluate_ambient(options: argparse.Namespace) -> int:
-    from hapticvlm.measure.ambient.asking import AbsentError
     from hapticvlm.measure.ambient.evaluate import Plan, run
     from hapticvlm.measure.ambient.shots import ShotError, read_shots
     from hapticvlm.recognition.vlm.answers import VlmError
@@ -53,23 +52,21 @@ def _evaluate_ambient(options: argparse.Namespace) -> int:
         return run(Plan(options.csv, method, options.out, options.json), ask)
     except ImportError as error:
         print(f"hapticvlm evaluate ambient: {error}: needs an extra", file=sys.stderr)
-    except (AbsentError, ShotError, VlmError, OSError) as error:
+    except (ShotError, ValueError, VlmError, OSError) as error:
         print(f"hapticvlm evaluate ambient: {error}", file=sys.stderr)
     return 2
 
 
 def _way(options: argparse.Namespace) -> tuple[str, Ask]:
-    """Name the method and make it. Raises AbsentError and VlmError."""
-    from hapticvlm.measure.ambient.asking import AbsentError, by_default, by_estimate, by_vlm
+    """Name the method and make it. Raises ValueError and VlmError."""
+    from hapticvlm.measure.ambient.asking import by_default, by_vlm
 
     named = options.vlm or options.vlm_url
     method = options.method or ("vlm" if named else "default")
     if method != "vlm" and named:
-        raise AbsentError(f"--method {method} asks no model: leave out --vlm and --vlm-url")
+        raise ValueError(f"--method {method} asks no model: leave out --vlm and --vlm-url")
     if method == "default":
         return "default", by_default
-    if method == "estimate":
-        return "estimate", by_estimate()
     from hapticvlm.recognition.vlm.load import load_vlm
 
     vlm = load_vlm(_settings(options))

@@ -1,4 +1,4 @@
-"""Ambient temperature of a scene, rung by rung: its own word, a VLM, an estimate, a default. Pure.
+"""Ambient temperature of a scene, rung by rung: its own word, a VLM, a default. Pure.
 
 A picture tells a kind of climate rather than a number, so every value carries an interval and who
 said it, and a reading that leaves most temperatures open is no reading: the next rung speaks. Knows
@@ -33,7 +33,7 @@ class Ambient:
     value_c: float
     low_c: float
     high_c: float
-    source: Literal["scene", "vlm", "estimate", "default"]
+    source: Literal["scene", "vlm", "default"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -15,14 +14,10 @@ from hapticvlm.recognition.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW
 from hapticvlm.recognition.vlm.answers import Picture, Reading, Vlm, VlmError
 from hapticvlm.recognition.vlm.remote import RestingError
 
-Way = Literal["default", "estimate", "vlm"]
+Way = Literal["default", "vlm"]
 Ask = Callable[[Picture], Guess | None]
 
 PATIENCE_S = 60.0  # waited for an endpoint that rests after a failure, before a picture is given up
-
-
-class AbsentError(Exception):
-    """A way to judge is not there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,20 +33,6 @@ class Answered:
 def by_default(_picture: Picture) -> Guess:
     """Say the default of every picture."""
     return Guess(DEFAULT_C, DEFAULT_LOW_C, DEFAULT_HIGH_C)
-
-
-def by_estimate() -> Ask:
-    """Find the small learned estimate. Raises AbsentError where none is shipped."""
-    try:
-        module = importlib.import_module("hapticvlm.recognition.estimate")
-    except ImportError:
-        raise AbsentError("no learned estimate is shipped") from None
-
-    def ask(picture: Picture) -> Guess | None:
-        found = module.estimate(picture)
-        return None if found is None else Guess(found.value_c, found.low_c, found.high_c)
-
-    return ask
 
 
 def by_vlm(vlm: Vlm) -> Ask:

@@ -10,7 +10,6 @@ import json
 import platform
 import sys
 import tempfile
-import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -20,11 +19,10 @@ import numpy as np
 
 from hapticvlm import __version__
 from hapticvlm.measure.ambient import chart_plot, ways
-from hapticvlm.measure.ambient.asking import AbsentError, by_estimate
 from hapticvlm.measure.ambient.rows import Row, print_rows
 from hapticvlm.measure.ambient.scores import Guess, Score, constant, score
 from hapticvlm.measure.ambient.shots import read_picture, read_shots
-from hapticvlm.measure.ambient.timing import Timed, measure
+from hapticvlm.measure.ambient.timing import measure
 from hapticvlm.recognition.vlm.answers import Picture
 
 NAME = "chart-ambient"
@@ -58,7 +56,7 @@ def run(plan: Plan) -> int:
         if plan.url is not None:
             asked.insert(0, ways.remote(plan.url, plan.model, plan.token))
         rows = [_row(way, pictures, truths, is_random=plan.model is None) for way in asked]
-    rows = [*_blind(pictures, truths), *rows]
+    rows = [*_blind(truths), *rows]
     note = f"Qwen2-VL, {plan.size}, {RANDOM}" if plan.model is None else plan.model
     files = chart_plot.draw(rows, note, plan.out / NAME)
     if not plan.as_json:
@@ -113,31 +111,15 @@ def _grade(guesses: Sequence[Guess | None], truths: Sequence[float] | None) -> S
     return score([guess for guess, _ in told], [truth for _, truth in told])
 
 
-def _blind(pictures: Sequence[Picture], truths: Sequence[float] | None) -> list[Row]:
-    """Rows of what asks no model: constants, which take no time, and the learned estimate."""
+def _blind(truths: Sequence[float] | None) -> list[Row]:
+    """Rows of what asks no model: constants, which take no time."""
     rows = []
     for rule in ("default", "leave-one-out median"):
         found = None if truths is None else constant(rule, truths)
         graded = None if found is None or truths is None else score(found, truths)
         why = None if graded else "no labelled pictures: --data"
         rows.append(Row(f"constant: {rule}", "constant", False, None, graded, why))
-    try:
-        rows.append(_estimate(pictures, truths))
-    except AbsentError as error:
-        rows.append(Row("estimate", "estimate", False, None, None, str(error)))
     return rows
-
-
-def _estimate(pictures: Sequence[Picture], truths: Sequence[float] | None) -> Row:
-    """Time and grade the learned estimate, in this process. Raises AbsentError."""
-    ask, guesses, times = by_estimate(), [], []
-    ask(pictures[0])
-    for picture in pictures:
-        started = time.monotonic()
-        guesses.append(ask(picture))
-        times.append(time.monotonic() - started)
-    timed = Timed(len(times), float(np.median(times)), max(times), 0.0, None, tuple(guesses))
-    return Row("estimate", "estimate", False, timed, _grade(guesses, truths), None)
 
 
 def _figures(plan: Plan, rows: Sequence[Row], note: str, pictures: int) -> dict[str, Any]:

@@ -19,7 +19,6 @@ STYLE = {  # colour and marker of each family
     "generation": ("#D55E00", "s"),
     "remote": ("#009E73", "^"),
     "wire": ("#59636e", "x"),
-    "estimate": ("#CC79A7", "D"),
     "constant": ("#59636e", "_"),
 }
 
