@@ -101,6 +101,37 @@ def test_a_first_contact_starts_an_impact_and_is_answered_ok_before_the_decision
     assert messages[1].pattern == "wood strike"
 
 
+def test_a_contact_that_lapsed_on_its_way_makes_no_impact_and_is_counted():
+    session = owner(TABLE)
+    session.receive(touch(at=50.0), 1.0)
+    session.receive(touch("release", at=51.0), 2.0)
+    actions = session.receive(touch(at=51.0), 2.0 + LEASE_S + 0.01)
+    assert only(actions, Feel) == []
+    assert replies(actions, Ok)
+    assert session.late_contacts == 1
+    assert session.leases == 1
+    (feel,) = only(session.receive(touch("slide", at=51.3), 2.3), Feel)
+    assert not feel.command.onset
+
+
+def test_a_late_slide_that_begins_a_contact_rubs_without_its_impact():
+    session = owner(TABLE)
+    session.receive(touch(at=50.0), 1.0)
+    session.receive(touch("release", at=51.0), 2.0)
+    (feel,) = only(session.receive(touch(at=51.0, interaction="slide"), 3.0), Feel)
+    assert (feel.command.onset, session.late_contacts) == (False, 1)
+
+
+def test_a_contact_within_a_lease_strikes_and_so_does_one_of_a_client_without_a_clock():
+    for ats in ((50.0, 51.0, 51.0), (0.0, 0.0, 0.0)):
+        session = owner(TABLE)
+        session.receive(touch(at=ats[0]), 1.0)
+        session.receive(touch("release", at=ats[1]), 2.0)
+        later = 2.0 + (LEASE_S - 0.01 if ats[0] else 5.0)
+        (feel,) = only(session.receive(touch(at=ats[2]), later), Feel)
+        assert (feel.command.onset, session.late_contacts) == (True, 0)
+
+
 def test_further_contacts_and_slides_renew_without_another_impact():
     session = owner(TABLE)
     session.receive(touch(), 1.0)

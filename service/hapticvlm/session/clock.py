@@ -18,9 +18,14 @@ class ClockOffset:
     def __init__(self) -> None:
         self._started: float | None = None
         self._current = self._previous = float("inf")
+        self._first: float | None = None
+        self.runs = False  # a client without a clock sends one number for ever: no age is known
 
     def observe(self, captured_at: float, arrived: float) -> None:
         """Take in one message's capture time (client clock) and arrival (service clock)."""
+        if self._first is None:
+            self._first = captured_at
+        self.runs = self.runs or captured_at > self._first
         if self._started is None or arrived - self._started > WINDOW_S:
             self._started = arrived
             self._previous, self._current = self._current, float("inf")

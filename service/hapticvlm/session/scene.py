@@ -75,6 +75,7 @@ class SceneSession:
     ) -> None:
         self.owner = owner
         self.observer = observer
+        self.late_contacts = 0  # that made no impact because they came too late
         self._hold = hold if hold is not None else Hold()
         self._table = table
         self._contact_resistance = contact_resistance
@@ -205,19 +206,24 @@ class SceneSession:
             raise MessageError("unsafe", text, path="$.phase", id=touch.id)
         was_felt, was_touching = hand.is_felt, hand.is_touching
         onset = hand.follow(touch, now)
+        is_late = onset and self._is_late(touch, now)
+        self.late_contacts += is_late
         self._drive.touched(now)
         begins = hand.is_touching and not was_touching
         if begins and isinstance(hand.key, tuple):
             self._objects.forget(hand.key)
         was_decided = self._objects.is_decided(hand.key)
         actions: list[Action] = []
-        if hand.is_felt:
-            actions += self._feel(hand, onset=onset)
-        elif was_felt:
+        if hand.is_felt and (hand.rubs or not is_late):
+            actions += self._feel(hand, onset=onset and not is_late)
+        elif was_felt and not hand.is_felt:
             actions.append(LetGo(hand.number))
         actions.append(done)
         actions += self._news(hand, cached=was_decided)
         return [*actions, *self._look_at_region(hand)] if begins else actions
+
+    def _is_late(self, touch: Touch, now: float) -> bool:
+        return self._clock.runs and self._clock.age_s(touch.captured_at, now) > LATE_S
 
     def _check_touch(self, touch: Touch) -> None:
         if not self.owner:
