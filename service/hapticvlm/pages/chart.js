@@ -1,0 +1,92 @@
+// Drawing on a canvas at the screen's own resolution, in the page's colours.
+import { eachFrame } from "./dom.js";
+
+const MOST_PIXELS = 2; // per CSS pixel: more is not seen and costs
+const CALM_MS = 1000; // between pictures for who asked for reduced motion
+const COLOURS = ["ink", "soft", "line", "plate", "setpoint", "wave", "stop"];
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+let colours = null;
+
+// The colours as the canvas wants them; asked of the page once per theme.
+export function palette() {
+  if (colours === null) {
+    const probe = document.body.appendChild(document.createElement("span"));
+    const resolve = (name) => {
+      probe.style.color = `var(--${name})`;
+      return [name, getComputedStyle(probe).color];
+    };
+    colours = Object.fromEntries(COLOURS.map(resolve));
+    probe.remove();
+  }
+  return colours;
+}
+
+document.addEventListener("themechange", () => (colours = null));
+
+// A canvas that is painted again when told, when it changes size and when the theme changes.
+// paint(context, width, height), in CSS pixels.
+export class Chart {
+  constructor(canvas, paint) {
+    this.canvas = canvas;
+    this.paint = paint;
+    this.paintedAt = -Infinity;
+    this.timer = null;
+    this.inFrame = eachFrame(() => this.#draw());
+    new ResizeObserver(() => this.inFrame()).observe(canvas);
+    document.addEventListener("themechange", () => this.inFrame());
+  }
+
+  change() {
+    const waitMs = calm.matches ? this.paintedAt + CALM_MS - performance.now() : 0;
+    if (waitMs <= 0) this.inFrame();
+    else this.timer ??= setTimeout(() => this.inFrame(), waitMs);
+  }
+
+  #draw() {
+    clearTimeout(this.timer);
+    this.timer = null;
+    this.paintedAt = performance.now();
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const scale = Math.min(devicePixelRatio, MOST_PIXELS);
+    fit(this.canvas, Math.round(width * scale), Math.round(height * scale));
+    const context = this.canvas.getContext("2d");
+    context.setTransform(scale, 0, 0, scale, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.font = "12px system-ui, sans-serif";
+    this.paint(context, width, height);
+  }
+}
+
+// A thin line across with its words above it; `dash` tells lines apart without colour.
+export function rule(context, y, width, words) {
+  const { line, soft } = palette();
+  context.fillStyle = line;
+  context.fillRect(0, Math.round(y), width, 1);
+  context.fillStyle = soft;
+  context.fillText(words, 2, y - 3);
+}
+
+// count points, x(i) and y(i); a y that is NaN, a missing reading, leaves a gap.
+export function trace(context, { count, x, y, colour, dash = [] }) {
+  context.strokeStyle = colour;
+  context.lineWidth = 2;
+  context.setLineDash(dash);
+  context.beginPath();
+  let isDrawing = false;
+  for (let index = 0; index < count; index++) {
+    const height = y(index);
+    if (Number.isNaN(height)) isDrawing = false;
+    else if (isDrawing) context.lineTo(x(index), height);
+    else {
+      context.moveTo(x(index), height);
+      isDrawing = true;
+    }
+  }
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function fit(canvas, width, height) {
+  if (canvas.width !== width) canvas.width = width;
+  if (canvas.height !== height) canvas.height = height;
+}

@@ -1,0 +1,103 @@
+// The connection to the service: hello as an observer, answers by id, reconnects by itself.
+//
+// States: connecting, open, silent (connected, but the service says nothing: it hangs), gone, token
+// (it wants one). JSON, because a page can read it; pictures come as base64.
+
+const FIRST_WAIT_MS = 500;
+const LONGEST_WAIT_MS = 5000;
+const SILENT_MS = 3000; // telemetry comes every 100 ms
+const ANSWER_MS = 2000;
+
+export class Link {
+  constructor(url, { onMessage, onState, token = null }) {
+    this.url = url;
+    this.onMessage = onMessage;
+    this.onState = onState;
+    this.token = token;
+    this.state = "connecting";
+    this.heardAt = null;
+    this.asked = new Map();
+    this.nextId = 1;
+    this.waitMs = FIRST_WAIT_MS;
+    setInterval(() => this.#listen(), SILENT_MS / 3);
+  }
+
+  connect() {
+    const socket = new WebSocket(this.url);
+    this.socket = socket;
+    socket.onopen = () => this.#hello();
+    socket.onmessage = (event) => this.#take(JSON.parse(event.data));
+    socket.onclose = () => this.#lost();
+  }
+
+  // Resolves with the answer; {type: "unsent"} when there is no connection, {type: "lost"} when no
+  // answer came.
+  ask(fields) {
+    const id = this.nextId++;
+    if (this.socket?.readyState !== WebSocket.OPEN) return Promise.resolve({ type: "unsent" });
+    return new Promise((resolve) => {
+      const timer = setTimeout(() => this.#answer({ id, type: "lost" }), ANSWER_MS);
+      this.asked.set(id, { resolve, timer });
+      this.socket.send(JSON.stringify({ id, ...fields }));
+    });
+  }
+
+  offer(token) {
+    this.token = token;
+    this.#become("connecting");
+    this.connect();
+  }
+
+  async #hello() {
+    const client = { name: "dashboard", version: "1" };
+    const hello = { type: "hello", client, protocol: { major: 1, minor: 0 }, role: "observer" };
+    const answer = await this.ask(this.token ? { ...hello, token: this.token } : hello);
+    if (answer.type === "welcome") this.#welcomed(answer);
+    else if (answer.type === "error") this.#refused(answer);
+    else this.socket.close();
+  }
+
+  #welcomed(welcome) {
+    this.waitMs = FIRST_WAIT_MS;
+    this.#become("open");
+    this.onMessage(welcome);
+  }
+
+  #refused(error) {
+    if (error.path === "$.token") this.#become("token");
+    else this.onMessage({ ...error, id: 0 });
+  }
+
+  #take(message) {
+    this.heardAt = performance.now();
+    if (this.state === "silent") this.#become("open");
+    if (message.id && this.asked.has(message.id)) this.#answer(message);
+    else this.onMessage(message);
+  }
+
+  #answer(message) {
+    const waiting = this.asked.get(message.id);
+    if (!waiting) return;
+    this.asked.delete(message.id);
+    clearTimeout(waiting.timer);
+    waiting.resolve(message);
+  }
+
+  #lost() {
+    for (const id of [...this.asked.keys()]) this.#answer({ id, type: "lost" });
+    if (this.state === "token") return;
+    this.#become("gone");
+    setTimeout(() => this.connect(), this.waitMs * (0.75 + 0.5 * Math.random()));
+    this.waitMs = Math.min(2 * this.waitMs, LONGEST_WAIT_MS);
+  }
+
+  #listen() {
+    if (this.state === "open" && performance.now() - this.heardAt > SILENT_MS) this.#become("silent");
+  }
+
+  #become(state) {
+    if (this.state === state) return;
+    this.state = state;
+    this.onState(state);
+  }
+}

@@ -1,0 +1,47 @@
+// Bounded memory of numbers: a fixed block, in which the oldest row gives way to the newest.
+
+export class Ring {
+  constructor(rows, columns) {
+    this.rows = rows;
+    this.columns = columns;
+    this.count = 0;
+    this.next = 0;
+    this.values = new Float64Array(rows * columns);
+  }
+
+  // One value per column; null and undefined, a missing reading, become NaN.
+  push(...row) {
+    const start = this.next * this.columns;
+    for (let column = 0; column < this.columns; column++) {
+      this.values[start + column] = row[column] ?? NaN;
+    }
+    this.next = (this.next + 1) % this.rows;
+    this.count = Math.min(this.count + 1, this.rows);
+  }
+
+  // Row 0 is the oldest kept.
+  at(row, column) {
+    const place = (this.next - this.count + row + this.rows) % this.rows;
+    return this.values[place * this.columns + column];
+  }
+
+  // A sorted copy of one column, without what is missing.
+  sorted(column) {
+    const kept = new Float64Array(this.count);
+    let size = 0;
+    for (let row = 0; row < this.count; row++) {
+      const value = this.at(row, column);
+      if (!Number.isNaN(value)) kept[size++] = value;
+    }
+    return kept.subarray(0, size).sort();
+  }
+}
+
+// Linear between neighbours, as numpy's default; null of nothing.
+export function quantile(sorted, share) {
+  if (!sorted.length) return null;
+  const place = (sorted.length - 1) * share;
+  const below = Math.floor(place);
+  const above = Math.min(below + 1, sorted.length - 1);
+  return sorted[below] + (place - below) * (sorted[above] - sorted[below]);
+}

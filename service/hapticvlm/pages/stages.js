@@ -1,0 +1,38 @@
+// How long each stage took: median and 99th percentile of the newest few hundred.
+import { byId, make } from "./dom.js";
+import { Ring, quantile } from "./ring.js";
+
+const KEPT = 512;
+const MOST_STAGES = 12; // names come from the service; no number of them may fill the memory
+const stages = new Map();
+
+export function take({ stages_ms = {}, frame_age_ms }) {
+  const entries = Object.entries(stages_ms);
+  if (!entries.length) return;
+  for (const [name, ms] of entries) keep(name, ms);
+  keep("whole look", entries.reduce((sum, [, ms]) => sum + ms, 0));
+  if (frame_age_ms != null) keep("frame captured to decision", frame_age_ms);
+}
+
+// `waits`: {n, median, p99} of touches waiting for their first sample, in ms, or null.
+export function paint(waits) {
+  const rows = [...stages].map(([name, ring]) => {
+    const sorted = ring.sorted(0);
+    return [name, quantile(sorted, 0.5), quantile(sorted, 0.99), sorted.length];
+  });
+  if (waits) rows.unshift(["touch to first sample", waits.median, waits.p99, waits.n]);
+  if (rows.length) byId("stages").replaceChildren(...rows.map(row));
+}
+
+function keep(name, ms) {
+  if (!stages.has(name) && stages.size >= MOST_STAGES) return;
+  if (!stages.has(name)) stages.set(name, new Ring(KEPT, 1));
+  stages.get(name).push(ms);
+}
+
+function row([name, median, p99, count]) {
+  const line = make("tr");
+  line.append(make("th", name, { scope: "row" }));
+  for (const text of [`${median.toFixed(2)} ms`, `${p99.toFixed(2)} ms`, count]) line.insertCell().textContent = text;
+  return line;
+}

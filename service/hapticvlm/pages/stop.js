@@ -1,0 +1,43 @@
+// The stop: one button and the Escape key. It says what became of it, above all when nothing did.
+import { byId, clock, say } from "./dom.js";
+
+const BY_HAND = "switch the devices off by hand";
+
+// `whenDone` is called after the service has answered.
+export function offerStop(link, whenDone) {
+  const stop = async () => {
+    say(byId("stopped"), "Stopping.");
+    const answer = await link.ask({ type: "stop", scope: "all" });
+    say(byId("stopped"), outcome(answer));
+    whenDone();
+  };
+  byId("stop").addEventListener("click", stop);
+  const onKey = (event) => {
+    if (event.key === "Escape" && !event.repeat) stop();
+  };
+  document.addEventListener("keydown", onKey, { capture: true });
+}
+
+// `held`: the outputs that a stop keeps at rest, as the status names them.
+export function showHeld(held) {
+  const said = byId("stopped");
+  const isStopped = said.textContent.startsWith("Stopped") || said.textContent.startsWith("Held");
+  if (!held.length) {
+    if (isStopped) say(said, "");
+    return;
+  }
+  if (!said.textContent) say(said, `Held at rest (${held.join(", ")}) until the scene releases and touches anew.`);
+}
+
+function outcome(answer) {
+  switch (answer.type) {
+    case "ok":
+      return `Stopped at ${clock()}. Outputs rest until the scene releases and touches anew.`;
+    case "unsent":
+      return `NOT STOPPED: no connection to the service; ${BY_HAND}.`;
+    case "error":
+      return `NOT STOPPED: ${answer.text}; ${BY_HAND}.`;
+    default:
+      return `NOT CONFIRMED: the service did not answer the stop; ${BY_HAND}.`;
+  }
+}

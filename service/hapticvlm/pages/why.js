@@ -1,0 +1,80 @@
+// One decision in full: the material, what each rung of the ladder said, and what follows for the plate.
+import { byId, degrees, list, make, percent, say } from "./dom.js";
+
+const RUNGS = ["scene", "name", "shader", "encoder", "vlm"];
+const RUNG_WORDS = {
+  scene: "the scene says so",
+  name: "its name says so",
+  shader: "its shader parameters say so",
+  encoder: "the encoder sees it",
+  vlm: "the vision-language model says so",
+  unknown: "no rung is sure",
+};
+const LIMIT_WORDS = {
+  setpoint: "the band of setpoints",
+  slew: "the slew rate",
+  current: "the driver's current",
+  sink: "the heat sink",
+  dose: "the thermal dose",
+};
+const AMBIENT_WORDS = {
+  scene: "the scene",
+  vlm: "the vision-language model",
+  estimate: "an estimate",
+  default: "the default",
+};
+const SURFACE_WORDS = { scene: "the scene", name: "its name", sun: "the sun", ambient: "the ambient" };
+
+export function explain(decision) {
+  say(byId("material"), decision.material);
+  say(byId("object"), decision.object_id ?? "the touched region");
+  say(byId("verdict"), verdict(decision));
+  byId("rungs").replaceChildren(...RUNGS.map((rung) => rungRow(rung, decision)));
+  list(byId("because"), because(decision));
+}
+
+export function verdict({ confidence, source, runner_up, cached }) {
+  const next = runner_up ? `; next ${runner_up}` : "";
+  const kept = cached ? "; kept from before" : "";
+  return `${percent(confidence)} sure: ${RUNG_WORDS[source]} (${source})${next}${kept}`;
+}
+
+function rungRow(rung, { source, evidence = [] }) {
+  const found = evidence.filter((item) => item.rung === rung);
+  const row = make("tr", "", { className: rung === source ? "source" : "" });
+  row.append(make("th", rung, { scope: "row" }));
+  row.insertCell().textContent = found.length ? found.map((item) => item.material).join(", ") : "nothing";
+  row.insertCell().append(...found.flatMap((item) => bar(item)));
+  return row;
+}
+
+function bar({ rung, material, confidence }) {
+  const meter = make("meter", percent(confidence), { min: 0, max: 1, value: confidence });
+  meter.ariaLabel = `${rung} says ${material}`;
+  return [meter, ` ${percent(confidence)} `];
+}
+
+function because(decision) {
+  return [
+    ["ambient", within(decision, "ambient", AMBIENT_WORDS)],
+    ["surface", within(decision, "surface", SURFACE_WORDS)],
+    ["surface, why", decision.surface_why || "not said"],
+    ["skin meets it at", decision.contact_c == null ? "no contact temperature" : degrees(decision.contact_c)],
+    ["setpoint", setpoint(decision)],
+    ["thermal cue", decision.thermal_cue ? "can be felt" : "none: too small to be felt"],
+    ["vibration", decision.pattern ?? "none now"],
+    ["frame's age", decision.frame_age_ms == null ? "no frame" : `${decision.frame_age_ms.toFixed(0)} ms`],
+  ];
+}
+
+function within(decision, what, words) {
+  const [low, high] = [decision[`${what}_low_c`], decision[`${what}_high_c`]];
+  const range = `${low.toFixed(1)} to ${high.toFixed(1)}`;
+  const source = decision[`${what}_source`];
+  return `${degrees(decision[`${what}_c`])} (${range}), from ${words[source] ?? source}`;
+}
+
+function setpoint({ setpoint_c, unlimited_c, limited_by }) {
+  if (!limited_by) return degrees(setpoint_c);
+  return `${degrees(setpoint_c)}, limited by ${LIMIT_WORDS[limited_by] ?? limited_by}; without limits ${degrees(unlimited_c)}`;
+}
