@@ -51,10 +51,11 @@ from hapticvlm.session.actions import (
 )
 from hapticvlm.session.clock import ClockOffset, FrameRate
 from hapticvlm.session.drive import AT_REST, PlateDrive
-from hapticvlm.session.hands import NAMES, Hand, Hold
+from hapticvlm.session.hands import LEASE_S, NAMES, Hand, Hold
 from hapticvlm.session.objects import Key, SceneObjects
 from hapticvlm.session.surroundings import Surroundings
 
+LATE_S = LEASE_S  # a contact captured longer ago lapsed on its way; nobody takes it for its cause
 WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
 SURROUNDINGS: Key = ("scene", "scene")
 
