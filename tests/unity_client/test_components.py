@@ -71,6 +71,7 @@ def test_streaming_allocates_nothing_on_the_main_thread_and_survives_a_lost_devi
     said = play("stream")
     with capsys.disabled():
         print("\n" + next(line for line in said.splitlines() if line.startswith("frames")))
+    assert "sent while lost 0" in said
     assert figure(said, "in_flight") == 1
     assert figure(said, "exceptions") == 0
     assert figure(said, "allocated") == 0

@@ -142,8 +142,10 @@ public static class Components
         client.Decided += _ => answers++;
         Run(() => streamer.Sent >= 10 && answers > 0, "no frame is sent or answered");
         AsyncGPUReadback.IsDeviceLost = true;
+        Run(() => streamer.Errors >= 1, "device loss is not noticed");
         int sent = streamer.Sent;
-        Run(() => streamer.Errors >= 3, "device loss is not noticed");
+        Run(() => streamer.Errors >= 4, "it does not go on trying");
+        Say("sent while lost " + (streamer.Sent - sent));
         AsyncGPUReadback.IsDeviceLost = false;
         Run(() => streamer.Sent > sent + 3, "it does not recover");
         Say("recovered in_flight " + AsyncGPUReadback.MostInFlight + " exceptions " + Debug.Exceptions);

@@ -20,7 +20,7 @@ public static class EditorParts
         Call(window, "OnEnable");
         Components.Run(() => client.State == LinkState.Ready, "no welcome");
         Player.Send(hand.gameObject, "OnTriggerEnter", oak.gameObject.GetComponent<Collider>());
-        Components.Run(() => Shows(window, "wood") && Shows(window, "Plate: ") && Shows(window, "(simulated)"), "the window shows no decision");
+        Components.Run(() => Shows(window, "wood") && Shows(window, " degC (simulated)"), "the window shows no decision");
         foreach (string line in EditorGUILayout.Shown) Components.Say(line);
         GUILayout.Pressed = "STOP all outputs";
         Call(window, "OnGUI");

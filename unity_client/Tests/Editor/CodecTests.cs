@@ -24,6 +24,27 @@ namespace HapticVLM.Tests
             Assert.AreEqual(value, new MsgPackReader(writer.Written).Int());
         }
 
+        [TestCase(127L, 1)]
+        [TestCase(128L, 2)]
+        [TestCase(255L, 2)]
+        [TestCase(256L, 3)]
+        [TestCase(65535L, 3)]
+        [TestCase(65536L, 5)]
+        [TestCase(4294967295L, 5)]
+        [TestCase(4294967296L, 9)]
+        [TestCase(-32L, 1)]
+        [TestCase(-33L, 2)]
+        [TestCase(-128L, 2)]
+        [TestCase(-129L, 3)]
+        [TestCase(-32769L, 5)]
+        [TestCase(-2147483649L, 9)]
+        public void IntegersTakeTheirShortestForm(long value, int length)
+        {
+            var writer = new MsgPackWriter();
+            writer.Int(value);
+            Assert.AreEqual(length, writer.Length);
+        }
+
         [TestCase(0, 1)]
         [TestCase(31, 1)]
         [TestCase(32, 2)]
