@@ -15,6 +15,7 @@ namespace HapticVLM
     {
         const int LargestMessage = 8 * 1024 * 1024; // a service that says more is not ours
         const int LookRoundMs = 250;
+        const int SendRoundMs = 2;
 
         readonly Link link;
         readonly ConnectionSettings settings;
@@ -23,6 +24,7 @@ namespace HapticVLM
         readonly ManualResetEvent greeted = new ManualResetEvent(false);
         readonly object gate = new object();
         Task inFlight;
+        double sentAt;
         long heardAt;
         volatile string lostBecause;
         volatile Welcome welcome;
@@ -57,14 +59,13 @@ namespace HapticVLM
             while (!closing.WaitOne(0))
             {
                 if (lostBecause != null) throw new LinkException(lostBecause);
-                bool isSent;
-                Task sending;
+                bool isBusy, isSent;
                 lock (gate)
                 {
-                    isSent = SendNext();
-                    sending = inFlight;
+                    isBusy = IsSending;
+                    isSent = !isBusy && SendNext();
                 }
-                if (sending != null && (sending.IsFaulted || !sending.IsCompleted)) Link.WaitFor(sending, settings.SendTimeoutMs);
+                if (isBusy) FollowSend();
                 else if (!isSent) outbox.Wait(LookRoundMs);
                 if (Clock.Now - SecondsOf(Interlocked.Read(ref heardAt)) > settings.SilenceS)
                     throw new LinkException("the service has been silent for " + settings.SilenceS + " s");
@@ -92,13 +93,31 @@ namespace HapticVLM
             outbox.Wake();
         }
 
+        /// <summary>Whether a send has not succeeded yet; only the sending thread deals with failed ones.</summary>
+        bool IsSending { get { return inFlight != null && inFlight.Status != TaskStatus.RanToCompletion; } }
+
+        /// <summary>Looks again soon instead of waiting for the task, which would allocate at every send.</summary>
+        void FollowSend()
+        {
+            Task sending;
+            double since;
+            lock (gate)
+            {
+                sending = inFlight;
+                since = Clock.Now - sentAt;
+            }
+            if (sending.IsCompleted || since * 1000.0 > settings.SendTimeoutMs) Link.WaitFor(sending, 0);
+            else outbox.Wait(SendRoundMs);
+        }
+
         bool SendNext()
         {
-            if (inFlight != null && (inFlight.IsFaulted || !inFlight.IsCompleted)) return false;
+            if (IsSending || lostBecause != null) return false;
             MsgPackWriter next = outbox.Next(Clock.Now);
             if (next == null) return false;
             try
             {
+                sentAt = Clock.Now;
                 inFlight = link.Send(next.Written);
             }
             catch (Exception error)

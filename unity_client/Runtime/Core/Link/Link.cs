@@ -63,7 +63,7 @@ namespace HapticVLM
             {
                 throw new LinkException("the link was lost while sending", error);
             }
-            throw new LinkException("the service took nothing for " + timeoutMs + " ms");
+            throw new LinkException("the service takes nothing any more");
         }
 
         /// <summary>Says goodbye without waiting for the answer, then ends.</summary>
