@@ -52,6 +52,12 @@ def add_options(serve: argparse.ArgumentParser) -> None:
         metavar="ORIGIN",
         help="also let pages of this origin connect, e.g. https://example.org (repeatable)",
     )
+    listen.add_argument(
+        "--scene",
+        type=Path,
+        metavar="FOLDER",
+        help="also serve this folder's pages and scripts at /scene/, to this machine only",
+    )
     outputs = serve.add_argument_group("outputs")
     outputs.add_argument(
         "--speaker",
@@ -141,7 +147,7 @@ def _serve(options: argparse.Namespace) -> int:
     logging.getLogger("websockets").setLevel(logging.WARNING)
     try:
         origins = frozenset(options.allow_origin)
-        address = Address(options.host, options.port, options.token, origins)
+        address = Address(options.host, options.port, options.token, origins, options.scene)
         _check_ranges(options)
         asyncio.run(_run_service(options, address))
     except (ValueError, OSError, ChildError, DeviceError) as error:

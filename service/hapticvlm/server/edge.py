@@ -11,6 +11,7 @@ import secrets
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from websockets.asyncio.server import Server, ServerConnection, serve
@@ -63,18 +64,24 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where to listen and whom to let in; a token is needed off loopback."""
+    """Where to listen and whom to let in; a token is needed off loopback.
+
+    Browsers of this machine are served the files of `scene_folder`, if one is given.
+    """
 
     host: str = "127.0.0.1"
     port: int = 8790
     token: str | None = None
     allowed_origins: frozenset[str] = frozenset()
+    scene_folder: Path | None = None
 
     def __post_init__(self) -> None:
         if self.token is None and not http.is_loopback(self.host):
             raise ValueError(
                 f"--host {self.host} can be reached from other machines: add --token SECRET"
             )
+        if self.scene_folder is not None and not self.scene_folder.is_dir():
+            raise ValueError(f"--scene {self.scene_folder}: no such folder")
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +106,7 @@ class Edge:
         self._gateway = gateway
         self._offer = offer
         self._clock = clock
-        self._door = http.Door(address.host, address.allowed_origins)
+        self._door = http.Door(address.host, address.allowed_origins, address.scene_folder)
         self._numbers = itertools.count(1)
         self._open_sockets: set[ServerConnection] = set()
 

@@ -19,22 +19,20 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
+from hapticvlm.server import scene_files
+from hapticvlm.server.scene_files import TYPES
+
 PAGES = Path(__file__).parent.parent / "pages"
-_TYPES = {
-    ".html": "text/html; charset=utf-8",
-    ".css": "text/css; charset=utf-8",
-    ".js": "text/javascript; charset=utf-8",
-    ".svg": "image/svg+xml",
-}
 _POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
 
 
 @dataclass(frozen=True, slots=True)
 class Door:
-    """Who is let in; `host` is the address the service listens on."""
+    """Who is let in, and to what; `host` is the address the service listens on."""
 
     host: str
     allowed_origins: frozenset[str]
+    scene_folder: Path | None = None
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
         """Say why a request with these headers is refused, or None."""
@@ -80,26 +78,41 @@ def answer(
         return _response(200, "ok\n")
     if path == "/status":
         return _response(200, json.dumps(status()) + "\n", "application/json")
+    if door.scene_folder is not None and path.startswith(scene_files.PREFIX):
+        return _scene_file(door.scene_folder, path)
     return _page(path)
+
+
+def _scene_file(folder: Path, path: str) -> Response:
+    file = scene_files.find(folder, path)
+    if file is None:
+        return _response(404, "no such file\n")
+    text = file.read_text(encoding="utf-8")
+    policy = _POLICY
+    if file.suffix == ".html":
+        policy += f"; script-src 'self'{scene_files.script_sources(text)}"
+    return _response(200, text, TYPES[file.suffix], policy)
 
 
 def _page(path: str) -> Response:
     name = "index.html" if path == "/" else path.removeprefix("/")
-    known = {page.name: page for page in PAGES.iterdir() if page.suffix in _TYPES}
+    known = {page.name: page for page in PAGES.iterdir() if page.suffix in TYPES}
     page = known.get(name)
     if page is None:
         return _response(404, "no such page\n")
-    return _response(200, page.read_text(encoding="utf-8"), _TYPES[page.suffix])
+    return _response(200, page.read_text(encoding="utf-8"), TYPES[page.suffix])
 
 
-def _response(code: int, text: str, kind: str = "text/plain; charset=utf-8") -> Response:
+def _response(
+    code: int, text: str, kind: str = "text/plain; charset=utf-8", policy: str = _POLICY
+) -> Response:
     body = text.encode()
     headers = Headers(
         [
             ("Content-Type", kind),
             ("Content-Length", str(len(body))),
             ("Connection", "close"),
-            ("Content-Security-Policy", _POLICY),
+            ("Content-Security-Policy", policy),
             ("X-Content-Type-Options", "nosniff"),
             ("Cache-Control", "no-store"),
         ]
