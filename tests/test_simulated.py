@@ -11,6 +11,7 @@ import pytest
 from hapticvlm.devices.peltier import Plate
 from hapticvlm.devices.plant import FACE_J_PER_K, SINK_J_PER_K, SINK_K_PER_W, Plant
 from hapticvlm.devices.simulated import REST_S, SimulatedPlate
+from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SINK_TRIP_C
 from hapticvlm.rendering.thermal import PlateReading
 
 TICK_S = 0.02
@@ -106,6 +107,21 @@ def test_heating_stuck_on_at_the_current_limit_does_not_burn_at_room_temperature
 
     # Reference 3.4: at 32 degC ambient a fixed current limit no longer replaces the cut-off.
     assert (plant.plate_c < 43.0) == (ambient_c == 23.0)
+
+
+@pytest.mark.parametrize("ambient_c", [15.0, 23.0, 30.0, 35.0])
+@pytest.mark.parametrize("sink_k_per_w", [1.0, SINK_K_PER_W, 10.0])
+def test_a_sink_at_its_trip_does_not_burn_through_the_open_bridge(
+    ambient_c: float, sink_k_per_w: float
+) -> None:
+    plant = Plant(ambient_c, sink_k_per_w, plate_c=SETPOINT_MAX_C, sink_c=SINK_TRIP_C)
+    skin_c = []
+    for _ in range(9000):
+        plant.step(0.0, 0.1)
+        skin_c.append(plant.skin_c)
+
+    assert max(skin_c) <= 43.0
+    assert sum(0.25 ** (43.0 - felt_c) for felt_c in skin_c) / 600.0 <= 2.0
 
 
 @pytest.mark.parametrize("current_a", [0.0, -2.0, 0.75, -8.0])
@@ -274,7 +290,7 @@ def test_a_plate_trip_latches_until_cleared(stuck_c: float, fault: str) -> None:
 
 
 def test_a_sink_trip_latches_opens_the_bridge_and_survives_cooling_down() -> None:
-    plate = SimulatedPlate(sink_k_per_w=40.0, ambient_c=54.0)
+    plate = SimulatedPlate(sink_k_per_w=40.0, ambient_c=45.7)
     hot = hold(plate, 32.0, 100.0)
     assert hot[-1].faults[0] == "sink_hot"
     assert hot[-1].duty == 0.0

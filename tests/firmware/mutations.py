@@ -79,7 +79,7 @@ MUTATIONS = (
         SENSORS,
         "if (sink.known && sink.c >= SINK_TRIP_C)",
         "if (false)",
-        "a sink of 55 degC trips",
+        "a sink of 46 degC trips",
     ),
     Mutation(
         "jumps believed",

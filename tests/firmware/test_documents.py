@@ -5,8 +5,13 @@ from __future__ import annotations
 import re
 import struct
 
+import pytest
+
+from hapticvlm.rendering import plate_limits
+
 from .build import FIRMWARE
 
+LIMITS = (FIRMWARE / "core" / "limits.h").read_text()
 HEADER = (FIRMWARE / "core" / "protocol.h").read_text()
 PROTOCOL = (FIRMWARE / "PROTOCOL.md").read_text()
 README = (FIRMWARE / "README.md").read_text()
@@ -48,3 +53,29 @@ def test_the_layouts_have_the_sizes_of_the_header() -> None:
 
     assert f"HELLO_REPLY_BYTES = {struct.calcsize(reply)}," in HEADER
     assert f"TELEMETRY_BYTES = {struct.calcsize(telemetry)}," in HEADER
+
+
+@pytest.mark.parametrize(
+    ("name", "limit_c"),
+    [
+        ("TRIP_HIGH_C", plate_limits.PLATE_TRIP_HIGH_C),
+        ("TRIP_LOW_C", plate_limits.PLATE_TRIP_LOW_C),
+        ("SINK_TRIP_C", plate_limits.SINK_TRIP_C),
+        ("SETPOINT_LOW_C", plate_limits.SETPOINT_MIN_C),
+        ("SETPOINT_HIGH_C", plate_limits.SETPOINT_MAX_C),
+        ("DOSE_LIMIT_CEM43", plate_limits.DOSE_LIMIT_CEM43),
+        ("HEAT_LIMIT_S", plate_limits.HEAT_LIMIT_S),
+    ],
+)
+def test_the_board_trips_where_the_service_believes_it_does(name: str, limit_c: float) -> None:
+    assert re.search(rf"\b{name} = {limit_c}f[,;]", LIMITS)
+
+
+def test_the_page_names_the_trips_of_the_header() -> None:
+    trip_c, warm_c = (
+        re.search(rf"{name} = (\d+)\.0f;", LIMITS)[1]  # type: ignore[index]
+        for name in ("SINK_TRIP_C", "SINK_WARM_C")
+    )
+
+    assert f"the sink goes from {warm_c} to {trip_c} degC" in README
+    assert f"| SINK_HOT | the sink reached {trip_c} degC |" in README

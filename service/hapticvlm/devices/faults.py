@@ -61,7 +61,7 @@ _FIRMWARE = (
     ),
     (
         "sink_hot",
-        "the heat sink reached 55 degC",
+        "the heat sink reached 46 degC",
         "check the fan and the heat path, or use a larger sink",
     ),
     (

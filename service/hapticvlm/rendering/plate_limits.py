@@ -12,15 +12,18 @@ from typing import Literal
 
 from hapticvlm.perception import NEUTRAL_C
 
-SETPOINT_MIN_C, SETPOINT_MAX_C = 18.0, 40.0  # degC, this and the next six: physics reference 3.3
+SETPOINT_MIN_C, SETPOINT_MAX_C = (
+    18.0,
+    40.0,
+)  # degC, this and what has no note: physics reference 3.3
 SLEW_C_PER_S = 5.0
 DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, the limit for impaired skin (van Rhoon 2013, from memory)
 HEAT_LIMIT_S = 900.0
-SINK_TRIP_C = 55.0
+SINK_TRIP_C = 46.0  # ours: a hotter one heats skin through an open bridge beyond 43, fan dead
 PLATE_TRIP_HIGH_C = 43.0
 PLATE_TRIP_LOW_C = 13.0
 
-_SINK_WARM_C = 45.0  # degC, from here to the trip the coldest setpoint rises to neutral; our choice
+_SINK_WARM_C = 38.0  # degC, from here to the trip the coldest setpoint rises to neutral; our choice
 _LONGEST_SLEW_S = 0.1  # s, a stalled caller must not earn a jump of many degrees
 
 Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
