@@ -17,9 +17,11 @@ PLATE_A, PLATE_B, SINK = 0, 1, 2  # ADC channels
 NOISE_MV = 2.0  # standard deviation at the ADC pin [assumption]
 
 FULL_SCALE_A = 3.0  # module current at duty 1
-HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # passive, in series; outlive a shorted FET [assumption]
+# Resistors and a diode on the module's own leads, beyond its plug: they limit by the module's
+# direction, whichever way the plug is in, and outlive a shorted FET [assumption]
+HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0
 
-CUT_OUT_HOT_C, CUT_OUT_COLD_C = 41.5, 15.0  # 15 min at 41.55 degC are 2 CEM43
+CUT_OUT_HOT_C, CUT_OUT_COLD_C = 41.5, 15.0  # 15 min at 41.55 degC are 2 CEM43 [assumption]
 CUT_OUT_LAG_S = 1.0  # of its own thermistor, bonded to the plate [assumption]
 
 
@@ -31,7 +33,9 @@ def thermistor_mv(temperature_c: float, beta_k: float = BETA_K) -> float:
 
 
 class CutOut:
-    """Comparator with its own thermistor, in series with the module; open until power is cut."""
+    """Window comparator with its own thermistor and a relay that holds itself, in series with
+    the module: once open it stays open until somebody presses its button.
+    """
 
     def __init__(self, plate_c: float) -> None:
         self._bead_c = plate_c
@@ -46,11 +50,10 @@ class CutOut:
 
 @dataclass
 class Driver:
-    """Bridge and wires: mean duty -1..1 to current through the module, in ampere.
+    """Bridge, plug and limits: mean duty -1..1 to current through the module, in ampere.
 
     `shorted` is the direction (1 heats, -1 cools) that two failed FETs conduct in for good,
-    whatever the chip says. `polarity` is -1 when the module's wires are swapped: then the passive
-    limits, which sit in the wires, are swapped with them.
+    whatever the chip says. `polarity` is -1 when the plug is turned, 0 when it is out.
     """
 
     polarity: int = 1
@@ -58,12 +61,16 @@ class Driver:
 
     def current_a(self, duty: float) -> float:
         """Return the current into the module, heating the plate when positive."""
-        wanted_a = self.shorted * math.inf if self.shorted else duty * FULL_SCALE_A
-        return self.polarity * min(max(wanted_a, -COOL_LIMIT_A), HEAT_LIMIT_A)
+        return min(max(self._wanted_a(duty), -COOL_LIMIT_A), HEAT_LIMIT_A)
 
     def is_limiting(self, duty: float) -> bool:
         """Tell whether the passive limit, not the chip, sets the current."""
-        return bool(self.shorted) or not -COOL_LIMIT_A <= duty * FULL_SCALE_A <= HEAT_LIMIT_A
+        return not -COOL_LIMIT_A <= self._wanted_a(duty) <= HEAT_LIMIT_A
+
+    def _wanted_a(self, duty: float) -> float:
+        if not self.polarity:
+            return 0.0
+        return self.polarity * (self.shorted * math.inf if self.shorted else duty * FULL_SCALE_A)
 
 
 @dataclass

@@ -6,7 +6,7 @@ import pytest
 
 from .build import Chip
 from .faults import BY_NAME
-from .situations import COLD, HOT, Situation
+from .situations import COLD, COLD_WARM, HOT, Situation
 from .trials import trial
 
 LONGEST_S = 60.0
@@ -28,6 +28,8 @@ PAIRS = [
     ("bridge shorted to cool", "fan dead", COLD),
     ("module backwards", "both frozen alike", HOT),
     ("module backwards", "both wrong beta", HOT),
+    ("module backwards", "bridge shorted to cool", HOT),
+    ("module backwards", "bridge shorted to cool", COLD_WARM),
     ("module backwards", "bridge shorted to heat", COLD),
     ("hang, interrupts on", "plate A frozen", HOT),
     ("dead tick", "line noise", HOT),
@@ -39,7 +41,9 @@ PAIRS = [
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "situation"), PAIRS, ids=[f"{one} and {two}" for one, two, _ in PAIRS]
+    ("first", "second", "situation"),
+    PAIRS,
+    ids=[f"{one} and {two}, {situation.name}" for one, two, situation in PAIRS],
 )
 def test_two_faults_at_once_leave_the_skin_safe(
     chip: Chip, first: str, second: str, situation: Situation
