@@ -110,6 +110,10 @@ class Client:
         """Close the connection; the outputs rest if it owned them."""
         await self._socket.close()
 
+    async def wait_closed(self) -> None:
+        """Wait until the connection has ended."""
+        await self._socket.wait_closed()
+
     async def listen(self) -> None:
         """Sort answers from events until the connection ends."""
         try:

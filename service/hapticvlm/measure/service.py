@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import re
 import signal
 import subprocess
@@ -14,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 READY_S = 120.0  # a network of transformers on a busy machine takes most of a minute
+_PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
 class ServiceError(Exception):
@@ -46,12 +48,20 @@ class Service:
 
 
 @contextmanager
-def running(arguments: Sequence[str] = ()) -> Iterator[Service]:
-    """Start a service on a free port, and stop it at the end. Raises ServiceError."""
+def running(arguments: Sequence[str] = (), *, ends_with_us: bool = False) -> Iterator[Service]:
+    """Start a service on a free port, and stop it at the end. Raises ServiceError.
+
+    With `ends_with_us` it also stops, on Linux, when this thread is killed.
+    """
     command = [sys.executable, "-m", "hapticvlm", "serve", "--port", "0", *arguments]
     started = time.monotonic()
     process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        bufsize=1,
+        preexec_fn=_stop_when_parent_ends if ends_with_us and sys.platform == "linux" else None,
     )
     service = Service(process, "", 0.0)
     ready = threading.Event()
@@ -65,6 +75,11 @@ def running(arguments: Sequence[str] = ()) -> Iterator[Service]:
     finally:
         service.stop()
         reader.join(5.0)
+
+
+def _stop_when_parent_ends() -> None:
+    """Have Linux send SIGTERM when the thread that started this process ends."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def _read(service: Service, ready: threading.Event) -> None:

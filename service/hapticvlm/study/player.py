@@ -1,0 +1,189 @@
+"""Plays patterns through a running service, as the scene that owns its outputs.
+
+A stroke is what a hand in a scene would send: approach (the plate leads), contact, contact renewed
+while it lasts, a short lift before each repeat, release. Between patterns the palm lies on metal at
+neutral, which brings plate and modelled skin back sooner than letting go. Knows no study.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+
+from hapticvlm.client import Client, Refused
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.thermal import LEAD_S
+from hapticvlm.study.stimuli import Stimulus, StudyError
+
+TOUCH_S = 0.06  # between touches: a lease of 0.25 s survives three lost ones
+LIFT_S = 0.06  # of the hand before a repeated stroke
+AMBIENT_C = 22.0
+SPOILING = ("dose", "sink")  # limits under which a warm or cold pattern is not what it should be
+TELEMETRY_S = 2.0
+_GONE = (ConnectionError, ConnectionClosed)  # a service that answers no more
+
+
+class Trouble(Exception):
+    """The devices cannot present a pattern now; the text tells the experimenter why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """What the service said while it played: at the end of the stroke, or worst during it."""
+
+    plate_c: float | None
+    setpoint_c: float | None
+    limited_by: str | None
+    speaker_level: float
+    underruns: int
+
+
+class Player:
+    """One scene whose objects are the patterns; `listen` must run beside everything else."""
+
+    def __init__(self, client: Client, settle_c: float) -> None:
+        self._client = client
+        self._settle_c = settle_c
+        self._telemetry: dict[str, Any] = {}
+        self._heard_at = float("-inf")
+        self._limited_by: str | None = None
+        self._level = 0.0
+
+    @property
+    def devices(self) -> dict[str, Any]:
+        """What plays: names, and whether they are simulated."""
+        found: dict[str, Any] = self._client.welcome["devices"]
+        return found
+
+    async def prepare(self, stimuli: Sequence[Stimulus]) -> None:
+        """Declare one object per pattern. Raises StudyError when others own the outputs."""
+        if not self._client.welcome["owner"]:
+            raise StudyError("another scene owns the outputs; close it and start again")
+        objects = [
+            {"object_id": s.name, "material": s.material, "temperature_c": s.object_c}
+            for s in (*stimuli, _NEUTRAL)
+        ]
+        await self._client.scene(objects, ambient_c=AMBIENT_C)
+
+    async def listen(self) -> None:
+        """Keep what the service tells of its outputs."""
+        while True:
+            event = await self._client.events.get()
+            if event["type"] == "telemetry":
+                self._telemetry = event
+                self._heard_at = time.monotonic()
+                self._level = max(self._level, event["speaker_level"])
+            elif event["type"] == "decision" and event.get("limited_by"):
+                self._limited_by = event["limited_by"]
+
+    async def settle(self, rest_s: float, longest_s: float) -> None:
+        """Rest until the plate is near neutral. Raises Trouble when it stays away."""
+        begun = time.monotonic()
+        await self.release()
+        try:
+            await self._touch("approach", _NEUTRAL)
+            while (reason := self._unrest()) or time.monotonic() < begun + rest_s:
+                if reason and time.monotonic() > begun + rest_s + longest_s:
+                    raise Trouble(reason)
+                await self._touch("slide", _NEUTRAL)
+                await asyncio.sleep(TOUCH_S)
+        except (Refused, *_GONE) as error:
+            raise Trouble(_said(error)) from None
+
+    def _unrest(self) -> str | None:
+        """Say why no pattern can be presented now; None if one can."""
+        if time.monotonic() - self._heard_at > TELEMETRY_S:
+            return "the service is silent: no telemetry"
+        if self._telemetry["faults"]:
+            return f"plate off: {', '.join(self._telemetry['faults'])}"
+        plate_c = self._telemetry["plate_c"]
+        if plate_c is None:
+            return "the plate gives no temperature"
+        if abs(plate_c - NEUTRAL_C) > self._settle_c:
+            return f"plate at {plate_c:.1f} degC: waiting for {NEUTRAL_C:g}"
+        return None
+
+    async def play(self, stimulus: Stimulus, begun: Callable[[], None]) -> Played:
+        """Play one pattern to its end; `begun` is called when its first stroke was taken.
+
+        Raises Trouble when the devices could not present it as it is meant.
+        """
+        self._limited_by, self._level = None, 0.0
+        underruns = self._telemetry.get("underruns", 0)
+        await self.release()
+        try:
+            await self._hold("approach", stimulus, LEAD_S)
+            self._check()
+            for stroke in range(stimulus.repeats):
+                await self._touch("contact", stimulus)
+                if stroke == 0:
+                    begun()
+                each_s = stimulus.seconds / stimulus.repeats
+                is_last = stroke == stimulus.repeats - 1
+                await self._hold("contact", stimulus, each_s if is_last else each_s - LIFT_S)
+                if not is_last:
+                    await self._hold("approach", stimulus, LIFT_S)
+            self._check()
+            return self._played(underruns)
+        except (Refused, *_GONE) as error:
+            raise Trouble(_said(error)) from None
+        finally:
+            await self.release()
+
+    def _played(self, underruns: int) -> Played:
+        return Played(
+            self._telemetry.get("plate_c"),
+            self._telemetry.get("setpoint_c"),
+            self._limited_by,
+            self._level,
+            self._telemetry.get("underruns", 0) - underruns,
+        )
+
+    def _check(self) -> None:
+        """Raise Trouble when the pattern cannot be what it should be."""
+        if self._limited_by in SPOILING:
+            why = "heat for this session is used up" if self._limited_by == "dose" else "sink hot"
+            raise Trouble(f"{why}: let the person and the plate rest, then go on")
+        if self._telemetry.get("faults"):
+            raise Trouble(f"plate off: {', '.join(self._telemetry['faults'])}")
+
+    async def stop(self) -> None:
+        """Put all outputs to rest at once, and hold them there."""
+        await self._client.stop()
+
+    async def release(self) -> None:
+        """Let go; also ends a hold, once a new pattern is played."""
+        try:
+            await self._client.send("touch", **_TOUCH, phase="release", captured_at=_now())
+        except _GONE:
+            return  # without a connection the outputs are at rest already
+
+    async def _hold(self, phase: str, stimulus: Stimulus, seconds: float) -> None:
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0.0:
+            await self._touch(phase, stimulus)
+            await asyncio.sleep(min(TOUCH_S, left))
+
+    async def _touch(self, phase: str, stimulus: Stimulus) -> None:
+        await self._client.touch(
+            phase,
+            stimulus.name,
+            interaction=stimulus.interaction,
+            speed_mps=stimulus.speed_mps,
+            force_n=stimulus.force_n,
+        )
+
+
+def _said(error: Exception) -> str:
+    again = "" if isinstance(error, Refused) else "; nothing is lost: start `study run` again"
+    return f"{error}{again}"
+
+
+_NEUTRAL = Stimulus("neutral", "", "", "metal", "slide", NEUTRAL_C, speed_mps=0.0, force_n=0.0)
+_TOUCH = {"hand": "right", "speed_mps": 0.0, "force_n": 0.0}
+_now = time.monotonic

@@ -1,0 +1,158 @@
+"""The patterns a study presents: a vibration and a temperature each. Reads TOML; knows no device.
+
+A file of patterns holds one `[[pattern]]` table each, with the fields of `Stimulus`. The plate's
+setpoint is given as such; what is told to the service is the object that would bring skin there
+within the stimulus, so that the contact model, its lead and its limits stay in force.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, get_args
+
+from hapticvlm.materials import MATERIALS, UNKNOWN
+from hapticvlm.messages import Interaction
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.thermal import SETPOINT_MAX_C, SETPOINT_MIN_C, share, thermal_contact
+
+MOST_PATTERNS = 40
+OBJECT_C = (-100.0, 400.0)  # degC, what the protocol takes as an object's temperature
+HOT_C, COLD_C = 38.0, 25.0  # degC, our choice: the paper states no temperatures
+_LONGEST_S = 10.0
+
+
+class StudyError(Exception):
+    """A study that cannot be run or read: what is wrong, where, and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stimulus:
+    """One pattern; `repeats` strokes spread over `seconds`, the plate on its way to `setpoint_c`.
+
+    `vibration` and `temperature` name the two factors, as columns of the data have them.
+    """
+
+    name: str
+    vibration: str
+    temperature: str
+    material: str
+    interaction: str
+    setpoint_c: float
+    speed_mps: float = 0.3
+    force_n: float = 1.5
+    seconds: float = 2.4
+    repeats: int = 1
+
+    def __post_init__(self) -> None:
+        for fault in self._faults():
+            raise StudyError(f"pattern {self.name!r}: {fault}")
+
+    def _faults(self) -> Iterable[str]:
+        if not self.name or not self.name.replace("-", "").replace("_", "").isalnum():
+            yield "name: needs letters, digits, - and _"
+        if self.material not in MATERIALS or self.material == UNKNOWN:
+            yield f"material {self.material!r}: not one of {', '.join(MATERIALS)}"
+        if self.interaction not in get_args(Interaction):
+            yield f"interaction {self.interaction!r}: not one of {', '.join(get_args(Interaction))}"
+        for field, (low, high) in _RANGES.items():
+            if not low <= getattr(self, field) <= high:
+                yield f"{field} {getattr(self, field):g}: outside {low:g}..{high:g}"
+        if not OBJECT_C[0] <= self.object_c <= OBJECT_C[1]:
+            yield f"setpoint_c {self.setpoint_c:g}: {self.material} cannot carry it"
+
+    @property
+    def object_c(self) -> float:
+        """Temperature of an object of this material that brings skin to the setpoint, degC."""
+        contact = thermal_contact(MATERIALS[self.material].thermal, NEUTRAL_C)
+        return NEUTRAL_C + (self.setpoint_c - NEUTRAL_C) / share(contact, self.seconds)
+
+    def described(self) -> dict[str, str]:
+        """Tell what a page shows of it."""
+        return {
+            "name": self.name,
+            "vibration": self.vibration,
+            "temperature": self.temperature,
+            "material": self.material,
+            "interaction": self.interaction,
+        }
+
+
+_RANGES = {
+    "setpoint_c": (SETPOINT_MIN_C, SETPOINT_MAX_C),
+    "speed_mps": (0.0, 20.0),
+    "force_n": (0.0, 200.0),
+    "seconds": (0.1, _LONGEST_S),
+    "repeats": (1, 20),
+}
+
+# The paper's five, strokes chosen by us: its recordings, levels and durations are unpublished.
+_VIBRATIONS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("wood carving", {"material": "wood", "interaction": "carve", "speed_mps": 0.15}),
+    ("glass tapping", {"material": "glass", "interaction": "tap", "repeats": 4}),
+    ("wood striking", {"material": "wood", "interaction": "strike", "force_n": 4.0, "repeats": 2}),
+    ("fabric rubbing", {"material": "fabric", "interaction": "slide", "speed_mps": 0.2}),
+    ("metal whooshing", {"material": "metal", "interaction": "swing", "speed_mps": 3.0}),
+)
+
+
+def paper_like() -> tuple[Stimulus, ...]:
+    """Return the ten patterns of the paper: five vibrations, hot and cold."""
+    return tuple(
+        Stimulus(
+            name=f"{vibration.replace(' ', '-')}-{temperature}",
+            vibration=vibration,
+            temperature=temperature,
+            setpoint_c=setpoint_c,
+            **stroke,
+        )
+        for temperature, setpoint_c in (("hot", HOT_C), ("cold", COLD_C))
+        for vibration, stroke in _VIBRATIONS
+    )
+
+
+def read(path: Path) -> tuple[Stimulus, ...]:
+    """Read a file of patterns. Raises StudyError."""
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8")).get("pattern")
+    except OSError as error:
+        raise StudyError(f"{path}: {error.strerror}") from None
+    except ValueError as error:
+        raise StudyError(f"{path}: not TOML: {error}") from None
+    if not isinstance(tables, list):
+        raise StudyError(f"{path}: needs one [[pattern]] table per pattern")
+    return checked([_stimulus(table, f"{path}, pattern {i}") for i, table in enumerate(tables, 1)])
+
+
+def checked(stimuli: Iterable[Stimulus]) -> tuple[Stimulus, ...]:
+    """Check that the patterns can be told apart by name and by factors. Raises StudyError."""
+    found = tuple(stimuli)
+    if not 2 <= len(found) <= MOST_PATTERNS:
+        raise StudyError(f"{len(found)} patterns: a study needs 2 to {MOST_PATTERNS}")
+    names = [stimulus.name for stimulus in found]
+    cells = [(stimulus.vibration, stimulus.temperature) for stimulus in found]
+    for values in (names, cells):
+        if len(set(values)) < len(values):
+            raise StudyError("two patterns share a name, or a vibration and a temperature")
+    return found
+
+
+def revive(tables: Iterable[dict[str, Any]]) -> tuple[Stimulus, ...]:
+    """Read patterns back from a study's own file. Raises StudyError."""
+    return checked(_stimulus(table, "study.json") for table in tables)
+
+
+def _stimulus(table: dict[str, Any], where: str) -> Stimulus:
+    kinds = {field.name: str(field.type) for field in fields(Stimulus)}
+    for name, value in table.items():
+        if name not in kinds:
+            raise StudyError(f"{where}: no field `{name}`; known: {', '.join(kinds)}")
+        fits = isinstance(value, str) if kinds[name] == "str" else isinstance(value, int | float)
+        if not fits or isinstance(value, bool):
+            raise StudyError(f"{where}: {name} {value!r} is no {kinds[name]}")
+    try:
+        return Stimulus(**table)
+    except TypeError as error:
+        raise StudyError(f"{where}: {str(error).partition(') ')[2] or error}") from None
