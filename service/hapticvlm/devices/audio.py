@@ -3,18 +3,19 @@
 Renders vibration block by block from the commands in the shared ring, so that a touch is done when
 its command is in the ring. Everything a command starts ends by itself when its lease lapses, also
 when the gateway hangs; when the gateway dies the engine fades and exits. The simulated speaker is a
-virtual clock on absolute deadlines that plays into nothing; both write a WAV when asked.
+virtual clock on absolute deadlines that plays into nothing; both write a WAV when asked. A real
+output that goes is opened again when it is back, and what was commanded meanwhile is not played.
 """
 
 from __future__ import annotations
 
 import gc
-import os
+import math
 import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -24,6 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.devices.output import Output, OutputError, take_priority
 from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, Order, RestAll, Ring
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.vibration import RATE_HZ
@@ -32,8 +34,9 @@ from hapticvlm.rendering.voices import Command, Voices
 if TYPE_CHECKING:
     from hapticvlm.devices.ring import Shared
 
-FIFO_PRIORITY = 20
 FADE_S = 0.05
+WATCH_S = 0.05
+RETRY_S = 1.0
 MAX_WAITING_BLOCKS = 20_000
 
 
@@ -41,6 +44,7 @@ MAX_WAITING_BLOCKS = 20_000
 class AudioSettings:
     """How the engine plays: `output` is "simulated", "default" or part of a device's name.
 
+    `level` (0..1) is the most of full scale that reaches the output, whatever gain a scene sets.
     `materials` are those it can render, in the order in which the ring counts them.
     """
 
@@ -49,6 +53,7 @@ class AudioSettings:
     wav: Path | None = None
     realtime: bool = True
     gain: float = 1.0
+    level: float = 1.0
     materials: tuple[Material, ...] = tuple(MATERIALS.values())
 
 
@@ -62,9 +67,11 @@ class Engine:
         self._voices = Voices(gain=gain, table=table)
         self._is_leaving = False
         self._newest = ring.newest
-        self._lost = self._samples = 0
+        self._lost = self._samples = self._scrubbed = 0
+        self.level = 1.0
         self.underruns = 0
         self.realtime = False
+        self.has_output = True
         self.tee: Callable[[NDArray[np.float32]], None] | None = None
 
     def fill(self, count: int) -> NDArray[np.float32]:
@@ -78,17 +85,38 @@ class Engine:
             if not self._is_leaving:
                 self._obey(order)
             self._ring.note_delay(number, now - written_at)
-        block = self._voices.render(count, now)
+        block = self._bounded(self._voices.render(count, now))
         self._samples += count
         if self.tee is not None:
             self.tee(block)
         self._ring.report(self._status(now), block)
         return block
 
+    def beat(self) -> None:
+        """Report without playing: the engine is well although nothing asks it for samples."""
+        self._ring.report(self._status(time.monotonic()), np.empty(0, np.float32))
+
+    def rest_unheard(self) -> None:
+        """End what sounds while nothing plays, and pass over what is commanded meanwhile."""
+        for number, _, order in self._ring.take(self._newest):
+            self._newest = number
+            if isinstance(order, Gain):
+                self._obey(order)
+        self._voices.rest()
+        self._voices.render(round(FADE_S * RATE_HZ), time.monotonic())
+
     def leave(self) -> None:
         """Fade everything and obey nothing from now on."""
         self._is_leaving = True
         self._voices.rest()
+
+    def _bounded(self, block: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the block at the output's level; one that is not finite is silence, counted."""
+        if not math.isfinite(float(np.dot(block, block))):
+            self._scrubbed += 1
+            return np.zeros_like(block)
+        block = block if self.level == 1.0 else block * np.float32(self.level)
+        return np.clip(block, np.float32(-1.0), np.float32(1.0))
 
     def _obey(self, order: Order) -> None:
         match order:
@@ -107,10 +135,11 @@ class Engine:
             level=self._voices.level,
             underruns=self.underruns,
             lost=self._lost,
-            scrubbed=self._voices.scrubbed,
+            scrubbed=self._voices.scrubbed + self._scrubbed,
             samples=self._samples,
             newest=self._newest,
             realtime=self.realtime,
+            has_output=self.has_output,
         )
 
 
@@ -123,21 +152,26 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     wav = WavFile(settings.wav) if settings.wav else None
     if wav is not None:
         engine.tee = wav.append
+    engine.level = settings.level
     engine.fill(settings.block)
     gc.collect()
     gc.disable()
+    player: VirtualClock | Player
+    simulated = settings.output == "simulated"
+    player = VirtualClock(engine, settings) if simulated else Player(engine, settings)
     try:
-        stop, name = _open(engine, settings)
+        name = player.start()
     except Exception as error:  # noqa: BLE001 - the gateway must hear why, whatever the driver threw
         control.send(("failed", f"cannot open audio output {settings.output!r}: {error}"))
         return
     control.send(("ready", name))
     with suppress(EOFError, OSError, _Leave):
-        control.recv()
+        while not control.poll(WATCH_S):
+            player.attend(time.monotonic())
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     engine.leave()
     time.sleep(FADE_S)
-    stop()
+    player.stop()
     if wav is not None:
         wav.close()
 
@@ -150,22 +184,34 @@ def _leave(*_: object) -> None:
     raise _Leave
 
 
-def _open(engine: Engine, settings: AudioSettings) -> tuple[Callable[[], None], str]:
-    """Start playing; return how to stop and the output's name."""
-    if settings.output == "simulated":
-        return _open_simulated(engine, settings), "simulated speaker"
-    return _open_device(engine, settings)
+class VirtualClock:
+    """Plays into nothing, a block at a time on absolute deadlines, from a thread of its own."""
 
+    def __init__(self, engine: Engine, settings: AudioSettings) -> None:
+        self._engine, self._settings = engine, settings
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._play, name="virtual clock", daemon=True)
 
-def _open_simulated(engine: Engine, settings: AudioSettings) -> Callable[[], None]:
-    stopped = threading.Event()
+    def start(self) -> str:
+        """Start and return the output's name."""
+        self._thread.start()
+        return "simulated speaker"
 
-    def play() -> None:
-        engine.realtime = settings.realtime and _take_priority()
-        period = settings.block / RATE_HZ
+    def attend(self, now: float) -> None:
+        """Nothing to watch: a thread that ended no longer beats."""
+
+    def stop(self) -> None:
+        """Stop playing."""
+        self._stopped.set()
+        self._thread.join(1.0)
+
+    def _play(self) -> None:
+        engine, block = self._engine, self._settings.block
+        engine.realtime = self._settings.realtime and take_priority()
+        period = block / RATE_HZ
         deadline = time.monotonic()
-        while not stopped.is_set():
-            engine.fill(settings.block)
+        while not self._stopped.is_set():
+            engine.fill(block)
             deadline += period
             ahead = deadline - time.monotonic()
             if ahead > 0:
@@ -174,65 +220,59 @@ def _open_simulated(engine: Engine, settings: AudioSettings) -> Callable[[], Non
                 engine.underruns += 1
                 deadline = time.monotonic()
 
-    thread = threading.Thread(target=play, name="virtual clock", daemon=True)
-    thread.start()
 
-    def stop() -> None:
-        stopped.set()
-        thread.join(1.0)
+class Player:
+    """Keeps an engine playing on a real output, also when that goes and comes back."""
 
-    return stop
+    def __init__(self, engine: Engine, settings: AudioSettings) -> None:
+        self._engine, self._settings = engine, settings
+        self._output: Output | None = None
+        self._underruns_before = 0
+        self._watched_at = self._awake_since = self._retry_at = -math.inf
 
+    def start(self) -> str:
+        """Open the output and return its name. Raises OutputError."""
+        output = Output(self._engine.fill, self._settings.realtime)
+        output.open(self._settings.output, self._settings.block)
+        output.settle(self._engine.beat)
+        self._output, self._engine.has_output = output, True
+        return output.name
 
-def _open_device(engine: Engine, settings: AudioSettings) -> tuple[Callable[[], None], str]:
-    import miniaudio
+    def attend(self, now: float) -> None:
+        """Watch the output: rest while it is gone, try it again every RETRY_S."""
+        if now - self._watched_at > 5 * WATCH_S:
+            self._awake_since = now  # a machine that slept has not lost its output
+        self._watched_at = now
+        if self._output is None:
+            self._try_again(now)
+        else:
+            self._follow(self._output, now)
+        self._engine.beat()
 
-    found = None
-    if settings.output != "default":
-        devices = miniaudio.Devices().get_playbacks()
-        wanted = settings.output.lower()
-        found = next((device for device in devices if wanted in device["name"].lower()), None)
-        if found is None:
-            names = ", ".join(device["name"] for device in devices) or "none"
-            raise LookupError(f"no such output; this machine has: {names}")
+    def stop(self) -> None:
+        """Stop playing."""
+        if self._output is not None:
+            self._output.close()
 
-    def blocks() -> Generator[NDArray[np.float32], int, None]:
-        engine.realtime = False
-        due = time.monotonic()
-        count = yield np.empty(0, np.float32)
-        engine.realtime = settings.realtime and _take_priority()
-        while True:
-            now = time.monotonic()
-            engine.underruns += now > due + 2 * count / RATE_HZ and due > 0
-            due = now + count / RATE_HZ
-            count = yield engine.fill(count)
+    def _follow(self, output: Output, now: float) -> None:
+        if output.failure is not None:
+            raise RuntimeError("rendering failed") from output.failure
+        self._engine.realtime = output.has_priority
+        self._engine.underruns = self._underruns_before + output.underruns
+        if output.is_lost(now, self._awake_since):
+            self._underruns_before = self._engine.underruns
+            output.close()
+            self._output, self._engine.has_output = None, False
+            self._retry_at = now
 
-    stream = blocks()
-    next(stream)
-    device = miniaudio.PlaybackDevice(
-        output_format=miniaudio.SampleFormat.FLOAT32,
-        nchannels=1,
-        sample_rate=RATE_HZ,
-        buffersize_msec=max(1, round(settings.block * 1000 / RATE_HZ)),
-        device_id=found["id"] if found else None,
-        app_name="HapticVLM",
-    )
-    if "null" in device.backend.lower():
-        device.close()
-        raise LookupError("this machine has no audio output")
-    device.start(stream)
-    return device.close, found["name"] if found else f"default output ({device.backend})"
-
-
-def _take_priority() -> bool:
-    """Ask for real-time priority for the calling thread; tell whether it was permitted."""
-    if not hasattr(os, "sched_setscheduler"):
-        return False
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(FIFO_PRIORITY))
-    except OSError:
-        return False
-    return True
+    def _try_again(self, now: float) -> None:
+        self._engine.rest_unheard()
+        if now < self._retry_at:
+            return
+        try:
+            self.start()
+        except OutputError:
+            self._retry_at = time.monotonic() + RETRY_S
 
 
 class WavFile:

@@ -29,7 +29,7 @@ DELAYS = 1024
 SAMPLES = 8192
 
 _RECORD = struct.Struct("<QBBBBhxxfffdQdQ")
-_STATUS = struct.Struct("<dfQQQQQ?")
+_STATUS = struct.Struct("<dfQQQQQ??")
 _NEWEST = 0
 _STATUS_AT = 64
 _DELAYS_AT = _STATUS_AT + 128
@@ -75,6 +75,7 @@ class EngineStatus:
     samples: int
     newest: int
     realtime: bool
+    has_output: bool = True
 
 
 class Ring:
@@ -143,6 +144,7 @@ class Ring:
             status.samples,
             status.newest,
             status.realtime,
+            status.has_output,
         )
 
     def note_delay(self, number: int, delay_s: float) -> None:

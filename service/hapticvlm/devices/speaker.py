@@ -2,6 +2,7 @@
 
 A dead engine is restarted and reported; meanwhile commands go into a ring nobody reads, and the new
 engine starts behind them, so nothing late is played. It starts with the gain the old one had. An
+output that is unplugged is reported when it goes; the engine lives on and plays when it is back. An
 engine is called silent only by a watch that was awake itself: a machine that slept, or was too busy
 to run either, has no dead engine.
 """
@@ -9,6 +10,7 @@ to run either, has no dead engine.
 from __future__ import annotations
 
 import dataclasses
+import logging
 import time
 from typing import Any
 
@@ -20,6 +22,8 @@ from hapticvlm.devices.audio import AudioSettings, run_engine
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, RestAll, Ring
 from hapticvlm.rendering.voices import Command
+
+logger = logging.getLogger(__name__)
 
 SILENT_S = 1.0
 ASLEEP_S = 0.25  # the gateway watches every few milliseconds
@@ -33,6 +37,7 @@ class Speaker:
         self._settings = settings
         self._ring = Ring.create([material.name for material in settings.materials])
         self._underruns_before = 0
+        self._had_output = True
         self._watched_at = self._awake_since = float("-inf")
         self._child = Child("audio engine", run_engine, self._arguments, self._begin)
         self.name = settings.output
@@ -54,8 +59,8 @@ class Speaker:
 
     @property
     def plays(self) -> bool:
-        """Whether the engine is up; commands put into the ring before are not played."""
-        return self._child.ready_at is not None
+        """Whether the engine is up and has its output; what is commanded before is not played."""
+        return self._child.ready_at is not None and self._ring.status().has_output
 
     def start(self) -> None:
         """Start the engine and wait until it plays; raises DeviceError if it can't."""
@@ -99,7 +104,7 @@ class Speaker:
         return self._ring.waveform(count)
 
     def supervise(self, now: float) -> str | None:
-        """Restart a dead or silent engine; return what happened, if anything."""
+        """Restart a dead or silent engine; return what happened to it, or to its output."""
         if now - self._watched_at > ASLEEP_S:
             self._awake_since = now
         self._watched_at = now
@@ -108,13 +113,23 @@ class Speaker:
         underruns = self.underruns
         trouble = self._child.supervise(now, is_well=is_well)
         if trouble is None:
-            return None
+            return self._watch_output()
         self._underruns_before = underruns
         return f"{trouble}; vibration rests meanwhile"
 
     def close(self) -> None:
         """Fade out, stop the engine and wait for it."""
         self._child.close(FADE_AND_CLOSE_S)
+
+    def _watch_output(self) -> str | None:
+        """Return that the output went, if it has just gone."""
+        had, has = self._had_output, self._ring.status().has_output
+        self._had_output = has
+        if has and not had:
+            logger.warning("the audio output %s is back", self.name)
+        if has or not had:
+            return None
+        return f"the audio output {self.name} is gone; vibration rests until it is back"
 
     def _arguments(self) -> tuple[Any, ...]:
         return self._ring.shared, self._settings

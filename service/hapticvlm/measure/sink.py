@@ -1,0 +1,167 @@
+"""A sound server of our own with a sink that plays into nothing, and a recorder of what it played.
+
+PulseAudio in a private folder: no system service, no sound card, and nothing of the user's sound
+set-up is read or changed. What is recorded is the sink's monitor, as another program hears it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.rendering.vibration import RATE_HZ
+
+NAME = "Palm"
+NEEDED = ("pulseaudio", "pactl", "parec")
+START_S = 20.0
+_CHUNK_BYTES = 1 << 16
+_SINK = f"sink_name=palm rate={RATE_HZ} channels=1 format=float32le"
+_CALLED = f"sink_properties=device.description={NAME}"
+
+
+class SinkError(Exception):
+    """The sound server cannot be had; the text says why."""
+
+
+@dataclass(slots=True)
+class Server:
+    """One private PulseAudio daemon, which can be killed and started again."""
+
+    folder: Path
+    process: subprocess.Popen[bytes] | None = None
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """What leads a program to this server instead of the user's."""
+        folder = str(self.folder)
+        places = dict.fromkeys(("XDG_RUNTIME_DIR", "PULSE_RUNTIME_PATH", "XDG_CONFIG_HOME"), folder)
+        return {**places, "PULSE_SERVER": f"unix:{folder}/native"}
+
+    def start(self) -> None:
+        """Start the daemon with its sink, and wait until it answers. Raises SinkError."""
+        socket = f"module-native-protocol-unix socket={self.folder}/native auth-anonymous=1"
+        self.process = subprocess.Popen(
+            [
+                *("pulseaudio", "-n", "--daemonize=no", "--use-pid-file=no"),
+                *("--exit-idle-time=-1", "--realtime=yes", "--log-level=error"),
+                *("-L", socket, "-L", f"module-null-sink {_SINK} {_CALLED}"),
+            ],
+            env={**os.environ, **self.environment},
+            stderr=subprocess.DEVNULL,
+        )
+        gives_up_at = time.monotonic() + START_S
+        while self._control("info").returncode:
+            if self.process.poll() is not None or time.monotonic() > gives_up_at:
+                self.kill()
+                raise SinkError("pulseaudio does not start here")
+            time.sleep(0.05)
+
+    def kill(self) -> None:
+        """End the daemon as a crash would: nothing is told to its clients."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+
+    def unplug(self) -> None:
+        """Take the sink away; the daemon lives on."""
+        self._control("unload-module", "module-null-sink")
+
+    def plug_in(self) -> None:
+        """Bring the sink back."""
+        self._control("load-module", "module-null-sink", *_SINK.split(), _CALLED)
+
+    def _control(self, *words: str) -> subprocess.CompletedProcess[bytes]:
+        command = ["pactl", *words]
+        return subprocess.run(
+            command, env={**os.environ, **self.environment}, capture_output=True, check=False
+        )
+
+
+@contextmanager
+def null_sink() -> Iterator[Server]:
+    """Run a server, to which this process and those it starts are led meanwhile.
+
+    Raises SinkError.
+    """
+    missing = [name for name in NEEDED if shutil.which(name) is None]
+    if missing:
+        raise SinkError(f"{', '.join(missing)} missing: install pulseaudio and pulseaudio-utils")
+    with tempfile.TemporaryDirectory(prefix="hapticvlm-sink-") as folder:
+        server = Server(Path(folder))
+        before = {name: os.environ.get(name) for name in server.environment}
+        os.environ.update(server.environment)
+        try:
+            server.start()
+            yield server
+        finally:
+            server.kill()
+            for name, value in before.items():
+                os.environ.pop(name, None)
+                if value is not None:
+                    os.environ[name] = value
+
+
+@dataclass(slots=True)
+class Recording:
+    """What was heard so far: samples, and when each chunk of them arrived (monotonic clock, s)."""
+
+    process: subprocess.Popen[bytes]
+    chunks: list[tuple[float, bytes]] = field(default_factory=list)
+
+    def samples(self) -> NDArray[np.float32]:
+        """Return all samples heard, (n,) float32."""
+        return np.frombuffer(b"".join(data for _, data in self.chunks), np.float32)
+
+    def onset_after(self, moment: float, within_s: float) -> float | None:
+        """Return when the first chunk with a sample that is not 0 arrived after `moment`, if any.
+
+        That it arrived in a chunk counts as delay too: nothing is taken off for its place there.
+        """
+        for arrived, data in list(self.chunks):
+            if moment < arrived <= moment + within_s and np.frombuffer(data, np.float32).any():
+                return arrived
+        return None
+
+    def is_silent_since(self, moment: float) -> bool:
+        """Tell whether everything that arrived after `moment` is exactly 0."""
+        return self.onset_after(moment, float("inf")) is None
+
+
+@contextmanager
+def recording() -> Iterator[Recording]:
+    """Record the sink's monitor as fast as the server hands it out."""
+    command = ["parec", "--device=palm.monitor", "--raw", "--format=float32le", "--latency-msec=1"]
+    process = subprocess.Popen(
+        [*command, f"--rate={RATE_HZ}", "--channels=1"], stdout=subprocess.PIPE, bufsize=0
+    )
+    heard = Recording(process)
+    reader = threading.Thread(target=_hear, args=(heard,), name="recorder", daemon=True)
+    reader.start()
+    try:
+        yield heard
+    finally:
+        process.kill()
+        process.wait()
+        reader.join(5.0)
+
+
+def _hear(heard: Recording) -> None:
+    assert heard.process.stdout is not None
+    rest = b""
+    with suppress(ValueError), heard.process.stdout as pipe:
+        while data := os.read(pipe.fileno(), _CHUNK_BYTES):
+            data = rest + data
+            whole = len(data) // 4 * 4
+            rest = data[whole:]
+            heard.chunks.append((time.monotonic(), data[:whole]))
