@@ -1,7 +1,9 @@
 """Every fault alone in every situation, and in pairs: `python tests/firmware/sweep.py --pairs`.
 
 Prints a table and, as its last line, one JSON document. A worker per process; the result does not
-depend on their number. Ends with 1 when a trial left the skin's limits.
+depend on their number. Every trial is written down as it ends, and a second call goes on where the
+first one stopped. Pairs are shuffled, always alike, the hot situation first, so that a part of the
+sweep has tried every fault. Ends with 1 when a trial left the skin's limits or failed.
 """
 
 from __future__ import annotations
@@ -9,11 +11,14 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import multiprocessing
+import random
 import sys
 import tempfile
+import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict
 from pathlib import Path
 
@@ -22,11 +27,15 @@ if __package__ in (None, ""):
 
 from firmware import build, tracking
 from firmware.build import Chip
+from firmware.checkpoint import Checkpoint, Failure, Key, Result, digest, key
 from firmware.faults import BY_NAME, FAULTS, Fault
-from firmware.situations import COLD, HOT, SITUATIONS, Situation
+from firmware.situations import SITUATIONS, Situation
 from firmware.trials import LONG_S, Outcome, trial
 
 PAIR_S = 120.0  # longest trial of a pair
+KEPT = Path(__file__).parents[2] / ".work" / "firmware-sweep.jsonl"
+SEED = 5
+BATCH = 64
 
 Job = tuple[tuple[str, ...], Situation]
 _chip: Chip | None = None
@@ -34,43 +43,96 @@ _chip: Chip | None = None
 
 def main() -> int:
     """Run what was asked for; 0 when all was safe."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    asked = _asked()
+    if reason := build.missing():
+        sys.exit(reason)
+    ends_at = time.monotonic() + asked.minutes * 60.0
+    wanted = jobs(asked.only, pairs=asked.pairs)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        build.build(folder)
+        kept = Checkpoint(asked.keep, digest(folder / "firmware" / "plate.hex"))
+        known = {key(outcome): outcome for outcome in kept.outcomes()}
+        found: dict[Key, Result] = {
+            _key(job): known[_key(job)] for job in wanted if _key(job) in known
+        }
+        left = [job for job in wanted if _key(job) not in known]
+        print(f"{len(found)} of {len(wanted)} trials were made before")
+        for result in _told(_run(folder, left, asked.jobs, ends_at)):
+            kept.keep(result)
+            found[key(result)] = result
+        with ProcessPoolExecutor(asked.jobs, initializer=_open, initargs=(folder,)) as pool:
+            touches = list(pool.map(_touch, _touches())) if asked.tracking else []
+    _print_tracking(touches)
+    print(json.dumps(_summary(list(found.values()), len(wanted), touches)))
+    return 0 if all(result.is_safe for result in found.values()) else 1
+
+
+def _asked() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--pairs", action="store_true", help="pairs too (half an hour)")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="", help="faults whose name has this in it")
-    asked = parser.parse_args()
-    if reason := build.missing():
-        sys.exit(reason)
-    with tempfile.TemporaryDirectory() as folder:
-        build.build(Path(folder))
-        with multiprocessing.Pool(asked.jobs, _open, (folder,)) as pool:
-            outcomes = list(_told(pool.imap(_try, jobs(asked.only, pairs=asked.pairs))))
-            touches = list(pool.imap(_touch, _touches()))
-    _print_tracking(touches)
-    print(json.dumps(_summary(outcomes, touches)))
-    return 0 if all(outcome.is_safe for outcome in outcomes) else 1
+    parser.add_argument("--tracking", action="store_true", help="touches of sound plates too")
+    parser.add_argument("--minutes", type=float, default=1e6, help="begin no trial after that long")
+    parser.add_argument("--keep", type=Path, default=KEPT, help="what was tried (%(default)s)")
+    return parser.parse_args()
 
 
 def jobs(only: str = "", *, pairs: bool) -> list[Job]:
-    """Return every trial there is to run."""
-    named = [fault for fault in FAULTS if only in fault.name]
-    alone = [(fault.name,) for fault in named]
-    both = [(one.name, two.name) for one, two in itertools.combinations(named, 2)] if pairs else []
-    singles = [(names, situation) for names in alone for situation in SITUATIONS]
-    return singles + [(names, situation) for names in both for situation in (HOT, COLD)]
+    """Return every trial there is to run, in its order."""
+    named = [fault.name for fault in FAULTS if only in fault.name]
+    singles = [((name,), situation) for name in named for situation in SITUATIONS]
+    both = list(itertools.combinations(named, 2)) if pairs else []
+    random.Random(SEED).shuffle(both)
+    return singles + [(names, situation) for situation in SITUATIONS for names in both]
 
 
-def _open(folder: str) -> None:
+def _key(job: Job) -> Key:
+    return job[0], job[1].name
+
+
+def _run(folder: Path, left: list[Job], workers: int, ends_at: float) -> Iterator[Result]:
+    for start in range(0, len(left), BATCH):
+        if time.monotonic() > ends_at:
+            return
+        yield from _batch(folder, left[start : start + BATCH], workers)
+
+
+def _batch(folder: Path, batch: list[Job], workers: int) -> Iterator[Result]:
+    """Try some jobs; those that were lost with a dead process are tried again, each by itself."""
+    lost = []
+    with ProcessPoolExecutor(workers, initializer=_open, initargs=(folder,)) as pool:
+        for job, future in [(job, pool.submit(_try, job)) for job in batch]:
+            try:
+                yield future.result()
+            except BrokenProcessPool:
+                lost.append(job)
+    for job in lost:
+        if len(batch) > 1:
+            yield from _batch(folder, [job], 1)
+        else:
+            yield Failure(job[0], job[1].name, "its process died")
+
+
+def _open(folder: Path) -> None:
     global _chip
-    _chip = build.opened(Path(folder))
+    _chip = build.opened(folder)
 
 
-def _try(job: Job) -> Outcome:
+def _try(job: Job) -> Result:
     names, situation = job
+    faults: list[Fault] = [BY_NAME[name] for name in names]
+    try:
+        return trial(_opened().board, faults, situation, LONG_S if len(faults) == 1 else PAIR_S)
+    except Exception as error:  # noqa: BLE001 - one trial that breaks must not end the sweep
+        return Failure(names, situation.name, repr(error))
+
+
+def _opened() -> Chip:
     if _chip is None:
         raise RuntimeError("no chip in this process")
-    faults: list[Fault] = [BY_NAME[name] for name in names]
-    return trial(_chip.board, faults, situation, LONG_S if len(faults) == 1 else PAIR_S)
+    return _chip
 
 
 def _touches() -> list[tuple[str, float, bool]]:
@@ -79,24 +141,25 @@ def _touches() -> list[tuple[str, float, bool]]:
 
 def _touch(case: tuple[str, float, bool]) -> tracking.Tracking:
     material, ambient_c, approached = case
-    if _chip is None:
-        raise RuntimeError("no chip in this process")
-    return tracking.touch(_chip, material, ambient_c, approached=approached)
+    return tracking.touch(_opened(), material, ambient_c, approached=approached)
 
 
-def _told(outcomes: Iterable[Outcome]) -> Iterable[Outcome]:
+def _told(results: Iterable[Result]) -> Iterator[Result]:
     print(f"{'fault':46s} {'situation':16s}   off/s  left/s   cut/s  skin/degC    CEM43  caught by")
-    for outcome in outcomes:
-        times = (outcome.off_after_s, outcome.left_after_s, outcome.cut_out_after_s)
-        skin = f"{outcome.skin_low_c:5.1f}..{outcome.skin_high_c:4.1f}"
-        caught = ", ".join((*outcome.caught_by, *outcome.numbers)) or "nothing"
-        print(
-            f"{' + '.join(outcome.faults):46s} {outcome.situation:16s}",
-            *(f"{'-':>7s}" if time is None else f"{time:7.3f}" for time in times),
-            f"{skin} {outcome.dose_cem43:7.3f}  {caught}{'' if outcome.is_safe else '  UNSAFE'}",
-            flush=True,
-        )
-        yield outcome
+    for result in results:
+        print(_row(result), flush=True)
+        yield result
+
+
+def _row(result: Result) -> str:
+    what = f"{' + '.join(result.faults):46s} {result.situation:16s}"
+    if isinstance(result, Failure):
+        return f"{what} FAILED {result.reason}"
+    times = (result.off_after_s, result.left_after_s, result.cut_out_after_s)
+    when = " ".join(f"{'-':>7s}" if time is None else f"{time:7.3f}" for time in times)
+    skin = f"{result.skin_low_c:5.1f}..{result.skin_high_c:4.1f} {result.dose_cem43:7.3f}"
+    caught = ", ".join((*result.caught_by, *result.numbers)) or "nothing"
+    return f"{what} {when} {skin}  {caught}{'' if result.is_safe else '  UNSAFE'}"
 
 
 def _print_tracking(touches: list[tracking.Tracking]) -> None:
@@ -109,17 +172,20 @@ def _print_tracking(touches: list[tracking.Tracking]) -> None:
         )
 
 
-def _summary(outcomes: list[Outcome], touches: list[tracking.Tracking]) -> dict[str, object]:
-    needs_cut_out = {
-        " + ".join(outcome.faults) for outcome in outcomes if outcome.cut_out_after_s is not None
-    }
+def _summary(
+    results: list[Result], wanted: int, touches: list[tracking.Tracking]
+) -> dict[str, object]:
+    outcomes = [result for result in results if isinstance(result, Outcome)]
+    cut_out = [outcome for outcome in outcomes if outcome.cut_out_after_s is not None]
     return {
         "trials": len(outcomes),
+        "of": wanted,
+        "failed": [asdict(result) for result in results if isinstance(result, Failure)],
         "unsafe": [asdict(outcome) for outcome in outcomes if not outcome.is_safe],
         "hottest": asdict(max(outcomes, key=lambda outcome: outcome.skin_high_c)),
         "coldest": asdict(min(outcomes, key=lambda outcome: outcome.skin_low_c)),
         "highest_dose": asdict(max(outcomes, key=lambda outcome: outcome.dose_cem43)),
-        "cut_out_opened": sorted(needs_cut_out),
+        "cut_out_opened": sorted({" + ".join(outcome.faults) for outcome in cut_out}),
         "caught_by": Counter(" and ".join(outcome.caught_by) for outcome in outcomes),
         "alone": [asdict(outcome) for outcome in outcomes if len(outcome.faults) == 1],
         "tracking": [asdict(touch) for touch in touches],

@@ -1,0 +1,82 @@
+"""What a sweep has tried so far, a line of JSON per trial, so that it can stop and go on.
+
+A line counts only for the firmware, plant and trials it was made with: another digest of these
+starts afresh, and the old lines stay unread.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import ModuleType
+
+from hapticvlm.devices import plant
+
+from . import board, faults, hardware, rawhost, situations, trials
+from .trials import Outcome
+
+MADE_OF: tuple[ModuleType, ...] = (plant, board, faults, hardware, rawhost, situations, trials)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A trial that told nothing, and why."""
+
+    faults: tuple[str, ...]
+    situation: str
+    reason: str
+
+    is_safe = False
+
+
+Result = Outcome | Failure
+Key = tuple[tuple[str, ...], str]
+
+
+def key(result: Result) -> Key:
+    """Return what was tried."""
+    return result.faults, result.situation
+
+
+def digest(firmware: Path) -> str:
+    """Identify a built firmware and all that a trial puts it through."""
+    found = hashlib.sha256(firmware.read_bytes())
+    for module in MADE_OF:
+        found.update(inspect.getsource(module).encode())
+    return found.hexdigest()[:16]
+
+
+class Checkpoint:
+    """The lines of one file that count for one digest."""
+
+    def __init__(self, path: Path, digest: str) -> None:
+        self._path, self._digest = path, digest
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+
+    def outcomes(self) -> Iterable[Outcome]:
+        """Yield what was tried already; failures are to be tried again."""
+        for line in self._lines:
+            try:
+                kept = json.loads(line)
+            except json.JSONDecodeError:
+                continue  # cut off in the middle of writing
+            if kept["digest"] == self._digest and "outcome" in kept:
+                yield _outcome(kept["outcome"])
+
+    def keep(self, result: Result) -> None:
+        """Write one result down at once."""
+        kind = "outcome" if isinstance(result, Outcome) else "failure"
+        line = json.dumps({"digest": self._digest, kind: asdict(result)})
+        with self._path.open("a", encoding="utf-8") as file:
+            file.write(line + "\n")
+
+
+def _outcome(told: dict[str, object]) -> Outcome:
+    """JSON has no tuples."""
+    values = {name: tuple(it) if isinstance(it, list) else it for name, it in told.items()}
+    return Outcome(**values)  # type: ignore[arg-type]
