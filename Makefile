@@ -20,6 +20,7 @@ check: $(VENV)/.dev
 	$(BIN)/mypy tests --allow-untyped-defs --allow-untyped-calls --allow-incomplete-defs --check-untyped-defs
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python schemas/generate.py --check
+	$(BIN)/python unity_client/Tools~/metas.py --check
 
 schemas: $(VENV)/.dev
 	$(BIN)/python schemas/generate.py
