@@ -18,7 +18,10 @@ from hapticvlm.recognition.vlm.local import LocalVlm
 
 Pixels = NDArray[np.uint8]
 
-ASKED = (prompts.about_ambient(prompts.MOST_WORDINGS), prompts.about_material(tuple(materials.MATERIALS)))
+ASKED = (
+    prompts.about_ambient(prompts.MOST_WORDINGS),
+    prompts.about_material(tuple(materials.MATERIALS)),
+)
 SD = 0.15  # of the weights: with the usual 0.02 an answer hangs on its last token alone
 SPLIT = ("ceramic", "foliage")  # names that the tokenizer is to know in parts only
 
