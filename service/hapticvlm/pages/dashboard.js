@@ -18,6 +18,7 @@ const TOKEN_KEY = "hapticvlm-token"; // kept as long as this tab
 const VIEWS = { frames: frame.show, waveform: speaker.waveform, log: log.take };
 
 let faultNames = "";
+let connected = "Connected.";
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`, {
   onMessage: take,
   onState: showState,
@@ -42,7 +43,8 @@ function take(message) {
 
 function welcome(message) {
   for (const panel of [plate, speaker, service]) panel.welcome(message);
-  say(byId("link"), `Connected to ${message.service.name} ${message.service.version}.`);
+  connected = `Connected to ${message.service.name} ${message.service.version}.`;
+  say(byId("link"), connected);
   watch();
 }
 
@@ -62,13 +64,14 @@ function telemetry(message) {
 function showState(state) {
   const since = clock();
   const words = {
+    connecting: "Connecting to the service.",
+    open: connected,
     silent: `The service is connected but says nothing since ${since}: it hangs.`,
     gone: `Service gone since ${since}; trying again. What is shown is old.`,
     token: link.token ? "The service wants another token: this one is wrong." : "The service wants its token.",
   };
   document.body.dataset.link = state;
-  if (words[state]) say(byId("link"), words[state]);
-  else say(byId("link"), "Connecting to the service.");
+  say(byId("link"), words[state]);
   byId("token-form").hidden = state !== "token";
   if (state !== "open") for (const panel of [plate, speaker, faults]) panel.gap();
 }

@@ -14,7 +14,7 @@ export function take({ text }) {
 
 function paint() {
   const log = byId("log");
-  log.append(...waiting.splice(0).map((line) => make("li", line)));
+  log.append(...waiting.splice(0).map((line) => make("div", line)));
   while (log.children.length > MOST_LINES) log.firstElementChild.remove();
   if (byId("follow-log").checked) log.scrollTop = log.scrollHeight;
 }
