@@ -12,7 +12,7 @@ from conftest import peer
 from numpy.typing import NDArray
 from PIL import Image
 
-from hapticvlm.devices.audio import Engine
+from hapticvlm.devices.audio import AudioSettings, Engine
 from hapticvlm.devices.ring import Ring
 from hapticvlm.materials import LIMITS, MATERIALS, MaterialError, Mode, derive
 from hapticvlm.measure.service import ServiceError, running
@@ -326,7 +326,7 @@ def test_a_voice_of_a_table_without_it_stays_silent() -> None:
 
 def test_the_ring_counts_materials_by_the_table_it_was_made_with(table: dict[str, Any]) -> None:
     ring = Ring.create(list(table))
-    engine = Engine(ring, table=table)
+    engine = Engine(ring, AudioSettings(materials=tuple(table.values())))
     for name in table:
         ring.put(command(name, onset=False), 0.0)
     far = Ring(ring.shared, list(table))

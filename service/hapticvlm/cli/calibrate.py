@@ -1,4 +1,4 @@
-"""`hapticvlm calibrate`: fit what differs from person to person; so far the contact resistance."""
+"""`hapticvlm calibrate`: fit what differs from person to person, and from speaker to speaker."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from hapticvlm.cli import calibrate_speaker
 
 if TYPE_CHECKING:
     from hapticvlm.cli import Commands
@@ -31,11 +33,12 @@ tries another contact resistance. Fifteen trials take about four minutes; q stop
 
 def add(commands: Commands) -> None:
     """Declare the command, with a subject each."""
-    calibrate = commands.add_parser("calibrate", help="fit the service to a person")
+    calibrate = commands.add_parser("calibrate", help="fit the service to a person or a speaker")
     subjects = calibrate.add_subparsers(title="subjects", required=True, metavar="WHAT")
     thermal = subjects.add_parser(
         "thermal", help="contact resistance, by which touch felt colder", description=_DESCRIPTION
     )
+    calibrate_speaker.add(subjects)
     thermal.set_defaults(run=_thermal)
     thermal.add_argument("--object", default="metal", help="material of the real one (%(default)s)")
     thermal.add_argument(

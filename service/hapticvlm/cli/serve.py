@@ -64,6 +64,19 @@ def add_options(serve: argparse.ArgumentParser) -> None:
         default="simulated",
         help="simulated, default, or part of an audio output's name (%(default)s)",
     )
+    outputs.add_argument(
+        "--patterns",
+        type=Path,
+        metavar="DIR",
+        help="replace what is synthesised by these WAV files, named MATERIAL-INTERACTION.wav or "
+        "after one of the paper's patterns",
+    )
+    outputs.add_argument(
+        "--speaker-response",
+        type=Path,
+        metavar="FILE",
+        help="correct the speaker by this curve (see `hapticvlm calibrate speaker`)",
+    )
     outputs.add_argument("--wav", type=Path, help="also write what is played to this WAV file")
     outputs.add_argument(
         "--block", type=int, default=128, help="samples per audio block at 48 kHz (%(default)s)"
@@ -172,12 +185,15 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
     import time
 
     from hapticvlm.devices.audio import AudioSettings
+    from hapticvlm.devices.pattern_folder import read_patterns
     from hapticvlm.devices.peltier import Peltier
+    from hapticvlm.devices.response import read_response
     from hapticvlm.devices.simulated_board import simulated_plate
     from hapticvlm.devices.speaker import Speaker
     from hapticvlm.messages import Device, Devices, Models
     from hapticvlm.recogniser import Recogniser, RecogniserSettings
     from hapticvlm.recognition.own import read_folder, table_with
+    from hapticvlm.rendering.playback import Correction
     from hapticvlm.server.edge import Edge, Offer
     from hapticvlm.server.gateway import Gateway, ObserverLog
     from hapticvlm.server.recorder import Recorder
@@ -188,6 +204,12 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
     _on_signals(loop, stopping)
     own = read_folder(options.gallery)
     table = table_with(own)
+    correction = Correction()
+    if options.speaker_response is not None:
+        correction = read_response(options.speaker_response).correction()
+    patterns = (
+        () if options.patterns is None else read_patterns(options.patterns, table, correction)
+    )
     speaker = Speaker(
         AudioSettings(
             options.speaker,
@@ -195,6 +217,8 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
             options.wav,
             options.realtime,
             materials=tuple(table.values()),
+            patterns=patterns,
+            correction=correction,
         )
     )
     recogniser = Recogniser(

@@ -15,7 +15,7 @@ import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -28,7 +28,8 @@ from numpy.typing import NDArray
 from hapticvlm.devices.output import Output, OutputError, take_priority
 from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, Order, RestAll, Ring
 from hapticvlm.materials import MATERIALS, Material
-from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.rendering.patterns import Pattern
+from hapticvlm.rendering.vibration import NOMINAL, RATE_HZ, Correction, Playback
 from hapticvlm.rendering.voices import Command, Voices
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 FADE_S = 0.05
 WATCH_S = 0.05
 RETRY_S = 1.0
+MAX_CHANNELS = 2
 MAX_WAITING_BLOCKS = 20_000
 
 
@@ -45,7 +47,8 @@ class AudioSettings:
     """How the engine plays: `output` is "simulated", "default" or part of a device's name.
 
     `level` (0..1) is the most of full scale that reaches the output, whatever gain a scene sets.
-    `materials` are those it can render, in the order in which the ring counts them.
+    `materials` are those it can render, in the order in which the ring counts them; `patterns` are
+    recordings that stand in for some of them, `correction` is what a measured speaker needs.
     """
 
     output: str = "simulated"
@@ -55,16 +58,21 @@ class AudioSettings:
     gain: float = 1.0
     level: float = 1.0
     materials: tuple[Material, ...] = tuple(MATERIALS.values())
+    patterns: tuple[Pattern, ...] = ()
+    correction: Correction = NOMINAL.correction
+
+    def voices(self) -> Voices:
+        """Make the mixer that plays as these settings say."""
+        table = {material.name: material for material in self.materials}
+        return Voices(self.gain, table, Playback(correction=self.correction), self.patterns)
 
 
 class Engine:
     """Turns ring commands into blocks; `fill` is all the audio callback calls."""
 
-    def __init__(
-        self, ring: Ring, gain: float = 1.0, table: Mapping[str, Material] = MATERIALS
-    ) -> None:
+    def __init__(self, ring: Ring, settings: AudioSettings = AudioSettings()) -> None:
         self._ring = ring
-        self._voices = Voices(gain=gain, table=table)
+        self._voices = settings.voices()
         self._is_leaving = False
         self._newest = ring.newest
         self._lost = self._samples = self._scrubbed = 0
@@ -147,8 +155,8 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     """Entry point of the engine process; ends on a message or when the gateway is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
-    table = {material.name: material for material in settings.materials}
-    engine = Engine(Ring(shared, tuple(table)), settings.gain, table)
+    ring = Ring(shared, tuple(material.name for material in settings.materials))
+    engine = Engine(ring, settings)
     wav = WavFile(settings.wav) if settings.wav else None
     if wav is not None:
         engine.tee = wav.append
@@ -307,6 +315,24 @@ class WavFile:
     def _drain(self) -> None:
         while self._waiting:
             self._file.write(self._waiting.popleft())
+
+
+def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:
+    """Read a sound file: samples (N, channels) and their rate, Hz. Raises OSError, ValueError."""
+    import soundfile
+
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    try:
+        with soundfile.SoundFile(path) as file:
+            if file.channels > MAX_CHANNELS:
+                raise ValueError(f"{path}: {file.channels} channels; mix it down to 1 or 2")
+            if file.frames > longest_s * file.samplerate:
+                seconds = file.frames / file.samplerate
+                raise ValueError(f"{path}: lasts {seconds:.3g} s; cut it to {longest_s:g} s")
+            return file.read(dtype="float64", always_2d=True), int(file.samplerate)
+    except soundfile.SoundFileError as error:
+        raise ValueError(f"{path}: not a sound file that can be read: {error}") from None
 
 
 def write_wav(path: Path, samples: NDArray[np.float32]) -> None:

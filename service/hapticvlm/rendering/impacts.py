@@ -51,12 +51,11 @@ def impact(
 ) -> NDArray[np.float32]:
     """Waveform (N,) float32 in [-1, 1] of one impact, from 0 to 0; the seed varies it slightly."""
     vary = np.random.default_rng(seed).uniform
-    correct = playback.correction.gain
     modes = tuple(
         Mode(
             mode.frequency_hz * vary(0.985, 1.015),
             mode.decay_per_s,
-            mode.gain * vary(0.9, 1.1) * correct(mode.frequency_hz),
+            mode.gain * vary(0.9, 1.1),
         )
         for mode in vibration.modes
     )
@@ -64,6 +63,7 @@ def impact(
     level = _LEVEL[interaction] * strength(interaction, stroke)
     level *= _gain(vibration, interaction, contact_s)
     wave = level * struck(modes, contact_s, _DAMPING[interaction], playback.rate_hz)
+    wave = playback.correction.apply(wave, playback.rate_hz)
     peak = float(np.abs(wave).max())
     return np.asarray(wave / max(peak, 1.0), dtype=np.float32)
 

@@ -27,6 +27,7 @@ SHORTEST_S, LONGEST_S, LONGEST_IMPACT_S = 0.02, 10.0, 2.0
 RATES_HZ = (2_000, 384_000)
 LOW_HZ, HIGH_HZ, EDGE_HZ = 10.0, 900.0, 100.0  # full between; gone at 0 and at 1000
 _SILENT = 1e-4  # of full scale, rms within the band
+_LEAST_SHARE = 0.03  # of the recording's rms; the cut ends of anything leave about 0.01 there
 _FADE_S, _JOIN_S = 0.005, 0.05
 _PEAK = 0.9
 _RATE_STEPS = 2_000  # a rate is taken as a ratio of numbers up to this
@@ -121,8 +122,10 @@ def pattern(
     """Make a pattern of a recording, (N,) or (N, channels) at any rate. Raises PatternError."""
     material, interaction = key
     mono = _checked(samples, rate_hz, interaction)
-    wave = _within_band(_resampled(mono, rate_hz), correction)
-    if float(np.sqrt(np.mean(wave**2))) < _SILENT:
+    whole = resampled(mono, rate_hz)
+    wave = _within_band(whole, correction)
+    felt_rms, rms = (float(np.sqrt(np.mean(samples**2))) for samples in (wave, whole))
+    if felt_rms < max(_SILENT, _LEAST_SHARE * rms):
         raise PatternError("nothing to feel within 10-1000 Hz; choose another recording")
     wave = _faded(wave) if interaction in IMPACTS else _joined(wave)
     wave *= _level(wave, interaction)
@@ -144,7 +147,8 @@ def _checked(samples: _Floats, rate_hz: int, interaction: str) -> _Floats:
     return np.asarray(mono, dtype=np.float64)
 
 
-def _resampled(wave: _Floats, rate_hz: int) -> _Floats:
+def resampled(wave: _Floats, rate_hz: int) -> _Floats:
+    """Bring (N,) at `rate_hz` to RATE_HZ."""
     if rate_hz == RATE_HZ:
         return wave
     from scipy.signal import resample_poly

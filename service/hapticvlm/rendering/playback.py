@@ -1,14 +1,16 @@
 """What the waveforms are made for: a sample rate, and a speaker that needs some bands stronger.
 
-A measured speaker is corrected where the waveform is made, mode by mode and at the centre of a
-texture's band, and a recorded pattern once, when it is read. So correcting costs nothing while
-playing, delays nothing and leaves no tail behind a lease that has ended, as a filter would.
+A measured speaker is corrected where the waveform is made: an impact as a whole when it is struck,
+by a minimum-phase kernel, which delays nothing; a texture at the centre of its band; a recorded
+pattern once, when it is read. So correcting costs nothing while playing and leaves no tail behind
+a lease that has ended, as a filter at the output would.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,8 @@ from hapticvlm.rendering.gestures import RATE_HZ
 MOST_DB = 12.0  # either way; more would only drive the amplifier into its limiter
 REFERENCE_HZ = 250.0  # where nothing is corrected
 LOW_HZ, HIGH_HZ = 20.0, 1000.0
+_KERNEL, _DESIGN = 2048, 16_384  # samples: 43 ms; what folds back is beyond 300 ms
+_END_FADE = 240
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +45,17 @@ class Correction:
         at = np.log(np.maximum(frequency_hz, LOW_HZ))
         found = np.interp(at, np.log(self.frequency_hz), self.gain_db)
         return np.asarray(10.0 ** (found / 20.0))
+
+    def apply(self, wave: NDArray[np.float64], rate_hz: int) -> NDArray[np.float64]:
+        """Correct an event (N,) that begins and ends at nothing; as long as before."""
+        if not self.frequency_hz:
+            return wave
+        size = 1 << (wave.size + _KERNEL).bit_length()
+        corrected = np.fft.irfft(np.fft.rfft(wave, size) * _kernel(self, rate_hz, size), size)
+        corrected = corrected[: wave.size]
+        fade = min(_END_FADE, wave.size)
+        corrected[-fade:] *= np.linspace(1.0, 0.0, fade)
+        return np.asarray(corrected)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,3 +83,15 @@ def correction(frequency_hz: Sequence[float], response_db: Sequence[float]) -> C
         if LOW_HZ <= hz <= HIGH_HZ
     ]
     return Correction(tuple(hz for hz, _ in inside), tuple(db for _, db in inside))
+
+
+@lru_cache(maxsize=16)
+def _kernel(given: Correction, rate_hz: int, size: int) -> NDArray[np.complex128]:
+    """Spectrum (size // 2 + 1,) of the minimum-phase kernel with these gains, by its cepstrum."""
+    hertz = np.arange(_DESIGN // 2 + 1.0) * (rate_hz / _DESIGN)
+    cepstrum = np.fft.irfft(np.log(given.gains(hertz)), _DESIGN)
+    cepstrum[1 : _DESIGN // 2] *= 2.0
+    cepstrum[_DESIGN // 2 + 1 :] = 0.0
+    kernel = np.fft.irfft(np.exp(np.fft.rfft(cepstrum)), _DESIGN)[:_KERNEL]
+    kernel[_KERNEL // 2 :] *= 0.5 + 0.5 * np.cos(np.linspace(0.0, np.pi, _KERNEL // 2))
+    return np.asarray(np.fft.rfft(kernel, size))

@@ -1,0 +1,1 @@
+"""What vibration costs and what skin can tell apart of it; a speaker measured."""
