@@ -21,6 +21,7 @@ from hapticvlm.cli import (
     recording,
     scenes,
     serve,
+    study,
 )
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
         charts,
         calibrate,
         plate,
+        study,
     ):
         part.add(commands)
     return parser

@@ -58,7 +58,7 @@ function show() {
   const [title, detail] = PROMPTS[view.phase]();
   say(title, detail);
   const { speaker, peltier } = view.devices;
-  byId("devices").textContent = [speaker, peltier].map((device) => device.name + (device.simulated ? " (simulated)" : "")).join(", ");
+  byId("devices").textContent = [speaker, peltier].map((device) => device.name + (device.simulated && !device.name.includes("simulated") ? " (simulated)" : "")).join(", ");
   byId("title").textContent = view.participant ? `Study, ${view.participant}` : "Study";
   showProgress();
   showPeople();
@@ -81,6 +81,7 @@ function showProgress() {
   bar.hidden = !view.participant;
   bar.max = view.trials ?? 1;
   bar.value = view.answered ?? 0;
+  bar.dataset.answered = bar.value;
 }
 
 function showPeople() {

@@ -1,0 +1,161 @@
+"""What a study's folder tells: one row per answered trial, and how rows become counts. No figures.
+
+Rows carry participants' codes only, so the CSV may be published as it is.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.study.log import Design, Event, events, read_design
+from hapticvlm.study.stimuli import Stimulus
+
+INTERRUPTED = "interrupted"  # by pause or stop, after the answer: the trial counts
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One answered trial; times in s, plate at the end of the stroke in degC, None = not said."""
+
+    participant: str
+    trial: int
+    block: int
+    attempt: int
+    vibration: str
+    temperature: str
+    presented: str
+    answered: str
+    answered_vibration: str
+    answered_temperature: str
+    correct: bool
+    reaction_s: float
+    plate_c: float | None = None
+    setpoint_c: float | None = None
+    limited_by: str | None = None
+    spoiled: str | None = None
+
+    @property
+    def counts(self) -> bool:
+        """Whether the devices presented what they should have."""
+        return self.spoiled in (None, INTERRUPTED)
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """All rows of a study; simulated = no device that anybody could feel took part."""
+
+    stimuli: tuple[Stimulus, ...]
+    rows: tuple[Row, ...]
+    participants: tuple[str, ...]
+    planned: int
+    simulated: bool
+
+    @property
+    def counted(self) -> tuple[Row, ...]:
+        """Rows that statistics are made of."""
+        return tuple(row for row in self.rows if row.counts)
+
+
+def read(folder: Path) -> Results:
+    """Read a study's folder; participants without an answer are left out. Raises StudyError."""
+    design = read_design(folder)
+    files = {code: events(folder, code) for code in design.participants}
+    rows = [row for code, file in files.items() for row in _rows(design, code, file)]
+    simulated = any(
+        event["event"] == "opened" and any(d["simulated"] for d in event["devices"].values())
+        for file in files.values()
+        for event in file
+    )
+    present = tuple(
+        code for code in design.participants if any(r.participant == code for r in rows)
+    )
+    planned = sum(len(names) for names in design.trials.values())
+    return Results(design.stimuli, tuple(rows), present, planned, simulated)
+
+
+def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
+    """Join each answer with what the devices said of its pattern."""
+    rows: dict[int, Row] = {}
+    for event in file:
+        trial = event.get("trial")
+        if event["event"] == "answered":
+            rows[event["trial"]] = _row(design, code, event)
+        elif event["event"] == "played" and trial in rows:
+            said = ("plate_c", "setpoint_c", "limited_by")
+            rows[trial] = replace(rows[trial], **{name: event[name] for name in said})
+        elif event["event"] == "spoiled" and trial in rows:
+            rows[trial] = replace(rows[trial], spoiled=event["why"])
+    return rows.values()
+
+
+def _row(design: Design, code: str, event: Event) -> Row:
+    presented, answered = design.stimulus(event["pattern"]), design.stimulus(event["answered"])
+    return Row(
+        participant=code,
+        trial=event["trial"],
+        block=event["trial"] // len(design.stimuli),
+        attempt=event["attempt"],
+        vibration=presented.vibration,
+        temperature=presented.temperature,
+        presented=presented.name,
+        answered=answered.name,
+        answered_vibration=answered.vibration,
+        answered_temperature=answered.temperature,
+        correct=presented.name == answered.name,
+        reaction_s=event["reaction_s"],
+    )
+
+
+def write_csv(path: Path, rows: Iterable[Row]) -> None:
+    """Write a line per trial, with a header; missing values are empty."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(Row)], lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({**asdict(row), "correct": int(row.correct)})
+
+
+def confusion(results: Results) -> NDArray[np.int64]:
+    """Count how often each pattern (rows) was answered as each, (n, n), in the design's order."""
+    at = {stimulus.name: i for i, stimulus in enumerate(results.stimuli)}
+    counts = np.zeros((len(at), len(at)), dtype=np.int64)
+    for row in results.counted:
+        counts[at[row.presented], at[row.answered]] += 1
+    return counts
+
+
+def cells(results: Results) -> NDArray[np.float64] | str:
+    """Return recognition, (people, vibrations, temperatures), or why there is none."""
+    vibrations, temperatures = levels(results.stimuli)
+    if (
+        len(vibrations) * len(temperatures) != len(results.stimuli)
+        or min(len(vibrations), len(temperatures)) < 2
+    ):
+        return "the patterns are not every vibration at every temperature"
+    if len(results.participants) < 2:
+        return "it needs at least two participants"
+    rates = np.full((len(results.participants), len(vibrations), len(temperatures)), np.nan)
+    for person, code in enumerate(results.participants):
+        for i, vibration in enumerate(vibrations):
+            for j, temperature in enumerate(temperatures):
+                key = (code, vibration, temperature)
+                right = [
+                    row.correct
+                    for row in results.counted
+                    if (row.participant, row.vibration, row.temperature) == key
+                ]
+                if right:
+                    rates[person, i, j] = sum(right) / len(right)
+    return "some participant felt not every pattern" if np.isnan(rates).any() else rates
+
+
+def levels(stimuli: Sequence[Stimulus]) -> tuple[list[str], list[str]]:
+    """Return the levels of both factors, in order of appearance."""
+    vibrations = dict.fromkeys(stimulus.vibration for stimulus in stimuli)
+    return list(vibrations), list(dict.fromkeys(stimulus.temperature for stimulus in stimuli))

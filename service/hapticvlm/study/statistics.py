@@ -1,0 +1,197 @@
+"""Statistics of a forced-choice study. Pure: counts and trials in, numbers out.
+
+Tests come from statsmodels and scipy; what is computed here is what they lack: the bootstrap by
+person, information transmitted, and Greenhouse and Geisser's correction of degrees of freedom.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+CONFIDENCE = 0.95
+RESAMPLES = 10_000
+Counts = NDArray[np.int64]
+Rates = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """A share of trials with its 95 % interval; `by_person` is None with fewer than two people."""
+
+    right: int
+    of: int
+    share: float | None
+    wilson: tuple[float, float] | None
+    by_person: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One line of an ANOVA; `p_corrected` after Greenhouse and Geisser, None where F is."""
+
+    name: str
+    df: int
+    df_error: int
+    f: float | None
+    p: float | None
+    partial_eta2: float | None
+    epsilon: float | None = None
+    p_corrected: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two patterns compared; `p` uncorrected, `p_holm` for all pairs tested together."""
+
+    first: str
+    second: str
+    difference: float
+    p: float
+    p_holm: float
+
+
+def share(right: int, of: int) -> Share:
+    """Return a share with Wilson's interval, which takes trials for independent."""
+    from statsmodels.stats.proportion import proportion_confint
+
+    if of == 0:
+        return Share(right, of, None, None)
+    low, high = proportion_confint(right, of, alpha=1 - CONFIDENCE, method="wilson")
+    return Share(right, of, right / of, (float(low), float(high)))
+
+
+def share_by_person(right: Sequence[int], of: Sequence[int], seed: int = 0) -> Share:
+    """Return the share of all trials; people, not trials, are drawn again for `by_person`."""
+    total = share(sum(right), sum(of))
+    if len(of) < 2 or total.share is None:
+        return total
+    drawn = np.random.default_rng(seed).integers(len(of), size=(RESAMPLES, len(of)))
+    sums = np.array(of)[drawn].sum(axis=1)
+    rates = np.array(right)[drawn].sum(axis=1)[sums > 0] / sums[sums > 0]
+    tail = 50 * (1 - CONFIDENCE)
+    low, high = np.percentile(rates, [tail, 100 - tail])
+    return Share(total.right, total.of, total.share, total.wilson, (float(low), float(high)))
+
+
+def information_bits(counts: Counts) -> tuple[float, float]:
+    """Information from presented (rows) to answered (columns), bits, and its bias to be taken off.
+
+    The bias is Miller and Madow's (rows - 1)(columns - 1) / (2 N ln 2), of the columns in use.
+    """
+    total = counts.sum()
+    if total == 0:
+        return 0.0, 0.0
+    joint = counts / total
+    expected = joint.sum(axis=1, keepdims=True) * joint.sum(axis=0, keepdims=True)
+    used = joint > 0
+    bits = float((joint[used] * np.log2(joint[used] / expected[used])).sum())
+    rows, columns = (int((counts.sum(axis=axis) > 0).sum()) for axis in (1, 0))
+    return bits, (rows - 1) * (columns - 1) / (2 * float(total) * math.log(2))
+
+
+def collapsed(counts: Counts, groups: Sequence[str]) -> tuple[list[str], Counts]:
+    """Add up rows and columns of one group each, groups in order of appearance."""
+    names = list(dict.fromkeys(groups))
+    member = np.array([[group == name for group in groups] for name in names], dtype=np.int64)
+    return names, member @ counts @ member.T
+
+
+def anova(rates: Rates, factors: tuple[str, str] = ("vibration", "temperature")) -> list[Effect]:
+    """Two-way repeated-measures ANOVA of rates (people, first factor, second), by AnovaRM.
+
+    Degrees of freedom of levels a and b among n people: (a-1) over (a-1)(n-1), and so on. Without
+    spread among people F is not defined and None.
+    """
+    import pandas as pd
+    from statsmodels.stats.anova import AnovaRM
+
+    people, a, b = rates.shape
+    cells = [
+        (person, f"{i:02d}", f"{j:02d}", rates[person, i, j])
+        for person, i, j in itertools.product(range(people), range(a), range(b))
+    ]
+    frame = pd.DataFrame(cells, columns=["person", *factors, "rate"])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        table = AnovaRM(frame, "rate", "person", within=list(factors)).fit().anova_table
+    found = []
+    for (name, row), epsilon in zip(table.iterrows(), _epsilons(rates), strict=True):
+        f = math.nan if epsilon is None else float(row["F Value"])
+        df, error = round(row["Num DF"]), round(row["Den DF"])
+        found.append(effect(str(name).replace(":", " x "), f, (df, error), epsilon))
+    return found
+
+
+def effect(name: str, f: float, df: tuple[int, int], epsilon: float | None = None) -> Effect:
+    """Return the line of an ANOVA that an F on these degrees of freedom makes."""
+    if not math.isfinite(f) or f < 0:
+        return Effect(name, *df, None, None, None)
+    p = float(stats.f.sf(f, *df))
+    corrected = None
+    if epsilon is not None:
+        corrected = float(stats.f.sf(f, epsilon * df[0], epsilon * df[1]))
+    return Effect(name, *df, f, p, f * df[0] / (f * df[0] + df[1]), epsilon, corrected)
+
+
+def pairwise_by_person(rates: Rates, names: Sequence[str]) -> list[Pair]:
+    """Paired t-tests of rates (people, patterns), every pattern with every other."""
+    found = []
+    for i, j in itertools.combinations(range(len(names)), 2):
+        difference = rates[:, i] - rates[:, j]
+        found.append((names[i], names[j], float(difference.mean()), _paired_p(difference)))
+    return _holm(found)
+
+
+def pairwise_pooled(right: Sequence[int], of: Sequence[int], names: Sequence[str]) -> list[Pair]:
+    """Fisher's exact test of every two patterns, with the trials of all people thrown together."""
+    found = []
+    for i, j in itertools.combinations(range(len(names)), 2):
+        table = [[right[k], of[k] - right[k]] for k in (i, j)]
+        difference = right[i] / of[i] - right[j] / of[j]
+        found.append((names[i], names[j], difference, float(stats.fisher_exact(table).pvalue)))
+    return _holm(found)
+
+
+def _paired_p(difference: NDArray[np.float64]) -> float:
+    """P of a paired t-test; where all people differ alike t is undefined and signs decide."""
+    if np.ptp(difference) < 1e-12:
+        return 1.0 if abs(float(difference[0])) < 1e-12 else 2.0 ** (1 - difference.size)
+    return float(stats.ttest_1samp(difference, 0.0).pvalue)
+
+
+def _holm(found: list[tuple[str, str, float, float]]) -> list[Pair]:
+    from statsmodels.stats.multitest import multipletests
+
+    corrected = multipletests([p for *_, p in found], method="holm")[1]
+    pairs = [Pair(*each, float(holm)) for each, holm in zip(found, corrected, strict=True)]
+    return sorted(pairs, key=lambda pair: pair.p)
+
+
+def _epsilons(rates: Rates) -> list[float | None]:
+    """Greenhouse and Geisser's epsilon of both main effects and their interaction."""
+    _, a, b = rates.shape
+    first, second = _contrasts(a), _contrasts(b)
+    mean_a, mean_b = np.full((1, a), 1 / a), np.full((1, b), 1 / b)
+    spans = (np.kron(first, mean_b), np.kron(mean_a, second), np.kron(first, second))
+    flat = rates.reshape(rates.shape[0], a * b)
+    return [_epsilon(flat @ span.T) for span in spans]
+
+
+def _contrasts(levels: int) -> Rates:
+    """Orthonormal contrasts of so many levels, (levels - 1, levels)."""
+    columns = np.column_stack([np.ones(levels), np.eye(levels)[:, : levels - 1]])
+    return np.linalg.qr(columns)[0].T[1:]
+
+
+def _epsilon(scores: Rates) -> float | None:
+    """Return tr(S)^2 / (d tr(S S)) of the covariance S of scores (people, d); None without any."""
+    width = scores.shape[1]
+    covariance = np.atleast_2d(np.cov(scores, rowvar=False))
+    spread = float((covariance * covariance).sum())
+    return float(np.trace(covariance) ** 2 / (width * spread)) if spread > 1e-18 else None
