@@ -1,0 +1,80 @@
+/** Controllers and tracked hands of an XR session: where each fingertip is, drawn and felt. */
+import * as THREE from 'three';
+import {Toucher} from '../captures/make/page/touch.js';
+
+const FINGERTIP = 'index-finger-tip';
+/** From a controller's grip to the tip it touches with, m. */
+export const REACH = 0.05;
+const TIP_RADIUS = 0.009; // m, as drawn
+const PULSE = {contact: 40, slide: 15}; // ms of the controller's own motor
+
+export class Hands {
+  #surfaces;
+  #scene;
+  #send;
+  #known = new Map(); // input source -> {toucher, ball}
+
+  /** `send` takes each touch and the object it is of. */
+  constructor(scene, surfaces, send) {
+    this.#scene = scene;
+    this.#surfaces = surfaces;
+    this.#send = send;
+  }
+
+  /** Follows the hands of one XR frame; `now` and `elapsed` in s. */
+  step(frame, space, now, elapsed) {
+    const sources = [...frame.session.inputSources].filter(({handedness}) => handedness !== 'none');
+    for (const source of this.#known.keys()) if (!sources.includes(source)) this.#forget(source);
+    for (const source of sources) {
+      const tip = tipOf(source, frame, space);
+      if (tip) this.#follow(source, tip, now, elapsed);
+    }
+  }
+
+  /** Forgets every hand, when a session ends. The service's leases end what they held. */
+  clear() {
+    for (const source of this.#known.keys()) this.#forget(source);
+  }
+
+  #follow(source, tip, now, elapsed) {
+    const {toucher, ball} = this.#known.get(source) ?? this.#meet(source);
+    ball.position.copy(tip);
+    for (const touch of toucher.step(tip, now, elapsed)) {
+      const {t_s: _time, truth: _truth, type: _type, ...fields} = touch;
+      const object = this.#surfaces.find((surface) => surface.object.object_id === touch.object_id).object;
+      this.#send(fields, object);
+      pulse(source, touch);
+    }
+  }
+
+  #meet(source) {
+    const shape = new THREE.SphereGeometry(TIP_RADIUS, 16, 12);
+    const ball = new THREE.Mesh(shape, new THREE.MeshStandardMaterial({color: 0xffcc99}));
+    this.#scene.add(ball);
+    const known = {toucher: new Toucher(source.handedness, this.#surfaces), ball};
+    this.#known.set(source, known);
+    return known;
+  }
+
+  #forget(source) {
+    this.#scene.remove(this.#known.get(source).ball);
+    this.#known.delete(source);
+  }
+}
+
+/** The fingertip of a tracked hand, or a point ahead of a controller's grip; null while not tracked. */
+function tipOf(source, frame, space) {
+  if (source.hand) {
+    const joint = frame.getJointPose(source.hand.get(FINGERTIP), space);
+    return joint && new THREE.Vector3().copy(joint.transform.position);
+  }
+  const grip = source.gripSpace && frame.getPose(source.gripSpace, space);
+  if (!grip) return null;
+  const ahead = new THREE.Vector3(0, 0, -REACH).applyQuaternion(grip.transform.orientation);
+  return ahead.add(grip.transform.position);
+}
+
+function pulse({gamepad}, {phase, speed_mps: speed}) {
+  const length = PULSE[phase];
+  if (length) gamepad?.hapticActuators?.[0]?.pulse(Math.min(1, 0.2 + speed), length);
+}

@@ -1,0 +1,146 @@
+/**
+ * The things on the table: what they look like, what they truly are, and what the scene says of them.
+ *
+ * `says` is all the service is told besides an id; `truth` is for the panel and for grading only. A mixed
+ * thing is several objects, one for each part that feels different.
+ */
+import * as THREE from 'three';
+import * as shapes from '../captures/make/page/shapes.js';
+import * as textures from '../captures/make/page/textures.js';
+
+export const TABLE_TOP = 0.74; // m
+
+const {group, solid} = shapes;
+
+/** Every touchable object: {key, truth, says, root}. Textures are computed, which takes seconds. */
+export function buildObjects() {
+  const looks = surfaces();
+  return [
+    {key: 'table', truth: 'wood', says: {name: 'OakTable_02'}, root: table(looks)},
+    {key: 'bowl', truth: 'wood', says: {name: 'WalnutBowl'}, root: at(-0.42, 0.02, bowl(looks))},
+    {key: 'vase', truth: 'glass', says: {name: 'GlassVase'}, root: at(-0.44, -0.36, vase())},
+    {key: 'bottle', truth: 'glass', says: {material: 'glass'}, root: at(0.2, -0.4, bottle())},
+    {key: 'linen', truth: 'fabric', says: {name: 'FoldedLinen'}, root: at(0.46, -0.02, linen(looks), -0.2)},
+    {key: 'kettle', truth: 'metal', says: {name: 'SteelKettle'}, root: at(-0.12, -0.36, kettle(looks), 0.5)},
+    {key: 'pan', truth: 'metal', says: {shader: copperShader}, root: at(0.47, -0.38, pan(looks))},
+    {key: 'hammer head', truth: 'metal', says: {name: 'Hammer_SteelHead'}, root: hammer(hammerHead(looks))},
+    {key: 'hammer handle', truth: 'wood', says: {name: 'Hammer_Handle_AshWood'}, root: hammer(hammerHandle(looks))},
+    {key: 'sewing box', truth: 'wood', says: {name: 'SewingBox_Pine'}, root: box(sewingBox(looks))},
+    {key: 'pin cushion', truth: 'fabric', says: {name: 'Cushion_Felt'}, root: box(pinCushion(looks))},
+  ];
+}
+
+const WALNUT = 0x9a6f50; // over oak
+const copperShader = {metallic: 1, roughness: 0.25, base_color: [0.95, 0.64, 0.54]};
+const hammer = (root) => at(-0.02, 0.06, root, 0.5);
+const box = (root) => at(0.2, -0.1, root, 0.2);
+
+function surfaces() {
+  return {
+    oak: textures.timber({light: [0.76, 0.57, 0.36], dark: [0.5, 0.32, 0.17], planks: 5, rings: 16}),
+    cloth: textures.weave({warp: [0.42, 0.55, 0.68], weft: [0.86, 0.87, 0.84], threads: 56}),
+    steel: textures.brushed({color: [0.8, 0.81, 0.83]}),
+    copper: textures.hammered({color: [0.97, 0.68, 0.56]}),
+  };
+}
+
+function at(x, z, root, turn = 0) {
+  root.position.set(x, TABLE_TOP, z);
+  root.rotation.y = turn;
+  return root;
+}
+
+/** A standard material with the maps of a surface, repeated over the mesh. */
+function matte(surface, {repeat = [1, 1], bump = 1, ...rest} = {}) {
+  const maps = {};
+  for (const [slot, map] of Object.entries(surface)) {
+    maps[slot] = map.clone();
+    maps[slot].repeat.set(...repeat);
+  }
+  return new THREE.MeshStandardMaterial({...maps, roughness: 1, bumpScale: bump, ...rest});
+}
+
+function clearGlass(tint) {
+  return new THREE.MeshPhysicalMaterial({
+    roughness: 0.03, transmission: 1, ior: 1.5, thickness: 0.006, attenuationDistance: 0.12,
+    attenuationColor: new THREE.Color(tint), envMapIntensity: 1.5, side: THREE.DoubleSide,
+  });
+}
+
+function table({oak}) {
+  const top = solid(shapes.slab(1.5, 0.045, 0.86, 0.008), matte(oak, {repeat: [1.6, 1], bump: 1.4}));
+  top.position.set(0, TABLE_TOP - 0.045, -0.16);
+  const legs = [[-0.68, -0.52], [0.68, -0.52], [-0.68, 0.2], [0.68, 0.2]].map(([x, z]) =>
+    solid(shapes.slab(0.07, TABLE_TOP - 0.045, 0.07), matte(oak, {repeat: [0.3, 0.3]}), [x, 0, z]),
+  );
+  return group(top, ...legs);
+}
+
+function bowl({oak}) {
+  const outline = [[0, 0.006], [0.05, 0], [0.056, 0.008], [0.1, 0.04], [0.118, 0.08], [0.113, 0.083],
+    [0.09, 0.045], [0.05, 0.018], [0, 0.014]];
+  return group(solid(shapes.turned(outline), matte(oak, {repeat: [1, 0.2], color: WALNUT, side: THREE.DoubleSide})));
+}
+
+function vase() {
+  const outline = [[0, 0], [0.045, 0], [0.066, 0.03], [0.074, 0.085], [0.058, 0.15], [0.042, 0.195],
+    [0.046, 0.225], [0.06, 0.245]];
+  return group(solid(shapes.turned(outline), clearGlass(0xa8e6d4)));
+}
+
+function bottle() {
+  const outline = [[0, 0], [0.036, 0], [0.041, 0.01], [0.041, 0.15], [0.03, 0.19], [0.015, 0.22],
+    [0.014, 0.27], [0.017, 0.285]];
+  return group(solid(shapes.turned(outline), clearGlass(0x7fb069)));
+}
+
+function linen({cloth}) {
+  const soft = matte(cloth, {repeat: [1, 0.85], bump: 3});
+  return group(
+    solid(shapes.fold(0.235, 0.03, 0.19, 3), soft, [0.002, 0.048, 0.003]),
+    solid(shapes.fold(0.24, 0.03, 0.195, 5), soft, [-0.003, 0.024, 0]),
+    solid(shapes.fold(0.25, 0.03, 0.2, 9), soft),
+  );
+}
+
+function kettle({steel}) {
+  const metal = matte(steel, {repeat: [1, 2], bump: 0.35, metalness: 1, envMapIntensity: 1.2});
+  const spout = [[0.08, 0.06, 0], [0.125, 0.085, 0], [0.142, 0.13, 0], [0.17, 0.152, 0]];
+  const handle = [[-0.07, 0.14, 0], [-0.075, 0.21, 0], [0, 0.245, 0], [0.075, 0.21, 0], [0.07, 0.14, 0]];
+  const outline = [[0, 0], [0.096, 0], [0.106, 0.012], [0.105, 0.05], [0.092, 0.11], [0.066, 0.15],
+    [0.05, 0.158], [0, 0.172]];
+  return group(
+    solid(shapes.turned(outline), metal),
+    solid(shapes.tube(spout, 0.014), metal),
+    solid(shapes.tube(handle, 0.008), metal),
+  );
+}
+
+function pan({copper}) {
+  const outline = [[0, 0.004], [0.045, 0], [0.05, 0.006], [0.092, 0.04], [0.112, 0.085], [0.118, 0.098],
+    [0.113, 0.098], [0.086, 0.046], [0.04, 0.014], [0, 0.012]];
+  const metal = matte(copper, {bump: 1.1, metalness: 1, envMapIntensity: 1.3, side: THREE.DoubleSide});
+  return group(solid(shapes.turned(outline), metal));
+}
+
+function hammerHead({steel}) {
+  const metal = matte(steel, {repeat: [0.5, 0.5], bump: 0.2, metalness: 1});
+  return group(
+    solid(shapes.slab(0.04, 0.036, 0.11, 0.005), metal, [-0.13, 0, 0]),
+    solid(new THREE.CylinderGeometry(0.022, 0.022, 0.014, 40).rotateX(Math.PI / 2), metal, [-0.13, 0.022, 0.06]),
+  );
+}
+
+function hammerHandle({oak}) {
+  const stick = new THREE.CapsuleGeometry(0.013, 0.24, 8, 24).rotateZ(Math.PI / 2);
+  return group(solid(stick, matte(oak, {repeat: [0.4, 0.1], color: WALNUT}), [0.03, 0.018, 0]));
+}
+
+function sewingBox({oak}) {
+  return group(solid(shapes.slab(0.16, 0.07, 0.12, 0.005), matte(oak, {repeat: [0.35, 0.35]})));
+}
+
+function pinCushion({cloth}) {
+  const red = matte(cloth, {repeat: [0.6, 0.5], bump: 3, color: 0xc8604e});
+  return group(solid(shapes.fold(0.145, 0.03, 0.105, 11), red, [0, 0.07, 0]));
+}

@@ -1,0 +1,104 @@
+/**
+ * The mouse or a finger on the screen as the right hand: hover is approach, press is contact (gentle with
+ * Shift), drag is slide, let go is release.
+ */
+import * as THREE from 'three';
+
+const STRIKE = {speed_mps: 0.6, force_n: 4, interaction: 'strike'};
+const TAP = {speed_mps: 0.25, force_n: 1.5, interaction: 'tap'};
+const HELD = 2; // N, of a fingertip that rests or slides
+const RENEWAL = 50; // ms between messages of a held phase; a lease lasts 250
+const STILL = 0.02; // m/s along the surface; slower is not sliding
+const OLD = 100; // ms after which a pointer that sends nothing stands still
+
+export class Pointer {
+  #camera;
+  #objects;
+  #send;
+  #ray = new THREE.Raycaster();
+  #at = null; // {object, point, time} under the pointer
+  #speed = 0;
+  #isDown = false;
+  #target = null; // the object approached or held
+  #sentAt = 0;
+
+  /** `send` takes each touch and the object it is of. */
+  constructor(canvas, camera, objects, send) {
+    this.#camera = camera;
+    this.#objects = objects;
+    this.#send = send;
+    canvas.addEventListener('pointermove', (event) => this.#move(event));
+    canvas.addEventListener('pointerdown', (event) => this.#press(event));
+    for (const end of ['pointerup', 'pointercancel', 'pointerleave']) {
+      canvas.addEventListener(end, () => this.#lift());
+    }
+  }
+
+  /** Renews what is held or approached; call it every animation frame. */
+  step(now) {
+    if (!this.#target || now - this.#sentAt < RENEWAL) return;
+    if (!this.#isDown) {
+      this.#touch('approach', {speed_mps: this.#speed, force_n: 0}, now);
+      return;
+    }
+    const speed = now - this.#at.time > OLD ? 0 : this.#speed;
+    this.#touch(speed > STILL ? 'slide' : 'contact', {speed_mps: speed, force_n: HELD}, now);
+  }
+
+  #move(event) {
+    const met = this.#meet(event);
+    this.#speed = met && this.#at ? speedBetween(this.#at, met) : 0;
+    this.#at = met;
+    if (met?.object === this.#target) return;
+    if (!met) this.#lift();
+    else if (this.#isDown) this.#target = met.object; // slides on to the next object
+    else this.#aim(met);
+  }
+
+  #aim({object, time}) {
+    this.#release(time);
+    this.#target = object;
+    this.#touch('approach', {speed_mps: this.#speed, force_n: 0}, time);
+  }
+
+  #press(event) {
+    const met = this.#meet(event);
+    if (!met) return;
+    this.#at = met;
+    this.#speed = 0;
+    if (this.#target !== met.object) this.#aim(met);
+    this.#isDown = true;
+    this.#touch('contact', event.shiftKey ? TAP : STRIKE, met.time);
+  }
+
+  #lift() {
+    this.#isDown = false;
+    this.#release(performance.now());
+  }
+
+  #release(now) {
+    if (this.#target) this.#touch('release', {speed_mps: 0, force_n: 0}, now);
+    this.#target = null;
+  }
+
+  #touch(phase, fields, now) {
+    this.#sentAt = now;
+    this.#send({phase, hand: 'right', ...fields}, this.#target);
+  }
+
+  #meet({offsetX, offsetY, target, timeStamp}) {
+    const across = (2 * offsetX) / target.clientWidth - 1;
+    const up = 1 - (2 * offsetY) / target.clientHeight;
+    this.#ray.setFromCamera(new THREE.Vector2(across, up), this.#camera);
+    const hits = this.#objects.flatMap((object) => {
+      const [hit] = this.#ray.intersectObject(object.root, true);
+      return hit ? [{object, point: hit.point, distance: hit.distance, time: timeStamp}] : [];
+    });
+    return hits.sort((a, b) => a.distance - b.distance)[0] ?? null;
+  }
+}
+
+function speedBetween(before, after) {
+  const elapsed = (after.time - before.time) / 1000;
+  return elapsed > 0 ? before.point.distanceTo(after.point) / elapsed : 0;
+}
