@@ -30,7 +30,26 @@ def add(commands: Commands) -> None:
     names.set_defaults(run=_measure_names)
     names.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
     names.add_argument("--json", action="store_true", help="print the JSON line only")
+    _add_speaker(kinds)
     _add_fusion(kinds)
+
+
+def _add_speaker(kinds: Commands) -> None:
+    speaker = kinds.add_parser(
+        "speaker", help="contact to first sample at a recorded sink, beside a bare audio program"
+    )
+    speaker.set_defaults(run=_measure_speaker)
+    speaker.add_argument("--seconds", type=float, default=20.0, help="per row (%(default)s)")
+    speaker.add_argument(
+        "--block", type=int, action="append", help="block size (repeatable; 64, 128, 256, 512)"
+    )
+    speaker.add_argument(
+        "--clock", type=float, default=10.0, metavar="S", help="of virtual clock (%(default)s)"
+    )
+    speaker.add_argument(
+        "--no-realtime", dest="realtime", action="store_false", help="at normal priority"
+    )
+    speaker.add_argument("--json", action="store_true", help="print the JSON line only")
 
 
 def _add_fusion(kinds: Commands) -> None:
@@ -69,6 +88,19 @@ def _measure_names(options: argparse.Namespace) -> int:
     from hapticvlm.measure.names import run
 
     return run(options.data, options.json)
+
+
+def _measure_speaker(options: argparse.Namespace) -> int:
+    from hapticvlm.devices.peltier import DeviceError
+    from hapticvlm.measure.sink import SinkError
+    from hapticvlm.measure.speaker import BLOCKS, Plan, run
+
+    plan = Plan(options.seconds, options.block or BLOCKS, options.clock, options.realtime)
+    try:
+        return run(plan, as_json=options.json)
+    except (DeviceError, SinkError) as error:
+        print(f"hapticvlm measure speaker: {error}", file=sys.stderr)
+        return 2
 
 
 def _measure_fusion(options: argparse.Namespace) -> int:

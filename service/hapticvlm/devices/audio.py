@@ -172,9 +172,11 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     except Exception as error:  # noqa: BLE001 - the gateway must hear why, whatever the driver threw
         control.send(("failed", f"cannot open audio output {settings.output!r}: {error}"))
         return
+    if settings.realtime:
+        take_priority()  # or it could be put aside while the audio thread waits for it
     control.send(("ready", name))
     with suppress(EOFError, OSError, _Leave):
-        while not control.poll(WATCH_S):
+        while not control.poll(player.watch_s):
             player.attend(time.monotonic())
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     engine.leave()
@@ -194,6 +196,8 @@ def _leave(*_: object) -> None:
 
 class VirtualClock:
     """Plays into nothing, a block at a time on absolute deadlines, from a thread of its own."""
+
+    watch_s = None
 
     def __init__(self, engine: Engine, settings: AudioSettings) -> None:
         self._engine, self._settings = engine, settings
@@ -231,6 +235,8 @@ class VirtualClock:
 
 class Player:
     """Keeps an engine playing on a real output, also when that goes and comes back."""
+
+    watch_s = WATCH_S
 
     def __init__(self, engine: Engine, settings: AudioSettings) -> None:
         self._engine, self._settings = engine, settings

@@ -1,0 +1,283 @@
+"""Contact to sound: from a command put in the ring to the first sample heard at a recorded sink.
+
+Strikes through the audio engine and clicks of a bare audio program take turns on the same null sink
+of a private PulseAudio, so that the sound server's own delay is measured beside ours, in the same
+run and with the same blocks and priorities: while nothing else happens, and while a service with
+four scenes of 60 frames a second keeps its encoder busy. Gaps are runs of exact zeros in what was
+recorded of a held slide. The virtual clock is counted by itself.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from hapticvlm import __version__
+from hapticvlm.devices.audio import AudioSettings
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.measure.click import Clicker, clicker
+from hapticvlm.measure.service import Service, running
+from hapticvlm.measure.sink import NAME, Recording, Server, null_sink, recording
+from hapticvlm.rendering.vibration import RATE_HZ, Stroke
+from hapticvlm.rendering.voices import Command
+
+BLOCKS = (64, 128, 256, 512)
+STRIKE_LEASE_S = 0.03
+APART_S = 0.15  # a strike's fade and the longest buffers are over by then
+HEARD_WITHIN_S = 0.14
+SLIDE_S = 5.0
+SETTLE_S = 2.0
+ROW_S = 60.0  # most that starting and stopping the parts of a row takes
+GAP_SAMPLES = 16
+OUR_PRIORITY, SERVER_PRIORITY = 5, 25
+LOAD = ("60.0", "40000", "4")  # frames/s, bytes a frame, scenes
+GOAL_MS = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What to measure: seconds per row, block sizes, seconds of virtual clock, priority."""
+
+    seconds: float
+    blocks: Sequence[int]
+    clock_s: float
+    realtime: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """Delays in ms of those that were heard, and how many were not."""
+
+    delays_ms: NDArray[np.float64]
+    missed: int
+
+    def summary(self, name: str) -> dict[str, Any]:
+        """Return the figures, None where nothing was heard."""
+        some = self.delays_ms.size > 0
+        return {
+            f"{name}_n": self.delays_ms.size,
+            f"{name}_missed": self.missed,
+            f"{name}_median_ms": round(float(np.median(self.delays_ms)), 2) if some else None,
+            f"{name}_p99_ms": round(float(np.percentile(self.delays_ms, 99)), 2) if some else None,
+        }
+
+
+def run(plan: Plan, *, as_json: bool) -> int:
+    """Measure, print a table and, last, one JSON object. Raises SinkError, DeviceError."""
+    console = Console(quiet=as_json, width=150)
+    with console.status("virtual clock"):
+        clock = _clock(plan) if plan.clock_s else None
+    rows = []
+    with null_sink() as server, _priority(plan.realtime):
+        for name, load in (("idle", _no_load), ("encoder flat out", _load)):
+            with console.status(name), load(plan) as busy_s:
+                for block in plan.blocks:
+                    started, before = time.monotonic(), busy_s()
+                    row = _row(server, block, plan)
+                    busy = (busy_s() - before) / (time.monotonic() - started)
+                    rows.append({"condition": name, **row, "recogniser_busy": round(busy, 2)})
+    console.print(_table(rows))
+    if clock is not None:
+        console.print(f"virtual clock: {clock['underruns']} underruns in {clock['seconds']:.0f} s")
+    versions = {"hapticvlm": __version__, "cpus": os.cpu_count(), "server": _server_version()}
+    print(json.dumps({"measure": "speaker", **versions, "rows": rows, "clock": clock}))
+    return 0
+
+
+def late(heard: Sequence[tuple[float, bytes]], moments: Sequence[float]) -> Heard:
+    """Return how long after each moment the first chunk that is not silent arrived.
+
+    A moment at which something still sounded tells nothing and counts as missed.
+    """
+    arrivals = np.array([arrived for arrived, _ in heard])
+    sounds = np.array([np.frombuffer(data, np.float32).any() for _, data in heard])
+    delays = []
+    for moment in moments:
+        first = int(np.searchsorted(arrivals, moment, "right"))
+        hits = np.flatnonzero(sounds[first:])
+        is_clear = first > 0 and not sounds[first - 1] and hits.size > 0
+        if is_clear and (delay := arrivals[first + hits[0]] - moment) <= HEARD_WITHIN_S:
+            delays.append(delay * 1000.0)
+    return Heard(np.array(delays), len(moments) - len(delays))
+
+
+def gaps(samples: NDArray[np.float32]) -> tuple[int, float]:
+    """Return how many runs of exact zeros lie within what sounds, and their length in ms."""
+    sounding = np.flatnonzero(samples)
+    lengths = np.diff(sounding) - 1
+    long = lengths[lengths >= GAP_SAMPLES]
+    return long.size, float(long.sum() * 1000.0 / RATE_HZ)
+
+
+def _row(server: Server, block: int, plan: Plan) -> dict[str, Any]:
+    speaker = Speaker(AudioSettings(NAME, block, realtime=plan.realtime))
+    with clicker(block, plan.realtime) as floor, recording() as heard:
+        speaker.start()
+        try:
+            _raise(plan.realtime, server, heard)
+            time.sleep(SETTLE_S)
+            before = speaker.underruns
+            strikes, clicks = _take_turns(speaker, floor, plan.seconds)
+            holes, hole_ms = gaps(_slide(speaker, heard))
+            status, underruns = speaker.status(), speaker.underruns - before
+        finally:
+            speaker.close()
+    ours, bare = late(heard.chunks, strikes), late(heard.chunks, clicks)
+    row = {"block": block, **ours.summary("touch"), **bare.summary("floor")}
+    some = ours.delays_ms.size and bare.delays_ms.size
+    beyond = round(row["touch_p99_ms"] - row["floor_p99_ms"], 2) if some else None
+    counts = {"underruns": underruns, "gaps": holes, "gaps_ms": round(hole_ms, 1)}
+    load = round(os.getloadavg()[0], 1)
+    return {**row, "beyond_p99_ms": beyond, **counts, "realtime": status.realtime, "load": load}
+
+
+def _take_turns(
+    speaker: Speaker, floor: Clicker, seconds: float
+) -> tuple[list[float], list[float]]:
+    rng = random.Random(0)
+    strikes, clicks = [], []
+    ends_at = time.monotonic() + seconds
+    while time.monotonic() < ends_at:
+        strikes.append(time.monotonic())
+        speaker.obey(_command("strike", len(strikes), STRIKE_LEASE_S))
+        time.sleep(APART_S + rng.uniform(0.0, 0.02))
+        clicks.append(time.monotonic())
+        floor.click()
+        time.sleep(APART_S + rng.uniform(0.0, 0.02))
+    return strikes, clicks
+
+
+def _slide(speaker: Speaker, heard: Recording) -> NDArray[np.float32]:
+    """Hold a slide, and return what was heard of it."""
+    begun = len(heard.chunks)
+    ends_at = time.monotonic() + SLIDE_S
+    while time.monotonic() < ends_at:
+        speaker.obey(_command("slide", 1, 0.5))
+        time.sleep(0.05)
+    data = b"".join(chunk for _, chunk in heard.chunks[begun:])
+    return np.frombuffer(data, np.float32)
+
+
+def _command(interaction: str, seed: int, lease_s: float) -> Command:
+    return Command(
+        hand=1,
+        material="wood",
+        interaction=interaction,
+        onset=interaction == "strike",
+        stroke=Stroke(0.5, 2.0),
+        seed=seed,
+        expires_at=time.monotonic() + lease_s,
+    )
+
+
+def _clock(plan: Plan) -> dict[str, Any]:
+    """Count the underruns of the virtual clock while it renders for both hands."""
+    speaker = Speaker(AudioSettings(realtime=plan.realtime))
+    speaker.start()
+    started, ends_at = time.monotonic(), time.monotonic() + plan.clock_s
+    try:
+        while time.monotonic() < ends_at:
+            speaker.obey(_command("slide", 1, 0.5))
+            time.sleep(0.1)
+        status = speaker.status()
+    finally:
+        speaker.close()
+    seconds = round(time.monotonic() - started, 1)
+    counts = {"underruns": status.underruns, "samples": status.samples}
+    return {"seconds": seconds, **counts, "realtime": status.realtime, "lost": status.lost}
+
+
+@contextmanager
+def _no_load(plan: Plan) -> Iterator[Callable[[], float]]:  # noqa: ARG001 - as `_load`
+    yield lambda: 0.0
+
+
+@contextmanager
+def _load(plan: Plan) -> Iterator[Callable[[], float]]:
+    """Keep the encoder of a service busy; what is yielded tells how long it was, s."""
+    rate, size, scenes = LOAD
+    for_s = str((plan.seconds + SLIDE_S + ROW_S) * len(plan.blocks))
+    with running(["--no-realtime"]) as service:
+        command = [sys.executable, "-m", "hapticvlm.measure.load", service.url, rate, for_s, size]
+        with subprocess.Popen([*command, scenes], stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            try:
+                process.stdout.readline()
+                yield lambda: _busy_s(service)
+            finally:
+                process.kill()
+
+
+def _busy_s(service: Service) -> float:
+    with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
+        return float(json.load(answer)["recogniser"]["busy_s"])
+
+
+@contextmanager
+def _priority(realtime: bool) -> Iterator[None]:
+    """Give this process real-time priority where that is permitted; its children start without."""
+    if not (realtime and _set_priority(0, OUR_PRIORITY)):
+        yield
+        return
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+def _raise(realtime: bool, server: Server, heard: Recording) -> None:
+    """Give the sound server and the recorder real-time priority too, so that we are measured."""
+    for process in (server.process, heard.process):
+        if realtime and process is not None:
+            _set_priority(process.pid, SERVER_PRIORITY)
+
+
+def _set_priority(pid: int, priority: int) -> bool:
+    if not hasattr(os, "sched_setscheduler"):
+        return False
+    try:
+        flags = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+        os.sched_setscheduler(pid, flags, os.sched_param(priority))
+    except OSError:
+        return False
+    return True
+
+
+def _server_version() -> str:
+    command = ["pulseaudio", "--version"]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+
+
+def _table(rows: list[dict[str, Any]]) -> Table:
+    table = Table(title="contact to first sample heard at a null sink, ms (goal: 10 beyond floor)")
+    for column in ("condition", "block", "n", "touch median / p99", "floor median / p99"):
+        table.add_column(column)
+    for column in ("p99 beyond", "missed", "underruns", "gaps", "busy", "load"):
+        table.add_column(column)
+    for row in rows:
+        table.add_row(
+            *(row["condition"], str(row["block"]), str(row["touch_n"])),
+            f"{row['touch_median_ms']} / {row['touch_p99_ms']}",
+            f"{row['floor_median_ms']} / {row['floor_p99_ms']}",
+            str(row["beyond_p99_ms"]),
+            f"{row['touch_missed']}, floor {row['floor_missed']}",
+            str(row["underruns"]),
+            f"{row['gaps']}, {row['gaps_ms']} ms",
+            f"{row['recogniser_busy']:.0%}",
+            str(row["load"]),
+        )
+    return table
