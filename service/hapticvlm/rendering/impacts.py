@@ -29,8 +29,8 @@ _Complex = NDArray[np.complex128]
 _Floats = NDArray[np.float64]
 
 # Where no source is named a figure is our choice, to be tuned by hand on real speakers.
-_CONTACT_S = {"tap": 3.0e-3, "strike": 2.4e-3, "press": 6.0e-3}  # s, pulse length at 1 m/s, 0 N
-_SHORTEST_S = 2.2e-3  # s, its spectrum ends at 2 / T = 910 Hz: nothing rings above the band
+_CONTACT_S = {"tap": 3.2e-3, "strike": 2.7e-3, "press": 6.0e-3}  # s, pulse length at 1 m/s, 0 N
+_SHORTEST_S = 2.4e-3  # s, its spectrum ends at 2 / T = 830 Hz: nothing rings above the band
 _LONGEST_S = 11e-3  # s, of the slowest press
 _HARD_N = 10.0  # N; a hit of this force is 7 % shorter
 _DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and damps the modes
