@@ -27,7 +27,7 @@ JUDGE, SESSION, FRAME = "core/plausibility.cpp", "core/session.cpp", "core/frame
 THERMISTOR, MESSAGES, PORT = "core/thermistor.cpp", "core/messages.cpp", "avr/main.cpp"
 
 _FAULT = "test_faults.py::test_a_fault_is_caught_in_time_and_the_skin_is_safe"
-_HANG = f"{_FAULT}[hang, interrupts on, hot, warm room]"
+_HANG = "test_faults.py::test_a_hung_program_is_reset_once_and_stays_off[True]"
 _TRUE_ZERO = "test_pins.py::test_off_is_true_zero_after_heating_and_after_cooling"
 _OTHER_SIDE = "test_pins.py::test_one_side_of_the_bridge_is_driven_and_the_other_is_let_go"
 

@@ -93,23 +93,14 @@ def test_a_fault_is_cleared_by_its_number_alone_and_only_without_its_cause(host:
     assert host.state().state == "holding"
 
 
-def test_a_hung_program_is_reset_once_and_stays_off(host: RawHost) -> None:
+@pytest.mark.parametrize("interrupts", [True, False])
+def test_a_hung_program_is_reset_once_and_stays_off(host: RawHost, interrupts: bool) -> None:
     host.hold(38.0, 1.0)
-    host.board.hang(interrupts=True)
+    host.board.hang(interrupts=interrupts)
     host.hold(38.0, 3.0)
 
     assert host.board.resets == 1
     assert host.state().state == "faulted"
-
-
-def test_faults_survive_a_reset(host: RawHost) -> None:
-    host.hold(38.0, 1.0)
-    BY_NAME["plate B short"].begin(host.board)
-    host.hold(38.0, 0.5)
-    host.board.reset(2)
-    host.greet()
-
-    assert "PLATE_B_SHORT" in host.state().faults
 
 
 def test_nothing_is_driven_before_the_first_setpoint(host: RawHost) -> None:

@@ -271,15 +271,14 @@ void host_reset(host_t *host, int cause_bits) {
 /* From now on a boot loader such as optiboot has wiped MCUSR before the program begins. */
 void host_hide_reset_cause(host_t *host) { host->hides_cause = 1; }
 
-/* The program is caught in one instruction for ever. */
+/* The program is caught in one instruction for ever. It may have been in an interrupt, with others
+ * off: both cases are set. */
 void host_hang(host_t *host, int interrupts_off) {
     avr_t *avr = host->avr;
     avr->pc = SELF_JUMP_AT;
     avr->state = cpu_Running;
-    if (interrupts_off) {
-        avr->sreg[S_I] = 0;
-        avr->interrupt_state = 0;
-    }
+    avr->sreg[S_I] = !interrupts_off;
+    avr->interrupt_state = interrupts_off ? 0 : -2; /* looks for waiting ones, as after sei */
 }
 
 /* Registers, I/O and RAM; the size in bytes. */
