@@ -82,6 +82,12 @@ def add_options(serve: argparse.ArgumentParser) -> None:
         "--block", type=int, default=128, help="samples per audio block at 48 kHz (%(default)s)"
     )
     outputs.add_argument(
+        "--level",
+        type=float,
+        default=1.0,
+        help="most of full scale the speaker gets, 0..1, whatever a scene sets (%(default)s)",
+    )
+    outputs.add_argument(
         "--peltier",
         default="simulated",
         metavar="PORT",
@@ -172,6 +178,7 @@ def _serve(options: argparse.Namespace) -> int:
 def _check_ranges(options: argparse.Namespace) -> None:
     """Refuse numbers that no set-up has. Raises ValueError."""
     for flag, value, low, high in (
+        ("--level", options.level, 0.0, 1.0),
         ("--contact-resistance", options.contact_resistance, 0.0, 0.1),
         ("--vlm-timeout", options.vlm_timeout, 0.1, 600.0),
         ("--image-tokens", options.image_tokens, 4, 4096),
@@ -216,6 +223,7 @@ async def _run_service(options: argparse.Namespace, address: Address) -> None:
             options.block,
             options.wav,
             options.realtime,
+            level=options.level,
             materials=tuple(table.values()),
             patterns=patterns,
             correction=correction,

@@ -1,4 +1,4 @@
-"""What can be wrong with a plate: number, name, what was seen and what a person can do about it.
+"""What can be wrong with an output: number, name, what was seen, what a person can do about it.
 
 The numbered faults are the firmware's, latched there; a test compares them with its header. The
 others are found by the host, have no number and go when their cause goes.
@@ -123,8 +123,15 @@ VERSION = Fault(
     "the plate that came back speaks another version of the protocol",
     "flash the firmware that belongs to this release",
 )
+SPEAKER_GONE = Fault(
+    None,
+    "speaker_gone",
+    "the speaker's audio output is gone",
+    "plug it in again, or choose another with --speaker; it then waits for a new touch",
+)
 FIRMWARE = {number: Fault(number, *words) for number, words in enumerate(_FIRMWARE, start=1)}
-_BY_NAME = {fault.name: fault for fault in (*FIRMWARE.values(), UNPLUGGED, SILENT, VERSION)}
+_HOST = (UNPLUGGED, SILENT, VERSION, SPEAKER_GONE)
+_BY_NAME = {fault.name: fault for fault in (*FIRMWARE.values(), *_HOST)}
 
 
 def names(bits: int) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.child import Child, ChildError
 from hapticvlm.devices.audio import AudioSettings, run_engine
+from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, RestAll, Ring
 from hapticvlm.rendering.voices import Command
@@ -61,6 +62,11 @@ class Speaker:
     def plays(self) -> bool:
         """Whether the engine is up and has its output; what is commanded before is not played."""
         return self._child.ready_at is not None and self._ring.status().has_output
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Names of what is wrong with the output now."""
+        return () if self._ring.status().has_output else (SPEAKER_GONE.name,)
 
     def start(self) -> None:
         """Start the engine and wait until it plays; raises DeviceError if it can't."""

@@ -81,7 +81,7 @@ async function askStatus() {
     const status = await (await fetch("/status", { signal: AbortSignal.timeout(STATUS_PATIENCE_MS) })).json();
     if (link.state !== "open") return;
     service.show(status);
-    faults.showFaults(status.plate.faults);
+    faults.show(status);
     stages.paint(status.speaker.command_wait_ms);
     showHeld(status.held);
   } catch {

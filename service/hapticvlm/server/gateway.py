@@ -209,6 +209,7 @@ class Gateway:
                 "command_wait_ms": self._command_wait_ms(),
                 "pid": self._speaker.pid,
                 "plays": self._speaker.plays,
+                "faults": {name: describe(name) for name in self._speaker.faults},
             },
             "plate": {
                 "name": self._plate.name,
@@ -362,7 +363,7 @@ class Gateway:
                 count for name, count in self.counts.items() if name.startswith("frames ")
             ),
             leases=self.owner.session.leases if self.owner else 0,
-            faults=list(plate.faults),
+            faults=[*plate.faults, *self._speaker.faults],
         )
 
     def _waveform(self) -> View:
