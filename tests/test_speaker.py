@@ -12,7 +12,9 @@ from hapticvlm.devices.output import OutputError, choose
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import Gain, Ring
 from hapticvlm.devices.speaker import Speaker
+from hapticvlm.measure.deadlines import keep
 from hapticvlm.measure.sink import NAME, NEEDED, null_sink, recording
+from hapticvlm.measure.speaker import gaps, late
 from hapticvlm.rendering.vibration import Stroke
 from hapticvlm.rendering.voices import Command
 
@@ -94,10 +96,12 @@ def test_an_output_that_goes_is_told_and_plays_again_when_it_is_back(speaker, si
     (sink.unplug if loss == "sink" else sink.kill)()
     assert "gone" in until(troubles(speaker))
     assert not speaker.plays
+    assert speaker.faults == ("speaker_gone",)
     speaker.obey(strike(expires_at=time.monotonic() + 3600.0))  # must not be played later
     speaker.set_gain(0.5)
     (sink.plug_in if loss == "sink" else sink.start)()
     until(lambda: speaker.supervise(time.monotonic()) is None and speaker.plays)
+    assert speaker.faults == ()
     assert speaker.restarts == 0
     assert speaker.pid == pid
     with recording() as heard:
@@ -152,3 +156,33 @@ def test_a_block_that_is_not_finite_is_played_as_silence_and_counted():
     blocks = np.concatenate([engine.fill(128) for _ in range(20)])
     assert not blocks.any()
     assert ring.status().scrubbed == 20
+
+
+def chunk(arrived, *samples):
+    return arrived, np.array(samples, np.float32).tobytes()
+
+
+def test_delays_are_counted_to_the_first_chunk_that_sounds_and_unclear_moments_are_missed():
+    heard = [
+        chunk(1.000, 0.0),
+        chunk(1.010, 0.0, 0.5),
+        chunk(1.020, 0.0),
+        chunk(2.000, 0.0),
+        chunk(2.500, 0.5),
+    ]
+    found = late(heard, [1.005, 1.015, 2.001, 3.0])
+    assert found.delays_ms.tolist() == pytest.approx([5.0])
+    assert found.missed == 3  # still sounding, heard too late, never heard
+    assert late(heard, [3.0]).summary("touch")["touch_p99_ms"] is None
+
+
+def test_gaps_are_runs_of_exact_zeros_within_what_sounds():
+    sound, hole = np.full(100, 0.1, np.float32), np.zeros(48, np.float32)
+    assert gaps(np.concatenate([hole, sound, hole, sound, np.zeros(3), sound, hole])) == (1, 1.0)
+    assert gaps(hole) == (0, 0.0)
+
+
+def test_the_bare_loop_says_what_it_missed_and_with_what_priority():
+    kept = keep(0.1, 480, realtime=False)
+    assert kept["missed"] <= 10
+    assert kept["realtime"] is False

@@ -92,7 +92,7 @@ def run(plan: Plan, *, as_json: bool) -> int:
                     rows.append({"condition": name, **row, "recogniser_busy": round(busy, 2)})
     console.print(_table(rows))
     if clock is not None:
-        console.print(f"virtual clock: {clock['underruns']} underruns in {clock['seconds']:.0f} s")
+        console.print(_clock_line(clock))
     versions = {"hapticvlm": __version__, "cpus": os.cpu_count(), "server": _server_version()}
     print(json.dumps({"measure": "speaker", **versions, "rows": rows, "clock": clock}))
     return 0
@@ -185,20 +185,24 @@ def _command(interaction: str, seed: int, lease_s: float) -> Command:
 
 
 def _clock(plan: Plan) -> dict[str, Any]:
-    """Count the underruns of the virtual clock while it renders for both hands."""
-    speaker = Speaker(AudioSettings(realtime=plan.realtime))
+    """Count the virtual clock's underruns in a held slide, beside those of a bare loop."""
+    settings = AudioSettings(realtime=plan.realtime)
+    speaker = Speaker(settings)
     speaker.start()
-    started, ends_at = time.monotonic(), time.monotonic() + plan.clock_s
+    command = [sys.executable, "-m", "hapticvlm.measure.deadlines", str(plan.clock_s)]
+    command += [str(settings.block), str(int(plan.realtime))]
+    started = time.monotonic()
     try:
-        while time.monotonic() < ends_at:
-            speaker.obey(_command("slide", 1, 0.5))
-            time.sleep(0.1)
-        status = speaker.status()
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bare:
+            while time.monotonic() - started < plan.clock_s:
+                speaker.obey(_command("slide", 1, 0.5))
+                time.sleep(0.1)
+            status = speaker.status()
+            floor = json.loads(bare.communicate()[0])
     finally:
         speaker.close()
-    seconds = round(time.monotonic() - started, 1)
-    counts = {"underruns": status.underruns, "samples": status.samples}
-    return {"seconds": seconds, **counts, "realtime": status.realtime, "lost": status.lost}
+    counts = {"underruns": status.underruns, "samples": status.samples, "lost": status.lost}
+    return {"seconds": plan.clock_s, **counts, "realtime": status.realtime, "floor": floor}
 
 
 @contextmanager
@@ -255,6 +259,11 @@ def _set_priority(pid: int, priority: int) -> bool:
     except OSError:
         return False
     return True
+
+
+def _clock_line(clock: dict[str, Any]) -> str:
+    ours, bare = clock["underruns"], clock["floor"]["missed"]
+    return f"virtual clock, {clock['seconds']:.0f} s: {ours} underruns; a bare loop missed {bare}"
 
 
 def _server_version() -> str:
