@@ -305,9 +305,13 @@ def test_axe_finds_nothing_serious(
     ):
         expect(page.locator("#stages")).to_contain_text("whole look")
         page.evaluate(
-            "import('./faults.js').then((faults) => faults.trouble({code: 'model', text: 'x'}))"
+            """async () => {
+              const faults = await import("./faults.js");
+              faults.trouble({ code: "model", text: "the recogniser was restarted" });
+              const plate = { faults: { a: "seen (a): cure" } };
+              faults.show({ plate, speaker: { plays: false } });
+            }"""
         )
-        page.evaluate("import('./faults.js').then((faults) => faults.showFaults({a: 'b (a): c'}))")
         page.evaluate(AXE.read_text(encoding="utf-8"))
         found = page.evaluate("axe.run()")
     said = [f"{entry['impact']} {entry['id']}: {entry['help']}" for entry in found["violations"]]

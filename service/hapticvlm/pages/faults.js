@@ -2,16 +2,18 @@
 import { byId, clock, make } from "./dom.js";
 
 const MOST_TROUBLES = 8;
+const SPEAKER_GONE = ["The speaker does not play: its audio output is gone.", "plug it in again; vibration rests until then"];
 let shown = null;
 
-// `faults`: {name: "what was seen (name, number n): what to do"}, as the status words them.
-export function showFaults(faults) {
-  const key = JSON.stringify(faults);
+// Takes the service's status: plate.faults is {name: "what was seen (name, number n): what to do"}.
+export function show({ plate, speaker }) {
+  const key = JSON.stringify([plate.faults, speaker.plays]);
   if (key === shown) return;
   shown = key;
-  const texts = Object.entries(faults);
-  const none = make("li", "None: the plate and its board report no fault.", { className: "fine" });
-  byId("faults").replaceChildren(...(texts.length ? texts.map(fault) : [none]));
+  const items = Object.entries(plate.faults).map(plateFault);
+  if (!speaker.plays) items.unshift(fault("speaker_gone", ...SPEAKER_GONE));
+  const none = make("li", "None: plate and speaker report no fault.", { className: "fine" });
+  byId("faults").replaceChildren(...(items.length ? items : [none]));
 }
 
 export function gap() {
@@ -26,10 +28,14 @@ export function trouble({ code, text }) {
   while (troubles.children.length > MOST_TROUBLES) troubles.lastElementChild.remove();
 }
 
-function fault([name, text]) {
+function plateFault([name, text]) {
   const [, seen, cure] = /^(.*\)): (.*)$/s.exec(text) ?? [null, text, "look it up in the firmware's pages"];
+  return fault(name, `The plate is off: ${seen}.`, cure);
+}
+
+function fault(name, seen, cure) {
   const item = make("li", "", { className: "fault" });
-  item.append(make("span", `The plate is off: ${seen}.`), make("span", `What to do: ${cure}.`, { className: "cure" }));
+  item.append(make("span", seen), make("span", `What to do: ${cure}.`, { className: "cure" }));
   item.dataset.fault = name;
   return item;
 }
