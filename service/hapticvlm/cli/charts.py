@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.cli import chart_ambient, chart_safety, chart_thermal
+from hapticvlm.cli import chart_ambient, chart_safety, chart_thermal, chart_vibration
 
 if TYPE_CHECKING:
     from hapticvlm.cli import Commands
@@ -38,6 +38,7 @@ def add(commands: Commands) -> None:
     chart_thermal.add_chart(subjects)
     chart_ambient.add_chart(subjects)
     chart_safety.add(subjects)
+    chart_vibration.add(subjects)
     stability = commands.add_parser("stability", help="draw what makes a method fail")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
     _add_material(subjects, _shake_material, ("chart-output", SHAKEN))
