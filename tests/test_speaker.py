@@ -97,7 +97,8 @@ def test_an_output_that_goes_is_told_and_plays_again_when_it_is_back(speaker, si
     assert "gone" in until(troubles(speaker))
     assert not speaker.plays
     assert speaker.faults == ("speaker_gone",)
-    speaker.obey(strike(expires_at=time.monotonic() + 3600.0))  # must not be played later
+    until_later = time.monotonic() + 3600.0  # but nothing late may be played
+    speaker.obey(strike(interaction="slide", onset=False, expires_at=until_later))
     speaker.set_gain(0.5)
     (sink.plug_in if loss == "sink" else sink.start)()
     until(lambda: speaker.supervise(time.monotonic()) is None and speaker.plays)
