@@ -85,7 +85,12 @@ def jobs(only: str = "", *, pairs: bool) -> list[Job]:
     singles = [((name,), situation) for name in named for situation in SITUATIONS]
     both = list(itertools.combinations(named, 2)) if pairs else []
     random.Random(SEED).shuffle(both)
-    return singles + [(names, situation) for situation in SITUATIONS for names in both]
+    worst, *others = SITUATIONS
+    return [
+        *((names, worst) for names in both),
+        *singles,
+        *((names, situation) for situation in others for names in both),
+    ]
 
 
 def _key(job: Job) -> Key:
