@@ -15,7 +15,7 @@ from hapticvlm.study.paper_notes import NOTES, PRINTED
 from hapticvlm.study.results import Results
 from hapticvlm.study.statistics import Share
 from hapticvlm.study.stimuli import StudyError
-from hapticvlm.study.text import text_of
+from hapticvlm.study.text import people, text_of
 
 Document = dict[str, Any]
 
@@ -169,7 +169,7 @@ def _draw(out: Path, document: Document, times: Sequence[Any] | None) -> None:
         (f"{part['factor']} alone", (part["levels"], np.array(part["counts"])))
         for part in document["axes"]
     ]
-    heading = f"{document['participants']} participants, {document['answered']} trials"
+    heading = f"{people(document['participants'])}, {document['answered']} trials"
     if document["simulated"]:
         heading += "; SIMULATED devices"
     plots.confusion(out / "confusion.png", heading, whole, parts)

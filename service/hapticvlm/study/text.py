@@ -16,6 +16,11 @@ def text_of(document: Document) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
+def people(count: int) -> str:
+    """Say how many took part."""
+    return f"{count} participant{'' if count == 1 else 's'}"
+
+
 def _head(document: Document) -> str:
     lines = ["# Study report", ""]
     if document["simulated"]:
@@ -24,7 +29,7 @@ def _head(document: Document) -> str:
         ]
         lines += [""]
     lines.append(
-        f"{document['participants']} participants, {document['answered']} of "
+        f"{people(document['participants'])}, {document['answered']} of "
         f"{document['planned']} trials answered, {document['excluded']} left out because a device "
         f"did not present its pattern{_repeats(document)}."
     )
