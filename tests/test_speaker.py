@@ -1,11 +1,13 @@
 """The speaker on a real sound server: what a sink's monitor hears, and what becomes of a sink."""
 
+import asyncio
 import os
 import shutil
 import time
 
 import numpy as np
 import pytest
+from conftest import peer, status
 
 from hapticvlm.devices.audio import AudioSettings, Engine
 from hapticvlm.devices.output import OutputError, choose
@@ -13,6 +15,7 @@ from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import Gain, Ring
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.measure.deadlines import keep
+from hapticvlm.measure.service import running
 from hapticvlm.measure.sink import NAME, NEEDED, null_sink, recording
 from hapticvlm.measure.speaker import gaps, late
 from hapticvlm.rendering.vibration import Stroke
@@ -187,3 +190,20 @@ def test_the_bare_loop_says_what_it_missed_and_with_what_priority():
     kept = keep(0.1, 480, realtime=False)
     assert kept["missed"] <= 10
     assert kept["realtime"] is False
+
+
+@needs_pulseaudio
+async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(sink):
+    with running(["--speaker", NAME]) as service:
+        async with peer(service) as scene:
+            await scene.hello()
+            assert scene.welcome["devices"]["speaker"] == {"name": NAME, "simulated": False}
+            assert (await scene.telemetry())["faults"] == []
+            await asyncio.to_thread(sink.unplug)
+            assert "gone" in (await scene.event("error"))["text"]
+            assert (await scene.telemetry())["faults"] == ["speaker_gone"]
+            assert "audio output" in status(service)["speaker"]["faults"]["speaker_gone"]
+            await asyncio.to_thread(sink.plug_in)
+            async with asyncio.timeout(PATIENCE_S):
+                while (await scene.telemetry())["faults"]:
+                    pass
