@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.measure.material.labels import place
 from hapticvlm.perception import JND_DB
 
 if TYPE_CHECKING:
@@ -42,6 +43,10 @@ def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
             textwrap.wrap(f"Vibration, every way. {reason[:1].upper()}{reason[1:]}.", 150)
         )
         figure.suptitle(title, fontsize=10, x=0.01, ha="left")
+        figure.canvas.draw()
+        for axes, panel in zip(panels, PANELS, strict=True):
+            shown = [row for row in rows if row.knob == panel[0]]
+            place(axes, [(*_at(row), _label(row), INK) for row in shown], [_at(r) for r in shown])
         paths = [stem.with_suffix(".png"), stem.with_suffix(".svg")]
         figure.savefig(paths[0], dpi=DPI)
         figure.savefig(paths[1], metadata={"Date": None})
@@ -51,22 +56,17 @@ def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
 
 def _panel(axes: Axes, rows: Sequence[Row], panel: tuple[str, str, str, str, str]) -> None:
     _, title, across, colour, marker = panel
-    for number, row in enumerate(rows):
-        x, y = _x(row), max(row.error_db, LOWEST_DB)
+    for row in rows:
+        x, y = _at(row)
         axes.plot(x, y, marker, color=colour, markersize=7, zorder=4)
         if row.is_default:
             axes.plot(x, y, "o", color=INK, markerfacecolor="none", markersize=14, zorder=3)
-        text = f"{row.value} (default)" if row.is_default else row.value
-        if row.delay_ms is not None:
-            text += f", {row.delay_ms:.1f} ms"
-        above = 9 if number % 2 == 0 else -15
-        axes.annotate(text, (x, y), (0, above), textcoords="offset points", ha="center", fontsize=8)
     axes.axhline(JND_DB, color=SOFT, linewidth=0.8, linestyle="--", zorder=1)
     axes.text(
-        0.99,
+        0.01,
         JND_DB * 1.06,
         f"told apart from {JND_DB:g} dB on",
-        ha="right",
+        ha="left",
         color=SOFT,
         fontsize=8,
         transform=axes.get_yaxis_transform(),
@@ -81,5 +81,11 @@ def _panel(axes: Axes, rows: Sequence[Row], panel: tuple[str, str, str, str, str
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _x(row: Row) -> float:
-    return row.cost_us if row.core_share is None else 100.0 * row.core_share
+def _at(row: Row) -> tuple[float, float]:
+    across = row.cost_us if row.core_share is None else 100.0 * row.core_share
+    return across, max(row.error_db, LOWEST_DB)
+
+
+def _label(row: Row) -> str:
+    text = f"{row.value} (default)" if row.is_default else row.value
+    return text if row.delay_ms is None else f"{text}, {row.delay_ms:.1f} ms"
