@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
 from hapticvlm.perception import drive_threshold_db
+from hapticvlm.rendering.transposition import felt_hz
 from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, Stroke
 from hapticvlm.rendering.voices import Command, Voices
 
@@ -50,7 +51,8 @@ class Sound:
             "pitch_m": facts.pitch_m,
             "bandwidth": facts.bandwidth,
             "roughness": facts.roughness,
-            "texture_hz": self.stroke.speed_mps / facts.pitch_m,
+            "stick": facts.stick,
+            "texture_hz": felt_hz(self.stroke.speed_mps / facts.pitch_m),
             "peak": float(np.abs(self.wave).max()),
             "rms": float(np.sqrt(np.mean(np.square(self.wave, dtype=np.float64)))),
             "share_1_to_1000_hz": inside,
