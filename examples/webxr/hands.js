@@ -3,8 +3,6 @@ import * as THREE from 'three';
 import {Toucher} from '../captures/make/page/touch.js';
 
 const FINGERTIP = 'index-finger-tip';
-/** From a controller's grip to the tip it touches with, m. */
-export const REACH = 0.05;
 const TIP_RADIUS = 0.009; // m, as drawn
 const PULSE = {contact: 40, slide: 15}; // ms of the controller's own motor
 
@@ -62,16 +60,11 @@ export class Hands {
   }
 }
 
-/** The fingertip of a tracked hand, or a point ahead of a controller's grip; null while not tracked. */
+/** The fingertip of a tracked hand, or the front of a controller; null while not tracked. */
 function tipOf(source, frame, space) {
-  if (source.hand) {
-    const joint = frame.getJointPose(source.hand.get(FINGERTIP), space);
-    return joint && new THREE.Vector3().copy(joint.transform.position);
-  }
-  const grip = source.gripSpace && frame.getPose(source.gripSpace, space);
-  if (!grip) return null;
-  const ahead = new THREE.Vector3(0, 0, -REACH).applyQuaternion(grip.transform.orientation);
-  return ahead.add(grip.transform.position);
+  const joint = source.hand?.get(FINGERTIP);
+  const pose = joint ? frame.getJointPose(joint, space) : frame.getPose(source.targetRaySpace, space);
+  return pose && new THREE.Vector3().copy(pose.transform.position);
 }
 
 function pulse({gamepad}, {phase, speed_mps: speed}) {

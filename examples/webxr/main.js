@@ -4,7 +4,7 @@ import {Surface} from '../captures/make/page/collision.js';
 import {Eyes} from './eyes.js';
 import {Hands} from './hands.js';
 import {Haptics} from './haptics.js';
-import {buildObjects} from './objects.js';
+import {buildObjects, makeGlass} from './objects.js';
 import {Board, explain, write} from './panel.js';
 import {Pointer} from './pointer.js';
 import {buildScene} from './scene.js';
@@ -21,7 +21,7 @@ export const objects = buildObjects();
 /** The newest decision on each object, by object id. */
 export const decisions = new Map();
 
-const renderer = new THREE.WebGLRenderer({canvas: part('view'), antialias: true});
+const renderer = new THREE.WebGLRenderer({canvas: part('view'), antialias: !headset});
 renderer.toneMapping = THREE.NeutralToneMapping;
 renderer.shadowMap.enabled = true;
 renderer.shadowMap.autoUpdate = false; // nothing on the table moves
@@ -61,9 +61,15 @@ export async function enter() {
     requiredFeatures: ['local-floor'],
     optionalFeatures: ['hand-tracking'],
   });
-  session.addEventListener('end', () => hands.clear());
+  makeGlass(objects, {refracts: false});
+  session.addEventListener('end', leave);
   await renderer.xr.setSession(session);
   return session;
+}
+
+function leave() {
+  hands.clear();
+  makeGlass(objects, {refracts: true});
 }
 
 function touched(fields, object) {

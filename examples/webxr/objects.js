@@ -30,6 +30,7 @@ export function buildObjects() {
   ];
 }
 
+const THIN = 0.3; // opacity
 const WALNUT = 0x9a6f50; // over oak
 const copperShader = {metallic: 1, roughness: 0.25, base_color: [0.95, 0.64, 0.54]};
 const hammer = (root) => at(-0.02, 0.06, root, 0.5);
@@ -65,6 +66,19 @@ function clearGlass(tint) {
     roughness: 0.03, transmission: 1, ior: 1.5, thickness: 0.006, attenuationDistance: 0.12,
     attenuationColor: new THREE.Color(tint), envMapIntensity: 1.5, side: THREE.DoubleSide,
   });
+}
+
+/** Glass that refracts, which draws the scene again for each eye, or thin glass that only lets through. */
+export function makeGlass(objects, {refracts}) {
+  for (const {root} of objects) {
+    root.traverse(({material}) => {
+      if (!material?.isMeshPhysicalMaterial) return;
+      material.transmission = refracts ? 1 : 0;
+      material.transparent = !refracts;
+      material.opacity = refracts ? 1 : THIN;
+      material.needsUpdate = true;
+    });
+  }
 }
 
 function table({oak}) {

@@ -32,10 +32,13 @@ export function write(list, rows) {
 /** The same rows on a board behind the table, where a page can't be seen. */
 export class Board {
   #canvas = new OffscreenCanvas(PIXELS.width, PIXELS.height);
+  #shown = '';
   #texture = new THREE.CanvasTexture(this.#canvas);
 
   constructor(scene) {
     this.#texture.colorSpace = THREE.SRGBColorSpace;
+    this.#texture.generateMipmaps = false;
+    this.#texture.minFilter = THREE.LinearFilter;
     const paper = new THREE.MeshBasicMaterial({map: this.#texture, toneMapped: false});
     this.mesh = new THREE.Mesh(new THREE.PlaneGeometry(BOARD.width, BOARD.height), paper);
     this.mesh.position.set(...BOARD.at);
@@ -44,6 +47,9 @@ export class Board {
   }
 
   write(title, rows) {
+    const text = JSON.stringify([title, rows]);
+    if (text === this.#shown) return;
+    this.#shown = text;
     const pen = this.#canvas.getContext('2d');
     pen.fillStyle = '#1b1f24';
     pen.fillRect(0, 0, PIXELS.width, PIXELS.height);
