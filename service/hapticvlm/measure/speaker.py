@@ -15,9 +15,7 @@ import random
 import subprocess
 import sys
 import time
-import urllib.request
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,7 +28,7 @@ from hapticvlm import __version__
 from hapticvlm.devices.audio import AudioSettings
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.measure.click import Clicker, clicker
-from hapticvlm.measure.service import Service, running
+from hapticvlm.measure.conditions import load, no_load, priority, raise_priority
 from hapticvlm.measure.sink import NAME, Recording, Server, null_sink, recording
 from hapticvlm.rendering.vibration import RATE_HZ, Stroke
 from hapticvlm.rendering.voices import Command
@@ -43,8 +41,6 @@ SLIDE_S = 5.0
 SETTLE_S = 2.0
 ROW_S = 60.0  # most that starting and stopping the parts of a row takes
 GAP_SAMPLES = 16
-OUR_PRIORITY, SERVER_PRIORITY = 5, 25
-LOAD = ("60.0", "40000", "4")  # frames/s, bytes a frame, scenes
 GOAL_MS = 10.0
 
 
@@ -82,9 +78,10 @@ def run(plan: Plan, *, as_json: bool) -> int:
     with console.status("virtual clock"):
         clock = _clock(plan) if plan.clock_s else None
     rows = []
-    with null_sink() as server, _priority(plan.realtime):
-        for name, load in (("idle", _no_load), ("encoder flat out", _load)):
-            with console.status(name), load(plan) as busy_s:
+    longest_s = (plan.seconds + SLIDE_S + ROW_S) * len(plan.blocks)
+    with null_sink() as server, priority(plan.realtime):
+        for name, during in (("idle", no_load), ("encoder flat out", load)):
+            with console.status(name), during(longest_s) as busy_s:
                 for block in plan.blocks:
                     started, before = time.monotonic(), busy_s()
                     row = _row(server, block, plan)
@@ -128,7 +125,7 @@ def _row(server: Server, block: int, plan: Plan) -> dict[str, Any]:
     with clicker(block, plan.realtime) as floor, recording() as heard:
         speaker.start()
         try:
-            _raise(plan.realtime, server, heard)
+            raise_priority(plan.realtime, server, heard)
             time.sleep(SETTLE_S)
             before = speaker.underruns
             strikes, clicks = _take_turns(speaker, floor, plan.seconds)
@@ -140,9 +137,9 @@ def _row(server: Server, block: int, plan: Plan) -> dict[str, Any]:
     row = {"block": block, **ours.summary("touch"), **bare.summary("floor")}
     some = ours.delays_ms.size and bare.delays_ms.size
     beyond = round(row["touch_p99_ms"] - row["floor_p99_ms"], 2) if some else None
-    counts = {"underruns": underruns, "gaps": holes, "gaps_ms": round(hole_ms, 1)}
-    load = round(os.getloadavg()[0], 1)
-    return {**row, "beyond_p99_ms": beyond, **counts, "realtime": status.realtime, "load": load}
+    counts: dict[str, Any] = {"underruns": underruns, "gaps": holes, "gaps_ms": round(hole_ms, 1)}
+    counts |= {"realtime": status.realtime, "load": round(os.getloadavg()[0], 1)}
+    return {**row, "beyond_p99_ms": beyond, **counts}
 
 
 def _take_turns(
@@ -205,62 +202,6 @@ def _clock(plan: Plan) -> dict[str, Any]:
     return {"seconds": plan.clock_s, **counts, "realtime": status.realtime, "floor": floor}
 
 
-@contextmanager
-def _no_load(plan: Plan) -> Iterator[Callable[[], float]]:  # noqa: ARG001 - as `_load`
-    yield lambda: 0.0
-
-
-@contextmanager
-def _load(plan: Plan) -> Iterator[Callable[[], float]]:
-    """Keep the encoder of a service busy; what is yielded tells how long it was, s."""
-    rate, size, scenes = LOAD
-    for_s = str((plan.seconds + SLIDE_S + ROW_S) * len(plan.blocks))
-    with running(["--no-realtime"]) as service:
-        command = [sys.executable, "-m", "hapticvlm.measure.load", service.url, rate, for_s, size]
-        with subprocess.Popen([*command, scenes], stdout=subprocess.PIPE, text=True) as process:
-            assert process.stdout is not None
-            try:
-                process.stdout.readline()
-                yield lambda: _busy_s(service)
-            finally:
-                process.kill()
-
-
-def _busy_s(service: Service) -> float:
-    with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
-        return float(json.load(answer)["recogniser"]["busy_s"])
-
-
-@contextmanager
-def _priority(realtime: bool) -> Iterator[None]:
-    """Give this process real-time priority where that is permitted; its children start without."""
-    if not (realtime and _set_priority(0, OUR_PRIORITY)):
-        yield
-        return
-    try:
-        yield
-    finally:
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-
-
-def _raise(realtime: bool, server: Server, heard: Recording) -> None:
-    """Give the sound server and the recorder real-time priority too, so that we are measured."""
-    for process in (server.process, heard.process):
-        if realtime and process is not None:
-            _set_priority(process.pid, SERVER_PRIORITY)
-
-
-def _set_priority(pid: int, priority: int) -> bool:
-    if not hasattr(os, "sched_setscheduler"):
-        return False
-    try:
-        flags = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-        os.sched_setscheduler(pid, flags, os.sched_param(priority))
-    except OSError:
-        return False
-    return True
-
-
 def _clock_line(clock: dict[str, Any]) -> str:
     ours, bare = clock["underruns"], clock["floor"]["missed"]
     return f"virtual clock, {clock['seconds']:.0f} s: {ours} underruns; a bare loop missed {bare}"
@@ -272,7 +213,8 @@ def _server_version() -> str:
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:
-    table = Table(title="contact to first sample heard at a null sink, ms (goal: 10 beyond floor)")
+    goal = f"goal: {GOAL_MS:.0f} beyond the floor"
+    table = Table(title=f"contact to first sample heard at a null sink, ms ({goal})")
     for column in ("condition", "block", "n", "touch median / p99", "floor median / p99"):
         table.add_column(column)
     for column in ("p99 beyond", "missed", "underruns", "gaps", "busy", "load"):
