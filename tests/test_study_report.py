@@ -18,7 +18,7 @@ if not os.environ.get("CI"):  # there, what is missing fails
     pytest.importorskip("statsmodels", reason="needs pip install 'hapticvlm[study]'")
 
 from hapticvlm.cli import main
-from hapticvlm.study import report, results, statistics
+from hapticvlm.study import report, results, statistics, text
 
 PEOPLE = 4
 Counts = np.ndarray[Any, np.dtype[np.int64]]
@@ -171,7 +171,7 @@ def test_one_person_gets_no_anova_and_the_reason(study: Path) -> None:
     document = report.evaluate(results.read(study))
     assert document["anova"] == []
     assert "two participants" in document["anova_missing"]
-    assert "No repeated-measures ANOVA" in report.text_of(document)
+    assert "No repeated-measures ANOVA" in text.text_of(document)
 
 
 def test_the_command_writes_pictures_a_text_and_a_csv_without_names(

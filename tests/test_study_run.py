@@ -8,11 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from conftest import Service, status
+from conftest import Service
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import InvalidStatus
 
-from hapticvlm.client import connect
+from hapticvlm.client import Client, Refused, connect
 from hapticvlm.study import log
 from hapticvlm.study.conductor import Conductor, Pace
 from hapticvlm.study.log import Design, Plan
@@ -35,8 +35,12 @@ def design(tmp_path: Path) -> Design:
 
 
 @asynccontextmanager
-async def conducting(service: Service, design: Design, folder: Path) -> AsyncIterator[Conductor]:
+async def conducting(
+    service: Service, design: Design, folder: Path, clients: list[Client] | None = None
+) -> AsyncIterator[Conductor]:
     async with connect(service.url) as client:
+        if clients is not None:
+            clients.append(client)
         player = Player(client, settle_c=30.0)
         await player.prepare(design.stimuli)
         listening = asyncio.create_task(player.listen())
@@ -99,10 +103,12 @@ async def test_a_trial_takes_one_answer_to_itself(
 async def test_stop_rests_the_outputs_and_the_trial_comes_again(
     service: Service, design: Design, tmp_path: Path
 ) -> None:
-    async with conducting(service, design, tmp_path) as conductor:
+    clients: list[Client] = []
+    async with conducting(service, design, tmp_path, clients) as conductor:
         await begin(conductor)
-        await until(lambda: status(service)["owner"] is not None)
         await conductor.do({"do": "stop"})
+        with pytest.raises(Refused, match="held by stop"):
+            await clients[0].touch("slide", design.stimuli[0].name)
         assert conductor.phase == "stopped"
         assert kinds(tmp_path)[-2:] == ["spoiled", "stopped"]
         await conductor.do({"do": "begin"})
