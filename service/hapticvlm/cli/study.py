@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.cli import study_predict
+
 if TYPE_CHECKING:
     from hapticvlm.cli import Commands
     from hapticvlm.study.log import Design, Plan
@@ -34,6 +36,7 @@ def add(commands: Commands) -> None:
     parts = study.add_subparsers(title="parts", required=True, metavar="PART")
     _add_run(parts)
     _add_report(parts)
+    study_predict.add(parts)
 
 
 def _add_run(parts: Commands) -> None:

@@ -1,0 +1,116 @@
+"""What a palm would get of a pattern: the product's own session, voices and simulated plate. Pure.
+
+A hand does what player.py has it do, in virtual time: it approaches, makes contact, holds it, lifts
+before each repeat and lets go. Whatever the session asks for is rendered, so that limits, leads,
+levels and the plate's sloth are those of the service.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.devices.simulated import SimulatedPlate
+from hapticvlm.materials import MATERIALS
+from hapticvlm.messages import Interaction, Phase, Scene, SceneObject, Touch
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.thermal import LEAD_S
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ
+from hapticvlm.rendering.voices import Voices
+from hapticvlm.session.actions import Action, Feel, Heat, LetGo
+from hapticvlm.session.drive import AT_REST
+from hapticvlm.session.scene import SceneSession
+from hapticvlm.study.stimuli import Stimulus
+
+STEP_S = 0.02  # of the session's tick and of the hand's messages
+_LIFT_STEPS = 3  # of the hand before a repeated stroke
+_FADE_STEPS = 2  # a release is silent within 20 ms
+_AMBIENT_C = 22.0
+
+
+def wave(stimulus: Stimulus, seed: int) -> NDArray[np.float32]:
+    """Vibration of one presentation from contact on, (N,) at RATE_HZ, 1 being full scale."""
+    voices = Voices(table={stimulus.material: MATERIALS[stimulus.material]})
+    session = _session(stimulus)
+    count = round(STEP_S * RATE_HZ)
+    blocks = []
+    for step, phase in _hand(stimulus):
+        now = step * STEP_S
+        for action in session.receive(_touch(stimulus, phase, now), now):
+            _sound(voices, action, seed)
+        blocks.append(voices.render(count, now))
+    return np.concatenate(blocks[_lead_steps() :])
+
+
+def skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
+    """Skin on the simulated plate in degC, (steps + 1,), from the approach to the release."""
+    plate = SimulatedPlate(_AMBIENT_C)
+    plate.command(NEUTRAL_C, STEP_S, 0.0)
+    session = _session(stimulus)
+    found = [plate.skin_c]
+    for step, phase in _hand(stimulus):
+        if phase == "release":
+            break
+        now = step * STEP_S
+        session.receive(_touch(stimulus, phase, now), now)
+        for action in session.tick(now, plate.advance(now)):
+            if isinstance(action, Heat):
+                plate.command(action.setpoint_c, action.ttl_s, now)
+        plate.advance(now + STEP_S)
+        found.append(plate.skin_c)
+    return np.array(found)
+
+
+def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Phase]]:
+    """Yield what the hand says at each step, up to and past its release."""
+    lead = _lead_steps()
+    held = round(stimulus.seconds / STEP_S)
+    for step in range(lead):
+        yield step, "approach"
+    each = held / stimulus.repeats
+    for step in range(held):
+        is_lifting = step % each >= each - _LIFT_STEPS and step < held - each
+        yield lead + step, "approach" if is_lifting else "contact"
+    for step in range(_FADE_STEPS):
+        yield lead + held + step, "release"
+
+
+def _lead_steps() -> int:
+    return round(LEAD_S / STEP_S)
+
+
+def _session(stimulus: Stimulus) -> SceneSession:
+    session = SceneSession(owner=True, reading=AT_REST)
+    thing = SceneObject(
+        object_id=stimulus.name, material=stimulus.material, temperature_c=stimulus.object_c
+    )
+    session.receive(Scene(id=1, objects=[thing], replace=True, ambient_c=_AMBIENT_C), 0.0)
+    return session
+
+
+def _touch(stimulus: Stimulus, phase: Phase, now: float) -> Touch:
+    manner: Interaction = stimulus.interaction  # type: ignore[assignment]  # checked by Stimulus
+    return Touch(
+        id=1,
+        phase=phase,
+        captured_at=now,
+        hand="right",
+        speed_mps=stimulus.speed_mps,
+        force_n=stimulus.force_n,
+        object_id=stimulus.name,
+        interaction=manner,
+    )
+
+
+def _sound(voices: Voices, action: Action, seed: int) -> None:
+    """Have the speaker's voices obey; an impact that is held does not rub."""
+    if isinstance(action, LetGo):
+        voices.release(action.hand)
+    elif isinstance(action, Feel):
+        command = action.command
+        if command.onset or command.interaction not in IMPACTS:
+            seeded = dataclasses.replace(command, seed=1000 * seed + command.seed)
+            voices.obey(seeded)
