@@ -34,6 +34,9 @@ def _add_demo(commands: Commands) -> None:
     demo.set_defaults(run=_demo)
     demo.add_argument("--capture", type=Path, help="capture to stream (the one in examples/)")
     demo.add_argument("--out", type=Path, default=Path("demo-output"), help="(%(default)s)")
+    demo.add_argument(
+        "--browser", action="store_true", help="touch the example WebXR scene yourself instead"
+    )
     demo.add_argument("--quiet", action="store_true", help="no sound, even where one could play")
 
 
@@ -51,6 +54,10 @@ def _stream(options: argparse.Namespace) -> int:
 
 
 def _demo(options: argparse.Namespace) -> int:
+    if options.browser:
+        from hapticvlm.measure import browser_demo
+
+        return browser_demo.run()
     from hapticvlm.measure.demo import run
 
     return run(options.capture, options.out, quiet=options.quiet)
