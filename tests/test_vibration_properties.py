@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hapticvlm.materials import MATERIALS, Mode, Vibration, derive
+from hapticvlm.materials import MATERIALS, Mode, Vibration
 from hapticvlm.rendering.glide import Glide
 from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Stroke, Texture, impact
 from hapticvlm.rendering.voices import Command, Voices
@@ -159,21 +159,10 @@ def test_a_glide_never_leaves_the_range_of_its_targets_nor_jumps(
 
 
 def test_updates_at_75_hz_leave_no_ripple_of_their_own() -> None:
-    """A hand that speeds up, told in steps 75 times a second, against one told every sample."""
-    facts = derive("smooth", "wood", None, {"vibration": {"roughness": 0.1}}).vibration
-    speeds = np.linspace(0.1, 0.3, RATE_HZ)
-    coarse, fine = Texture(facts, "slide", 1), Texture(facts, "slide", 1)
-    for texture in (coarse, fine):
-        texture.render(RATE_HZ // 5, Stroke(0.1, 1.0))
-    steps = np.concatenate(
-        [coarse.render(640, Stroke(float(speeds[at]), 1.0)) for at in range(0, RATE_HZ, 640)]
-    )
-    smooth = np.concatenate(
-        [fine.render(16, Stroke(float(speeds[at]), 1.0)) for at in range(0, RATE_HZ, 16)]
-    )
-
-    def ripple_db(wave: Wave) -> float:
-        envelope = np.abs(np.fft.rfft(np.square(wave[: steps.size], dtype=np.float64)))
-        return float(20 * np.log10(envelope[73:78].max() / envelope[0]))
-
-    assert ripple_db(steps) < ripple_db(smooth) + 2.0
+    """A level told in steps 75 times a second rises as a line; 5 % of a step is far below a JND."""
+    glide, step = Glide(), 0.01
+    parts = [np.asarray(glide.follow(step * told, 640, RATE_HZ)) for told in range(1, 76)]
+    settled = np.concatenate(parts)[RATE_HZ // 4 :]
+    at = np.arange(settled.size)
+    ripple = settled - np.polyval(np.polyfit(at, settled, 1), at)
+    assert np.abs(ripple).max() < 0.05 * step
