@@ -72,7 +72,7 @@ def _times(axes: Any, offs: Sequence[Off], source: str) -> None:  # noqa: ANN401
         axes.text(value or FAST_S, place, shown, va="center", fontsize=8)
     axes.set_yticks(places, [off.fault for off in offs], fontsize=8)
     axes.set_xscale("log")
-    axes.set_xlim(0.01, max([SLOW_S, *(value for value in seconds if value)]) * 9.0)
+    axes.set_xlim(0.01, max([SLOW_S, *(value for value in seconds if value)]) * 30.0)
     axes.invert_yaxis()
     for limit in (FAST_S, SLOW_S):
         axes.axvline(limit, color="grey", ls="--", lw=1.0)
