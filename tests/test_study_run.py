@@ -8,11 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from conftest import Service
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import InvalidStatus
 
 from hapticvlm.client import Client, Refused, connect
+from hapticvlm.measure.service import Service
 from hapticvlm.study import log
 from hapticvlm.study.conductor import Conductor, Pace
 from hapticvlm.study.log import Design, Plan
