@@ -108,13 +108,18 @@ def _report(options: argparse.Namespace) -> None:
 
 
 def _draw(found: Prediction, checked: PaperCheck | None, options: argparse.Namespace) -> None:
-    from hapticvlm.study import observer_plots, paper
+    from hapticvlm.study import observer_plots, paper, predict
 
     folder: Path = options.plots
     folder.mkdir(parents=True, exist_ok=True)
     name = Path(options.patterns).stem
     observer_plots.draw_matrix(found, folder / f"observer-{name}.png")
-    observer_plots.draw_curves({name: found.curve}, folder / f"observer-{name}-noise.png")
+    others = {
+        other: predict.predict(_patterns(other), found.noise).curve
+        for other in SETS
+        if other != options.patterns
+    }
+    observer_plots.draw_curves({name: found.curve, **others}, folder / "observer-noise.png")
     if checked is not None:
         path = folder / "observer-paper.png"
         observer_plots.draw_check(checked, paper.confusion(), paper.CODES, path)
