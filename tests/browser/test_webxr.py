@@ -23,6 +23,7 @@ REACH = (Path(__file__).parent / "reach.js").read_text(encoding="utf-8")
 LLVMPIPE = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
 SLOW_MS = 240_000  # textures and shaders are computed on a processor that others use too
 PATIENCE_MS = 20_000
+LOOK_MS = 5_000  # to draw, send and look at a picture
 NEUTRAL_C = 32.0
 MODULES = """async () => {
   const [main, three] = await Promise.all([import('./main.js'), import('three')]);
@@ -112,7 +113,7 @@ def test_the_panel_says_what_was_decided_and_why(visit: Visit) -> None:
 def test_frames_alone_are_looked_at_by_the_encoder(visit: Visit) -> None:
     truths = objects(visit)
     visit.modules.evaluate("({main}) => main.tell('frames')")
-    decided = {key: visit.touch(key, patience_ms=2500) or {} for key in truths}
+    decided = {key: visit.touch(key, patience_ms=LOOK_MS) or {} for key in truths}
     named = {key: decision.get("material", "none") for key, decision in decided.items()}
     print(json.dumps({"frames only": named, "right": sum(named[k] == truths[k] for k in truths)}))
     assert {d["source"] for d in decided.values() if d} <= {"encoder", "unknown"}
