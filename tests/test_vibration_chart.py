@@ -17,7 +17,7 @@ from hapticvlm.rendering.vibration import RATE_HZ, Stroke, impact
 
 
 def test_a_sine_of_full_scale_is_0_db_as_an_event_and_as_a_steady_wave() -> None:
-    time = np.arange(methods.RATE_HZ) / RATE_HZ
+    time = np.arange(RATE_HZ) / RATE_HZ
     sine = np.sin(2 * np.pi * 93.75 * time).astype(np.float32)
     for hertz, level_db in (event_db(sine), steady_db(sine)):
         near = np.abs(hertz - 93.75) < 10.0
