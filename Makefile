@@ -36,6 +36,7 @@ coverage: $(VENV)/.dev
 toolchains:
 	./.ci/toolchains
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix $(CAPTURE); fi
+	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix tests/browser; fi
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
