@@ -48,7 +48,7 @@ def _add_run(parts: Commands) -> None:
     run.add_argument(
         "--patterns",
         metavar="FILE",
-        help="TOML with a [[pattern]] each (default: five vibrations, hot and cold)",
+        help="TOML with a [[pattern]] each, or ours, twenty, paper-like (ours)",
     )
     run.add_argument(
         "--participants", metavar="N|CODES", help="how many, or codes with commas: no names (1)"
@@ -104,14 +104,15 @@ def _run(options: argparse.Namespace) -> int:
 def _design(options: argparse.Namespace) -> Design:
     """Read the study of this folder, or begin it. Raises StudyError."""
     from hapticvlm.study import log
-    from hapticvlm.study.stimuli import StudyError, paper_like
+    from hapticvlm.study.patterns import ours
+    from hapticvlm.study.stimuli import StudyError
 
     if (options.folder / log.HEAD).exists():
         found = log.read_design(options.folder)
         if _wanted(options, found.stimuli, found.participants, _plan_of(found)) != found:
             raise StudyError(f"{options.folder} holds a study of another design; take a new folder")
         return found
-    made = _wanted(options, paper_like(), ("P01",), log.Plan())
+    made = _wanted(options, ours(), ("P01",), log.Plan())
     log.write_design(options.folder, made)
     return made
 
@@ -135,7 +136,7 @@ def _wanted(
     from hapticvlm.study import stimuli as patterns
 
     if options.patterns not in (None, "default"):
-        stimuli = patterns.read(Path(options.patterns))
+        stimuli = _patterns(options.patterns)
     if options.participants is not None:
         participants = _codes(options.participants)
     asked = {name: getattr(options, name) for name in ("repeats", "renderings", "seed")}
@@ -143,6 +144,14 @@ def _wanted(
     if not 1 <= given.get("repeats", 1) <= 100 or not 0 <= given.get("renderings", 0) <= 100:
         raise patterns.StudyError("--repeats and --renderings: at most 100, --repeats at least 1")
     return log.design(stimuli, participants, replace(plan, **given))
+
+
+def _patterns(name: str) -> tuple[Stimulus, ...]:
+    """Return a set of this program's by its name, or read a file. Raises StudyError."""
+    from hapticvlm.study import patterns, stimuli
+
+    named = {"ours": patterns.ours, "twenty": patterns.twenty, "paper-like": stimuli.paper_like}
+    return named[name]() if name in named else stimuli.read(Path(name))
 
 
 def _codes(text: str) -> tuple[str, ...]:
