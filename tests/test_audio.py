@@ -80,6 +80,12 @@ def test_an_engine_is_silent_only_to_a_watch_that_was_awake():
         speaker.close()
 
 
+def test_an_engine_that_has_not_spoken_yet_lacks_no_output():
+    speaker = Speaker(AudioSettings())
+    assert speaker.supervise(time.monotonic()) is None
+    assert speaker.faults == ()
+
+
 def test_a_reader_a_whole_ring_behind_is_told_what_it_lost():
     ring = Ring.create()
     for number in range(SLOTS + 50):

@@ -61,12 +61,12 @@ class Speaker:
     @property
     def plays(self) -> bool:
         """Whether the engine is up and has its output; what is commanded before is not played."""
-        return self._child.ready_at is not None and self._ring.status().has_output
+        return self._child.ready_at is not None and not self._lacks_output
 
     @property
     def faults(self) -> tuple[str, ...]:
         """Names of what is wrong with the output now."""
-        return () if self._ring.status().has_output else (SPEAKER_GONE.name,)
+        return (SPEAKER_GONE.name,) if self._lacks_output else ()
 
     def start(self) -> None:
         """Start the engine and wait until it plays; raises DeviceError if it can't."""
@@ -127,9 +127,15 @@ class Speaker:
         """Fade out, stop the engine and wait for it."""
         self._child.close(FADE_AND_CLOSE_S)
 
+    @property
+    def _lacks_output(self) -> bool:
+        """Whether the engine said that its output is gone; one that never beat said nothing."""
+        status = self._ring.status()
+        return status.beat_at > 0.0 and not status.has_output
+
     def _watch_output(self) -> str | None:
         """Return that the output went, if it has just gone."""
-        had, has = self._had_output, self._ring.status().has_output
+        had, has = self._had_output, not self._lacks_output
         self._had_output = has
         if has and not had:
             logger.warning("the audio output %s is back", self.name)
