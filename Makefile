@@ -37,6 +37,7 @@ toolchains:
 	./.ci/toolchains
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix $(CAPTURE); fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix tests/browser; fi
+	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix examples/webxr; fi
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
