@@ -147,6 +147,14 @@ def test_an_unchanged_decision_is_announced_once():
     assert not replies(session.receive(touch("slide"), 1.1), Decision)
 
 
+def test_a_strike_that_is_held_stays_a_strike_and_a_slide_rubs_whatever_it_is_called():
+    session = owner(TABLE)
+    session.receive(touch(interaction="strike"), 1.0)
+    for phase, manner in (("contact", "strike"), ("slide", "slide"), ("contact", "strike")):
+        (felt,) = only(session.receive(touch(phase, interaction="strike"), 1.1), Feel)
+        assert (felt.command.interaction, felt.command.onset) == (manner, False)
+
+
 def test_a_slide_to_another_object_changes_the_material_without_an_impact():
     session = owner(TABLE, PANE)
     session.receive(touch(), 1.0)

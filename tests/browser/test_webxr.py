@@ -67,7 +67,12 @@ def visit() -> Iterator[Visit]:
         page = browser.new_page(viewport={"width": 240, "height": 160})
         page.set_default_timeout(SLOW_MS)
         complaints: list[str] = []
-        page.on("console", lambda said: said.type == "error" and complaints.append(said.text))
+
+        def heard(said: Any) -> None:
+            if said.type == "error":
+                complaints.append(said.text)
+
+        page.on("console", heard)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.goto(f"{service.page}scene/webxr/?emulate")
         page.locator("#state", has_text="plate").wait_for()

@@ -135,7 +135,8 @@ class Voices:
             return
         if command.onset and command.interaction != "swing":
             self._strike(hand, command)
-        starts_texture = command.interaction in TEXTURES or not command.onset
+        is_held = command.onset or command.interaction in IMPACTS
+        starts_texture = command.interaction in TEXTURES or not is_held
         hand.wanted = command if starts_texture else None
 
     def release(self, hand: int) -> None:

@@ -51,7 +51,9 @@ class Hand:
     @property
     def manner(self) -> str:
         """How this hand touches: what the client says, else strike, and slide once it rubs."""
-        return self.interaction or ("slide" if self.rubs else "strike")
+        if self.rubs and self.interaction not in TEXTURES:
+            return "slide"
+        return self.interaction or "strike"
 
     @property
     def is_felt(self) -> bool:
@@ -72,7 +74,8 @@ class Hand:
         if begins:
             self.contact_at = now
         onset = begins and touch.phase == "contact"
-        self.rubs = not onset or touch.interaction in TEXTURES
+        named = touch.interaction
+        self.rubs = touch.phase == "slide" or named in TEXTURES or not (onset or named)
         return onset
 
     def let_go(self) -> None:
