@@ -97,6 +97,7 @@ int8_t size_of(uint8_t type) {
 
 Answer greet(Board& board, uint8_t seq, uint8_t major) {
     board.greeted = major == PROTOCOL_MAJOR;
+    if (!board.greeted) open_bridge(board);
     send_hello(board, seq);
     return board.greeted ? OK : VERSION;
 }

@@ -26,7 +26,9 @@ TEST_CASE("a greeting is answered with the limits, then acknowledged") {
 TEST_CASE("another major version is refused, told ours, and closes the conversation") {
     Rig rig;
     CHECK(rig.greet() == OK);
+    CHECK(rig.hold(36) == OK);
     CHECK(rig.say(HELLO, {2, 0}) == VERSION);
+    CHECK(rig.board.state == State::off);
     CHECK(rig.hold(30) == NEEDS_HELLO);
     CHECK(rig.greet() == OK);
     CHECK(rig.hold(30) == OK);
