@@ -150,7 +150,7 @@ async def test_the_plate_follows_a_cold_contact_and_returns_to_neutral(service):
         telemetry = await client.telemetry()
         assert telemetry["setpoint_c"] < 30.0
         assert telemetry["plate_c"] < 31.0
-        await until(service, lambda found: found["plate"]["setpoint_c"] == 32.0)
+        await until(service, lambda found: found["plate"]["setpoint_c"] == 32.0, 10.0)
 
 
 async def test_stop_from_an_observer_rests_everything_until_release_and_a_new_contact(service):
