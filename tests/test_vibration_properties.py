@@ -72,7 +72,7 @@ def check(wave: Wave) -> None:
     assert np.abs(wave).max() <= 1.0
     assert np.abs(np.diff(wave, prepend=0.0)).max() < STEP
     if np.sqrt(np.mean(wave.astype(np.float64) ** 2)) > 1e-4:
-        # -50 for the table's materials (test_vibration); any material of a user's comes within 2 dB.
+        # The table's materials keep -50 (test_vibration), any of a user's comes within 2 dB.
         assert above_band_db(wave) < -48.0
 
 
