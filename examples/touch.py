@@ -35,8 +35,10 @@ class Service:
             answer: dict[str, Any] = msgpack.unpackb(await self.socket.recv())
             if answer["type"] == "decision":
                 show(answer)
-            if answer["type"] == "error":
+            if answer["type"] == "error" and answer["id"] == id:
                 raise SystemExit(f"refused: {answer['text']}")
+            if answer["type"] == "error":  # news of a device or a model, no answer
+                print("  the service reports:", answer["text"])
             if answer["id"] == id:
                 return answer
 

@@ -1,5 +1,7 @@
 """The ring and the audio engine: commands in, sound out, nothing late and nothing half."""
 
+import itertools
+import multiprocessing
 import os
 import signal
 import time
@@ -96,13 +98,40 @@ def test_a_reader_a_whole_ring_behind_is_told_what_it_lost():
     assert taken[-1] is not None
 
 
-def test_a_half_written_record_is_not_acted_on():
+def test_a_half_written_record_is_left_until_it_is_whole():
     ring = Ring.create()
+    ring.put(Gain(0.5), 1.0)
     ring.put(command(), 1.0)
     view = np.frombuffer(memoryview(ring.shared), np.uint8)
     (last,) = np.flatnonzero(view)[-1:]
     view[last] ^= 0xFF
-    assert [order for _, _, order in ring.take(0)] == [None]
+    assert [order for _, _, order in ring.take(0)] == [Gain(0.5)]
+    view[last] ^= 0xFF
+    assert [number for number, _, _ in ring.take(1)] == [2]
+
+
+def report_for_ever(shared):
+    """What the engine does, as fast as it goes: every number of a status is the same."""
+    ring, nothing = Ring(shared), np.empty(0, np.float32)
+    for i in itertools.count(1):
+        ring.report(EngineStatus(i, 0.5, i, i, i, i, i, realtime=True, has_output=True), nothing)
+
+
+def test_a_status_read_while_it_is_written_is_whole():
+    ring = Ring.create()
+    writer = multiprocessing.get_context("spawn").Process(
+        target=report_for_ever, args=(ring.shared,), daemon=True
+    )
+    writer.start()
+    while ring.status().beat_at == 0.0:
+        time.sleep(0.01)
+    read = [ring.status() for _ in range(100_000)]
+    writer.kill()
+    writer.join()
+    assert all(s.has_output and s.realtime and s.level == 0.5 for s in read)
+    assert all(s.beat_at == s.underruns == s.samples == s.newest for s in read)
+    assert len({s.samples for s in read}) > 100
+    assert [s.samples for s in read] == sorted(s.samples for s in read)
 
 
 def test_the_waveform_is_the_newest_samples_across_the_wrap():
@@ -136,6 +165,19 @@ def test_an_engine_whose_gateway_hangs_falls_silent_by_itself():
     time.sleep(0.06)
     blocks = np.concatenate([engine.fill(BLOCK) for _ in range(30)])
     assert not blocks[RATE_HZ // 50 + BLOCK :].any()
+
+
+def test_the_level_told_is_that_of_the_loudest_moment_since_the_last():
+    speaker = Speaker(AudioSettings())
+    speaker.start()
+    try:
+        assert speaker.loudest() == 0.0
+        speaker.obey(command(material="glass", interaction="tap"))
+        time.sleep(0.5)  # a tap is long over
+        assert speaker.status().level < 1e-3 < 0.01 < speaker.loudest()
+        assert speaker.loudest() < 1e-3
+    finally:
+        speaker.close()
 
 
 def test_commands_written_before_an_engine_started_are_not_played_late():

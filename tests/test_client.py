@@ -57,9 +57,10 @@ def test_the_scripted_example_runs_in_under_80_lines(service):
         [sys.executable, str(example), service.url],
         capture_output=True,
         text=True,
-        timeout=30,
-        check=True,
+        timeout=120,
+        check=False,
     )
+    assert done.returncode == 0, done.stdout + done.stderr
     for expected in ("table: wood", "window: glass", "curtain: fabric", "kettle: metal"):
         assert expected in done.stdout
 

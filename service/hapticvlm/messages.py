@@ -270,7 +270,10 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
 
 
 class Telemetry(Wire, frozen=True, tag="telemetry", tag_field="type"):
-    """State of the outputs, ten times a second, to every connection."""
+    """State of the outputs, ten times a second, to every connection.
+
+    `speaker_level` is the rms of the loudest few milliseconds since the telemetry before.
+    """
 
     id: int
     plate_c: float | None

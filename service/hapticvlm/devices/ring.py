@@ -1,8 +1,11 @@
 """The shared memory between gateway and audio engine: a command ring one way, status the other.
 
-One writer and one reader on each side, no lock. A record carries its sequence number first and
-last, and the number of the newest record is stored after the record, so the reader never acts on a
-half-written one. A reader that falls a whole ring behind counts what it lost.
+One writer and one reader on each side, no lock. Records and statuses are numbered and end in a
+checksum, and the number of the newest is stored after it, so the reader never acts on a
+half-written one, also where a processor reorders writes: a record that is not whole yet is left for
+the next block. Statuses alternate between two slots, since `pack_into` clears its target first: a
+writer that is put aside in the middle leaves the one before in place. A reader that falls a whole
+ring behind counts what it lost.
 """
 
 from __future__ import annotations
@@ -10,6 +13,7 @@ from __future__ import annotations
 import ctypes
 import multiprocessing
 import struct
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -26,16 +30,23 @@ if TYPE_CHECKING:
 
 SLOTS = 256
 DELAYS = 1024
-SAMPLES = 8192
+SAMPLES = 48_000  # the newest second
 
-_RECORD = struct.Struct("<QBBBBhxxfffdQdQ")
-_STATUS = struct.Struct("<dfQQQQQ??")
+TRIES = 100
+
+_RECORD = struct.Struct("<QBBBBhxxfffdQd")
+_STATUS = struct.Struct("<QdfQQQQQ??")
+_SUM = struct.Struct("<I")
+_NUMBER = struct.Struct("<Q")
 _NEWEST = 0
+_NEWEST_STATUS = 8
 _STATUS_AT = 64
-_DELAYS_AT = _STATUS_AT + 128
+_STATUS_SIZE = 80
+_RECORD_SIZE = 64
+_DELAYS_AT = _STATUS_AT + 2 * _STATUS_SIZE
 _SAMPLES_AT = _DELAYS_AT + 4 * DELAYS
 _RING_AT = _SAMPLES_AT + 4 * SAMPLES
-_SIZE = _RING_AT + SLOTS * _RECORD.size
+_SIZE = _RING_AT + SLOTS * _RECORD_SIZE
 
 _INTERACTIONS = (*IMPACTS, *TEXTURES)
 _OBEY, _LET_GO, _REST, _GAIN = 1, 2, 3, 4
@@ -78,6 +89,9 @@ class EngineStatus:
     has_output: bool = True
 
 
+_UNSAID = EngineStatus(0.0, 0.0, 0, 0, 0, 0, 0, realtime=False)
+
+
 class Ring:
     """Both ends' view of one shared block of memory.
 
@@ -90,6 +104,7 @@ class Ring:
         self._view = np.frombuffer(memoryview(shared), np.uint8).data
         self._delays = np.frombuffer(memoryview(shared), np.float32, DELAYS, _DELAYS_AT)
         self._samples = np.frombuffer(memoryview(shared), np.float32, SAMPLES, _SAMPLES_AT)
+        self._status = _UNSAID
 
     @classmethod
     def create(cls, materials: Sequence[str] = tuple(MATERIALS)) -> Ring:
@@ -104,15 +119,14 @@ class Ring:
     @property
     def newest(self) -> int:
         """Number of the newest command written; 0 = none."""
-        return int.from_bytes(self._view[_NEWEST : _NEWEST + 8], "little")
+        return self._number(_NEWEST)
 
     def put(self, order: Order, now: float) -> int:
         """Write one order (gateway side) and return its number."""
         number = self.newest + 1
-        offset = _RING_AT + number % SLOTS * _RECORD.size
         fields = _fields(order, self._materials)
-        _RECORD.pack_into(self._view, offset, number, *fields, now, number)
-        self._view[_NEWEST : _NEWEST + 8] = number.to_bytes(8, "little")
+        self._write(_RECORD.pack(number, *fields, now), _record_at(number))
+        self._view[_NEWEST : _NEWEST + 8] = _NUMBER.pack(number)
         return number
 
     def take(self, after: int) -> Iterator[tuple[int, float, Order | None]]:
@@ -122,10 +136,10 @@ class Ring:
             if newest - number >= SLOTS - 1:
                 yield number, 0.0, None
                 continue
-            offset = _RING_AT + number % SLOTS * _RECORD.size
-            first, *fields, written_at, last = _RECORD.unpack_from(self._view, offset)
-            is_whole = first == last == number
-            yield number, written_at, _order(fields, self._materials) if is_whole else None
+            record = self._read(_RECORD, _record_at(number))
+            if record is None or record[0] != number:
+                return
+            yield number, record[-1], _order(record[1:-1], self._materials)
 
     def report(self, status: EngineStatus, block: NDArray[np.float32]) -> None:
         """Publish status and the newest block of samples (engine side)."""
@@ -133,9 +147,9 @@ class Ring:
         fits = min(block.size, SAMPLES - at)
         self._samples[at : at + fits] = block[:fits]
         self._samples[: block.size - fits] = block[fits:]
-        _STATUS.pack_into(
-            self._view,
-            _STATUS_AT,
+        number = self._number(_NEWEST_STATUS) + 1
+        data = _STATUS.pack(
+            number,
             status.beat_at,
             status.level,
             status.underruns,
@@ -146,6 +160,8 @@ class Ring:
             status.realtime,
             status.has_output,
         )
+        self._write(data, _status_at(number))
+        self._view[_NEWEST_STATUS : _NEWEST_STATUS + 8] = _NUMBER.pack(number)
 
     def note_delay(self, number: int, delay_s: float) -> None:
         """Keep how long command `number` waited for its first block (engine side)."""
@@ -153,8 +169,14 @@ class Ring:
 
     def status(self) -> EngineStatus:
         """Read the engine's newest status (gateway side)."""
-        fields = _STATUS.unpack_from(self._view, _STATUS_AT)
-        return EngineStatus(*fields)
+        for _ in range(TRIES):
+            number = self._number(_NEWEST_STATUS)
+            fields = self._read(_STATUS, _status_at(number)) if number else None
+            if fields is not None:
+                self._status = EngineStatus(*fields[1:])
+            if fields is not None or not number:
+                break
+        return self._status
 
     def delays(self, first: int, last: int) -> NDArray[np.float32]:
         """Return the delays in s of commands first..last, as far as still kept."""
@@ -165,6 +187,29 @@ class Ring:
         """Return the newest `count` (<= SAMPLES) samples played."""
         end = self.status().samples
         return np.array(self._samples[np.arange(end - count, end) % SAMPLES])
+
+    def _number(self, at: int) -> int:
+        number: int = _NUMBER.unpack_from(self._view, at)[0]
+        return number
+
+    def _write(self, data: bytes, at: int) -> None:
+        self._view[at : at + len(data)] = data
+        _SUM.pack_into(self._view, at + len(data), zlib.crc32(data))
+
+    def _read(self, form: struct.Struct, at: int) -> tuple[Any, ...] | None:
+        """Return the fields at this place; None if they are not whole."""
+        end = at + form.size
+        data = bytes(self._view[at:end])
+        is_whole = zlib.crc32(data) == _SUM.unpack_from(self._view, end)[0]
+        return form.unpack(data) if is_whole else None
+
+
+def _record_at(number: int) -> int:
+    return _RING_AT + number % SLOTS * _RECORD_SIZE
+
+
+def _status_at(number: int) -> int:
+    return _STATUS_AT + number % 2 * _STATUS_SIZE
 
 
 def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]:
@@ -185,7 +230,7 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
             return _GAIN, 0, 0, 0, -1, 0.0, 0.0, order.gain, 0.0, 0
 
 
-def _order(fields: list[Any], materials: tuple[str, ...]) -> Order:
+def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
     kind, hand, interaction, onset, material, speed, force, gain, expires_at, seed = fields
     if kind == _LET_GO:
         return LetGo(hand)

@@ -21,7 +21,7 @@ from hapticvlm.child import Child, ChildError
 from hapticvlm.devices.audio import AudioSettings, run_engine
 from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.peltier import DeviceError
-from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, RestAll, Ring
+from hapticvlm.devices.ring import SAMPLES, EngineStatus, Gain, LetGo, RestAll, Ring
 from hapticvlm.rendering.voices import Command
 
 logger = logging.getLogger(__name__)
@@ -29,6 +29,7 @@ logger = logging.getLogger(__name__)
 SILENT_S = 1.0
 ASLEEP_S = 0.25  # the gateway watches every few milliseconds
 FADE_AND_CLOSE_S = 5.0
+STRETCH = 128  # samples
 
 
 class Speaker:
@@ -39,6 +40,7 @@ class Speaker:
         self._ring = Ring.create([material.name for material in settings.materials])
         self._underruns_before = 0
         self._had_output = True
+        self._heard = 0
         self._watched_at = self._awake_since = float("-inf")
         self._child = Child("audio engine", run_engine, self._arguments, self._begin)
         self.name = settings.output
@@ -104,6 +106,13 @@ class Speaker:
     def delays(self, first: int, last: int) -> NDArray[np.float32]:
         """Return how long commands first..last waited for their block, s."""
         return self._ring.delays(first, last)
+
+    def loudest(self) -> float:
+        """Return the rms of the loudest 2.7 ms since this was last called (1 s at most)."""
+        heard, self._heard = self._heard, self._ring.status().samples
+        played = self._ring.waveform(min(max(0, self._heard - heard), SAMPLES))
+        stretches = played[: played.size // STRETCH * STRETCH].reshape(-1, STRETCH)
+        return float(np.sqrt(np.max(np.mean(stretches**2, axis=1), initial=0.0)))
 
     def waveform(self, count: int) -> NDArray[np.float32]:
         """Return the newest samples played."""

@@ -350,14 +350,14 @@ class Gateway:
             connection.post(error)
 
     def _telemetry(self) -> Telemetry:
-        engine, plate = self._speaker.status(), self._reading
+        plate = self._reading
         return Telemetry(
             id=0,
             plate_c=plate.plate_c,
             setpoint_c=plate.setpoint_c,
             sink_c=plate.sink_c,
             duty=plate.duty,
-            speaker_level=engine.level,
+            speaker_level=self._speaker.loudest(),
             underruns=self._speaker.underruns,
             dropped_frames=sum(
                 count for name, count in self.counts.items() if name.startswith("frames ")

@@ -8,6 +8,7 @@ neutral, which brings plate and modelled skin back sooner than letting go. Knows
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -53,6 +54,7 @@ class Player:
         self._heard_at = float("-inf")
         self._limited_by: str | None = None
         self._level = 0.0
+        self._news = asyncio.Event()
 
     @property
     def devices(self) -> dict[str, Any]:
@@ -77,6 +79,7 @@ class Player:
             if event["type"] == "telemetry":
                 self._telemetry = event
                 self._heard_at = time.monotonic()
+                self._news.set()
                 self._level = max(self._level, event["speaker_level"])
             elif event["type"] == "decision" and event.get("limited_by"):
                 self._limited_by = event["limited_by"]
@@ -129,20 +132,28 @@ class Player:
                 if not is_last:
                     await self._hold("approach", stimulus, LIFT_S)
             self._check()
-            return self._played(underruns)
+            plate_c, setpoint_c = (self._telemetry.get(k) for k in ("plate_c", "setpoint_c"))
+            await self.release()
+            await self._hear()
+            return Played(
+                plate_c,
+                setpoint_c,
+                self._limited_by,
+                self._level,
+                self._telemetry.get("underruns", 0) - underruns,
+            )
         except (Refused, *_GONE) as error:
             raise Trouble(_said(error)) from None
         finally:
             await self.release()
 
-    def _played(self, underruns: int) -> Played:
-        return Played(
-            self._telemetry.get("plate_c"),
-            self._telemetry.get("setpoint_c"),
-            self._limited_by,
-            self._level,
-            self._telemetry.get("underruns", 0) - underruns,
-        )
+    async def _hear(self) -> None:
+        """Wait for the telemetry that covers the end of a stroke; the next but one surely does."""
+        for _ in range(2):
+            self._news.clear()
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(TELEMETRY_S):
+                    await self._news.wait()
 
     def _check(self) -> None:
         """Raise Trouble when the pattern cannot be what it should be."""

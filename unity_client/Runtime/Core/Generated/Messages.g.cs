@@ -1959,7 +1959,9 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("stop");
     }
 
-    /// <summary>State of the outputs, ten times a second, to every connection.</summary>
+    /// <summary>State of the outputs, ten times a second, to every connection.
+
+        `speaker_level` is the rms of the loudest few milliseconds since the telemetry before.</summary>
     public sealed class Telemetry
     {
         public long Id;
