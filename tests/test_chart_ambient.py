@@ -84,13 +84,14 @@ def test_a_random_model_is_timed_and_never_graded(
             token=None,
             out=tmp_path,
             as_json=True,
+            budgets=(64,),
         )
         assert run(plan) == 0
     figures = json.loads(capsys.readouterr().out.splitlines()[-1])
     rows = {row["name"]: row for row in figures["rows"]}
     assert figures["weights"] == "random"
     assert RANDOM in figures["model"]
-    for way in ways.in_process("any", "cpu"):
+    for way in ways.in_process("any", "cpu", budgets=(64,)):
         assert rows[way.name]["timed"]["median_s"] > 0, rows[way.name]["why_not"]
         assert rows[way.name]["score"] is None
     assert rows["remote"]["score"]["mae_c"] == pytest.approx(

@@ -46,13 +46,15 @@ class Plan:
     token: str | None
     out: Path
     as_json: bool
+    budgets: tuple[int, ...] = ways.BUDGETS
 
 
 def run(plan: Plan) -> int:
     """Chart every way that can be run. Raises ShotError."""
     pictures, truths = _pictures(plan.data)
     with tempfile.TemporaryDirectory(prefix="hapticvlm-") as folder:
-        asked = [ways.wire(), *ways.in_process(_model(plan, Path(folder)), plan.device)]
+        model = _model(plan, Path(folder))
+        asked = [ways.wire(), *ways.in_process(model, plan.device, plan.budgets)]
         if plan.url is not None:
             asked.insert(0, ways.remote(plan.url, plan.model, plan.token))
         rows = [_row(way, pictures, truths, is_random=plan.model is None) for way in asked]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -23,11 +24,11 @@ class Way:
     is_default: bool = False
 
 
-def in_process(model: str, device: str) -> list[Way]:
+def in_process(model: str, device: str, budgets: Sequence[int] = BUDGETS) -> list[Way]:
     """Readout at every budget, then generation and the other precision at the default's."""
     base = VlmSettings(model=model, device=device, precision="bfloat16")
     ways = []
-    for tokens in BUDGETS:
+    for tokens in budgets:
         settings = replace(base, image_tokens=tokens, method="readout")
         is_default = tokens == base.image_tokens
         ways.append(Way(f"readout, {tokens} tokens, bf16", "readout", settings, is_default))
