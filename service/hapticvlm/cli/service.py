@@ -1,0 +1,229 @@
+"""Puts the service together, runs it until it is asked to stop, and takes it apart."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import logging
+import os
+import signal
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+from hapticvlm import __version__
+from hapticvlm.devices.audio import AudioSettings
+from hapticvlm.devices.pattern_folder import read_patterns
+from hapticvlm.devices.peltier import Peltier
+from hapticvlm.devices.response import read_response
+from hapticvlm.devices.simulated_board import simulated_plate
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.materials import Material
+from hapticvlm.messages import Device, Devices, Models
+from hapticvlm.onlooker import Answer, Onlooker
+from hapticvlm.recogniser import Recogniser, RecogniserSettings
+from hapticvlm.recognition.eye import Look
+from hapticvlm.recognition.own import read_folder, table_with
+from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
+from hapticvlm.rendering.playback import Correction
+from hapticvlm.server.edge import Address, Edge, Offer
+from hapticvlm.server.gateway import Gateway, ObserverLog
+from hapticvlm.server.recorder import Recorder
+
+GATEWAY_PRIORITY = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What the service is made of; each has to be started and closed."""
+
+    speaker: Speaker
+    plate: Peltier
+    recogniser: Recogniser
+    onlooker: Onlooker | None
+    recorder: Recorder | None
+    table: Mapping[str, Material]
+
+
+async def run(options: argparse.Namespace, address: Address) -> None:
+    """Run the service until SIGINT or SIGTERM.
+
+    Raises ValueError, OSError, ChildError and DeviceError for what cannot be put together.
+    """
+    stopping = asyncio.Event()
+    _on_signals(asyncio.get_running_loop(), stopping)
+    parts = _make(options)
+    gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.onlooker)
+    logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))
+    try:
+        await _start(parts, gateway)
+        edge = Edge(address, gateway, _offer(options, parts), time.monotonic)
+        has_priority = options.realtime and _take_priority()
+        async with edge.listen() as port, asyncio.TaskGroup() as tasks:
+            running = [
+                tasks.create_task(gateway.run_ticks()),
+                tasks.create_task(gateway.run_telemetry()),
+            ]
+            _say_ready(address.host, port, _devices(parts), has_priority)
+            _say_vlm(options)
+            await stopping.wait()
+            gateway.close()
+            for task in running:
+                task.cancel()
+            # The outputs end first: closing connections may wait for a client that does not read.
+            parts.plate.close()
+            await asyncio.to_thread(parts.speaker.close)
+    finally:
+        await _close(parts)
+    print("hapticvlm stopped, outputs at rest", flush=True)
+
+
+def _make(options: argparse.Namespace) -> Parts:
+    """Make every part, none of it started. Raises ValueError and OSError."""
+    own = read_folder(options.gallery)
+    table = table_with(own)
+    settings = RecogniserSettings(
+        options.encoder, options.gallery, own, options.device, options.threads
+    )
+    return Parts(
+        speaker=Speaker(_audio(options, table)),
+        plate=simulated_plate() if options.peltier == "simulated" else Peltier(options.peltier),
+        recogniser=Recogniser(settings),
+        onlooker=_onlooker(options),
+        recorder=_recorder(options),
+        table=table,
+    )
+
+
+def _recorder(options: argparse.Namespace) -> Recorder | None:
+    if options.record is None:
+        return None
+    return Recorder(options.record, frames=options.record_frames)
+
+
+def _audio(options: argparse.Namespace, table: Mapping[str, Material]) -> AudioSettings:
+    correction = Correction()
+    if options.speaker_response is not None:
+        correction = read_response(options.speaker_response).correction()
+    patterns = (
+        () if options.patterns is None else read_patterns(options.patterns, table, correction)
+    )
+    return AudioSettings(
+        options.speaker,
+        options.block,
+        options.wav,
+        options.realtime,
+        level=options.level,
+        materials=tuple(table.values()),
+        patterns=patterns,
+        correction=correction,
+    )
+
+
+def _onlooker(options: argparse.Namespace) -> Onlooker | None:
+    """Make the process that asks a VLM, if one is wanted. Raises ValueError."""
+    if options.vlm is None and options.vlm_url is None:
+        return None
+    return Onlooker(
+        VlmSettings(
+            model=options.vlm or DEFAULT_MODEL,
+            url=options.vlm_url,
+            token=os.environ.get("HAPTICVLM_VLM_TOKEN"),
+            device=options.vlm_device,
+            threads=options.vlm_threads,
+            image_tokens=options.image_tokens,
+            timeout_s=options.vlm_timeout,
+        )
+    )
+
+
+async def _start(parts: Parts, gateway: Gateway) -> None:
+    loop = asyncio.get_running_loop()
+    # The plate is first: what fails here leaves no child half started.
+    await asyncio.to_thread(parts.plate.start)
+    await asyncio.gather(
+        asyncio.to_thread(parts.speaker.start),
+        asyncio.to_thread(parts.recogniser.start, partial(_hand_over, loop, gateway)),
+    )
+    if parts.onlooker is not None:
+        parts.onlooker.start(partial(_pass_on, loop, gateway))
+
+
+def _offer(options: argparse.Namespace, parts: Parts) -> Offer:
+    loaded = parts.recogniser.loaded
+    vlm = None if parts.onlooker is None else parts.onlooker.settings.model
+    return Offer(
+        _devices(parts),
+        Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm),
+        parts.table,
+        asks_elsewhere=options.vlm_url is not None,
+        recorder=parts.recorder,
+        contact_resistance=options.contact_resistance,
+    )
+
+
+def _devices(parts: Parts) -> Devices:
+    return Devices(
+        speaker=Device(name=parts.speaker.name, simulated=parts.speaker.simulated),
+        peltier=Device(name=parts.plate.name, simulated=parts.plate.simulated),
+    )
+
+
+async def _close(parts: Parts) -> None:
+    parts.plate.close()
+    closing = [parts.speaker.close, parts.recogniser.close]
+    closing += [part.close for part in (parts.onlooker, parts.recorder) if part is not None]
+    await asyncio.gather(*map(asyncio.to_thread, closing))
+
+
+def _hand_over(loop: asyncio.AbstractEventLoop, gateway: Gateway, look: Look) -> None:
+    """Pass an answer from the recogniser's reader thread to the event loop."""
+    with contextlib.suppress(RuntimeError):  # the loop has closed
+        loop.call_soon_threadsafe(gateway.on_look, look)
+
+
+def _pass_on(loop: asyncio.AbstractEventLoop, gateway: Gateway, answer: Answer) -> None:
+    """Pass an answer from the onlooker's reader thread to the event loop."""
+    with contextlib.suppress(RuntimeError):  # the loop has closed
+        loop.call_soon_threadsafe(gateway.on_answer, answer)
+
+
+def _say_vlm(options: argparse.Namespace) -> None:
+    if options.vlm_url is not None:
+        print(f"  vlm          {options.vlm_url}: frames are sent there", flush=True)
+    elif options.vlm is not None:
+        print(f"  vlm          {options.vlm or 'the default'}, loading", flush=True)
+
+
+def _say_ready(host: str, port: int, devices: Devices, has_priority: bool) -> None:
+    shown = f"[{host}]" if ":" in host else host
+    print(f"hapticvlm {__version__} ready on ws://{shown}:{port}/", flush=True)
+    print(f"  status page  http://{shown}:{port}/")
+    for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
+        print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
+    print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
+
+
+def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:
+    def stop() -> None:
+        if stopping.is_set():  # asked twice: leave at once, the engine fades by itself
+            os._exit(130)
+        stopping.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            loop.add_signal_handler(number, stop)
+        except NotImplementedError:
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(stop))
+
+
+def _take_priority() -> bool:
+    if not hasattr(os, "sched_setscheduler"):
+        return False
+    with contextlib.suppress(OSError):
+        policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+        os.sched_setscheduler(0, policy, os.sched_param(GATEWAY_PRIORITY))
+        return True
+    return False
