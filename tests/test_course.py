@@ -10,7 +10,7 @@ import pytest
 
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.measure.thermal.reference import Stage, sharp, skin_surface
-from hapticvlm.rendering.course import MOST_TRACES, Course
+from hapticvlm.rendering.course import BRIEF_LIFT_S, MOST_TRACES, Course
 from hapticvlm.rendering.thermal import (
     LEAD_S,
     ThermalContact,
@@ -125,6 +125,33 @@ def test_a_contact_that_goes_on_does_not_begin_again() -> None:
     believed = course.touch(replace(METAL, surface_c=10.0), "knife", 1.5)
     assert believed.begun_at == course.begun_at
     assert believed.traces == ()
+
+
+def test_taps_in_quick_succession_are_one_contact() -> None:
+    held = tapped = Course().touch(GLASS, "pane", 0.0)
+    for lifted_at in (0.34, 0.74, 1.14):
+        for late_s in (0.0, 0.02, 0.06):
+            tapped = tapped.approach(GLASS, lifted_at + late_s)
+        tapped = tapped.touch(GLASS, "pane", lifted_at + 0.08)
+
+    assert tapped.traces == ()
+    assert tapped.wanted_c(2.0) == held.touch(GLASS, "pane", 2.0).wanted_c(2.0)
+
+
+def test_a_longer_lift_ends_the_contact_when_the_hand_left() -> None:
+    course = Course().touch(GLASS, "pane", 0.0)
+    for now in (1.0, 1.1, 1.01 + BRIEF_LIFT_S):
+        course = course.approach(GLASS, now)
+
+    assert [(trace.ended_at, trace.lasted_s) for trace in course.traces] == [(1.0, 1.0 + LEAD_S)]
+    assert course.begun_at is None
+
+
+def test_a_brief_lift_from_one_object_to_another_is_no_slide() -> None:
+    course = Course().touch(GLASS, "pane", 0.0).approach(GLASS, 1.0).touch(GLASS, "other", 1.1)
+
+    assert course.begun_at == 1.1 - LEAD_S
+    assert course.traces[0].ended_at == 1.0
 
 
 def test_an_unknown_material_is_neutral_and_leaves_nothing() -> None:

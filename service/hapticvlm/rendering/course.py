@@ -13,6 +13,8 @@ finite-difference slab this errs by at most 0.2 degC over a slide from one mater
 0.25 over many in a row, at 10 degC of contrast; skin that began anew from its surface temperature
 would err by 6.
 Each object is met fresh: where a hand returns to the spot it cooled, the spot's past is not known.
+Only a lift shorter than BRIEF_LIFT_S, as between two taps, ends no contact: skin and spot have kept
+most of their change then, and two bodies that met perfectly go on where they were.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from dataclasses import dataclass, field, replace
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import LEAD_S, ThermalContact, progress, share
 
+BRIEF_LIFT_S = 0.15  # s, about the lift of a quick tap; our choice
 MOST_TRACES = 3  # of which the oldest stands for all before it; bounds the cost of a step
 _HALF_TURNS = 2.0 / math.pi
 _EVEN = 2.0  # x at which half the flux counts as even; fitted to finite differences
@@ -62,10 +65,15 @@ class Course:
     contact: ThermalContact | None = None
     key: Hashable = None
     begun_at: float | None = None
+    lifted_at: float | None = None
     traces: tuple[Trace, ...] = field(default=())
 
     def approach(self, contact: ThermalContact | None, now: float) -> Course:
-        """Wait for a contact, or for nothing known; whatever was touched is let go."""
+        """Wait for a contact, or for nothing known; what was touched is let go, if not at once."""
+        if self.begun_at is not None and contact is not None and contact == self.contact:
+            lifted_at = now if self.lifted_at is None else self.lifted_at
+            if 0.0 <= now - lifted_at < BRIEF_LIFT_S:
+                return replace(self, lifted_at=lifted_at)
         return replace(self.release(now), contact=contact)
 
     def touch(self, contact: ThermalContact | None, key: Hashable, now: float) -> Course:
@@ -76,17 +84,18 @@ class Course:
         what is known after it begins as a contact does, with its lead.
         """
         if self.begun_at is not None and self.key == key:
-            return self if self.contact == contact else replace(self, contact=contact)
-        slides = self.begun_at is not None and self.contact is not None
+            goes_on = self.contact == contact and self.lifted_at is None
+            return self if goes_on else replace(self, contact=contact, lifted_at=None)
+        slides = self.begun_at is not None and self.contact is not None and self.lifted_at is None
         ended = self.release(now)
         begun_at = now if slides else now - self.lead_s
         return replace(ended, contact=contact, key=key, begun_at=begun_at)
 
     def release(self, now: float) -> Course:
         """End the contact; what it left in the skin stays and fades."""
-        traces = self.traces
-        if self.begun_at is not None and self.contact is not None and now > self.begun_at:
-            new = self._trace(self.contact, self.begun_at, now)
+        traces, ended_at = self.traces, now if self.lifted_at is None else self.lifted_at
+        if self.begun_at is not None and self.contact is not None and ended_at > self.begun_at:
+            new = self._trace(self.contact, self.begun_at, ended_at)
             traces = _bounded((*traces, new), now) if math.isfinite(new.sharp_c) else traces
         return Course(self.lead_s, traces=traces)
 
