@@ -168,6 +168,23 @@ async def test_stop_from_an_observer_rests_everything_until_release_and_a_new_co
         assert (await client.touch("contact", "kettle"))["type"] == "ok"
 
 
+async def test_the_status_names_what_each_hand_still_waits_for_after_a_stop(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        await client.ask(type="stop", scope="all")
+        both = ["speaker", "peltier"]
+        assert status(service)["held"] == {"left": both, "right": both}
+        await client.touch("release")
+        await client.touch("contact", "table")
+        assert status(service)["held"] == {"left": both, "right": []}
+        await client.touch("release", hand="left")
+        assert status(service)["held"] == {"left": both, "right": []}
+        await client.touch("contact", "table", hand="left")
+        assert status(service)["held"] == {"left": [], "right": []}
+        await client.ask(type="stop", scope="peltier")
+        assert status(service)["held"] == {"left": ["peltier"], "right": ["peltier"]}
+
+
 async def test_a_stop_outlives_the_scene_that_was_stopped(service):
     async with peer(service) as client:
         await owner_of(client)

@@ -18,15 +18,19 @@ export function offerStop(link, whenDone) {
   document.addEventListener("keydown", onKey, { capture: true });
 }
 
-// `held`: the outputs that a stop keeps at rest, as the status names them.
+// `held`: the outputs that a stop keeps at rest, for each hand, as the status names them.
 export function showHeld(held) {
   const said = byId("stopped");
-  const isStopped = said.textContent.startsWith("Stopped") || said.textContent.startsWith("Held");
-  if (!held.length) {
-    if (isStopped) say(said, "");
-    return;
-  }
-  if (!said.textContent) say(said, `Held at rest (${held.join(", ")}) until the scene releases and touches anew.`);
+  const hands = Object.keys(held).filter((hand) => held[hand].length);
+  const isStopped = said.textContent.startsWith("Stopped") && hands.length === Object.keys(held).length;
+  const isTrouble = said.textContent && !/^(Stopped|Held)/.test(said.textContent);
+  if (isStopped || isTrouble) return;
+  say(said, hands.length ? sentence(hands, held) : "");
+}
+
+function sentence(hands, held) {
+  const names = hands.map((hand) => `${hand} hand (${held[hand].join(", ")})`);
+  return `Held at rest: ${names.join(", ")}; until the scene releases and touches anew.`;
 }
 
 function outcome(answer) {

@@ -51,7 +51,7 @@ from hapticvlm.session.actions import (
     SetGain,
     Watch,
 )
-from hapticvlm.session.hands import NAMES, Hold, Output
+from hapticvlm.session.hands import NAMES, Hold
 
 WAITS = 512
 TICK_S = 0.02
@@ -222,7 +222,7 @@ class Gateway:
                 "counts": self._plate.counts,
             },
             "leases": self.owner.session.leases if self.owner else 0,
-            "held": self._held(),
+            "held": {hand: self.hold.outputs(hand) for hand in NAMES},
             "recogniser": {
                 "restarts": self._recogniser.restarts,
                 "pid": self._recogniser.pid,
@@ -243,11 +243,6 @@ class Gateway:
             "median": float(np.median(waits)),
             "p99": float(np.percentile(waits, 99)),
         }
-
-    def _held(self) -> list[str]:
-        """Name the outputs that a stop keeps at rest for either hand."""
-        outputs: tuple[Output, ...] = ("speaker", "peltier")
-        return [name for name in outputs if all(self.hold.holds(name, hand) for hand in NAMES)]
 
     def _ask(self, connection: Connection, ask: Ask) -> None:
         if self._questions is not None:

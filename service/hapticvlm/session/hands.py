@@ -12,6 +12,7 @@ from hapticvlm.session.objects import Key
 Output = Literal["speaker", "peltier"]
 LEASE_S = LEASE_MS / 1000.0
 NAMES: tuple[HandName, ...] = ("left", "right")
+OUTPUTS: tuple[Output, ...] = ("speaker", "peltier")
 STILL = Stroke(speed_mps=0.0, force_n=0.0)
 
 
@@ -97,7 +98,7 @@ class Hold:
 
     def stop(self, scope: Scope) -> None:
         """Hold the outputs of this scope for both hands."""
-        outputs: tuple[Output, ...] = ("speaker", "peltier") if scope == "all" else (scope,)
+        outputs = OUTPUTS if scope == "all" else (scope,)
         self._held |= {(output, hand): False for output in outputs for hand in NAMES}
 
     def follow(self, touch: Touch) -> None:
@@ -117,4 +118,8 @@ class Hold:
 
     def holds_all(self, hand: HandName) -> bool:
         """Whether nothing may move for this hand."""
-        return self.holds("speaker", hand) and self.holds("peltier", hand)
+        return self.outputs(hand) == OUTPUTS
+
+    def outputs(self, hand: HandName) -> tuple[Output, ...]:
+        """Name the outputs that must rest for this hand."""
+        return tuple(output for output in OUTPUTS if (output, hand) in self._held)
