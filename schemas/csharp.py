@@ -8,6 +8,8 @@ a value of a newer minor version. Knows only the forms of schema that messages.p
 
 from __future__ import annotations
 
+import html
+import inspect
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin
@@ -169,7 +171,8 @@ public static class Protocol
 def _message(name: str, definition: Json, *, is_class: bool) -> str:
     fields = list(_fields(name, definition))
     tag = "type" in definition["properties"]
-    lines = [f"/// <summary>{definition['description']}</summary>"]
+    said = html.escape(inspect.cleandoc(definition["description"]), quote=False)
+    lines = [f"/// {line}".rstrip() for line in f"<summary>{said}</summary>".split("\n")]
     lines += [f"public {'sealed class' if is_class else 'struct'} {name}", "{"]
     lines += [f"    {line}" for line in _declarations(fields, is_class=is_class)]
     lines += ["", *_writer(name, fields, tagged=tag)]

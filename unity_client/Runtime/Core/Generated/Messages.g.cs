@@ -1960,8 +1960,8 @@ namespace HapticVLM.Wire
     }
 
     /// <summary>State of the outputs, ten times a second, to every connection.
-
-        `speaker_level` is the rms of the loudest few milliseconds since the telemetry before.</summary>
+    ///
+    /// `speaker_level` is the rms of the loudest few milliseconds since the telemetry before.</summary>
     public sealed class Telemetry
     {
         public long Id;
