@@ -137,7 +137,7 @@ def test_the_stop_silences_a_hand_that_rubs_on_until_it_lets_go_and_touches_anew
                 page.click("#stop")
             else:
                 page.keyboard.press(press)
-            held = dict.fromkeys(("left", "right"), ["speaker", "peltier"])
+            held = {hand: ["speaker", "peltier"] for hand in ("left", "right")}
             until(page, service, lambda found: found["held"] == held)
             until(page, service, lambda found: not is_felt(found))
             page.wait_for_timeout(500)
