@@ -20,7 +20,7 @@ def add(commands: Commands) -> None:
 
     record = commands.add_parser("record", help="run the service and keep each session in a folder")
     record.add_argument("record", type=Path, metavar="FOLDER", help="a sub-folder a session")
-    serve.add_options(record)
+    serve.add_options(record, but=("record",))
     replay = commands.add_parser("replay", help="run a recorded session again, bit for bit")
     replay.set_defaults(run=_replay)
     replay.add_argument("folder", type=Path, help="of one session, as `record` made it")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import logging
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.cli import serve_options
@@ -17,16 +16,13 @@ if TYPE_CHECKING:
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
     serve = commands.add_parser("serve", help="run the service a scene connects to")
-    serve.add_argument(
-        "--record", type=Path, metavar="FOLDER", help="keep each session in a sub-folder"
-    )
     add_options(serve)
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Declare the options that serving has under any name, and that it serves."""
+def add_options(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:
+    """Have the command run the service, with all options `but` those it declares itself."""
     parser.set_defaults(run=_serve)
-    serve_options.add(parser)
+    serve_options.add(parser, but=but)
 
 
 def _serve(options: argparse.Namespace) -> int:
@@ -41,10 +37,10 @@ def _serve(options: argparse.Namespace) -> int:
         logging.getLogger("hapticvlm").setLevel(logging.INFO)
     logging.getLogger("websockets").setLevel(logging.WARNING)
     try:
-        origins = frozenset(options.allow_origin)
-        address = Address(options.host, options.port, options.token, origins, options.scene)
-        serve_options.check_ranges(options)
-        asyncio.run(service.run(options, address))
+        serving = serve_options.settle(options)
+        origins = frozenset(serving.allow_origin)
+        address = Address(serving.host, serving.port, serving.token, origins, serving.scene)
+        asyncio.run(service.run(serving, address))
     except (ValueError, OSError, ChildError, DeviceError) as error:
         print(f"hapticvlm serve: {error}", file=sys.stderr)
         return 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import contextlib
 import logging
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from hapticvlm import __version__
+from hapticvlm.cli.serving import Serving
 from hapticvlm.devices.audio import AudioSettings
 from hapticvlm.devices.pattern_folder import read_patterns
 from hapticvlm.devices.peltier import Peltier
@@ -47,27 +47,27 @@ class Parts:
     table: Mapping[str, Material]
 
 
-async def run(options: argparse.Namespace, address: Address) -> None:
+async def run(serving: Serving, address: Address) -> None:
     """Run the service until SIGINT or SIGTERM.
 
     Raises ValueError, OSError, ChildError and DeviceError for what cannot be put together.
     """
     stopping = asyncio.Event()
     _on_signals(asyncio.get_running_loop(), stopping)
-    parts = _make(options)
+    parts = _make(serving)
     gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.onlooker)
     logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))
     try:
         await _start(parts, gateway)
-        edge = Edge(address, gateway, _offer(options, parts), time.monotonic)
-        has_priority = options.realtime and _take_priority()
+        edge = Edge(address, gateway, _offer(serving, parts), time.monotonic)
+        has_priority = not serving.no_realtime and _take_priority()
         async with edge.listen() as port, asyncio.TaskGroup() as tasks:
             running = [
                 tasks.create_task(gateway.run_ticks()),
                 tasks.create_task(gateway.run_telemetry()),
             ]
             _say_ready(address.host, port, _devices(parts), has_priority)
-            _say_vlm(options)
+            _say_vlm(serving)
             await stopping.wait()
             gateway.close()
             for task in running:
@@ -80,61 +80,61 @@ async def run(options: argparse.Namespace, address: Address) -> None:
     print("hapticvlm stopped, outputs at rest", flush=True)
 
 
-def _make(options: argparse.Namespace) -> Parts:
+def _make(serving: Serving) -> Parts:
     """Make every part, none of it started. Raises ValueError and OSError."""
-    own = read_folder(options.gallery)
+    own = read_folder(serving.gallery)
     table = table_with(own)
     settings = RecogniserSettings(
-        options.encoder, options.gallery, own, options.device, options.threads
+        serving.encoder, serving.gallery, own, serving.device, serving.threads
     )
     return Parts(
-        speaker=Speaker(_audio(options, table)),
-        plate=simulated_plate() if options.peltier == "simulated" else Peltier(options.peltier),
+        speaker=Speaker(_audio(serving, table)),
+        plate=simulated_plate() if serving.peltier == "simulated" else Peltier(serving.peltier),
         recogniser=Recogniser(settings),
-        onlooker=_onlooker(options),
-        recorder=_recorder(options),
+        onlooker=_onlooker(serving),
+        recorder=_recorder(serving),
         table=table,
     )
 
 
-def _recorder(options: argparse.Namespace) -> Recorder | None:
-    if options.record is None:
+def _recorder(serving: Serving) -> Recorder | None:
+    if serving.record is None:
         return None
-    return Recorder(options.record, frames=options.record_frames)
+    return Recorder(serving.record, frames=serving.record_frames)
 
 
-def _audio(options: argparse.Namespace, table: Mapping[str, Material]) -> AudioSettings:
+def _audio(serving: Serving, table: Mapping[str, Material]) -> AudioSettings:
     correction = Correction()
-    if options.speaker_response is not None:
-        correction = read_response(options.speaker_response).correction()
+    if serving.speaker_response is not None:
+        correction = read_response(serving.speaker_response).correction()
     patterns = (
-        () if options.patterns is None else read_patterns(options.patterns, table, correction)
+        () if serving.patterns is None else read_patterns(serving.patterns, table, correction)
     )
     return AudioSettings(
-        options.speaker,
-        options.block,
-        options.wav,
-        options.realtime,
-        level=options.level,
+        serving.speaker,
+        serving.block,
+        serving.wav,
+        not serving.no_realtime,
+        level=serving.level,
         materials=tuple(table.values()),
         patterns=patterns,
         correction=correction,
     )
 
 
-def _onlooker(options: argparse.Namespace) -> Onlooker | None:
+def _onlooker(serving: Serving) -> Onlooker | None:
     """Make the process that asks a VLM, if one is wanted. Raises ValueError."""
-    if options.vlm is None and options.vlm_url is None:
+    if serving.vlm is None and serving.vlm_url is None:
         return None
     return Onlooker(
         VlmSettings(
-            model=options.vlm or DEFAULT_MODEL,
-            url=options.vlm_url,
+            model=serving.vlm or DEFAULT_MODEL,
+            url=serving.vlm_url,
             token=os.environ.get("HAPTICVLM_VLM_TOKEN"),
-            device=options.vlm_device,
-            threads=options.vlm_threads,
-            image_tokens=options.image_tokens,
-            timeout_s=options.vlm_timeout,
+            device=serving.vlm_device,
+            threads=serving.vlm_threads,
+            image_tokens=serving.image_tokens,
+            timeout_s=serving.vlm_timeout,
         )
     )
 
@@ -151,16 +151,16 @@ async def _start(parts: Parts, gateway: Gateway) -> None:
         parts.onlooker.start(partial(_pass_on, loop, gateway))
 
 
-def _offer(options: argparse.Namespace, parts: Parts) -> Offer:
+def _offer(serving: Serving, parts: Parts) -> Offer:
     loaded = parts.recogniser.loaded
     vlm = None if parts.onlooker is None else parts.onlooker.settings.model
     return Offer(
         _devices(parts),
         Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm),
         parts.table,
-        asks_elsewhere=options.vlm_url is not None,
+        asks_elsewhere=serving.vlm_url is not None,
         recorder=parts.recorder,
-        contact_resistance=options.contact_resistance,
+        contact_resistance=serving.contact_resistance,
     )
 
 
@@ -190,11 +190,11 @@ def _pass_on(loop: asyncio.AbstractEventLoop, gateway: Gateway, answer: Answer) 
         loop.call_soon_threadsafe(gateway.on_answer, answer)
 
 
-def _say_vlm(options: argparse.Namespace) -> None:
-    if options.vlm_url is not None:
-        print(f"  vlm          {options.vlm_url}: frames are sent there", flush=True)
-    elif options.vlm is not None:
-        print(f"  vlm          {options.vlm or 'the default'}, loading", flush=True)
+def _say_vlm(serving: Serving) -> None:
+    if serving.vlm_url is not None:
+        print(f"  vlm          {serving.vlm_url}: frames are sent there", flush=True)
+    elif serving.vlm is not None:
+        print(f"  vlm          {serving.vlm or 'the default'}, loading", flush=True)
 
 
 def _say_ready(host: str, port: int, devices: Devices, has_priority: bool) -> None:
