@@ -80,6 +80,7 @@ def client_messages() -> Iterator[tuple[str, Json]]:
             "base_color": [0.5, 0.5, 0.25],
         },
         "thickness_m": 0.001,
+        "sunlit": True,
     }
     yield "scene with everything", {**SCENE, "objects": [everything], "ambient_c": -5.0}
     yield "frame", FRAME

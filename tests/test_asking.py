@@ -13,6 +13,7 @@ from hapticvlm.session.actions import AskAmbient, AskMaterial, Heat, LookAt
 from hapticvlm.session.scene import SURROUNDINGS, SceneSession
 
 BLOB = SceneObject(object_id="blob", name="Object_07")
+SUNNY = ("shade", "sun")
 SOMETHING = Evidence("encoder", (("wood", 0.2), ("stone", 0.15)))
 GLASS = Evidence("vlm", (("glass", 0.9),))
 
@@ -118,6 +119,16 @@ def test_nothing_is_asked_about_an_object_that_is_known_or_when_nobody_can_be_as
     sure = Evidence("encoder", (("metal", 0.9),))
     assert only(session.recognised(look, sure, {}, 1.0), AskMaterial) == []
     assert unknown_look(asking(BLOB, can_ask=False)) == []
+
+
+def test_what_the_scene_says_lies_in_the_sun_is_warmer_than_the_air():
+    objects = [SceneObject(object_id=id, material="metal", sunlit=id == "sun") for id in SUNNY]
+    session = asking(*objects)
+    found = {
+        id: replies(session.receive(touch(object_id=id), 1.0), Decision)[0].surface_c
+        for id in SUNNY
+    }
+    assert found["shade"] == 22.0 < 30.0 < found["sun"]
 
 
 def test_an_answer_for_a_scene_since_replaced_is_not_believed():

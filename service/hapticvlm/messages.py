@@ -90,7 +90,10 @@ class Shader(Wire, frozen=True):
 
 
 class SceneObject(Wire, frozen=True):
-    """What the scene says of one object; everything but the id is optional."""
+    """What the scene says of one object; everything but the id is optional.
+
+    `sunlit` says whether the sun shines on it now: an object in the sun is warmer than the air.
+    """
 
     object_id: ObjectId
     name: Label | None = None
@@ -98,6 +101,7 @@ class SceneObject(Wire, frozen=True):
     temperature_c: Celsius | None = None
     shader: Shader | None = None
     thickness_m: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
+    sunlit: bool | None = None
 
 
 class Hello(Wire, frozen=True, tag="hello", tag_field="type"):

@@ -25,13 +25,14 @@ def known(material: str) -> str | None:
 def surface_of(
     object_id: str | None, verdict: Verdict, facts: SceneObject | None, ambient: Ambient
 ) -> Surface:
-    """Return the object's surface temperature: stated, by its name, else the ambient."""
+    """Return the object's surface temperature: stated, by its name, by the sun, else the ambient."""
     return surface.surface(
         SurfaceFacts(
             name=facts.name if facts else None,
             object_id=object_id,
             material=known(verdict.material),
             stated_c=facts.temperature_c if facts else None,
+            sunlit=facts.sunlit if facts else None,
         ),
         ambient,
     )

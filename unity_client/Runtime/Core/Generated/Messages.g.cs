@@ -1454,7 +1454,9 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("scene");
     }
 
-    /// <summary>What the scene says of one object; everything but the id is optional.</summary>
+    /// <summary>What the scene says of one object; everything but the id is optional.
+    ///
+    /// `sunlit` says whether the sun shines on it now: an object in the sun is warmer than the air.</summary>
     public struct SceneObject
     {
         public string ObjectId;
@@ -1468,6 +1470,7 @@ namespace HapticVLM.Wire
         public Shader? Shader;
         public double? ThicknessM;
         public const double ThicknessMMax = 10.0;
+        public bool? Sunlit;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
@@ -1478,6 +1481,7 @@ namespace HapticVLM.Wire
             if (TemperatureC != null) count++;
             if (Shader != null) count++;
             if (ThicknessM != null) count++;
+            if (Sunlit != null) count++;
             w.MapHeader(count);
             if (ObjectId == null) throw new WireException("sceneobject: object_id is missing");
             w.Raw(SceneObjectKeys.ObjectId);
@@ -1506,6 +1510,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(SceneObjectKeys.ThicknessM);
                 w.Double(ThicknessM.Value);
+            }
+            if (Sunlit != null)
+            {
+                w.Raw(SceneObjectKeys.Sunlit);
+                w.Bool(Sunlit.Value);
             }
         }
 
@@ -1556,6 +1565,13 @@ namespace HapticVLM.Wire
                         it.ThicknessM = r.Double();
                     }
                 }
+                else if (r.TryKey(SceneObjectKeys.Sunlit))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Sunlit = r.Bool();
+                    }
+                }
                 else
                 {
                     r.Skip();
@@ -1576,6 +1592,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] TemperatureC = MsgPackWriter.Encoded("temperature_c");
         public static readonly byte[] Shader = MsgPackWriter.Encoded("shader");
         public static readonly byte[] ThicknessM = MsgPackWriter.Encoded("thickness_m");
+        public static readonly byte[] Sunlit = MsgPackWriter.Encoded("sunlit");
     }
 
     /// <summary>Settings of this connection's session.</summary>
