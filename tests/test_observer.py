@@ -15,7 +15,7 @@ from hapticvlm.cli import main
 from hapticvlm.perception import drive_threshold_db, threshold_db
 from hapticvlm.study import channels, choose, observer, paper, patterns, predict, presented
 from hapticvlm.study.observer import Percepts
-from hapticvlm.study.percepts import FEATURES, RENDERINGS, percepts
+from hapticvlm.study.percepts import FEATURES, HEAT, RENDERINGS, Noise, percepts, weighed
 from hapticvlm.study.stimuli import StudyError, checked, paper_like
 from hapticvlm.study.warmth import WEBER, warmth_steps
 
@@ -191,10 +191,43 @@ def test_what_is_presented_begins_with_the_contact_and_is_silent_after_the_relea
     skin_c = presented.skin_c(glass)
 
     assert np.abs(wave[: round(0.03 * RATE_HZ)]).max() > 0.02
+    assert wave.size == round((glass.seconds + 2 * presented.STEP_S) * RATE_HZ)
     assert np.abs(wave).max() <= 1.0
     assert not wave[-round(0.01 * RATE_HZ) :].any()
     assert skin_c[0] == pytest.approx(32.0, abs=0.1)
-    assert skin_c[-1] > 33.0
+    assert skin_c[-1] > 35.0
+
+
+@pytest.mark.parametrize("warmth", ["hot", "cold"])
+def test_a_pattern_is_as_warm_as_it_gets_for_the_whole_of_its_strokes(warmth):
+    for pattern in patterns.ours():
+        if pattern.temperature != warmth:
+            continue
+        felt_c = presented.skin_c(pattern)[presented.lead_steps(pattern) :]
+
+        assert np.ptp(felt_c) < 0.6, pattern.name
+        assert np.abs(felt_c - pattern.setpoint_c).max() < 1.0, pattern.name
+
+
+def test_repeated_strokes_bring_the_same_heat_as_one():
+    glass = next(one for one in patterns.ours() if one.interaction == "tap")
+    assert glass.repeats > 1
+    once = presented.skin_c(dataclasses.replace(glass, repeats=1))
+
+    assert presented.skin_c(glass) == pytest.approx(once, abs=0.02)
+
+
+def test_a_hand_that_waits_for_the_plate_is_silent():
+    for pattern in patterns.ours():
+        steps, still = [], []
+        for step, part in presented._hand(pattern):
+            if part is not None and part.is_still and step < presented.lead_steps(pattern):
+                steps.append(part.phase)
+                still.append(presented._touch(pattern, part, 0.0))
+
+        assert len(steps) == presented.lead_steps(pattern)
+        assert set(steps) == {"approach", "slide"}
+        assert all(touch.speed_mps == touch.force_n == 0.0 for touch in still)
 
 
 def test_a_held_tap_does_not_rub():
@@ -228,7 +261,7 @@ def test_the_search_keeps_apart_what_loudness_alone_would_tell_apart():
 
 
 @pytest.fixture(scope="module")
-def noise() -> float:
+def noise() -> Noise:
     return predict.paper_noise()
 
 
@@ -249,7 +282,17 @@ def test_the_calibrated_observer_confuses_most_what_people_confused_most(noise):
     assert observer.recognised(found.counts) == pytest.approx(paper.RECOGNISED, abs=0.01)
     assert found.pairs[0][0] == max(found.pairs, key=lambda pair: pair[2])[0] == "FR-MW"
     assert found.order > 0.3
-    assert found.temperature_slips[1] < 0.01
+    assert found.temperature_slips[1] == pytest.approx(found.temperature_slips[0], abs=0.005)
+
+
+def test_features_in_units_of_their_noise_are_told_apart_as_with_that_noise():
+    some = percepts(patterns.ours())
+    halved = weighed(some, Noise(2.0, 4.0))
+
+    assert halved.steps[..., HEAT] == pytest.approx(some.steps[..., HEAT] / 4.0)
+    alike = weighed(some, Noise(2.0, 2.0))
+    assert (observer.confusion(alike, 1.0, 3) == observer.confusion(some, 2.0, 3)).all()
+    assert np.isfinite(weighed(some, Noise(0.0, 0.0)).steps).all()
 
 
 def test_hot_and_cold_of_one_vibration_differ_by_heat_alone():
@@ -271,6 +314,8 @@ def test_predict_prints_one_json_document_that_says_what_it_is(capsys):
     assert "not people" in document["what"]
     assert np.array(document["counts"]).shape == (10, 10)
     assert "paper_check" not in document
+    assert document["noise"] == {"touch": 2.0, "heat": 2.0}
+    assert all(begin > 35.0 for begin, _ in document["palm_c"][:5])
 
 
 def test_predict_says_in_one_line_what_is_wrong(tmp_path, capsys):

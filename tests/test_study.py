@@ -10,11 +10,13 @@ import pytest
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import share, thermal_contact
+from hapticvlm.rendering.course import BRIEF_LIFT_S
+from hapticvlm.rendering.thermal import LEAD_S, share, thermal_contact
 from hapticvlm.study import log, stimuli
 from hapticvlm.study.log import Log, Plan
 from hapticvlm.study.sitting import Sitting
 from hapticvlm.study.stimuli import StudyError, paper_like
+from hapticvlm.study.stroke import LIFT_S, Part, parts
 from hapticvlm.study.trials import orders, square
 
 NAMES = [stimulus.name for stimulus in paper_like()]
@@ -127,7 +129,8 @@ def test_training_asks_for_the_pattern_felt_least_until_all_were_felt_enough(
 def test_an_object_brings_skin_to_the_setpoint_when_its_pattern_ends() -> None:
     for stimulus in paper_like():
         contact = thermal_contact(MATERIALS[stimulus.material].thermal, stimulus.object_c)
-        change_c = share(contact, stimulus.seconds) * (stimulus.object_c - NEUTRAL_C)
+        held_s = stimulus.lead_s + stimulus.seconds
+        change_c = share(contact, held_s) * (stimulus.object_c - NEUTRAL_C)
         assert NEUTRAL_C + change_c == pytest.approx(stimulus.setpoint_c, abs=1e-6)
 
 
@@ -140,6 +143,7 @@ def test_an_object_brings_skin_to_the_setpoint_when_its_pattern_ends() -> None:
         ({"setpoint_c": float("nan")}, "setpoint_c"),
         ({"seconds": 0.0}, "seconds"),
         ({"repeats": 0}, "repeats"),
+        ({"lead_s": 0.0}, "lead_s"),
         ({"name": "../x"}, "name"),
         ({"material": "fabric", "setpoint_c": 18.0}, "cannot carry"),
     ],
@@ -175,3 +179,19 @@ def test_patterns_must_differ_in_name_and_in_factors() -> None:
         stimuli.checked([one, replace(one, name="other")])
     with pytest.raises(StudyError, match="2 to"):
         stimuli.checked([one])
+
+
+@pytest.mark.parametrize("lead_s", [LEAD_S, 0.3, 6.0])
+def test_the_hand_leads_and_strokes_for_as_long_as_the_pattern_says(lead_s: float) -> None:
+    taps = replace(paper_like()[1], lead_s=lead_s)
+    course = parts(taps)
+    first = next(i for i, part in enumerate(course) if part.phase == "contact")
+    assert sum(part.seconds for part in course[:first]) == pytest.approx(lead_s)
+    assert sum(part.seconds for part in course[first:]) == pytest.approx(taps.seconds)
+    assert [part.phase for part in course].count("contact") == taps.repeats
+    assert course[0] == Part("approach", min(lead_s, LEAD_S) if lead_s == 6.0 else lead_s)
+    assert course[-1].phase == "contact"
+
+
+def test_a_lift_is_brief_enough_for_the_plate_to_take_strokes_as_one_contact() -> None:
+    assert LIFT_S + 0.02 < BRIEF_LIFT_S

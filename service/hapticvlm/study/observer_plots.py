@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from hapticvlm.study.percepts import Noise
     from hapticvlm.study.predict import PaperCheck, Prediction
 
 DPI = 100
@@ -30,7 +31,7 @@ def draw_matrix(prediction: Prediction, path: Path) -> Path:
     _matrix(axes[0], prediction.counts, prediction.names)
     axes[0].set_title(
         f"Machine observer (simulated, no person): {prediction.recognised:.1%} of "
-        f"{len(prediction.names)} patterns\nat {prediction.noise:.2f} Weber steps of noise",
+        f"{len(prediction.names)} patterns\n{_noise(prediction.noise)}",
         fontsize=10,
     )
     return _save(figure, path)
@@ -43,8 +44,9 @@ def draw_check(check: PaperCheck, people: _Counts, codes: Sequence[str], path: P
     axes[0].set_title("The paper's nine people, 450 trials", fontsize=10)
     _matrix(axes[1], check.counts, codes)
     axes[1].set_title(
-        "Machine observer (simulated) on a set like the paper's,\nnoise fitted to the same "
-        f"84.67 % ({check.noise:.2f} Weber steps); order of pairs: rho {check.order:.2f}",
+        "Machine observer (simulated) on a set like the paper's, fitted to the same 84.67 %\n"
+        f"and 4.2 % of hot-cold slips ({_noise(check.noise)}); order of pairs: rho "
+        f"{check.order:.2f}",
         fontsize=10,
     )
     return _save(figure, path)
@@ -58,7 +60,7 @@ def draw_curves(curves: Mapping[str, Sequence[tuple[float, float]]], path: Path)
         factors, shares = zip(*points, strict=True)
         panel.plot(factors, [100.0 * share for share in shares], "o-", color=colour, label=name)
     panel.axhline(100.0 * GOAL, color=PEOPLE, ls="--", lw=1.0, label="goal for ten: 95 %")
-    panel.axvline(1.0, color=PEOPLE, ls=":", lw=1.0, label="noise that fits the paper's 84.67 %")
+    panel.axvline(1.0, color=PEOPLE, ls=":", lw=1.0, label="noise that fits the paper")
     panel.set_xscale("log")
     panel.set_xticks([0.5, 0.7, 1.0, 1.4, 2.0], ["0.5", "0.7", "1", "1.4", "2"])
     panel.minorticks_off()
@@ -69,6 +71,10 @@ def draw_curves(curves: Mapping[str, Sequence[tuple[float, float]]], path: Path)
     panel.grid(alpha=0.3)
     panel.legend(fontsize=9, loc="lower left")
     return _save(figure, path)
+
+
+def _noise(noise: Noise) -> str:
+    return f"noise {noise.touch:.2f} Weber steps of vibration, {noise.heat:.2f} of heat"
 
 
 def _matrix(axes: Axes, counts: _Counts, names: Sequence[str]) -> None:

@@ -3,10 +3,11 @@
 The five vibrations are the paper's. Their strokes were picked by `hapticvlm study choose` among
 `candidates()` as those the machine observer would mistake least, with a level error of 6 dB allowed
 for: a long fast carve (dense breaks), quick hard taps, one hard blow, a slow light rub (low pitch)
-and a fast swing (high pitch). Nobody has felt them yet. The plate: within a pattern's 2.4 s the
-heating current brings the skin up by 2 degC at most, whatever is asked for, so HOT_C is the mildest
-setpoint that gets all of it; COLD_C is as far below neutral as the strongest thermal icons people
-told the direction of in 94 % of cases (6 degC; Wilson, Brewster).
+and a fast swing (high pitch). Nobody has felt them yet. The plate: the heating current warms the
+palm by 2 degC in the 2.4 s of a stroke, whatever is asked for, so the palm rests on the object for
+PALM_LEAD_S before it; then HOT_C is the mildest setpoint that gets all of what the current gives.
+COLD_C is as far below neutral as the strongest thermal icons people told the direction of in 94 %
+of cases (6 degC; Wilson, Brewster). All patterns wait alike, so that waiting tells nothing.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from hapticvlm.study.paper import TEMPERATURES
 from hapticvlm.study.stimuli import Stimulus
 
 HOT_C, COLD_C = 36.0, 26.0
+PALM_LEAD_S = 6.0
 _ANY_C = 32.0
 
 
@@ -33,6 +35,7 @@ def _vibration(name: str, material: str, interaction: str, stroke: _Stroke) -> S
         speed_mps=speed_mps,
         force_n=force_n,
         repeats=repeats,
+        lead_s=PALM_LEAD_S,
     )
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.study import presented
 from hapticvlm.study.channels import CHANNELS, WINDOWS_S, vibration_steps
@@ -18,6 +20,20 @@ from hapticvlm.study.warmth import warmth_steps
 
 RENDERINGS = tuple(range(1, 7))  # seeds; a study's pattern is rendered anew each time
 _KEPT = 4096
+_LEAST_NOISE = 1e-6  # Weber steps: none at all, yet no unit to divide by
+_STROKES = ("speed_mps", "force_n", "seconds", "repeats")
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Standard deviation of what is felt, in Weber steps of vibration and of heat."""
+
+    touch: float
+    heat: float
+
+    def scaled(self, by: float) -> Noise:
+        """Return so many times the noise."""
+        return Noise(by * self.touch, by * self.heat)
 
 
 def _windows() -> tuple[str, ...]:
@@ -41,8 +57,23 @@ def percepts(stimuli: Sequence[Stimulus], seeds: Sequence[int] = RENDERINGS) -> 
 
 def touch(stimulus: Stimulus, seed: int) -> NDArray[np.float64]:
     """Return the steps of the vibration alone, (TOUCH,), which neither name nor heat changes."""
-    same = {"name": "any", "vibration": "any", "temperature": "any", "setpoint_c": 32.0}
-    return _touch(dataclasses.replace(stimulus, **same), seed)  # type: ignore[arg-type]
+    same = Stimulus("any", "any", "any", stimulus.material, stimulus.interaction, NEUTRAL_C)
+    strokes = {name: getattr(stimulus, name) for name in _STROKES}
+    return _touch(dataclasses.replace(same, **strokes), seed)
+
+
+def weighed(felt: Percepts, noise: Noise) -> Percepts:
+    """Put features in units of their noise, so that each has a noise of 1."""
+    units = np.empty(len(FEATURES))
+    units[TOUCH], units[HEAT] = noise.touch, noise.heat
+    units = np.maximum(units, _LEAST_NOISE)
+    return Percepts(felt.names, felt.steps / units)
+
+
+def palm_c(stimulus: Stimulus) -> tuple[float, float]:
+    """Skin on the simulated plate as the first stroke begins and as the last ends, degC."""
+    skin_c = _skin_c(stimulus)
+    return float(skin_c[presented.lead_steps(stimulus)]), float(skin_c[-1])
 
 
 def _steps(stimulus: Stimulus, seed: int) -> NDArray[np.float64]:
@@ -54,6 +85,10 @@ def _touch(stimulus: Stimulus, seed: int) -> NDArray[np.float64]:
     return vibration_steps(presented.wave(stimulus, seed), RATE_HZ)
 
 
-@lru_cache(maxsize=_KEPT)
 def _heat(stimulus: Stimulus) -> NDArray[np.float64]:
-    return warmth_steps(presented.skin_c(stimulus), presented.STEP_S)
+    return warmth_steps(_skin_c(stimulus), presented.STEP_S)
+
+
+@lru_cache(maxsize=_KEPT)
+def _skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
+    return presented.skin_c(stimulus)

@@ -1,8 +1,8 @@
 """Plays patterns through a running service, as the scene that owns its outputs.
 
-A stroke is what a hand in a scene would send: approach (the plate leads), contact, contact renewed
-while it lasts, a short lift before each repeat, release. Between patterns the palm lies on metal at
-neutral, which brings plate and modelled skin back sooner than letting go. Knows no study.
+The hand does what stroke.py says, each touch renewed while it lasts. Between patterns the palm lies
+on metal at neutral, which brings plate and modelled skin back sooner than letting go. Knows no
+study.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.client import Client, Refused
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import LEAD_S
 from hapticvlm.study.stimuli import Stimulus, StudyError
+from hapticvlm.study.stroke import Part, parts
 
 TOUCH_S = 0.06  # between touches: a lease of 0.25 s survives three lost ones
-LIFT_S = 0.06  # of the hand before a repeated stroke
 AMBIENT_C = 22.0
 SPOILING = ("dose", "sink")  # limits under which a warm or cold pattern is not what it should be
 TELEMETRY_S = 2.0
+SILENT = "the speaker played nothing: see to it and to its level, then go on"
 _GONE = (ConnectionError, ConnectionClosed)  # a service that answers no more
 
 
@@ -35,12 +35,16 @@ class Trouble(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What the service said while it played: at the end of the stroke, or worst during it."""
+    """What the service said while it played: at the end of the stroke, or worst during it.
 
+    `onset_plate_c` is the plate as the first stroke began. No level: no telemetry came meanwhile.
+    """
+
+    onset_plate_c: float | None
     plate_c: float | None
     setpoint_c: float | None
     limited_by: str | None
-    speaker_level: float
+    speaker_level: float | None
     underruns: int
 
 
@@ -53,7 +57,7 @@ class Player:
         self._telemetry: dict[str, Any] = {}
         self._heard_at = float("-inf")
         self._limited_by: str | None = None
-        self._level = 0.0
+        self._level: float | None = None
         self._news = asyncio.Event()
 
     @property
@@ -80,7 +84,7 @@ class Player:
                 self._telemetry = event
                 self._heard_at = time.monotonic()
                 self._news.set()
-                self._level = max(self._level, event["speaker_level"])
+                self._level = max(self._level or 0.0, event["speaker_level"])
             elif event["type"] == "decision" and event.get("limited_by"):
                 self._limited_by = event["limited_by"]
 
@@ -116,36 +120,42 @@ class Player:
 
         Raises Trouble when the devices could not present it as it is meant.
         """
-        self._limited_by, self._level = None, 0.0
+        self._limited_by = self._level = None
         underruns = self._telemetry.get("underruns", 0)
         await self.release()
         try:
-            await self._hold("approach", stimulus, LEAD_S)
-            self._check()
-            for stroke in range(stimulus.repeats):
-                await self._touch("contact", stimulus)
-                if stroke == 0:
-                    begun()
-                each_s = stimulus.seconds / stimulus.repeats
-                is_last = stroke == stimulus.repeats - 1
-                await self._hold("contact", stimulus, each_s if is_last else each_s - LIFT_S)
-                if not is_last:
-                    await self._hold("approach", stimulus, LIFT_S)
+            onset_plate_c = await self._stroke(stimulus, begun)
             self._check()
             plate_c, setpoint_c = (self._telemetry.get(k) for k in ("plate_c", "setpoint_c"))
             await self.release()
             await self._hear()
-            return Played(
-                plate_c,
-                setpoint_c,
-                self._limited_by,
-                self._level,
-                self._telemetry.get("underruns", 0) - underruns,
-            )
         except (Refused, *_GONE) as error:
             raise Trouble(_said(error)) from None
         finally:
             await self.release()
+        if self._level == 0.0:
+            raise Trouble(SILENT)
+        return Played(
+            onset_plate_c,
+            plate_c,
+            setpoint_c,
+            self._limited_by,
+            self._level,
+            self._telemetry.get("underruns", 0) - underruns,
+        )
+
+    async def _stroke(self, stimulus: Stimulus, begun: Callable[[], None]) -> float | None:
+        """Move the hand; return the plate's temperature as the first stroke began."""
+        onset_plate_c, has_begun = None, False
+        for part in parts(stimulus):
+            if part.phase == "contact" and not has_begun:
+                self._check()
+                onset_plate_c = self._telemetry.get("plate_c")
+                await self._touch("contact", stimulus)
+                begun()
+                has_begun = True
+            await self._hold(part, stimulus)
+        return onset_plate_c
 
     async def _hear(self) -> None:
         """Wait for the telemetry that covers the end of a stroke; the next but one surely does."""
@@ -174,19 +184,20 @@ class Player:
         except _GONE:
             return  # without a connection the outputs are at rest already
 
-    async def _hold(self, phase: str, stimulus: Stimulus, seconds: float) -> None:
-        until = time.monotonic() + seconds
+    async def _hold(self, part: Part, stimulus: Stimulus) -> None:
+        until = time.monotonic() + part.seconds
         while (left := until - time.monotonic()) > 0.0:
-            await self._touch(phase, stimulus)
+            await self._touch(part.phase, stimulus)
             await asyncio.sleep(min(TOUCH_S, left))
 
     async def _touch(self, phase: str, stimulus: Stimulus) -> None:
+        strokes = phase == "contact"
         await self._client.touch(
             phase,
             stimulus.name,
-            interaction=stimulus.interaction,
-            speed_mps=stimulus.speed_mps,
-            force_n=stimulus.force_n,
+            interaction="slide" if phase == "slide" else stimulus.interaction,
+            speed_mps=stimulus.speed_mps if strokes else 0.0,
+            force_n=stimulus.force_n if strokes else 0.0,
         )
 
 

@@ -1,7 +1,8 @@
 """What the machine observer makes of a set of patterns: a prediction, never a person's answer.
 
-Its noise is calibrated so that a set like the paper's is recognised as often as nine people
-recognised the paper's. What that proves: a set that this observer confuses leaves little in these
+Its two noises are calibrated on a set like the paper's: that of heat so that hot and cold are taken
+for each other as often as nine people took the paper's, that of vibration so that the whole is
+recognised as often. What that proves: a set that this observer confuses leaves little in these
 channels to tell its patterns apart by, and one set leaves more than another. What it does not:
 that people reach the figure. The paper's recordings, levels and temperatures are unpublished, so
 the set like it is a guess; channel slopes and the speaker's level are partly from memory; nothing
@@ -19,7 +20,7 @@ from scipy.stats import spearmanr
 
 from hapticvlm.study import observer, paper
 from hapticvlm.study.observer import Percepts
-from hapticvlm.study.percepts import FEATURES, HEAT, TOUCH, percepts
+from hapticvlm.study.percepts import FEATURES, HEAT, TOUCH, Noise, palm_c, percepts, weighed
 from hapticvlm.study.stimuli import Stimulus, paper_like
 
 CALIBRATION_SEED, REPORT_SEED = 11, 5
@@ -41,10 +42,13 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """What the observer does with one set at one noise (Weber steps); shares are 0..1."""
+    """What the observer does with one set at one noise; shares are 0..1.
+
+    `palm_c` is skin on the simulated plate as each pattern's first stroke begins and its last ends.
+    """
 
     names: tuple[str, ...]
-    noise: float
+    noise: Noise
     recognised: float
     counts: _Counts
     pairs: tuple[Pair, ...]
@@ -53,6 +57,7 @@ class Prediction:
     touch_only: float
     heat_only: float
     curve: tuple[tuple[float, float], ...]
+    palm_c: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,24 +68,36 @@ class PaperCheck:
     the people's and the observer's share of confusions, most confused by people first.
     """
 
-    noise: float
+    noise: Noise
     counts: _Counts
     order: float
     pairs: tuple[tuple[str, float, float], ...]
     temperature_slips: tuple[float, float]
 
 
-def paper_noise() -> float:
-    """Noise in Weber steps at which a set like the paper's is recognised as the paper's was."""
-    return observer.calibrate(
-        percepts(paper_like()), paper.RECOGNISED, CALIBRATION_SEED, CALIBRATION_TRIALS
-    )
+def paper_noise() -> Noise:
+    """Noise at which a set like the paper's is confused as often as the paper's was."""
+    felt = percepts(paper_like())
+    seed, trials = CALIBRATION_SEED, CALIBRATION_TRIALS
+    warm = felt.only(HEAT)
+
+    def told_warm(heat: float) -> float:
+        return 1.0 - _slips(observer.confusion(warm, heat, seed, trials))
+
+    heat = observer.solve(told_warm, 1.0 - _slips(paper.confusion()))
+
+    def recognised(touch: float) -> float:
+        weighed_felt = weighed(felt, Noise(touch, heat))
+        return observer.recognised(observer.confusion(weighed_felt, 1.0, seed, trials))
+
+    return Noise(observer.solve(recognised, paper.RECOGNISED), heat)
 
 
-def predict(stimuli: Sequence[Stimulus], noise: float) -> Prediction:
+def predict(stimuli: Sequence[Stimulus], noise: Noise) -> Prediction:
     """Predict how a set would be recognised and confused, with baselines beside it."""
-    felt = percepts(stimuli)
-    counts = observer.confusion(felt, noise, REPORT_SEED)
+    raw = percepts(stimuli)
+    felt = weighed(raw, noise)
+    counts = observer.confusion(felt, 1.0, REPORT_SEED)
     return Prediction(
         felt.names,
         noise,
@@ -88,10 +105,11 @@ def predict(stimuli: Sequence[Stimulus], noise: float) -> Prediction:
         counts,
         confused(counts, felt.names),
         1.0 / len(felt.names),
-        _best_feature(felt, noise),
-        _share(felt.only(TOUCH), noise),
-        _share(felt.only(HEAT), noise),
-        tuple((factor, _share(felt, factor * noise)) for factor in FACTORS),
+        _best_feature(felt),
+        _share(felt.only(TOUCH)),
+        _share(felt.only(HEAT)),
+        tuple((factor, _share(weighed(raw, noise.scaled(factor)))) for factor in FACTORS),
+        tuple(palm_c(stimulus) for stimulus in stimuli),
     )
 
 
@@ -106,9 +124,10 @@ def confused(counts: _Counts, names: Sequence[str]) -> tuple[Pair, ...]:
     return tuple(sorted(pairs, key=lambda pair: -pair.share)[:_PAIRS_SHOWN])
 
 
-def check(noise: float) -> PaperCheck:
+def check(noise: Noise) -> PaperCheck:
     """Put the observer's confusions of the set like the paper's beside the people's."""
-    counts = observer.confusion(percepts(paper_like()), noise, REPORT_SEED)
+    felt = weighed(percepts(paper_like()), noise)
+    counts = observer.confusion(felt, 1.0, REPORT_SEED)
     people, machine = _by_pair(paper.confusion()), _by_pair(counts)
     rank = float(spearmanr(list(people.values()), list(machine.values())).statistic)
     rows = sorted(((name, people[name], machine[name]) for name in people), key=lambda row: -row[1])
@@ -132,11 +151,12 @@ def _slips(counts: _Counts) -> float:
     return float(1.0 - np.trace(by_temperature) / counts.sum())
 
 
-def _best_feature(felt: Percepts, noise: float) -> tuple[str, float]:
-    shares = [_share(felt.only([column]), noise) for column in range(len(FEATURES))]
+def _best_feature(felt: Percepts) -> tuple[str, float]:
+    shares = [_share(felt.only([column])) for column in range(len(FEATURES))]
     best = int(np.argmax(shares))
     return FEATURES[best], shares[best]
 
 
-def _share(felt: Percepts, noise: float) -> float:
-    return observer.recognised(observer.confusion(felt, noise, REPORT_SEED))
+def _share(felt: Percepts) -> float:
+    """Share recognised of patterns in units of the noise."""
+    return observer.recognised(observer.confusion(felt, 1.0, REPORT_SEED))

@@ -1,8 +1,7 @@
 """What a palm would get of a pattern: the product's own session, voices and simulated plate. Pure.
 
-A hand does what player.py has it do, in virtual time: it approaches, makes contact, holds it, lifts
-before each repeat and lets go. Whatever the session asks for is rendered, so that limits, leads,
-levels and the plate's sloth are those of the service.
+A hand does what stroke.py says, in virtual time, and lets go. Whatever the session asks for is
+rendered, so that limits, leads, levels and the plate's sloth are those of the service.
 """
 
 from __future__ import annotations
@@ -15,18 +14,17 @@ from numpy.typing import NDArray
 
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import Interaction, Phase, Scene, SceneObject, Touch
+from hapticvlm.messages import Interaction, Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import LEAD_S
 from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ
 from hapticvlm.rendering.voices import Voices
 from hapticvlm.session.actions import Action, Feel, Heat, LetGo
 from hapticvlm.session.drive import AT_REST
 from hapticvlm.session.scene import SceneSession
 from hapticvlm.study.stimuli import Stimulus
+from hapticvlm.study.stroke import Part, parts
 
 STEP_S = 0.02  # of the session's tick and of the hand's messages
-_LIFT_STEPS = 3  # of the hand before a repeated stroke
 _FADE_STEPS = 2  # a release is silent within 20 ms
 _AMBIENT_C = 22.0
 
@@ -37,12 +35,12 @@ def wave(stimulus: Stimulus, seed: int) -> NDArray[np.float32]:
     session = _session(stimulus)
     count = round(STEP_S * RATE_HZ)
     blocks = []
-    for step, phase in _hand(stimulus):
+    for step, part in _hand(stimulus):
         now = step * STEP_S
-        for action in session.receive(_touch(stimulus, phase, now), now):
+        for action in session.receive(_touch(stimulus, part, now), now):
             _sound(voices, action, seed)
         blocks.append(voices.render(count, now))
-    return np.concatenate(blocks[_lead_steps() :])
+    return np.concatenate(blocks[lead_steps(stimulus) :])
 
 
 def skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
@@ -51,11 +49,11 @@ def skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
     plate.command(NEUTRAL_C, STEP_S, 0.0)
     session = _session(stimulus)
     found = [plate.skin_c]
-    for step, phase in _hand(stimulus):
-        if phase == "release":
+    for step, part in _hand(stimulus):
+        if part is None:
             break
         now = step * STEP_S
-        session.receive(_touch(stimulus, phase, now), now)
+        session.receive(_touch(stimulus, part, now), now)
         for action in session.tick(now, plate.advance(now)):
             if isinstance(action, Heat):
                 plate.command(action.setpoint_c, action.ttl_s, now)
@@ -64,22 +62,22 @@ def skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
     return np.array(found)
 
 
-def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Phase]]:
-    """Yield what the hand says at each step, up to and past its release."""
-    lead = _lead_steps()
-    held = round(stimulus.seconds / STEP_S)
-    for step in range(lead):
-        yield step, "approach"
-    each = held / stimulus.repeats
-    for step in range(held):
-        is_lifting = step % each >= each - _LIFT_STEPS and step < held - each
-        yield lead + step, "approach" if is_lifting else "contact"
-    for step in range(_FADE_STEPS):
-        yield lead + held + step, "release"
+def lead_steps(stimulus: Stimulus) -> int:
+    """Return the steps from the approach to the first contact."""
+    return round(stimulus.lead_s / STEP_S)
 
 
-def _lead_steps() -> int:
-    return round(LEAD_S / STEP_S)
+def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Part | None]]:
+    """Yield what the hand does at each step; None: it lets go."""
+    step, ends_s = 0, 0.0
+    for part in parts(stimulus):
+        ends_s += part.seconds
+        while step < round(ends_s / STEP_S):
+            yield step, part
+            step += 1
+    for _ in range(_FADE_STEPS):
+        yield step, None
+        step += 1
 
 
 def _session(stimulus: Stimulus) -> SceneSession:
@@ -91,17 +89,18 @@ def _session(stimulus: Stimulus) -> SceneSession:
     return session
 
 
-def _touch(stimulus: Stimulus, phase: Phase, now: float) -> Touch:
+def _touch(stimulus: Stimulus, part: Part | None, now: float) -> Touch:
     manner: Interaction = stimulus.interaction  # type: ignore[assignment]  # checked by Stimulus
+    strokes = part is not None and not part.is_still
     return Touch(
         id=1,
-        phase=phase,
+        phase="release" if part is None else part.phase,
         captured_at=now,
         hand="right",
-        speed_mps=stimulus.speed_mps,
-        force_n=stimulus.force_n,
+        speed_mps=stimulus.speed_mps if strokes else 0.0,
+        force_n=stimulus.force_n if strokes else 0.0,
         object_id=stimulus.name,
-        interaction=manner,
+        interaction="slide" if part is not None and part.phase == "slide" else manner,
     )
 
 

@@ -2,7 +2,7 @@
 
 A file of patterns holds one `[[pattern]]` table each, with the fields of `Stimulus`. The plate's
 setpoint is given as such; what is told to the service is the object that would bring skin there
-within the stimulus, so that the contact model, its lead and its limits stay in force.
+by the stimulus's end, so that the contact model, its lead and its limits stay in force.
 """
 
 from __future__ import annotations
@@ -16,7 +16,13 @@ from typing import Any, get_args
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.messages import Interaction
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import SETPOINT_MAX_C, SETPOINT_MIN_C, share, thermal_contact
+from hapticvlm.rendering.thermal import (
+    LEAD_S,
+    SETPOINT_MAX_C,
+    SETPOINT_MIN_C,
+    share,
+    thermal_contact,
+)
 
 MOST_PATTERNS = 40
 OBJECT_C = (-100.0, 400.0)  # degC, what the protocol takes as an object's temperature
@@ -32,7 +38,8 @@ class StudyError(Exception):
 class Stimulus:
     """One pattern; `repeats` strokes spread over `seconds`, the plate on its way to `setpoint_c`.
 
-    `vibration` and `temperature` name the two factors, as columns of the data have them.
+    The palm rests on the object, still, for `lead_s` before the first stroke. `vibration` and
+    `temperature` name the two factors, as columns of the data have them.
     """
 
     name: str
@@ -45,6 +52,7 @@ class Stimulus:
     force_n: float = 1.5
     seconds: float = 2.4
     repeats: int = 1
+    lead_s: float = LEAD_S
 
     def __post_init__(self) -> None:
         for fault in self._faults():
@@ -65,9 +73,11 @@ class Stimulus:
 
     @property
     def object_c(self) -> float:
-        """Temperature of an object of this material that brings skin to the setpoint, degC."""
+        """Temperature of an object of this material that brings skin to the setpoint at last."""
         contact = thermal_contact(MATERIALS[self.material].thermal, NEUTRAL_C)
-        return NEUTRAL_C + (self.setpoint_c - NEUTRAL_C) / share(contact, self.seconds)
+        return NEUTRAL_C + (self.setpoint_c - NEUTRAL_C) / share(
+            contact, self.lead_s + self.seconds
+        )
 
     def described(self) -> dict[str, str]:
         """Tell what a page shows of it."""
@@ -86,6 +96,7 @@ _RANGES = {
     "force_n": (0.0, 200.0),
     "seconds": (0.1, _LONGEST_S),
     "repeats": (1, 20),
+    "lead_s": (LEAD_S, _LONGEST_S),
 }
 
 # The paper's five, strokes chosen by us: its recordings, levels and durations are unpublished.
