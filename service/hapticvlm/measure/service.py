@@ -34,7 +34,7 @@ class Service:
     @property
     def page(self) -> str:
         """The status page's address."""
-        return self.url.replace("ws://", "http://")
+        return self.url.replace("ws", "http", 1)
 
     def stop(self, seconds: float = 10.0) -> int:
         """Ask it to stop and return its exit code."""
@@ -88,7 +88,7 @@ def _read(service: Service, ready: threading.Event) -> None:
     with contextlib.suppress(ValueError):
         for line in service.process.stdout:
             service.said.append(line)
-            found = re.search(r"ready on (ws://\S+)", line)
+            found = re.search(r"ready on (wss?://\S+)", line)
             if found:
                 service.url = found.group(1)
                 ready.set()
