@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,10 @@ def _add_stream(commands: Commands) -> None:
     stream.set_defaults(run=_stream)
     stream.add_argument("capture", type=Path, help="capture folder or video file")
     stream.add_argument("--url", default=DEFAULT_URL, help="service (%(default)s)")
-    stream.add_argument("--token", help="the service's secret")
+    stream.add_argument("--token", help="the service's secret (HAPTICVLM_TOKEN)")
+    stream.add_argument(
+        "--ca", type=Path, metavar="FILE", help="trust this authority for wss://, PEM"
+    )
     stream.add_argument("--fast", action="store_true", help="as fast as answers come back")
     stream.add_argument("--no-masks", action="store_true", help="send regions instead of masks")
     stream.add_argument("--json", action="store_true", help="print decisions as JSON lines")
@@ -41,12 +45,11 @@ def _add_demo(commands: Commands) -> None:
 
 
 def _stream(options: argparse.Namespace) -> int:
-    from hapticvlm.client.stream import run
+    from hapticvlm.client.stream import Target, run
 
     return run(
         options.capture,
-        options.url,
-        token=options.token,
+        Target(options.url, options.token or os.environ.get("HAPTICVLM_TOKEN"), options.ca),
         fast=options.fast,
         with_masks=not options.no_masks,
         as_json=options.json,

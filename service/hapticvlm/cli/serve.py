@@ -31,16 +31,13 @@ def _serve(options: argparse.Namespace) -> int:
     from hapticvlm.child import ChildError
     from hapticvlm.cli import service
     from hapticvlm.devices.peltier import DeviceError
-    from hapticvlm.server.edge import Address
 
     if options.log_level == "warning":
         logging.getLogger("hapticvlm").setLevel(logging.INFO)
     logging.getLogger("websockets").setLevel(logging.WARNING)
     try:
         serving = serve_options.settle(options)
-        origins = frozenset(serving.allow_origin)
-        address = Address(serving.host, serving.port, serving.token, origins, serving.scene)
-        asyncio.run(service.run(serving, address))
+        asyncio.run(service.run(serving, service.address(serving)))
     except (ValueError, OSError, ChildError, DeviceError) as error:
         print(f"hapticvlm serve: {error}", file=sys.stderr)
         return 2

@@ -28,6 +28,8 @@ from hapticvlm.recognition.eye import Look
 from hapticvlm.recognition.own import read_folder, table_with
 from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
 from hapticvlm.rendering.playback import Correction
+from hapticvlm.server import certificate
+from hapticvlm.server.certificate import Certificate
 from hapticvlm.server.edge import Address, Edge, Offer
 from hapticvlm.server.gateway import Gateway, ObserverLog
 from hapticvlm.server.recorder import Recorder
@@ -47,7 +49,19 @@ class Parts:
     table: Mapping[str, Material]
 
 
-async def run(serving: Serving, address: Address) -> None:
+def address(serving: Serving) -> Address:
+    """Return where to listen and whom to let in. Raises ValueError."""
+    return Address(
+        serving.host,
+        serving.port,
+        serving.token,
+        frozenset(serving.allow_origin),
+        serving.scene,
+        _certificate(serving),
+    )
+
+
+async def run(serving: Serving, where: Address) -> None:
     """Run the service until SIGINT or SIGTERM.
 
     Raises ValueError, OSError, ChildError and DeviceError for what cannot be put together.
@@ -59,14 +73,14 @@ async def run(serving: Serving, address: Address) -> None:
     logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))
     try:
         await _start(parts, gateway)
-        edge = Edge(address, gateway, _offer(serving, parts), time.monotonic)
+        edge = Edge(where, gateway, _offer(serving, parts), time.monotonic)
         has_priority = not serving.no_realtime and _take_priority()
         async with edge.listen() as port, asyncio.TaskGroup() as tasks:
             running = [
                 tasks.create_task(gateway.run_ticks()),
                 tasks.create_task(gateway.run_telemetry()),
             ]
-            _say_ready(address.host, port, _devices(parts), has_priority)
+            _say_ready(where, port, _devices(parts), has_priority)
             _say_vlm(serving)
             await stopping.wait()
             gateway.close()
@@ -95,6 +109,14 @@ def _make(serving: Serving) -> Parts:
         recorder=_recorder(serving),
         table=table,
     )
+
+
+def _certificate(serving: Serving) -> Certificate | None:
+    if serving.tls_cert is None and serving.tls_key is None:
+        return None
+    if serving.tls_cert is None or serving.tls_key is None:
+        raise ValueError("--tls-cert and --tls-key go together: state both")
+    return certificate.load(serving.tls_cert, serving.tls_key)
 
 
 def _recorder(serving: Serving) -> Recorder | None:
@@ -197,10 +219,11 @@ def _say_vlm(serving: Serving) -> None:
         print(f"  vlm          {serving.vlm or 'the default'}, loading", flush=True)
 
 
-def _say_ready(host: str, port: int, devices: Devices, has_priority: bool) -> None:
-    shown = f"[{host}]" if ":" in host else host
-    print(f"hapticvlm {__version__} ready on ws://{shown}:{port}/", flush=True)
-    print(f"  status page  http://{shown}:{port}/")
+def _say_ready(where: Address, port: int, devices: Devices, has_priority: bool) -> None:
+    shown = f"[{where.host}]" if ":" in where.host else where.host
+    s = "" if where.certificate is None else "s"
+    print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
+    print(f"  status page  http{s}://{shown}:{port}/")
     for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
         print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
     print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)

@@ -58,6 +58,13 @@ class Serving:
             env="HAPTICVLM_TOKEN",
         ),
     ] = field(default=None, repr=False)
+    tls_cert: Annotated[
+        Path | None,
+        Flag(CONNECTIONS, "serve wss:// and https:// with this certificate, PEM", metavar="FILE"),
+    ] = None
+    tls_key: Annotated[
+        Path | None, Flag(CONNECTIONS, "its private key, PEM, without passphrase", metavar="FILE")
+    ] = None
     allow_origin: Annotated[
         tuple[str, ...],
         Flag(

@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import ssl
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 import msgpack
@@ -140,6 +142,14 @@ class Client:
         self.events.put_nowait(message)
 
 
+def trusting(ca: Path) -> ssl.SSLContext:
+    """Return what to give `connect` as `tls` for a service certified by this CA, a PEM file.
+
+    Raises OSError.
+    """
+    return ssl.create_default_context(cafile=ca)
+
+
 @asynccontextmanager
 async def connect(
     url: str = "ws://127.0.0.1:8790/",
@@ -147,10 +157,15 @@ async def connect(
     name: str = "hapticvlm-python",
     role: str = "scene",
     token: str | None = None,
+    tls: ssl.SSLContext | None = None,
 ) -> AsyncIterator[Client]:
-    """Connect and say hello. Raises Refused, or OSError when nobody listens."""
+    """Connect and say hello; `tls` says whom to trust for wss, by default whom the system does.
+
+    Raises Refused, OSError when nobody listens or its certificate is not trusted.
+    """
+    encrypted: dict[str, Any] = {} if tls is None else {"ssl": tls}
     async with open_socket(
-        url, compression=None, max_size=None, ping_interval=None, proxy=None
+        url, compression=None, max_size=None, ping_interval=None, proxy=None, **encrypted
     ) as socket:
         hello = {
             "type": "hello",

@@ -8,19 +8,23 @@ from __future__ import annotations
 
 import asyncio
 import json
+import ssl
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from websockets.exceptions import InvalidURI, WebSocketException
 
 from hapticvlm.captures import Capture, CaptureError, Line, read
-from hapticvlm.client.connection import Client, Message, Refused, connect
+from hapticvlm.client.connection import Client, Message, Refused, connect, trusting
 
 ANSWER_S = 5.0
 
@@ -80,31 +84,50 @@ async def stream(
     return outcome
 
 
-def run(
-    path: Path, url: str, *, token: str | None, fast: bool, with_masks: bool, as_json: bool
-) -> int:
+@dataclass(frozen=True, slots=True)
+class Target:
+    """The service to send to; `ca` is the authority to trust for wss, a PEM file."""
+
+    url: str
+    token: str | None = None
+    ca: Path | None = None
+
+
+def run(path: Path, to: Target, *, fast: bool, with_masks: bool, as_json: bool) -> int:
     """Stream one capture, showing progress, decisions as they change and a summary."""
-    console = Console(stderr=as_json)
     try:
-        capture = read(path)
-        return asyncio.run(_run(capture, url, console, token, fast, with_masks, as_json))
+        tls = None if to.ca is None else trusting(to.ca)
+    except OSError as error:
+        print(f"hapticvlm stream: --ca {to.ca}: {error.strerror}", file=sys.stderr)
+        return 2
+    service = partial(connect, to.url, name="hapticvlm stream", token=to.token, tls=tls)
+    try:
+        return asyncio.run(_run(read(path), service, fast, with_masks, as_json))
     except (CaptureError, Refused) as error:
         print(f"hapticvlm stream: {error}", file=sys.stderr)
-    except OSError as error:
-        hint = "start a service with `hapticvlm serve`"
-        print(f"hapticvlm stream: {url}: {error}; {hint}", file=sys.stderr)
+    except (OSError, WebSocketException, ValueError) as error:
+        print(f"hapticvlm stream: {to.url}: {error}; {_hint(error)}", file=sys.stderr)
     return 2
+
+
+def _hint(error: Exception) -> str:
+    if isinstance(error, ssl.SSLCertVerificationError):
+        return "give the authority that signed its certificate with --ca FILE"
+    if isinstance(error, (InvalidURI, ValueError)):
+        return "a service is ws://HOST:PORT/ or, with a certificate, wss://HOST:PORT/"
+    if isinstance(error, (ssl.SSLError, WebSocketException)):
+        return "is it a service, and ws:// or wss:// as its ready line says?"
+    return "start a service with `hapticvlm serve`"
 
 
 async def _run(
     capture: Capture,
-    url: str,
-    console: Console,
-    token: str | None,
+    service: Callable[[], AbstractAsyncContextManager[Client]],
     fast: bool,
     with_masks: bool,
     as_json: bool,
 ) -> int:
+    console = Console(stderr=as_json)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -130,7 +153,7 @@ async def _run(
                 shown[object_id] = said
                 progress.console.print(f"{line.t_s:7.2f} s  {said}", highlight=False)
 
-        async with connect(url, name="hapticvlm stream", token=token) as client:
+        async with service() as client:
             outcome = await stream(client, capture, seen=seen, fast=fast, with_masks=with_masks)
     console.print(_summary(outcome), highlight=False)
     return 1 if outcome.unanswered or any("error" in name for name in outcome.answers) else 0

@@ -44,6 +44,7 @@ from hapticvlm.messages import (
 )
 from hapticvlm.rendering.thermal import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server import http
+from hapticvlm.server.certificate import Certificate
 from hapticvlm.server.connection import Connection, notice_dead_peers
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.recorder import Recorder
@@ -52,6 +53,7 @@ from hapticvlm.session.scene import SceneSession
 from hapticvlm.session.tape import TapedSession
 
 CLOSE_PROTOCOL = 4000
+OPEN_S = 5.0
 HELLO_S = 10.0
 CLOSE_S = 1.0
 MAX_HELLO_BYTES = 16 * 1024  # nobody unknown may keep the event loop busy with parsing
@@ -66,7 +68,8 @@ logger = logging.getLogger(__name__)
 class Address:
     """Where to listen and whom to let in; a token is needed off loopback.
 
-    Browsers of this machine are served the files of `scene_folder`, if one is given.
+    Browsers of this machine are served the files of `scene_folder`, if one is given. With a
+    certificate everything is encrypted: wss and https.
     """
 
     host: str = "127.0.0.1"
@@ -74,6 +77,7 @@ class Address:
     token: str | None = None
     allowed_origins: frozenset[str] = frozenset()
     scene_folder: Path | None = None
+    certificate: Certificate | None = None
 
     def __post_init__(self) -> None:
         if self.token is None and not http.is_loopback(self.host):
@@ -113,6 +117,14 @@ class Edge:
     @asynccontextmanager
     async def listen(self) -> AsyncIterator[int]:
         """Accept connections while the context lasts; yields the port."""
+        certificate = self._address.certificate
+        encrypted: dict[str, Any] = {}
+        if certificate is not None:
+            encrypted = {
+                "ssl": certificate.context,
+                "ssl_handshake_timeout": OPEN_S,
+                "ssl_shutdown_timeout": CLOSE_S,
+            }
         server: Server = await serve(
             self._handle,
             self._address.host,
@@ -121,10 +133,11 @@ class Edge:
             compression=None,
             max_size=MAX_MESSAGE_BYTES,
             max_queue=4,
-            open_timeout=5,
+            open_timeout=OPEN_S,
             close_timeout=1,
             ping_interval=None,
             server_header=None,
+            **encrypted,
         )
         try:
             yield server.sockets[0].getsockname()[1]

@@ -1,0 +1,106 @@
+"""The user's certificate: loaded, tried once in memory, told of. Knows neither ports nor clients.
+
+What the standard library does not say of a certificate it loads (names, last day) is learned from a
+handshake with itself through two buffers.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import ssl
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+_EXPIRED, _NOT_YET = 10, 9  # X509_V_ERR_* of OpenSSL
+_ROUNDS = 8  # a handshake takes three
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """One that can be served: the names and addresses it is for, and its end in Unix seconds."""
+
+    context: ssl.SSLContext
+    names: frozenset[str]
+    ends_at: float
+
+
+def load(certificate: Path, key: Path) -> Certificate:
+    """Return a certificate in PEM and its key, ready to be served with TLS 1.2 or later.
+
+    Raises ValueError that names the flag, the file and what to do.
+    """
+    _require(certificate, "--tls-cert", "BEGIN CERTIFICATE", "certificate")
+    text = _require(key, "--tls-key", "PRIVATE KEY", "private key")
+    if "ENCRYPTED" in text:
+        raise ValueError(
+            f"--tls-key {key}: locked with a passphrase; write it without: openssl pkey -in ... "
+            "-out ..."
+        )
+    if os.name == "posix" and key.stat().st_mode & 0o077:
+        logger.warning("--tls-key %s: others can read it: chmod 600 %s", key, key)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    try:
+        context.load_cert_chain(certificate, key)
+    except ssl.SSLError as error:
+        if error.reason == "KEY_VALUES_MISMATCH":
+            raise ValueError(f"--tls-key {key}: belongs to another than {certificate}") from None
+        raise ValueError(f"--tls-cert {certificate}: can't be used: {_reason(error)}") from None
+    return _examined(context, certificate)
+
+
+def _require(path: Path, flag: str, mark: str, what: str) -> str:
+    """Return the text of a PEM file that holds such a thing. Raises ValueError."""
+    try:
+        text = path.read_text(encoding="ascii", errors="replace")
+    except OSError as error:
+        raise ValueError(f"{flag} {path}: {error.strerror}") from None
+    if mark not in text:
+        raise ValueError(f"{flag} {path}: holds no {what} in PEM ('-----BEGIN ...')")
+    return text
+
+
+def _examined(context: ssl.SSLContext, file: Path) -> Certificate:
+    """Shake hands with ourselves as a client that trusts this one certificate."""
+    client = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    client.check_hostname = False
+    client.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
+    client.load_verify_locations(file)
+    try:
+        told = _shake_hands(client, context)
+    except ssl.SSLCertVerificationError as error:
+        cure = "; make a new one" if error.verify_code in (_EXPIRED, _NOT_YET) else ""
+        text = f"--tls-cert {file}: no client would take it: {error.verify_message}{cure}"
+        raise ValueError(text) from None
+    except ssl.SSLError as error:
+        raise ValueError(f"--tls-cert {file}: can't be used: {_reason(error)}") from None
+    names = frozenset(name for _, name in told.get("subjectAltName", ()))
+    return Certificate(context, names, ssl.cert_time_to_seconds(told["notAfter"]))
+
+
+def _shake_hands(client: ssl.SSLContext, server: ssl.SSLContext) -> dict[str, Any]:
+    """Return what the client learned of the server. Raises SSLError."""
+    there, back = ssl.MemoryBIO(), ssl.MemoryBIO()
+    theirs = client.wrap_bio(back, there)
+    ours = server.wrap_bio(there, back, server_side=True)
+    for _ in range(_ROUNDS):
+        waiting = [end for end in (theirs, ours) if not _advance(end)]
+        if not waiting:
+            break
+    return dict(theirs.getpeercert() or {})
+
+
+def _advance(end: ssl.SSLObject) -> bool:
+    try:
+        end.do_handshake()
+    except ssl.SSLWantReadError:
+        return False
+    return True
+
+
+def _reason(error: ssl.SSLError) -> str:
+    return (error.reason or str(error)).replace("_", " ").lower()
