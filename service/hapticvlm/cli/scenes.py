@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -61,6 +63,9 @@ def _demo(options: argparse.Namespace) -> int:
         from hapticvlm.measure import browser_demo
 
         return browser_demo.run()
+    if find_spec("matplotlib") is None:
+        print("hapticvlm demo: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
+        return 2
     from hapticvlm.measure.demo import run
 
     return run(options.capture, options.out, quiet=options.quiet)
