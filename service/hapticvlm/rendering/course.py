@@ -1,17 +1,10 @@
 """The course of a touch: approach, contact, slide to another object midway, release. Pure.
 
 Skin does not forget. A contact that ends leaves its cold (or heat) in the depth of the skin, which
-the surface shows until it has spread; the next object meets that skin, not resting skin. If contact
-k raised the surface by D and lasted for L, then s after its end it still raises it by
-
-    D (w 2/pi acot sqrt(s / L) + (1 - w) (sqrt(1 + s / L) - sqrt(s / L)))
-
-The first term is exact when skin and object met perfectly (flux as 1 / sqrt t), the second when the
-contact resistance held the flux even; w = x / (x + 2) lies between, x as in thermal.py. The next
-object then acts on the sum of what is left as on skin of that temperature. Against a
-finite-difference slab this errs by at most 0.2 degC over a slide from one material to another and
-0.25 over many in a row, at 10 degC of contrast; skin that began anew from its surface temperature
-would err by 6.
+the surface shows until it has spread; the next object meets that skin, not resting skin, and takes
+its share of what is left too (memory.py). Against finite differences this errs by at most 0.05 degC
+over slides from any material to any other, at 10 degC of contrast; skin that began anew from its
+surface temperature would err by 6.
 Each object is met fresh: where a hand returns to the spot it cooled, the spot's past is not known.
 Only a lift shorter than BRIEF_LIFT_S, as between two taps, ends no contact: skin and spot have kept
 most of their change then, and two bodies that met perfectly go on where they were.
@@ -21,36 +14,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import LEAD_S, ThermalContact, progress, share
+from hapticvlm.rendering.memory import Fading, Past, after, aged, faded_c, fading, left_c
+from hapticvlm.rendering.thermal import LEAD_S, ThermalContact, share
 
 BRIEF_LIFT_S = 0.15  # s, about the lift of a quick tap; our choice
-MOST_TRACES = 3  # of which the oldest stands for all before it; bounds the cost of a step
-_HALF_TURNS = 2.0 / math.pi
-_EVEN = 2.0  # x at which half the flux counts as even; fitted to finite differences
-
-
-@dataclass(frozen=True, slots=True)
-class Trace:
-    """What an ended contact left: how long it was, when it ended, its change in two parts, degC."""
-
-    lasted_s: float
-    ended_at: float
-    sharp_c: float
-    even_c: float
-
-    def left_c(self, now: float) -> float:
-        """How much of it the surface still shows, degC."""
-        since = max(now - self.ended_at, 0.0) / self.lasted_s
-        root = math.sqrt(since)
-        sharp = _HALF_TURNS * math.atan2(1.0, root)
-        return self.sharp_c * sharp + self.even_c * (math.sqrt(1.0 + since) - root)
-
-    def scaled(self, by: float) -> Trace:
-        """Return the same with another height."""
-        return replace(self, sharp_c=self.sharp_c * by, even_c=self.even_c * by)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +36,9 @@ class Course:
     key: Hashable = None
     begun_at: float | None = None
     lifted_at: float | None = None
-    traces: tuple[Trace, ...] = field(default=())
+    past: Past = ()
+    past_at: float = 0.0  # when `past` was so
+    fading: Fading = ()  # of `past`, under `contact`, from `begun_at` on
 
     def approach(self, contact: ThermalContact | None, now: float) -> Course:
         """Wait for a contact, or for nothing known; what was touched is let go, if not at once."""
@@ -85,27 +57,36 @@ class Course:
         """
         if self.begun_at is not None and self.key == key:
             goes_on = self.contact == contact and self.lifted_at is None
-            return self if goes_on else replace(self, contact=contact, lifted_at=None)
+            return self if goes_on else replace(self, lifted_at=None)._believing(contact)
         slides = self.begun_at is not None and self.contact is not None and self.lifted_at is None
         ended = self.release(now)
         begun_at = now if slides else now - self.lead_s
-        return replace(ended, contact=contact, key=key, begun_at=begun_at)
+        past = aged(ended.past, now - ended.past_at)
+        met = replace(ended, key=key, begun_at=begun_at, past=past, past_at=now)
+        return met._believing(contact)
 
     def release(self, now: float) -> Course:
         """End the contact; what it left in the skin stays and fades."""
-        traces, ended_at = self.traces, now if self.lifted_at is None else self.lifted_at
-        if self.begun_at is not None and self.contact is not None and ended_at > self.begun_at:
-            new = self._trace(self.contact, self.begun_at, ended_at)
-            traces = _bounded((*traces, new), now) if math.isfinite(new.sharp_c) else traces
-        return Course(self.lead_s, traces=traces)
+        ended_at = now if self.lifted_at is None else self.lifted_at
+        rested = Course(self.lead_s, past=self.past, past_at=self.past_at)
+        if self.contact is None or self.begun_at is None or not ended_at > self.begun_at:
+            return rested
+        change_c = self.skin_c(ended_at) - self.contact.skin_c
+        if not math.isfinite(change_c):
+            return rested
+        past = after(self.past, self.contact, ended_at - self.begun_at, change_c)
+        return replace(rested, past=past, past_at=ended_at)
 
     def skin_c(self, now: float) -> float:
         """Skin surface as physics has it now; resting skin where nothing was ever touched."""
-        if self.contact is None:
-            return self._rested_c(NEUTRAL_C, now)
-        since_s = self.lead_s if self.begun_at is None else now - self.begun_at
-        rested_c = self._rested_c(self.contact.skin_c, now)
-        return rested_c + share(self.contact, since_s) * (self.contact.surface_c - rested_c)
+        contact = self.contact
+        if contact is None:
+            return NEUTRAL_C + left_c(self.past, now - self.past_at)
+        if self.begun_at is None:
+            return self._expected_c(contact, now + self.lead_s)
+        since_s = now - self.begun_at
+        driven_c = share(contact, since_s) * (contact.surface_c - contact.skin_c)
+        return contact.skin_c + driven_c + faded_c(self.fading, since_s)
 
     def wanted_c(self, now: float, gain: float = 1.0) -> float:
         """Plate temperature that physics asks for: neutral unless a hand approaches or touches.
@@ -116,25 +97,12 @@ class Course:
             return NEUTRAL_C
         return NEUTRAL_C + gain * (self.skin_c(now) - NEUTRAL_C)
 
-    def _rested_c(self, skin_c: float, now: float) -> float:
-        """Skin surface if nothing touched it now, degC."""
-        for trace in self.traces:
-            skin_c += trace.left_c(now)
-        return skin_c
+    def _believing(self, contact: ThermalContact | None) -> Course:
+        """Go on under another belief of what is touched."""
+        fades = () if contact is None else fading(self.past, contact)
+        return replace(self, contact=contact, fading=fades)
 
-    def _trace(self, contact: ThermalContact, begun_at: float, now: float) -> Trace:
-        lasted_s = now - begun_at
-        change_c = self.skin_c(now) - self._rested_c(contact.skin_c, now)
-        come = progress(contact, lasted_s)
-        sharpness = 1.0 if come == math.inf else come / (come + _EVEN)
-        return Trace(lasted_s, now, change_c * sharpness, change_c * (1.0 - sharpness))
-
-
-def _bounded(traces: tuple[Trace, ...], now: float) -> tuple[Trace, ...]:
-    """Let the two oldest traces become one that shows as much now, when there are too many."""
-    if len(traces) <= MOST_TRACES:
-        return traces
-    first, second, *others = traces
-    left_c = first.left_c(now) + second.left_c(now)
-    joined = Trace(second.ended_at - first.ended_at + first.lasted_s, second.ended_at, 1.0, 0.0)
-    return (joined.scaled(left_c / joined.left_c(now)), *others)
+    def _expected_c(self, contact: ThermalContact, now: float) -> float:
+        """Skin surface at `now` if the contact that is approached began `lead_s` before."""
+        rested_c = contact.skin_c + left_c(self.past, now - self.past_at)
+        return rested_c + share(contact, self.lead_s) * (contact.surface_c - rested_c)
