@@ -21,8 +21,10 @@ FULL_SCALE_A = 3.0  # module current at duty 1
 # direction, whichever way the plug is in, and outlive a shorted FET [assumption]
 HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0
 
-CUT_OUT_HOT_C, CUT_OUT_COLD_C = 41.5, 15.0  # 15 min at 41.55 degC are 2 CEM43 [assumption]
-CUT_OUT_LAG_S = 1.0  # of its own thermistor, bonded to the plate [assumption]
+# 15 min at 41.55 degC are 2 CEM43. Cold is as near the coldest setpoint, 18 degC, as the 1 % of two
+# thermistors lets it be: 2 A cool the skin by another 4 degC before a slow bead has felt it
+CUT_OUT_HOT_C, CUT_OUT_COLD_C = 41.5, 17.0  # [assumption]
+CUT_OUT_LAG_S = 2.0  # of its own thermistor, poorly bonded to the plate [assumption]
 
 
 def thermistor_mv(temperature_c: float, beta_k: float = BETA_K) -> float:
