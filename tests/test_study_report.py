@@ -12,6 +12,7 @@ import pytest
 
 from hapticvlm.study import log, paper
 from hapticvlm.study.log import Log, Plan
+from hapticvlm.study.player import SILENT
 from hapticvlm.study.stimuli import StudyError, paper_like
 
 if not os.environ.get("CI"):  # there, what is missing fails
@@ -40,7 +41,7 @@ def study(tmp_path: Path) -> Path:
             file.add({"event": "presented", **head})
             said = {"answered": answered, "reaction_s": 1.0 + person, "seen_ms": 900.0}
             file.add({"event": "answered", **head, **said})
-            plate = {"plate_c": 33.0, "setpoint_c": 34.0, "limited_by": None}
+            plate = {"onset_plate_c": 32.5, "plate_c": 33.0, "setpoint_c": 34.0, "limited_by": None}
             file.add({"event": "played", **head, **plate})
         file.close()
     return tmp_path
@@ -152,6 +153,17 @@ def test_the_report_counts_what_was_answered(study: Path) -> None:
     assert document["axes"][0]["right"] == 120 - wrong
     assert document["simulated"]
     assert [(e["df"], e["df_error"]) for e in document["anova"]] == [(4, 12), (1, 3), (4, 12)]
+
+
+def test_a_presentation_whose_speaker_played_nothing_is_counted(study: Path) -> None:
+    file = Log(study, "P1")
+    trial = {"trial": 29, "pattern": "any", "attempt": 1}
+    file.add({"event": "spoiled", **trial, "why": SILENT})
+    file.add({"event": "spoiled", **trial, "trial": 30, "why": SILENT})
+    file.close()
+    document = report.evaluate(results.read(study))
+    assert (document["answered"], document["excluded"], document["silent"]) == (120, 1, 2)
+    assert "speaker played nothing in 2 presentations" in text.text_of(document)
 
 
 def test_a_trial_that_the_devices_spoiled_is_left_out_and_counted(study: Path) -> None:

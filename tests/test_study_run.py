@@ -14,9 +14,10 @@ from websockets.exceptions import InvalidStatus
 from hapticvlm.client import Client, Refused, connect
 from hapticvlm.measure.service import Service
 from hapticvlm.study import log
-from hapticvlm.study.conductor import Conductor, Pace
+from hapticvlm.study.conductor import Conductor
 from hapticvlm.study.log import Design, Plan
-from hapticvlm.study.player import Player
+from hapticvlm.study.player import SILENT, Player
+from hapticvlm.study.record import Pace
 from hapticvlm.study.run import Setting, run
 from hapticvlm.study.stimuli import StudyError, paper_like
 
@@ -98,6 +99,29 @@ async def test_a_trial_takes_one_answer_to_itself(
         with pytest.raises(StudyError, match="no trial is open"):
             await conductor.do(answer)
         assert kinds(tmp_path).count("answered") == 1
+
+
+@pytest.mark.parametrize("is_answered", [False, True])
+async def test_a_silent_speaker_halts_the_study_and_its_trial_does_not_count(
+    service: Service, design: Design, tmp_path: Path, is_answered: bool
+) -> None:
+    short = tuple(replace(each, seconds=1.5) for each in design.stimuli)
+    clients: list[Client] = []
+    async with conducting(service, replace(design, stimuli=short), tmp_path, clients) as conductor:
+        await clients[0].set(vibration_gain=0.0)
+        await begin(conductor)
+        if is_answered:
+            await conductor.do({"do": "answer", "trial": 0, "pattern": short[0].name})
+        await until(lambda: conductor.phase == "trouble")
+        assert conductor.view()["trouble"] == SILENT
+        assert kinds(tmp_path)[-1] == "spoiled"
+        await clients[0].set(vibration_gain=1.0)
+        await conductor.do({"do": "begin"})
+        await until(lambda: conductor.phase == "asking")
+        presented = [e for e in log.events(tmp_path, "ann") if e["event"] == "presented"]
+        assert [event["trial"] for event in presented] == [0, 1 if is_answered else 0]
+        await conductor.do({"do": "answer", **{k: presented[-1][k] for k in ("trial", "pattern")}})
+        await until(lambda: "played" in kinds(tmp_path))
 
 
 async def test_stop_rests_the_outputs_and_the_trial_comes_again(

@@ -180,7 +180,7 @@ def _service(options: argparse.Namespace) -> Iterator[str]:
 async def _serve(design: Design, options: argparse.Namespace, url: str) -> None:
     import signal
 
-    from hapticvlm.study.conductor import Pace
+    from hapticvlm.study.record import Pace
     from hapticvlm.study.run import Setting, run
 
     def ready(page: str) -> None:

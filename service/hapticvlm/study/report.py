@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -54,6 +54,7 @@ def evaluate(found: Results) -> Document:
     document["answered"], document["planned"] = len(found.rows), found.planned
     document["excluded"] = len(found.rows) - len(found.counted)
     document["repeated"] = sum(row.attempt > 1 for row in found.rows)
+    document["silent"] = found.silent
     document["recognition"] = asdict(statistics.share_by_person(*_all(by_person)))
     for at, pattern in enumerate(document["patterns"]):
         pattern |= asdict(statistics.share_by_person(*_one(by_person, at)))
@@ -77,7 +78,7 @@ def evaluate_paper() -> Document:
     document = _of_counts(counts, list(paper.CODES), factors)
     document |= {"simulated": False, "participants": paper.PARTICIPANTS, "notes": NOTES}
     document |= {"answered": int(counts.sum()), "planned": int(counts.sum())}
-    document |= {"excluded": 0, "repeated": None, "reaction": []}
+    document |= {"excluded": 0, "repeated": None, "silent": None, "reaction": []}
     document["anova_missing"] = "single people's trials are unpublished"
     document["printed_anova"] = [
         {
@@ -150,17 +151,22 @@ def _one(table: list[list[tuple[int, int]]], at: int) -> tuple[list[int], list[i
 
 
 def _reaction(found: Results, name: str) -> Document:
-    """Reaction times to one pattern, s, and where the plate stood at the end of it, degC."""
+    """Reaction times to one pattern, s, and the plate as its strokes began and ended, degC."""
     rows = [row for row in found.counted if row.presented == name]
     times = [row.reaction_s for row in rows]
-    plates = [row.plate_c for row in rows if row.plate_c is not None]
     quartiles = np.percentile(times, [25, 50, 75]).tolist() if times else [None] * 3
     return {
         "name": name,
         "quartiles_s": quartiles,
-        "plate_c": float(np.mean(plates)) if plates else None,
+        "onset_plate_c": _mean(row.onset_plate_c for row in rows),
+        "plate_c": _mean(row.plate_c for row in rows),
         "all_s": times,
     }
+
+
+def _mean(values: Iterable[float | None]) -> float | None:
+    said = [value for value in values if value is not None]
+    return float(np.mean(said)) if said else None
 
 
 def _draw(out: Path, document: Document, times: Sequence[Any] | None) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.study.log import Design, Event, events, read_design
+from hapticvlm.study.player import SILENT
 from hapticvlm.study.stimuli import Stimulus
 
 INTERRUPTED = "interrupted"  # by pause or stop, after the answer: the trial counts
@@ -21,7 +22,10 @@ INTERRUPTED = "interrupted"  # by pause or stop, after the answer: the trial cou
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One answered trial; times in s, plate at the end of the stroke in degC, None = not said."""
+    """One answered trial; times in s, plate in degC, None = not said.
+
+    `onset_plate_c` is the plate as the first stroke began, `plate_c` as the last ended.
+    """
 
     participant: str
     trial: int
@@ -35,6 +39,7 @@ class Row:
     answered_temperature: str
     correct: bool
     reaction_s: float
+    onset_plate_c: float | None = None
     plate_c: float | None = None
     setpoint_c: float | None = None
     limited_by: str | None = None
@@ -48,13 +53,17 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """All rows of a study; simulated = no device that anybody could feel took part."""
+    """All rows of a study; simulated = no device that anybody could feel took part.
+
+    `silent` counts the presentations, answered or not, in which the speaker played nothing.
+    """
 
     stimuli: tuple[Stimulus, ...]
     rows: tuple[Row, ...]
     participants: tuple[str, ...]
     planned: int
     simulated: bool
+    silent: int
 
     @property
     def counted(self) -> tuple[Row, ...]:
@@ -76,7 +85,12 @@ def read(folder: Path) -> Results:
         code for code in design.participants if any(r.participant == code for r in rows)
     )
     planned = sum(len(names) for names in design.trials.values())
-    return Results(design.stimuli, tuple(rows), present, planned, simulated)
+    silent = sum(
+        event["event"] == "spoiled" and event["why"] == SILENT
+        for file in files.values()
+        for event in file
+    )
+    return Results(design.stimuli, tuple(rows), present, planned, simulated, silent)
 
 
 def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
@@ -87,8 +101,9 @@ def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
         if event["event"] == "answered":
             rows[event["trial"]] = _row(design, code, event)
         elif event["event"] == "played" and trial in rows:
-            said = ("plate_c", "setpoint_c", "limited_by")
-            rows[trial] = replace(rows[trial], **{name: event[name] for name in said})
+            said = ("onset_plate_c", "plate_c", "setpoint_c", "limited_by")
+            told: Event = {name: event.get(name) for name in said}
+            rows[trial] = replace(rows[trial], **told)
         elif event["event"] == "spoiled" and trial in rows:
             rows[trial] = replace(rows[trial], spoiled=event["why"])
     return rows.values()

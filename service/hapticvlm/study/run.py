@@ -21,9 +21,10 @@ from websockets.http11 import Request, Response
 
 from hapticvlm.client import Client, connect
 from hapticvlm.server import http
-from hapticvlm.study.conductor import Conductor, Pace
+from hapticvlm.study.conductor import Conductor
 from hapticvlm.study.log import Design
 from hapticvlm.study.player import Player
+from hapticvlm.study.record import Pace
 from hapticvlm.study.stimuli import StudyError
 
 HOST = "127.0.0.1"

@@ -43,7 +43,10 @@ def _head(document: Document) -> str:
 def _repeats(document: Document) -> str:
     if document["repeated"] is None:
         return ""
-    return f", {document['repeated']} presented again after an interruption"
+    again = f", {document['repeated']} presented again after an interruption"
+    if not document["silent"]:
+        return again
+    return f"{again}; the speaker played nothing in {document['silent']} presentations"
 
 
 def _patterns(document: Document) -> str:
@@ -55,12 +58,12 @@ def _patterns(document: Document) -> str:
             low, middle, high = reaction["quartiles_s"]
             known = middle is not None
             row.append(f"{middle:.2f} ({low:.2f}-{high:.2f})" if known else "-")
-            plate_c = reaction["plate_c"]
-            row.append("-" if plate_c is None else f"{plate_c:.1f}")
+            ends = (reaction["onset_plate_c"], reaction["plate_c"])
+            row.append(", ".join("-" if end_c is None else f"{end_c:.1f}" for end_c in ends))
         rows.append(row)
     heads = ["pattern", "recognised"]
     if document["reaction"]:
-        heads += ["reaction s, median (quartiles)", "plate at its end, degC"]
+        heads += ["reaction s, median (quartiles)", "plate at its begin, end, degC"]
     return "## Patterns\n\n" + _table(heads, rows)
 
 
