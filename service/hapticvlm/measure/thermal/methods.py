@@ -16,6 +16,7 @@ from scipy.special import erfcx
 
 from hapticvlm.measure.thermal import grids
 from hapticvlm.measure.thermal.grids import Floats, Rule
+from hapticvlm.measure.thermal.traces import Traced
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.course import Course
 from hapticvlm.rendering.thermal import (
@@ -198,6 +199,7 @@ METHODS = (
     Method("8 graded cells, exact step", "cells", _graded(8)),
     Method("20 graded cells, exact step", "cells", _graded(20)),
     Method("closed form", "closed", Closed, is_default=True),
+    Method("closed form, a trace per contact", "closed", Traced),
     Method("closed form, forgetful", "closed", Forgetful),
     Method("explicit Euler, 0.1 mm", "stepped", uniform_cells(grids.explicit_euler)),
     Method("Crank-Nicolson, 0.1 mm", "stepped", uniform_cells(grids.crank_nicolson)),

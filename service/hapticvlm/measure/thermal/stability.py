@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm import __version__
-from hapticvlm.measure.thermal import breaks, breaks_plot
+from hapticvlm.measure.thermal import breaks, breaks_plot, slides
 from hapticvlm.measure.thermal.breaks import Trial
 
 NAME = "stability-thermal"
@@ -34,6 +34,7 @@ _GROUPS: tuple[tuple[str, Callable[[], Sequence[Trial]]], ...] = (
     ("a stiff contact: Crank-Nicolson rings, backward Euler does not", breaks.ringing),
     ("exp(x^2) erfc(x) overflows where erfcx does not", breaks.overflow),
     ("contact resistance 0, tiny, huge, infinite", breaks.resistances),
+    ("a slide to another object: what is left in the skin goes into it too", slides.slides),
     ("a PI loop asked for what it cannot reach for 30 s, then released", breaks.windup),
     ("fast and slow parts in one system: implicit or exact steps only", breaks.stiffness),
     ("what is no number", breaks.no_numbers),
