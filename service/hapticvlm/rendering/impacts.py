@@ -9,7 +9,8 @@ and w = 2 pi / T a mode answers, in closed form while the pulse lasts,
 and y(T) e^(s(t-T)) afterwards. Im(s y / |s|) has no constant push; the smooth pulse keeps the band.
 
 What a pulse excites depends on its length, so strengths are levelled at each length: at any speed
-all materials are equally strong, and only their pitch, ring and brightness differ.
+all materials are equally strong, and only their pitch, ring and brightness differ. A user's
+material whose modes would leave the band of touch all the same is filtered (band.py).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import Mode, Vibration
+from hapticvlm.rendering.band import BAND_DB, above_band_db, limited
 from hapticvlm.rendering.gestures import RATE_HZ, Stroke
 from hapticvlm.rendering.playback import NOMINAL, Playback
 from hapticvlm.rendering.strength import felt
@@ -62,7 +64,9 @@ def impact(
     contact_s = _contact_s(interaction, stroke)
     level = _LEVEL[interaction] * strength(interaction, stroke)
     level *= _gain(vibration, interaction, contact_s)
-    wave = level * struck(modes, contact_s, _DAMPING[interaction], playback.rate_hz)
+    damping = _DAMPING[interaction]
+    limits = leaves_band(vibration, damping)
+    wave = level * struck(modes, contact_s, damping, playback.rate_hz, limits=limits)
     wave = playback.correction.apply(wave, playback.rate_hz)
     peak = float(np.abs(wave).max())
     return np.asarray(wave / max(peak, 1.0), dtype=np.float32)
@@ -82,8 +86,20 @@ def full_strength(interaction: str) -> float:
     return _LEVEL[interaction] * _FELT_STRIKE
 
 
-def struck(modes: tuple[Mode, ...], contact_s: float, damping: float, rate_hz: int) -> _Floats:
-    """Modes struck by one soft pulse, (N,), faded out at the end; the equations are at the head."""
+@lru_cache(maxsize=256)
+def leaves_band(vibration: Vibration, damping: float) -> bool:
+    """Whether a pulse of any of the lengths has these modes ring above the band."""
+    waves = (struck(vibration.modes, s, damping, RATE_HZ, limits=False) for s in _LENGTHS_S)
+    return any(above_band_db(wave, RATE_HZ) > BAND_DB for wave in waves)
+
+
+def struck(
+    modes: tuple[Mode, ...], contact_s: float, damping: float, rate_hz: int, *, limits: bool
+) -> _Floats:
+    """Modes struck by one soft pulse, (N,), faded out at the end; the equations are at the head.
+
+    `limits` has a filter keep it in the band of touch.
+    """
     slowest = min(mode.decay_per_s for mode in modes) * damping
     count = int(min(contact_s + 6.0 / slowest, _LONGEST_IMPACT_S) * rate_hz)
     pulse = int(contact_s * rate_hz)
@@ -96,6 +112,7 @@ def struck(modes: tuple[Mode, ...], contact_s: float, damping: float, rate_hz: i
     pushed = gain * ((ring - 1.0) / pole - swing) * (rate_hz / pulse)
     free = _ring_out(pushed[:, -1:], pole / rate_hz, count - pulse)
     wave = np.concatenate((pushed[:, :-1].imag.sum(axis=0), free))
+    wave = limited(wave, rate_hz) if limits else wave
     fade = min(int(_END_FADE_S * rate_hz), count // 2)
     wave[-fade:] *= 0.5 + 0.5 * np.cos(np.linspace(0.0, math.pi, fade))
     return wave
@@ -124,5 +141,6 @@ def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
 
 @lru_cache(maxsize=256)
 def _log_gains(vibration: Vibration, damping: float) -> _Floats:
-    strengths = [felt(struck(vibration.modes, s, damping, RATE_HZ)) for s in _LENGTHS_S]
-    return np.asarray(-np.log(np.array(strengths)))
+    limits = leaves_band(vibration, damping)
+    waves = (struck(vibration.modes, s, damping, RATE_HZ, limits=limits) for s in _LENGTHS_S)
+    return np.asarray(-np.log(np.array([felt(wave) for wave in waves])))

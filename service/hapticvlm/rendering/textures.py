@@ -175,7 +175,7 @@ def _grain(vibration: Vibration, playback: Playback) -> _Floats:
     frequency_hz = min(max(mode.frequency_hz, _GRAIN_HZ[0]), _GRAIN_HZ[1])
     decay = max(mode.decay_per_s, _GRAIN_DECAY)
     modes = (Mode(frequency_hz, decay, 1.0),)
-    wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz)
+    wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
     wave = playback.correction.apply(_GRAIN_FELT / felt(wave) * wave, playback.rate_hz)
     wave = wave[: int(_GRAIN_S * playback.rate_hz)]
     return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))
