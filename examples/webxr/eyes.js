@@ -1,43 +1,80 @@
-/** Frames on demand: a picture from the head when a hand is at an object nobody has decided yet. */
+/** Frames on demand: a picture of an object from the head when a hand is at one that nobody has decided yet. */
+import * as THREE from 'three';
 import {Camera, SIDE} from '../captures/make/page/picture.js';
+import {makeGlass} from './objects.js';
 
 const LEAST_WAIT = 500; // ms between pictures
-const LEAST_SHARE = 0.002; // of the picture; less of an object is not worth a look
+const LEAST_SHARE = 0.02; // of the picture; an object hidden so far is not worth a look
+const REACH = 0.2; // m: of larger things only what lies so far round the hand is looked at
+const ROOM = 1.1; // the picture's half width over the object's radius
+const WIDEST = 80; // degrees
 
 export class Eyes {
   #camera;
+  #objects;
   #send;
-  #wanted = null;
+  #wanted = null; // {object, point}
   #shotAt = -LEAST_WAIT;
 
   /** `send` takes the fields of a protocol frame. */
   constructor(renderer, scene, objects, send) {
     this.#camera = new Camera(renderer, scene, objects);
+    this.#objects = objects;
     this.#send = send;
   }
 
-  /** Asks for a picture of this object at the next chance. */
-  want(object) {
-    this.#wanted = object;
+  /** Asks for a picture of this object, touched at `point`, at the next chance. */
+  want(object, point) {
+    this.#wanted = {object, point: new THREE.Vector3().copy(point)};
   }
 
-  /** Takes the picture that is wanted, seen from `position` and `orientation`; `now` in ms. */
-  step({position, orientation}, now) {
+  /** Takes the picture that is wanted, seen from `position`; `now` in ms. */
+  async step(position, now) {
     if (!this.#wanted || now - this.#shotAt < LEAST_WAIT) return;
-    const object = this.#wanted;
+    const {object, point} = this.#wanted;
     this.#wanted = null;
     this.#shotAt = now;
-    const picture = this.#camera.shoot({position, orientation});
-    const seen = this.#camera.find(picture, object);
-    if (seen && seen.share >= LEAST_SHARE) this.#post(picture, object, seen.mask);
+    const fields = await this.look(object, position, point);
+    if (fields) this.#send(fields);
   }
 
-  async #post(picture, {object_id}, mask) {
-    const [image, png] = await Promise.all([this.#camera.encode(picture), encodeMask(mask)]);
-    this.#send({
-      format: 'jpeg', width: SIDE, height: SIDE, origin: 'top', image, mask: png, object_id,
-    });
+  /**
+   * The fields of a frame of one object as seen from `position`: the camera turns to the object and zooms until it
+   * fills the picture, for small objects tell little. Null when it is hidden.
+   */
+  async look(object, position, point = null) {
+    const pose = aim(object.root, position, point);
+    const refracts = this.#refracts();
+    if (!refracts) makeGlass(this.#objects, {refracts: true}); // one picture may cost what 90 a second may not
+    const picture = this.#camera.shoot(pose);
+    if (!refracts) makeGlass(this.#objects, {refracts: false});
+    const seen = this.#camera.find(picture, object);
+    if (!seen || seen.share < LEAST_SHARE) return null;
+    const [image, mask] = await Promise.all([this.#camera.encode(picture), encodeMask(seen.mask)]);
+    const {object_id} = object;
+    return {format: 'jpeg', width: SIDE, height: SIDE, origin: 'top', image, mask, object_id};
   }
+
+  #refracts() {
+    let found = true;
+    for (const {root} of this.#objects) {
+      root.traverse(({material}) => (found &&= !material?.isMeshPhysicalMaterial || material.transmission > 0));
+    }
+    return found;
+  }
+}
+
+/** Where the picture is taken from and how wide it is: the whole object, or the part of a large one round `point`. */
+function aim(root, from, point) {
+  const position = new THREE.Vector3().copy(from);
+  const ball = new THREE.Box3().setFromObject(root).getBoundingSphere(new THREE.Sphere());
+  if (point && ball.radius > REACH) ball.set(point, REACH);
+  const lens = new THREE.PerspectiveCamera();
+  lens.position.copy(position);
+  lens.lookAt(ball.center);
+  const half = Math.asin(Math.min(1, (ROOM * ball.radius) / position.distanceTo(ball.center)));
+  const fieldOfView = Math.min(WIDEST, 2 * THREE.MathUtils.radToDeg(half));
+  return {position, orientation: lens.quaternion, fieldOfView};
 }
 
 async function encodeMask(mask) {

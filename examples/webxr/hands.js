@@ -12,7 +12,7 @@ export class Hands {
   #send;
   #known = new Map(); // input source -> {toucher, ball}
 
-  /** `send` takes each touch and the object it is of. */
+  /** `send` takes each touch, the object it is of and where. */
   constructor(scene, surfaces, send) {
     this.#scene = scene;
     this.#surfaces = surfaces;
@@ -40,7 +40,7 @@ export class Hands {
     for (const touch of toucher.step(tip, now, elapsed)) {
       const {t_s: _time, truth: _truth, type: _type, ...fields} = touch;
       const object = this.#surfaces.find((surface) => surface.object.object_id === touch.object_id).object;
-      this.#send(fields, object);
+      this.#send(fields, object, tip);
       pulse(source, touch);
     }
   }

@@ -34,7 +34,8 @@ const camera = new THREE.PerspectiveCamera(45, 1, 0.05, 20);
 camera.position.set(0, 1.5, 1.15);
 camera.lookAt(0, 0.78, -0.16);
 const board = new Board(scene);
-const eyes = new Eyes(renderer, scene, objects, (fields) => haptics.frame(fields));
+/** Takes the pictures; `eyes.look` also for whoever wants one. */
+export const eyes = new Eyes(renderer, scene, objects, (fields) => haptics.frame(fields));
 const hands = new Hands(scene, objects.map((object) => new Surface(object)), touched);
 const pointer = new Pointer(renderer.domElement, camera, objects, touched);
 /** Connects last: what came before kept the page busy for seconds, and a service waits ten for a hello. */
@@ -72,10 +73,10 @@ function leave() {
   makeGlass(objects, {refracts: true});
 }
 
-function touched(fields, object) {
+function touched(fields, object, point) {
   last = object;
   haptics.touch({...fields, object_id: object.object_id});
-  if (fields.phase !== 'release' && needsLook(object)) eyes.want(object);
+  if (fields.phase !== 'release' && needsLook(object)) eyes.want(object, point);
 }
 
 /** A picture is worth its cost only where nothing else has said what the object is. */
@@ -93,8 +94,8 @@ function animate(now, frame) {
   if (frame) hands.step(frame, space, now / 1000, elapsed);
   else pointer.step(now);
   renderer.render(scene, camera);
-  if (viewer) eyes.step(viewer, now);
-  else if (!frame) eyes.step({position: camera.position, orientation: camera.quaternion}, now);
+  if (viewer) eyes.step(viewer.position, now);
+  else if (!frame) eyes.step(camera.position, now);
   if (now - shownAt > PANEL_WAIT) show(now);
 }
 

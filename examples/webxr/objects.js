@@ -7,6 +7,7 @@
 import * as THREE from 'three';
 import * as shapes from '../captures/make/page/shapes.js';
 import * as textures from '../captures/make/page/textures.js';
+import * as surfaces from './surfaces.js';
 
 export const TABLE_TOP = 0.74; // m
 
@@ -14,13 +15,13 @@ const {group, solid} = shapes;
 
 /** Every touchable object: {key, truth, says, root}. Textures are computed, which takes seconds. */
 export function buildObjects() {
-  const looks = surfaces();
+  const looks = cover();
   return [
     {key: 'table', truth: 'wood', says: {name: 'OakTable_02'}, root: table(looks)},
     {key: 'bowl', truth: 'wood', says: {name: 'WalnutBowl'}, root: at(-0.42, 0.02, bowl(looks))},
     {key: 'vase', truth: 'glass', says: {name: 'GlassVase'}, root: at(-0.44, -0.36, vase())},
     {key: 'bottle', truth: 'glass', says: {material: 'glass'}, root: at(0.2, -0.4, bottle())},
-    {key: 'linen', truth: 'fabric', says: {name: 'FoldedLinen'}, root: at(0.46, -0.02, linen(looks), -0.2)},
+    {key: 'linen', truth: 'fabric', says: {name: 'FoldedLinen'}, root: at(0.46, -0.02, folded(looks), -0.2)},
     {key: 'kettle', truth: 'metal', says: {name: 'SteelKettle'}, root: at(-0.12, -0.36, kettle(looks), 0.5)},
     {key: 'pan', truth: 'metal', says: {shader: copperShader}, root: at(0.47, -0.38, pan(looks))},
     {key: 'hammer head', truth: 'metal', says: {name: 'Hammer_SteelHead'}, root: hammer(hammerHead(looks))},
@@ -31,16 +32,20 @@ export function buildObjects() {
 }
 
 const THIN = 0.3; // opacity
-const WALNUT = 0x9a6f50; // over oak
 const copperShader = {metallic: 1, roughness: 0.25, base_color: [0.95, 0.64, 0.54]};
 const hammer = (root) => at(-0.02, 0.06, root, 0.5);
 const box = (root) => at(0.2, -0.1, root, 0.2);
 
-function surfaces() {
+function cover() {
   return {
-    oak: textures.timber({light: [0.76, 0.57, 0.36], dark: [0.5, 0.32, 0.17], planks: 5, rings: 16}),
-    cloth: textures.weave({warp: [0.42, 0.55, 0.68], weft: [0.86, 0.87, 0.84], threads: 56}),
+    oak: surfaces.timber({light: [0.78, 0.62, 0.43], dark: [0.52, 0.36, 0.21], rings: 26, planks: 5}),
+    walnut: surfaces.timber({light: [0.5, 0.33, 0.2], dark: [0.2, 0.11, 0.06], rings: 12, seed: 7}),
+    ash: surfaces.timber({light: [0.86, 0.72, 0.52], dark: [0.55, 0.38, 0.22], rings: 7, seed: 9}),
+    pine: surfaces.timber({light: [0.87, 0.68, 0.43], dark: [0.62, 0.36, 0.16], rings: 9, pores: 0.1, seed: 5}),
+    linen: surfaces.woven({ground: [0.85, 0.82, 0.74], stripe: [0.24, 0.36, 0.56], threads: 56, check: 7}),
+    felt: surfaces.woven({ground: [0.72, 0.16, 0.14], stripe: [0.5, 0.1, 0.12], threads: 30, check: 5, fuzz: 0.6}),
     steel: textures.brushed({color: [0.8, 0.81, 0.83]}),
+    forged: surfaces.ground({color: [0.86, 0.86, 0.88], grain: 0.2, gloss: 0.05}),
     copper: textures.hammered({color: [0.97, 0.68, 0.56]}),
   };
 }
@@ -59,6 +64,16 @@ function matte(surface, {repeat = [1, 1], bump = 1, ...rest} = {}) {
     maps[slot].repeat.set(...repeat);
   }
   return new THREE.MeshStandardMaterial({...maps, roughness: 1, bumpScale: bump, ...rest});
+}
+
+/** Lays the grain along x as a saw leaves it, whatever the shape; `length` and `width` in m are the texture's. */
+function sawn(geometry, length, width) {
+  const {position, uv} = geometry.attributes;
+  for (let i = 0; i < uv.count; i++) {
+    const across = position.getZ(i) + 0.6 * position.getY(i);
+    uv.setXY(i, 0.5 + position.getX(i) / length, 0.5 + across / width);
+  }
+  return geometry;
 }
 
 function clearGlass(tint) {
@@ -90,10 +105,10 @@ function table({oak}) {
   return group(top, ...legs);
 }
 
-function bowl({oak}) {
+function bowl({walnut}) {
   const outline = [[0, 0.006], [0.05, 0], [0.056, 0.008], [0.1, 0.04], [0.118, 0.08], [0.113, 0.083],
     [0.09, 0.045], [0.05, 0.018], [0, 0.014]];
-  return group(solid(shapes.turned(outline), matte(oak, {repeat: [1, 0.2], color: WALNUT, side: THREE.DoubleSide})));
+  return group(solid(sawn(shapes.turned(outline), 0.3, 0.34), matte(walnut, {side: THREE.DoubleSide})));
 }
 
 function vase() {
@@ -108,8 +123,8 @@ function bottle() {
   return group(solid(shapes.turned(outline), clearGlass(0x7fb069)));
 }
 
-function linen({cloth}) {
-  const soft = matte(cloth, {repeat: [1, 0.85], bump: 3});
+function folded({linen}) {
+  const soft = matte(linen, {repeat: [1, 0.8], bump: 3});
   return group(
     solid(shapes.fold(0.235, 0.03, 0.19, 3), soft, [0.002, 0.048, 0.003]),
     solid(shapes.fold(0.24, 0.03, 0.195, 5), soft, [-0.003, 0.024, 0]),
@@ -137,24 +152,24 @@ function pan({copper}) {
   return group(solid(shapes.turned(outline), metal));
 }
 
-function hammerHead({steel}) {
-  const metal = matte(steel, {repeat: [0.5, 0.5], bump: 0.2, metalness: 1});
+function hammerHead({forged}) {
+  const metal = matte(forged, {repeat: [0.5, 0.5], bump: 0.1, metalness: 1, envMapIntensity: 1.3});
   return group(
-    solid(shapes.slab(0.04, 0.036, 0.11, 0.005), metal, [-0.13, 0, 0]),
+    solid(shapes.slab(0.04, 0.036, 0.11, 0.012), metal, [-0.13, 0, 0]),
     solid(new THREE.CylinderGeometry(0.022, 0.022, 0.014, 40).rotateX(Math.PI / 2), metal, [-0.13, 0.022, 0.06]),
   );
 }
 
-function hammerHandle({oak}) {
+function hammerHandle({ash}) {
   const stick = new THREE.CapsuleGeometry(0.013, 0.24, 8, 24).rotateZ(Math.PI / 2);
-  return group(solid(stick, matte(oak, {repeat: [0.4, 0.1], color: WALNUT}), [0.03, 0.018, 0]));
+  return group(solid(sawn(stick, 0.32, 0.08), matte(ash), [0.03, 0.018, 0]));
 }
 
-function sewingBox({oak}) {
-  return group(solid(shapes.slab(0.16, 0.07, 0.12, 0.005), matte(oak, {repeat: [0.35, 0.35]})));
+function sewingBox({pine}) {
+  return group(solid(shapes.slab(0.16, 0.07, 0.12, 0.005), matte(pine, {repeat: [0.8, 0.5]})));
 }
 
-function pinCushion({cloth}) {
-  const red = matte(cloth, {repeat: [0.6, 0.5], bump: 3, color: 0xc8604e});
+function pinCushion({felt}) {
+  const red = matte(felt, {repeat: [1, 0.75], bump: 3});
   return group(solid(shapes.fold(0.145, 0.03, 0.105, 11), red, [0, 0.07, 0]));
 }

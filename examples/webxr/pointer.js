@@ -17,12 +17,13 @@ export class Pointer {
   #send;
   #ray = new THREE.Raycaster();
   #at = null; // {object, point, time} under the pointer
+  #where = null; // the last point met
   #speed = 0;
   #isDown = false;
   #target = null; // the object approached or held
   #sentAt = 0;
 
-  /** `send` takes each touch and the object it is of. */
+  /** `send` takes each touch, the object it is of and where. */
   constructor(canvas, camera, objects, send) {
     this.#camera = camera;
     this.#objects = objects;
@@ -49,6 +50,7 @@ export class Pointer {
     const met = this.#meet(event);
     this.#speed = met && this.#at ? speedBetween(this.#at, met) : 0;
     this.#at = met;
+    this.#where = met?.point ?? this.#where;
     if (met?.object === this.#target) return;
     if (!met) this.#lift();
     else if (this.#isDown) this.#target = met.object; // slides on to the next object
@@ -65,6 +67,7 @@ export class Pointer {
     const met = this.#meet(event);
     if (!met) return;
     this.#at = met;
+    this.#where = met.point;
     this.#speed = 0;
     if (this.#target !== met.object) this.#aim(met);
     this.#isDown = true;
@@ -83,7 +86,7 @@ export class Pointer {
 
   #touch(phase, fields, now) {
     this.#sentAt = now;
-    this.#send({phase, hand: 'right', ...fields}, this.#target);
+    this.#send({phase, hand: 'right', ...fields}, this.#target, this.#where);
   }
 
   #meet({offsetX, offsetY, target, timeStamp}) {

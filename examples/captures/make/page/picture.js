@@ -35,10 +35,12 @@ export class Camera {
     objects.forEach((object, index) => this.#label(object, index + 1));
   }
 
-  /** Renders both passes from a head pose; returns a picture to encode and to cut masks from. */
-  shoot({position, orientation}) {
+  /** Renders both passes from a pose; returns a picture to encode and to cut masks from. `fieldOfView` in degrees. */
+  shoot({position, orientation, fieldOfView = FIELD_OF_VIEW}) {
     this.#lens.position.copy(position);
     this.#lens.quaternion.copy(orientation);
+    this.#lens.fov = fieldOfView;
+    this.#lens.updateProjectionMatrix();
     this.#lens.updateMatrixWorld();
     const renderer = this.#renderer;
     renderer.xr.enabled = false;

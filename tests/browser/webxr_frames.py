@@ -1,0 +1,173 @@
+"""What pictures alone tell of the WebXR scene: every object from many viewpoints, held back.
+
+    python tests/browser/webxr_frames.py --views 6
+
+The scene takes each picture as it does when a hand is at an object (`eyes.look`); the shipped
+encoder, gallery and ladder judge it. Viewpoints come from a seed; the scene's looks were chosen on
+those of seed 101 and are reported on those of seed 202. Beside the shipped gallery stand two with
+pictures of this scene from the choosing viewpoints as further references: of the same things, and
+of the other things of the material only. Prints a table and, last, one JSON line.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import json
+import os
+import platform
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from webxr_scene import missing, visiting
+
+from hapticvlm.messages import Frame
+from hapticvlm.recognition import pictures
+from hapticvlm.recognition.encoder import Encoder, load_encoder
+from hapticvlm.recognition.gallery import Gallery, load_gallery, with_references
+from hapticvlm.recognition.ladder import decide
+
+CHOOSING, HELD = 101, 202
+FOUR = ("wood", "glass", "fabric", "metal")
+NEAREST, FARTHEST = (-0.55, 1.15, 0.3), (0.55, 1.7, 0.85)  # m, where the head may be: x, y, z
+LOOK = """async ({main}, [key, x, y, z]) => {
+  const object = main.objects.find((one) => one.key === key);
+  const frame = await main.eyes.look(object, {x, y, z});
+  const text = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''));
+  return frame && {...frame, image: text(frame.image), mask: text(frame.mask)};
+}"""
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture of an object: (D,) embedding beside what it truly is."""
+
+    key: str
+    truth: str
+    embedding: Floats
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What one picture was taken for: by the ladder, of all materials, of the scene's four."""
+
+    truth: str
+    said: str
+    best: str
+    best_of_four: str
+    top_three: tuple[tuple[str, float], ...]
+
+
+def judge(shot: Shot, gallery: Gallery) -> Judged:
+    """Decide on one picture as the service does, and look past what it dares to say."""
+    evidence = gallery.match(shot.embedding)
+    scores = dict(zip(gallery.materials, gallery.scores(shot.embedding[None])[0], strict=True))
+    return Judged(
+        truth=shot.truth,
+        said=decide([evidence]).material,
+        best=evidence.material or "none",
+        best_of_four=max(FOUR, key=lambda name: scores[name]),
+        top_three=evidence.beliefs[:3],
+    )
+
+
+def shoot(visit: Any, encoder: Encoder, places: Sequence[Floats], keep: Path | None) -> list[Shot]:
+    """Take a picture of every object from every place; objects that are hidden give none."""
+    shots = []
+    for key, truth in visit.truths().items():
+        for number, place in enumerate(places):
+            fields = visit.modules.evaluate(LOOK, [key, *map(float, place)])
+            if fields is None:
+                continue
+            image, mask = (base64.b64decode(fields.pop(name)) for name in ("image", "mask"))
+            frame = Frame(id=1, captured_at=0.0, **fields, image=image, mask=mask)
+            crop = pictures.crop(frame, encoder.side)
+            shots.append(Shot(key, truth, encoder.embed([crop])[0]))
+            if keep is not None:
+                _write(keep / truth, f"{key.replace(' ', '_')}-{number}", image, mask)
+    return shots
+
+
+def heads(seed: int, count: int) -> list[Floats]:
+    """Draw where heads are: (3,) each, m."""
+    dice = np.random.default_rng(seed)
+    return [dice.uniform(NEAREST, FARTHEST).astype(np.float32) for _ in range(count)]
+
+
+def taught(gallery: Gallery, shots: Sequence[Shot]) -> Gallery:
+    """Add these pictures to the references of their true materials."""
+    for truth in sorted({shot.truth for shot in shots}):
+        found = [shot.embedding for shot in shots if shot.truth == truth]
+        gallery = with_references(gallery, truth, np.stack(found))
+    return gallery
+
+
+def ways(shipped: Gallery, teaching: Sequence[Shot]) -> dict[str, Callable[[str], Gallery]]:
+    """Name the galleries, each as what gives the one to judge an object of this key with."""
+    same = taught(shipped, teaching)
+
+    def others(key: str) -> Gallery:
+        return taught(shipped, [shot for shot in teaching if shot.key != key])
+
+    return {"shipped": lambda _: shipped, "same things": lambda _: same, "other things": others}
+
+
+def table(judged: dict[str, list[Judged]]) -> Iterator[str]:
+    """Yield a line per object."""
+    yield f"{'object':<15}{'truth':<8}{'n':>3}{'right':>7}{'wrong':>7}{'best':>6}{'of 4':>6}  first"
+    for key, found in judged.items():
+        counts = "{n:>3}{right:>7}{wrong:>7}{best:>6}{best_of_four:>6}".format(**tally(found))
+        first = ", ".join(f"{name} {share:.2f}" for name, share in found[0].top_three)
+        yield f"{key:<15}{found[0].truth:<8}{counts}  {first}"
+
+
+def tally(found: Sequence[Judged]) -> dict[str, int]:
+    """Count what was said rightly, wrongly, and which best guesses were right."""
+    return {
+        "n": len(found),
+        "right": sum(one.said == one.truth for one in found),
+        "wrong": sum(one.said not in (one.truth, "unknown") for one in found),
+        "best": sum(one.best == one.truth for one in found),
+        "best_of_four": sum(one.best_of_four == one.truth for one in found),
+    }
+
+
+def _write(folder: Path, name: str, image: bytes, mask: bytes) -> None:
+    """Keep a picture as `hapticvlm gallery build` reads it."""
+    (folder / "masks").mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.jpg").write_bytes(image)
+    (folder / "masks" / f"{name}.png").write_bytes(mask)
+
+
+def main() -> None:
+    """Take the pictures, judge them and print what came of it."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--views", type=int, default=6, help="of each object (%(default)s)")
+    parser.add_argument("--keep", type=Path, help="folder for the choosing viewpoints' pictures")
+    arguments = parser.parse_args()
+    if reason := missing():
+        raise SystemExit(reason)
+    encoder = load_encoder()
+    with visiting() as visit:
+        teaching = shoot(visit, encoder, heads(CHOOSING, arguments.views), arguments.keep)
+        held = shoot(visit, encoder, heads(HELD, arguments.views), None)
+    result: dict[str, Any] = {}
+    for name, gallery_for in ways(load_gallery(encoder=encoder), teaching).items():
+        judged: dict[str, list[Judged]] = {}
+        for shot in held:
+            judged.setdefault(shot.key, []).append(judge(shot, gallery_for(shot.key)))
+        print(f"\nreferences: {name}", *table(judged), sep="\n")
+        result[name] = tally([one for found in judged.values() for one in found])
+    load = f"{os.cpu_count()} cpus, load {os.getloadavg()[0]:.1f}"
+    surroundings = {"encoder": encoder.name, "python": platform.python_version(), "device": load}
+    print(json.dumps(result | surroundings))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,83 @@
+"""What the WebXR example's tests share: the page in an emulated headset's session, on a service.
+
+What is emulated: the headset and its controllers (iwer). What is simulated: plate and speaker. The
+browser, three.js, WebGL (on the processor), the WebSocket and the service are real.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import sync_playwright
+
+from hapticvlm.measure.service import running
+
+CHROMIUM = "chromium"
+EXAMPLES = Path(__file__).parents[2] / "examples"
+REACH = (Path(__file__).parent / "reach.js").read_text(encoding="utf-8")
+LLVMPIPE = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
+SLOW_MS = 240_000  # textures and shaders are computed on a processor that others use too
+PATIENCE_MS = 20_000
+SIZE = (240, 160)  # px of the page: what is drawn for nobody costs time
+MODULES = """async () => {
+  const [main, three] = await Promise.all([import('./main.js'), import('three')]);
+  return {main, three, session: await main.enter()};
+}"""
+
+
+@dataclass
+class Visit:
+    """The page in its emulated VR session, and what it complained of."""
+
+    page: Any
+    modules: Any
+    complaints: list[str] = field(default_factory=list)
+
+    def touch(self, key: str, *, patience_ms: int = PATIENCE_MS, feels_plate: bool = False) -> Any:
+        """Touch one object with the right controller; return the decision on it, or None."""
+        wanted = {"key": key, "patience": patience_ms, "feelsPlate": feels_plate}
+        return self.modules.evaluate(f"(modules, wanted) => ({REACH})(modules, wanted)", wanted)
+
+    def truths(self) -> dict[str, str]:
+        """Return what each object truly is, by its key."""
+        keys = "({main}) => main.objects.map(({key, truth}) => [key, truth])"
+        return dict(self.modules.evaluate(keys))
+
+
+def missing() -> str | None:
+    """Say what must be installed before a browser can show the scene, or None."""
+    if shutil.which(CHROMIUM) is None:
+        return "no chromium: see .ci/toolchains"
+    if not (EXAMPLES / "webxr" / "node_modules" / "three").is_dir():
+        return "no three.js: npm ci --prefix examples/webxr"
+    return None
+
+
+@contextmanager
+def visiting(size: tuple[int, int] = SIZE) -> Iterator[Visit]:
+    """Serve the scene, open it and enter VR."""
+    with running(["--scene", str(EXAMPLES)]) as service, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
+        )
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        page.set_default_timeout(SLOW_MS)
+        complaints: list[str] = []
+
+        def heard(said: Any) -> None:
+            if said.type == "error":
+                complaints.append(said.text)
+
+        page.on("console", heard)
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(f"{service.page}scene/webxr/?emulate")
+        page.locator("#state", has_text="plate").wait_for()
+        try:
+            yield Visit(page, page.evaluate_handle(MODULES), complaints)
+        finally:
+            browser.close()
