@@ -53,7 +53,9 @@ def add(commands: Commands) -> None:
     )
     thermal.add_argument("--seed", type=int, default=0, help="of the simulated palm (%(default)s)")
     thermal.add_argument("--json", action="store_true", help="print the JSON line only")
-    thermal.add_argument("--out", type=Path, metavar="FILE", help="also write the JSON there")
+    thermal.add_argument(
+        "--out", type=Path, metavar="FILE", help="also write it there, for --contact-resistance"
+    )
 
 
 def _thermal(options: argparse.Namespace) -> int:
@@ -169,6 +171,7 @@ def _tell(calibration: Calibration, options: argparse.Namespace) -> int:
             f"{found.high:.2g}) after {found.trials} trials; comparisons had a noise of about "
             f"{found.noise_c:.1f} degC"
         )
-        print(f"use it: --contact-resistance {found.contact_resistance:.2g}")
+        kept = f"{found.contact_resistance:.2g}" if options.out is None else options.out
+        print(f"use it: --contact-resistance {kept}")
     print(line)
     return 0

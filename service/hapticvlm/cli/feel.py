@@ -13,6 +13,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm.cli.palm import contact_resistance
+
 if TYPE_CHECKING:
     from hapticvlm.cli import Commands
     from hapticvlm.materials import Material
@@ -64,9 +66,9 @@ def _add_heat(feel: argparse.ArgumentParser) -> None:
     )
     heat.add_argument(
         "--contact-resistance",
-        type=_within(0.0, 1.0),
-        metavar="R",
-        help="m2 K/W (by the material; see `hapticvlm calibrate thermal`)",
+        type=_palm,
+        metavar="R_OR_FILE",
+        help="m2 K/W, or a file of `hapticvlm calibrate thermal --out` (by the material)",
     )
     heat.add_argument(
         "--thickness-m", type=_within(1e-6, 10.0), metavar="M", help="of a sheet (thick)"
@@ -83,6 +85,11 @@ def _within(low: float, high: float) -> Callable[[str], float]:
         return value
 
     return number
+
+
+def _palm(text: str) -> float:
+    """Read a contact resistance that skin and object can have."""
+    return _within(0.0, 1.0)(repr(contact_resistance(text)))
 
 
 def _feel(options: argparse.Namespace) -> int:
