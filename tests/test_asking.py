@@ -10,7 +10,8 @@ from hapticvlm.recognition.ambient import Sight
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.session.actions import AskAmbient, AskMaterial, Heat, LookAt
-from hapticvlm.session.scene import SURROUNDINGS, SceneSession
+from hapticvlm.session.frames import SURROUNDINGS
+from hapticvlm.session.scene import SceneSession
 
 BLOB = SceneObject(object_id="blob", name="Object_07")
 SUNNY = ("shade", "sun")

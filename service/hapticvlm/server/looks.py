@@ -11,7 +11,7 @@ from hapticvlm.recogniser import QueueFull, Recogniser
 from hapticvlm.recognition.eye import Look
 from hapticvlm.server.connection import Connection
 from hapticvlm.session.actions import Action, LookAt, Reply
-from hapticvlm.session.scene import SURROUNDINGS
+from hapticvlm.session.frames import SURROUNDINGS
 
 VIEW_S = 0.5
 

@@ -25,7 +25,7 @@ def known(material: str) -> str | None:
 def surface_of(
     object_id: str | None, verdict: Verdict, facts: SceneObject | None, ambient: Ambient
 ) -> Surface:
-    """Return the object's surface temperature: stated, by its name, by the sun, else the ambient."""
+    """Return the surface's temperature: stated, by its name, by the sun, else the ambient."""
     return surface.surface(
         SurfaceFacts(
             name=facts.name if facts else None,

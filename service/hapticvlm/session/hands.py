@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -85,6 +86,50 @@ class Hand:
         self.object_id = self.region = self.interaction = None
         self.rubs = False
         self.stroke = STILL
+
+
+class Hands:
+    """Both hands of one scene."""
+
+    def __init__(self) -> None:
+        self._hands = {name: Hand(number) for number, name in enumerate(NAMES)}
+
+    def __getitem__(self, name: HandName) -> Hand:
+        """Return the left or the right hand."""
+        return self._hands[name]
+
+    def __iter__(self) -> Iterator[Hand]:
+        """Go through both hands, the left one first."""
+        return iter(self._hands.values())
+
+    @property
+    def leases(self) -> int:
+        """How many hands hold a lease."""
+        return sum(hand.is_active for hand in self)
+
+    @property
+    def on_plate(self) -> Hand | None:
+        """The hand of the latest contact; without one, a hand that approaches."""
+        touching = [hand for hand in self if hand.is_touching]
+        if touching:
+            return max(touching, key=lambda hand: hand.contact_at or 0.0)
+        return next((hand for hand in self if hand.is_active), None)
+
+    def manner(self, key: Key) -> str | None:
+        """How what lies under this key is touched, if it is."""
+        return next((hand.manner for hand in self if hand.is_active and hand.key == key), None)
+
+    def lapse(self, now: float) -> list[Hand]:
+        """End the leases that were not renewed; return whose they were."""
+        late = [hand for hand in self if hand.lease_until is not None and hand.lease_until < now]
+        for hand in late:
+            hand.let_go()
+        return late
+
+    def let_go(self) -> None:
+        """End every lease."""
+        for hand in self:
+            hand.let_go()
 
 
 class Hold:
