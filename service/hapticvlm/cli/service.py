@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
-from hapticvlm import __version__
+from hapticvlm.cli import ready
 from hapticvlm.cli.serving import Serving
 from hapticvlm.devices.audio import AudioSettings
 from hapticvlm.devices.pattern_folder import read_patterns
@@ -29,8 +29,9 @@ from hapticvlm.recognition.own import read_folder, table_with
 from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
 from hapticvlm.rendering.playback import Correction
 from hapticvlm.server import certificate
+from hapticvlm.server.address import Address
 from hapticvlm.server.certificate import Certificate
-from hapticvlm.server.edge import Address, Edge, Offer
+from hapticvlm.server.edge import Edge, Offer
 from hapticvlm.server.gateway import Gateway, ObserverLog
 from hapticvlm.server.recorder import Recorder
 
@@ -58,6 +59,7 @@ def address(serving: Serving) -> Address:
         frozenset(serving.allow_origin),
         serving.scene,
         _certificate(serving),
+        serving.pages_from,
     )
 
 
@@ -80,8 +82,7 @@ async def run(serving: Serving, where: Address) -> None:
                 tasks.create_task(gateway.run_ticks()),
                 tasks.create_task(gateway.run_telemetry()),
             ]
-            _say_ready(where, port, _devices(parts), has_priority)
-            _say_vlm(serving)
+            ready.say(serving, port, _devices(parts), has_priority=has_priority)
             await stopping.wait()
             gateway.close()
             for task in running:
@@ -210,23 +211,6 @@ def _pass_on(loop: asyncio.AbstractEventLoop, gateway: Gateway, answer: Answer) 
     """Pass an answer from the onlooker's reader thread to the event loop."""
     with contextlib.suppress(RuntimeError):  # the loop has closed
         loop.call_soon_threadsafe(gateway.on_answer, answer)
-
-
-def _say_vlm(serving: Serving) -> None:
-    if serving.vlm_url is not None:
-        print(f"  vlm          {serving.vlm_url}: frames are sent there", flush=True)
-    elif serving.vlm is not None:
-        print(f"  vlm          {serving.vlm or 'the default'}, loading", flush=True)
-
-
-def _say_ready(where: Address, port: int, devices: Devices, has_priority: bool) -> None:
-    shown = f"[{where.host}]" if ":" in where.host else where.host
-    s = "" if where.certificate is None else "s"
-    print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
-    print(f"  status page  http{s}://{shown}:{port}/")
-    for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
-        print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
-    print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
 
 
 def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:

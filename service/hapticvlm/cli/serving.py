@@ -77,10 +77,17 @@ class Serving:
         Path | None,
         Flag(
             CONNECTIONS,
-            "also serve this folder's pages and scripts at /scene/, to this machine only",
+            "also serve this folder's pages and scripts at /scene/, as all pages",
             metavar="FOLDER",
         ),
     ] = None
+    pages_from: Annotated[
+        Literal["this-machine", "lan"],
+        Flag(
+            CONNECTIONS,
+            "whose browsers see pages; the local network's are asked for the token (%(default)s)",
+        ),
+    ] = "this-machine"
     speaker: Annotated[
         str, Flag(OUTPUTS, "simulated, default, or part of an audio output's name (%(default)s)")
     ] = "simulated"

@@ -11,7 +11,6 @@ import secrets
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from websockets.asyncio.server import Server, ServerConnection, serve
@@ -44,7 +43,7 @@ from hapticvlm.messages import (
 )
 from hapticvlm.rendering.thermal import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server import http
-from hapticvlm.server.certificate import Certificate
+from hapticvlm.server.address import Address
 from hapticvlm.server.connection import Connection, notice_dead_peers
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.recorder import Recorder
@@ -62,30 +61,6 @@ MAX_CONNECTIONS = 64
 TOO_BIG = 1009
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True)
-class Address:
-    """Where to listen and whom to let in; a token is needed off loopback.
-
-    Browsers of this machine are served the files of `scene_folder`, if one is given. With a
-    certificate everything is encrypted: wss and https.
-    """
-
-    host: str = "127.0.0.1"
-    port: int = 8790
-    token: str | None = None
-    allowed_origins: frozenset[str] = frozenset()
-    scene_folder: Path | None = None
-    certificate: Certificate | None = None
-
-    def __post_init__(self) -> None:
-        if self.token is None and not http.is_loopback(self.host):
-            raise ValueError(
-                f"--host {self.host} can be reached from other machines: add --token SECRET"
-            )
-        if self.scene_folder is not None and not self.scene_folder.is_dir():
-            raise ValueError(f"--scene {self.scene_folder}: no such folder")
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +85,7 @@ class Edge:
         self._gateway = gateway
         self._offer = offer
         self._clock = clock
-        self._door = http.Door(address.host, address.allowed_origins, address.scene_folder)
+        self._door = address.door()
         self._numbers = itertools.count(1)
         self._open_sockets: set[ServerConnection] = set()
 
@@ -154,6 +129,8 @@ class Edge:
         response = http.answer(connection, request, self._door, self._gateway.status)
         if response is not None and response.status_code == 403:
             self._gateway.counts["refused: door"] += 1
+        if response is not None and response.status_code == 401:
+            self._gateway.counts["refused: token"] += "Authorization" in request.headers
         return response
 
     async def _handle(self, socket: ServerConnection) -> None:

@@ -1,7 +1,8 @@
 """What the port answers before a WebSocket begins: who may connect, and the static pages.
 
 Origin: absent (native clients) and loopback are accepted, anything else only if listed. Host: a
-loopback service accepts loopback names only, which stops DNS rebinding. Pages go to loopback only.
+loopback service accepts loopback names only, which stops DNS rebinding. Pages go to loopback only,
+or to the local network for the token (visitors.py).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from websockets.http11 import Request, Response
 
 from hapticvlm.server import scene_files
 from hapticvlm.server.scene_files import TYPES
+from hapticvlm.server.visitors import CHALLENGE, Visitors
 
 PAGES = Path(__file__).parent.parent / "pages"
 _POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
@@ -28,11 +30,15 @@ _POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-
 
 @dataclass(frozen=True, slots=True)
 class Door:
-    """Who is let in, and to what; `host` is the address the service listens on."""
+    """Who is let in, and to what; `host` is the address the service listens on.
+
+    Without `visitors` pages go to this machine only.
+    """
 
     host: str
     allowed_origins: frozenset[str]
     scene_folder: Path | None = None
+    visitors: Visitors | None = None
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
         """Say why a request with these headers is refused, or None."""
@@ -43,6 +49,8 @@ class Door:
         if is_loopback(self.host) and not is_loopback(_host_of("//" + host)):
             return f"Host {host[:80]!r} is not this machine"
         if origin is None or origin in self.allowed_origins or is_loopback(_host_of(origin)):
+            return None
+        if self.visitors is not None and self.visitors.is_own_origin(origin, host):
             return None
         return f"Origin {origin[:80]!r} is not allowed: start with --allow-origin {origin[:80]}"
 
@@ -71,8 +79,9 @@ def answer(
         return _response(403, refusal + "\n")
     if "upgrade" in request.headers.get("Connection", "").lower():
         return None
-    if not is_loopback(str(connection.remote_address[0])):
-        return _response(403, "pages are served to this machine only\n")
+    turned_away = turn_away(str(connection.remote_address[0]), request.headers, door.visitors)
+    if turned_away is not None:
+        return turned_away
     path = urlsplit(request.path).path
     if path == "/healthz":
         return _response(200, "ok\n")
@@ -81,6 +90,23 @@ def answer(
     if door.scene_folder is not None and path.startswith(scene_files.PREFIX):
         return _scene_file(door.scene_folder, path)
     return _page(path)
+
+
+def turn_away(peer: str, headers: Headers, visitors: Visitors | None) -> Response | None:
+    """Refuse a browser that may not see pages, or ask it for the token; None: it may."""
+    if is_loopback(peer):
+        return None
+    if visitors is None:
+        return _response(403, "pages are served to this machine only: see --pages-from\n")
+    refusal = visitors.refusal(peer, headers.get("Host", ""))
+    if refusal is not None:
+        return _response(403, refusal + "\n")
+    given = headers.get_all("Authorization")
+    if len(given) == 1 and visitors.knows_token(given[0]):
+        return None
+    asking = _response(401, "the token is the password; any name will do\n")
+    asking.headers["WWW-Authenticate"] = CHALLENGE
+    return asking
 
 
 def _scene_file(folder: Path, path: str) -> Response:
