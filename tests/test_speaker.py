@@ -14,17 +14,22 @@ from hapticvlm.devices.output import OutputError, choose
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import Gain, Ring
 from hapticvlm.devices.speaker import Speaker
+from hapticvlm.measure import jack
 from hapticvlm.measure.deadlines import keep
 from hapticvlm.measure.service import running
 from hapticvlm.measure.sink import NAME, NEEDED, null_sink, recording
 from hapticvlm.measure.speaker import gaps, late
-from hapticvlm.rendering.vibration import Stroke
+from hapticvlm.rendering.vibration import RATE_HZ, Stroke
 from hapticvlm.rendering.voices import Command
 
 MISSING = [name for name in NEEDED if shutil.which(name) is None]
 needs_pulseaudio = pytest.mark.skipif(
     bool(MISSING) and not os.environ.get("CI"),
     reason="needs pulseaudio and pulseaudio-utils: a sink whose monitor is recorded",
+)
+needs_jack = pytest.mark.skipif(
+    shutil.which("jackd") is None and not os.environ.get("CI"),
+    reason="needs jackd2: a JACK server whose dummy driver plays into nothing",
 )
 PATIENCE_S = 30.0
 LEASE_S = 0.2
@@ -207,3 +212,12 @@ async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(sink
             async with asyncio.timeout(PATIENCE_S):
                 while (await scene.telemetry())["faults"]:
                     pass
+
+
+@needs_jack
+def test_jack_is_played_on_in_two_channels_and_at_its_own_pace():
+    seconds = 3.0
+    found = jack.underruns(seconds, jack.settings(256, realtime=True))
+
+    assert found["samples"] == pytest.approx(RATE_HZ * seconds, rel=0.5)
+    assert found["underruns"] * 256 < 0.5 * RATE_HZ * seconds

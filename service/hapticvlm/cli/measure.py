@@ -39,12 +39,17 @@ def _add_speaker(kinds: Commands) -> None:
         "speaker", help="contact to first sample at a recorded sink, beside a bare audio program"
     )
     speaker.set_defaults(run=_measure_speaker)
-    speaker.add_argument("--seconds", type=float, default=20.0, help="per row (%(default)s)")
+    speaker.add_argument(
+        "--seconds", type=float, default=20.0, help="per row at the sink (%(default)s; 0 = none)"
+    )
     speaker.add_argument(
         "--block", type=int, action="append", help="block size (repeatable; 64, 128, 256, 512)"
     )
     speaker.add_argument(
         "--clock", type=float, default=10.0, metavar="S", help="of virtual clock (%(default)s)"
+    )
+    speaker.add_argument(
+        "--jack", type=float, default=0.0, metavar="S", help="of jackd's dummy, per block (none)"
     )
     speaker.add_argument(
         "--no-realtime", dest="realtime", action="store_false", help="at normal priority"
@@ -95,7 +100,8 @@ def _measure_speaker(options: argparse.Namespace) -> int:
     from hapticvlm.measure.sink import SinkError
     from hapticvlm.measure.speaker import BLOCKS, Plan, run
 
-    plan = Plan(options.seconds, options.block or BLOCKS, options.clock, options.realtime)
+    clocks = (options.clock, options.jack)
+    plan = Plan(options.seconds, options.block or BLOCKS, *clocks, options.realtime)
     try:
         return run(plan, as_json=options.json)
     except (DeviceError, SinkError) as error:

@@ -46,7 +46,7 @@ MAX_WAITING_BLOCKS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class AudioSettings:
-    """How the engine plays: `output` is "simulated", "default" or part of a device's name.
+    """How the engine plays: `output` is "simulated", "default", "jack" or part of a name.
 
     `level` (0..1) is the most of full scale that reaches the output, whatever gain a scene sets.
     `materials` are those it can render, in the order in which the ring counts them; `patterns` are

@@ -3,6 +3,10 @@
 No audio stack tells reliably that an output was unplugged (PulseAudio neither for a removed sink
 nor for a dead server, through miniaudio), but one that is gone no longer asks for samples. What is
 played, and what a loss means, is the engine's.
+
+"jack" is a JACK server (or PipeWire's), which no list of outputs names where ALSA or PulseAudio is
+there too. Through miniaudio its stream has two channels or does not open, and none of it is kept
+between two periods, so that there a single period missed is heard.
 """
 
 from __future__ import annotations
@@ -20,6 +24,8 @@ from hapticvlm.rendering.vibration import RATE_HZ
 
 FIFO_PRIORITY = 20
 BUFFERED_BLOCKS = 3  # miniaudio's default number of periods: a longer gap has emptied them all
+JACK = "jack"
+JACK_BLOCKS = 2  # periods between two calls, when the one between them was missed
 LOST_S = 1.0
 STEADY_WITHIN_S = 8.0  # PulseAudio plays up to two seconds of its own silence before it asks
 STEADY_S = 0.25
@@ -44,20 +50,25 @@ class Output:
     asked_at: float = 0.0
     asked: int = 0
     failure: Exception | None = None
+    _channels: int = 1
+    _longest: int = BUFFERED_BLOCKS
     _device: Any = field(default=None, repr=False)
 
     def open(self, wanted: str, block: int) -> None:
         """Start playing on the output called `wanted`. Raises OutputError."""
         import miniaudio
 
+        is_jack = wanted.lower() == JACK
+        self._channels, self._longest = (2, JACK_BLOCKS) if is_jack else (1, BUFFERED_BLOCKS)
         try:
-            found = choose(playbacks(), wanted)
+            found = None if is_jack else choose(playbacks(), wanted)
             self._device = miniaudio.PlaybackDevice(
                 output_format=miniaudio.SampleFormat.FLOAT32,
-                nchannels=1,
+                nchannels=self._channels,
                 sample_rate=RATE_HZ,
                 buffersize_msec=max(1, round(block * 1000 / RATE_HZ)),
                 device_id=found["id"] if found else None,
+                backends=[miniaudio.Backend.JACK] if is_jack else None,
                 app_name="HapticVLM",
             )
             if "null" in self._device.backend.lower():
@@ -105,14 +116,14 @@ class Output:
             now = time.monotonic()
             gap, self.asked_at = now - self.asked_at, now
             is_steady = self.asked > STEADY_S * RATE_HZ
-            self.underruns += is_steady and gap > BUFFERED_BLOCKS * count / RATE_HZ
+            self.underruns += is_steady and gap > self._longest * count / RATE_HZ
             self.asked += count
             try:
                 block = self.fill(count)
             except Exception as error:
                 self.failure = error  # raised again where somebody hears it
                 raise
-            count = yield block
+            count = yield block if self._channels == 1 else np.repeat(block, self._channels)
 
 
 def playbacks() -> list[dict[str, Any]]:

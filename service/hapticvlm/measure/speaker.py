@@ -4,7 +4,7 @@ Strikes through the audio engine and clicks of a bare audio program take turns o
 of a private PulseAudio, so that the sound server's own delay is measured beside ours, in the same
 run and with the same blocks and priorities: while nothing else happens, and while a service with
 four scenes of 60 frames a second keeps its encoder busy. Gaps are runs of exact zeros in what was
-recorded of a held slide. The virtual clock is counted by itself.
+recorded of a held slide. The virtual clock and a JACK server's dummy are counted by themselves.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from rich.table import Table
 from hapticvlm import __version__
 from hapticvlm.devices.audio import AudioSettings
 from hapticvlm.devices.speaker import Speaker
+from hapticvlm.measure import jack
 from hapticvlm.measure.click import Clicker, clicker
 from hapticvlm.measure.conditions import load, no_load, priority, raise_priority
 from hapticvlm.measure.sink import NAME, Recording, Server, null_sink, recording
@@ -46,11 +47,15 @@ GOAL_MS = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What to measure: seconds per row, block sizes, seconds of virtual clock, priority."""
+    """What to measure: seconds per row, block sizes, seconds of clock and JACK, priority.
+
+    No seconds, no measurement.
+    """
 
     seconds: float
     blocks: Sequence[int]
     clock_s: float
+    jack_s: float
     realtime: bool
 
 
@@ -77,6 +82,23 @@ def run(plan: Plan, *, as_json: bool) -> int:
     console = Console(quiet=as_json, width=150)
     with console.status("virtual clock"):
         clock = _clock(plan) if plan.clock_s else None
+    with console.status("JACK dummy"):
+        dummies = _jack(plan) if plan.jack_s else []
+    rows = _sinks(plan, console) if plan.seconds else []
+    if rows:
+        console.print(_table(rows))
+    for line in ([_clock_line(clock)] if clock else []) + [_jack_line(each) for each in dummies]:
+        console.print(line)
+    versions = {"hapticvlm": __version__, "cpus": os.cpu_count(), "server": _server_version()}
+    print(
+        json.dumps(
+            {"measure": "speaker", **versions, "rows": rows, "clock": clock, "jack": dummies}
+        )
+    )
+    return 0
+
+
+def _sinks(plan: Plan, console: Console) -> list[dict[str, Any]]:
     rows = []
     longest_s = (plan.seconds + SLIDE_S + ROW_S) * len(plan.blocks)
     with null_sink() as server, priority(plan.realtime):
@@ -87,12 +109,17 @@ def run(plan: Plan, *, as_json: bool) -> int:
                     row = _row(server, block, plan)
                     busy = (busy_s() - before) / (time.monotonic() - started)
                     rows.append({"condition": name, **row, "recogniser_busy": round(busy, 2)})
-    console.print(_table(rows))
-    if clock is not None:
-        console.print(_clock_line(clock))
-    versions = {"hapticvlm": __version__, "cpus": os.cpu_count(), "server": _server_version()}
-    print(json.dumps({"measure": "speaker", **versions, "rows": rows, "clock": clock}))
-    return 0
+    return rows
+
+
+def _jack(plan: Plan) -> list[dict[str, Any]]:
+    rooms = (jack.settings(block, realtime=plan.realtime) for block in plan.blocks)
+    return [jack.underruns(plan.jack_s, room) for room in rooms]
+
+
+def _jack_line(found: dict[str, Any]) -> str:
+    counts = f"{found['seconds']:.0f} s: {found['underruns']} underruns"
+    return f"JACK dummy, blocks of {found['block']}, {counts}"
 
 
 def late(heard: Sequence[tuple[float, bytes]], moments: Sequence[float]) -> Heard:
