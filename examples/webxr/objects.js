@@ -31,7 +31,6 @@ export function buildObjects() {
   ];
 }
 
-const THIN = 0.3; // opacity
 const copperShader = {metallic: 1, roughness: 0.25, base_color: [0.95, 0.64, 0.54]};
 const hammer = (root) => at(-0.02, 0.06, root, 0.5);
 const box = (root) => at(0.2, -0.1, root, 0.2);
@@ -83,14 +82,16 @@ function clearGlass(tint) {
   });
 }
 
-/** Glass that refracts, which draws the scene again for each eye, or thin glass that only lets through. */
+/** Glass that refracts, which draws the scene again for each eye, or thin glass that only mirrors. */
 export function makeGlass(objects, {refracts}) {
   for (const {root} of objects) {
     root.traverse(({material}) => {
       if (!material?.isMeshPhysicalMaterial) return;
       material.transmission = refracts ? 1 : 0;
+      material.color.set(refracts ? 0xffffff : 0x000000);
+      material.blending = refracts ? THREE.NormalBlending : THREE.AdditiveBlending; // mirrored light on what is behind
       material.transparent = !refracts;
-      material.opacity = refracts ? 1 : THIN;
+      material.depthWrite = refracts;
       material.needsUpdate = true;
     });
   }
