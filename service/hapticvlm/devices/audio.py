@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.output import take_priority
+from hapticvlm.devices.output import lock_memory, take_priority
 from hapticvlm.devices.players import Player, VirtualClock
 from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, Order, RestAll, Ring
 from hapticvlm.materials import MATERIALS, Material
@@ -166,6 +166,8 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     engine.fill(settings.block)
     gc.collect()
     gc.disable()
+    if settings.realtime:
+        lock_memory()
     player: VirtualClock | Player
     simulated = settings.output == "simulated"
     player = VirtualClock(engine, settings) if simulated else Player(engine, settings)

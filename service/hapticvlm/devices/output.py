@@ -11,6 +11,7 @@ between two periods, so that there a single period missed is heard.
 
 from __future__ import annotations
 
+import ctypes
 import os
 import time
 from collections.abc import Callable, Generator, Sequence
@@ -30,6 +31,7 @@ LOST_S = 1.0
 STEADY_WITHIN_S = 8.0  # PulseAudio plays up to two seconds of its own silence before it asks
 STEADY_S = 0.25
 _LOOK_S = 0.02
+_MCL_CURRENT = 1  # of <sys/mman.h>, on Linux and macOS alike
 
 Fill = Callable[[int], NDArray[np.float32]]
 
@@ -161,3 +163,14 @@ def take_priority() -> bool:
     except OSError:
         return False
     return True
+
+
+def lock_memory() -> bool:
+    """Keep what this process uses now from being paged out; tell whether that was permitted.
+
+    Not what it will use: a limit reached later would then refuse memory instead of a lock.
+    """
+    try:
+        return bool(ctypes.CDLL(None).mlockall(_MCL_CURRENT) == 0)
+    except (OSError, AttributeError, TypeError):  # no such call, or no C library to ask, as Windows
+        return False

@@ -9,6 +9,7 @@ import sys
 import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from hapticvlm.measure.service import Service, running
 from hapticvlm.measure.sink import Recording, Server
@@ -54,6 +55,18 @@ def priority(realtime: bool) -> Iterator[None]:
         yield
     finally:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+def stolen_s() -> float | None:
+    """Return how long the host of a virtual machine has kept its processors from it, s, if told.
+
+    No priority helps against that: to everything within, time just jumps.
+    """
+    try:
+        all_of_them = Path("/proc/stat").read_text(encoding="ascii").splitlines()[0].split()
+        return int(all_of_them[8]) / os.sysconf("SC_CLK_TCK")
+    except (OSError, IndexError, ValueError):
+        return None
 
 
 def raise_priority(realtime: bool, server: Server, heard: Recording) -> None:

@@ -41,8 +41,7 @@ def dummy(block: int) -> Iterator[subprocess.Popen[bytes]]:
     os.environ.update(ours)
     command = ["jackd", "-n", name, "-R", "-P", str(PRIORITY), "-d", "dummy"]
     command += ["-r", str(RATE_HZ), "-p", str(block), "-C", "0", "-P", "2"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    server = subprocess.Popen(command, **quiet)
+    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         _await(server, name)
         yield server

@@ -29,7 +29,7 @@ from hapticvlm.devices.audio import AudioSettings
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.measure import jack
 from hapticvlm.measure.click import Clicker, clicker
-from hapticvlm.measure.conditions import load, no_load, priority, raise_priority
+from hapticvlm.measure.conditions import load, no_load, priority, raise_priority, stolen_s
 from hapticvlm.measure.sink import NAME, Recording, Server, null_sink, recording
 from hapticvlm.rendering.vibration import RATE_HZ, Stroke
 from hapticvlm.rendering.voices import Command
@@ -215,7 +215,7 @@ def _clock(plan: Plan) -> dict[str, Any]:
     speaker.start()
     command = [sys.executable, "-m", "hapticvlm.measure.deadlines", str(plan.clock_s)]
     command += [str(settings.block), str(int(plan.realtime))]
-    started = time.monotonic()
+    started, stolen_before = time.monotonic(), stolen_s()
     try:
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bare:
             while time.monotonic() - started < plan.clock_s:
@@ -226,12 +226,17 @@ def _clock(plan: Plan) -> dict[str, Any]:
     finally:
         speaker.close()
     counts = {"underruns": status.underruns, "samples": status.samples, "lost": status.lost}
-    return {"seconds": plan.clock_s, **counts, "realtime": status.realtime, "floor": floor}
+    stolen = stolen_s()
+    lost_s = None if stolen is None or stolen_before is None else round(stolen - stolen_before, 2)
+    seconds = {"seconds": plan.clock_s, "stolen_s": lost_s}
+    return {**seconds, **counts, "realtime": status.realtime, "floor": floor}
 
 
 def _clock_line(clock: dict[str, Any]) -> str:
     ours, bare = clock["underruns"], clock["floor"]["missed"]
-    return f"virtual clock, {clock['seconds']:.0f} s: {ours} underruns; a bare loop missed {bare}"
+    text = f"virtual clock, {clock['seconds']:.0f} s: {ours} underruns; a bare loop missed {bare}"
+    stolen = clock["stolen_s"]
+    return text if stolen is None else f"{text}; the host took {stolen:g} s from this machine"
 
 
 def _server_version() -> str:
