@@ -32,7 +32,8 @@ from hapticvlm.server import certificate
 from hapticvlm.server.address import Address
 from hapticvlm.server.certificate import Certificate
 from hapticvlm.server.edge import Edge, Offer
-from hapticvlm.server.gateway import Gateway, ObserverLog
+from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.observer_log import ObserverLog
 from hapticvlm.server.recorder import Recorder
 
 GATEWAY_PRIORITY = 10

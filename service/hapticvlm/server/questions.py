@@ -38,7 +38,7 @@ class Questions:
     """Feeds the onlooker, in turns, ambient before material."""
 
     def __init__(self, onlooker: Onlooker, desk: Desk) -> None:
-        self._onlooker = onlooker
+        self.onlooker = onlooker
         self._desk = desk
         self._ambient: OrderedDict[int, tuple[Asker, AskAmbient, float]] = OrderedDict()
         self._material: OrderedDict[tuple[int, Key], tuple[Asker, AskMaterial, float]] = (
@@ -52,7 +52,7 @@ class Questions:
 
     def queue(self, asker: Asker, ask: Ask, now: float) -> None:
         """Take in a question; a newer one about the same thing takes its place."""
-        if self._onlooker.absent is not None:
+        if self.onlooker.absent is not None:
             self._tell(asker, ask, None)
             return
         superseded: tuple[Asker, Ask, float] | None
@@ -70,7 +70,7 @@ class Questions:
 
     def feed(self, now: float) -> None:
         """Ask the next question if the onlooker is idle."""
-        while not self._onlooker.is_busy:
+        while not self.onlooker.is_busy:
             waiting = self._ambient or self._material
             if not waiting:
                 return
@@ -79,11 +79,11 @@ class Questions:
                 self._drop(asker, ask)
                 continue
             self._asked = (asker, ask)
-            self._onlooker.ask(self._question(asker, ask), now)
+            self.onlooker.ask(self._question(asker, ask), now)
 
     def take(self, answer: Answer, now: float) -> None:
         """Take in an answer; one to a question given up is dropped."""
-        if not self._onlooker.done(answer):
+        if not self.onlooker.done(answer):
             self._desk.counts["late vlm answers dropped"] += 1
             return
         asked, self._asked = self._asked, None
@@ -95,19 +95,13 @@ class Questions:
             self._tell(*asked, answer)
         self.feed(now)
 
-    def fail(self, text: str, now: float) -> None:
-        """Tell who waited for an answer that there will be none: the onlooker was restarted."""
-        asked, self._asked = self._asked, None
-        self.last_error = text
-        if asked is not None:
-            self.failed += 1
-            self._tell(*asked, None)
-        if self._onlooker.absent is not None:
-            for waiting in (self._ambient, self._material):
-                while waiting:
-                    _, (asker, ask, _since) = waiting.popitem()
-                    self._drop(asker, ask)
+    def supervise(self, now: float) -> str | None:
+        """Watch the onlooker and go on asking; return what happened to it, if anything."""
+        trouble = self.onlooker.supervise(now)
+        if trouble is not None:
+            self._fail(trouble, now)
         self.feed(now)
+        return trouble
 
     def forget(self, asker: Asker) -> None:
         """Drop what a connection that left has waiting."""
@@ -116,6 +110,20 @@ class Questions:
             del self._material[key]
         if self._asked is not None and self._asked[0] is asker:
             self._asked = None
+
+    def _fail(self, text: str, now: float) -> None:
+        """Tell who waited for an answer that there will be none: the onlooker was restarted."""
+        asked, self._asked = self._asked, None
+        self.last_error = text
+        if asked is not None:
+            self.failed += 1
+            self._tell(*asked, None)
+        if self.onlooker.absent is not None:
+            for waiting in (self._ambient, self._material):
+                while waiting:
+                    _, (asker, ask, _since) = waiting.popitem()
+                    self._drop(asker, ask)
+        self.feed(now)
 
     def _question(self, asker: Asker, ask: Ask) -> Question:
         if isinstance(ask, AskAmbient):

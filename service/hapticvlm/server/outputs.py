@@ -1,0 +1,63 @@
+"""The outputs of the service: speaker and plate, and what a stop still holds at rest."""
+
+from __future__ import annotations
+
+import time
+
+from hapticvlm.devices.peltier import Plate
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.messages import Scope
+from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.session.actions import Feel, Heat, LetGo, RestPlate, SetGain
+from hapticvlm.session.hands import Hold
+
+
+class Outputs:
+    """Speaker and plate under one hand; after `close` nothing moves them."""
+
+    def __init__(self, speaker: Speaker, plate: Plate) -> None:
+        self.speaker = speaker
+        self.plate = plate
+        self.hold = Hold()
+        self.reading: PlateReading = plate.advance(time.monotonic())
+        self.is_closed = False
+
+    def close(self) -> None:
+        """Rest both and move nothing from now on."""
+        self.is_closed = True
+        self.rest()
+
+    def rest(self) -> None:
+        """Rest both at once."""
+        self.speaker.rest()
+        self.plate.rest(time.monotonic())
+
+    def stop(self, scope: Scope) -> None:
+        """Rest those of this scope at once and hold them there."""
+        self.hold.stop(scope)
+        if scope != "peltier":
+            self.speaker.rest()
+        if scope != "speaker":
+            self.plate.rest(time.monotonic())
+
+    def follow(self, now: float) -> list[str]:
+        """Take in what the plate says; return the faults that are new."""
+        before = self.reading.faults
+        self.reading = self.plate.advance(now)
+        return [fault for fault in self.reading.faults if fault not in before]
+
+    def drive(self, action: Feel | LetGo | SetGain | Heat | RestPlate) -> None:
+        """Do what a session asked of them."""
+        if self.is_closed:
+            return
+        match action:
+            case Feel():
+                self.speaker.obey(action.command)
+            case LetGo():
+                self.speaker.let_go(action.hand)
+            case SetGain():
+                self.speaker.set_gain(action.gain)
+            case Heat():
+                self.plate.command(action.setpoint_c, action.ttl_s, time.monotonic())
+            case RestPlate():
+                self.plate.rest(time.monotonic())
