@@ -12,6 +12,7 @@ from hapticvlm import __version__
 from hapticvlm.cli import (
     calibrate,
     charts,
+    doctor,
     evaluate,
     feel,
     gallery,
@@ -66,6 +67,7 @@ def _parser() -> argparse.ArgumentParser:
         calibrate,
         plate,
         study,
+        doctor,
     ):
         part.add(commands)
     return parser
