@@ -522,6 +522,18 @@ def test_a_client_clock_that_jumps_back_is_believed_again_after_the_window():
     assert clock.age_s(3 * WINDOW_S, 3 * WINDOW_S) == pytest.approx(0.0)
 
 
+@pytest.mark.parametrize("wrong", [touch("release", at=1e12), frame(at=1e12)])
+def test_one_capture_time_from_the_far_future_costs_no_later_impact(wrong):
+    session = owner(TABLE)
+    session.receive(touch(at=50.0), 1.0)
+    session.receive(touch("release", at=50.1), 1.1)
+    session.receive(wrong, 1.1)
+    session.receive(frame(at=50.2), 1.2)
+    (feel,) = only(session.receive(touch(at=50.5), 1.5), Feel)
+    assert (feel.command.onset, session.late_contacts) == (True, 0)
+    assert not session.is_stale(frame(at=50.5, max_age_ms=50.0), 1.51)
+
+
 def test_a_client_clock_that_jumps_ahead_is_never_younger_than_now():
     clock = ClockOffset()
     clock.observe(0.0, 0.0)
@@ -641,6 +653,19 @@ def test_an_answer_for_a_scene_since_replaced_is_not_believed():
     (answer,) = replies(session.recognised(look, WOOD, {}, 1.1), Skipped)
     assert answer.reason == "superseded"
     assert replies(session.receive(touch(object_id="blob"), 1.2), Decision)[0].material == "unknown"
+
+
+def test_an_answer_for_the_region_of_a_contact_since_ended_is_not_believed():
+    session = owner()
+    session.receive(frame(object_id=None), 1.0)
+    regions = [Region(x=x, y=0.1, w=0.2, h=0.2) for x in (0.1, 0.7)]
+    (early,) = only(session.receive(touch(object_id=None, region=regions[0]), 1.1), LookAt)
+    session.receive(touch("release"), 1.15)
+    (look,) = only(session.receive(touch(object_id=None, region=regions[1]), 1.2), LookAt)
+    assert session.recognised(early, METAL, {}, 1.25) == []
+    session.recognised(look, WOOD, {}, 1.3)
+    (feel,) = only(session.receive(touch("slide", None, region=regions[1]), 1.35), Feel)
+    assert feel.command.material == "wood"
 
 
 def test_a_swing_ends_when_the_hand_only_approaches():

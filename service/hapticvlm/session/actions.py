@@ -21,7 +21,7 @@ class LookAt:
     """Have the recogniser look at this frame; id 0 means nobody waits for an answer.
 
     `key` is what it shows (an object's id, or the region a hand touches); `generation` is that of
-    the scene it belongs to, so that an answer for a scene since replaced is not believed.
+    the key, so that an answer for a scene or a contact since replaced is not believed.
     """
 
     frame: Frame

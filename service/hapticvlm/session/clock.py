@@ -2,7 +2,7 @@
 
 The offset is the running minimum of arrival minus capture time: the message that travelled fastest
 says most. The minimum runs over a window, so a client whose clock jumps back is believed again
-after `WINDOW_S` instead of having every later frame called old.
+after `WINDOW_S`, or at `restart`, instead of having every later frame called old.
 """
 
 from __future__ import annotations
@@ -20,6 +20,11 @@ class ClockOffset:
         self._current = self._previous = float("inf")
         self._first: float | None = None
         self.runs = False  # a client without a clock sends one number for ever: no age is known
+
+    def restart(self) -> None:
+        """Forget the offset: the client's clock was set."""
+        self._started = None
+        self._current = self._previous = float("inf")
 
     def observe(self, captured_at: float, arrived: float) -> None:
         """Take in one message's capture time (client clock) and arrival (service clock)."""

@@ -12,6 +12,7 @@ from hapticvlm.session.hands import LEASE_S, Hand
 from hapticvlm.session.objects import Key
 
 LATE_S = LEASE_S  # a contact captured longer ago lapsed on its way; nobody takes it for its cause
+BACK_S = {"touch": LATE_S, "frame": 60.0}  # as old as a frame may be; touches come in order
 WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
 SURROUNDINGS: Key = ("scene", "scene")
 
@@ -23,6 +24,7 @@ class Frames:
         self._clock = ClockOffset()
         self._rate = FrameRate(FRAMES_PER_S)
         self._newest: Frame | None = None
+        self._captured_at: dict[str, float] = {}
 
     def admits(self, frame: Frame, now: float) -> bool:
         """Take in a frame; false if it is one too many. Raises MessageError if it lies of its size.
@@ -35,14 +37,14 @@ class Frames:
             pictures.check_header(frame)
         except pictures.PictureError as error:
             raise MessageError("message", str(error), path=error.path, id=frame.id) from None
-        self._clock.observe(frame.captured_at, now)
+        self._hear("frame", frame.captured_at, now)
         if frame.purpose == "live":
             self._newest = frame
         return True
 
     def hear(self, touch: Touch, now: float) -> None:
         """Take in what a touch tells of the client's clock."""
-        self._clock.observe(touch.captured_at, now)
+        self._hear("touch", touch.captured_at, now)
 
     def age_s(self, frame: Frame, now: float) -> float:
         """Return how old the frame is, by the client's own clock."""
@@ -65,8 +67,15 @@ class Frames:
         )
         return [LookAt(touched, hand.key, generation)]
 
+    def _hear(self, kind: str, captured_at: float, now: float) -> None:
+        """Take in a capture time; one that goes far back says that the clock was set."""
+        if captured_at < self._captured_at.get(kind, captured_at) - BACK_S[kind]:
+            self._clock.restart()
+        self._captured_at[kind] = captured_at
+        self._clock.observe(captured_at, now)
 
-def look_around(frame: Frame, generation: int) -> LookAt:
+
+def look_around(frame: Frame) -> LookAt:
     """Have the whole frame looked at for what the place looks like."""
     whole = msgspec.structs.replace(frame, id=0, object_id=None, region=WHOLE, mask=None)
-    return LookAt(whole, SURROUNDINGS, generation)
+    return LookAt(whole, SURROUNDINGS, 0)

@@ -10,6 +10,7 @@ shows: that is no one object, so there each look stands alone.
 from __future__ import annotations
 
 import difflib
+from collections import Counter
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 
@@ -48,7 +49,12 @@ class SceneObjects:
         self._table = table
         self._lexicon = names.read_lexicon(table)
         self._known: dict[Key, _Known] = {}
-        self.generation = 0
+        self._replaced = 0
+        self._forgotten: Counter[Key] = Counter()
+
+    def generation(self, key: Key) -> int:
+        """Return a number that grows when this key comes to stand for another object."""
+        return self._replaced + self._forgotten[key]
 
     def declare(self, scene: Scene) -> None:
         """Take in what the scene states; raises MessageError and changes nothing if wrong."""
@@ -60,7 +66,7 @@ class SceneObjects:
             raise MessageError("limit", text, path="$.objects")
         if scene.replace:
             self._known.clear()
-            self.generation += 1
+            self._replaced += 1
         for stated in scene.objects:
             known = self._known.get(stated.object_id) or _Known(None)
             self._known[stated.object_id] = _Known(
@@ -89,8 +95,9 @@ class SceneObjects:
         return before != gist
 
     def forget(self, key: Key) -> None:
-        """Forget what was seen under this key."""
+        """Forget what was seen under this key, and what is still being looked at."""
         self._known.pop(key, None)
+        self._forgotten[key] += 1
 
     def verdict(self, key: Key) -> Verdict:
         """Return what this object is, from the cache or from what is known so far."""

@@ -117,7 +117,7 @@ class SceneSession:
                 surroundings.learn(ask.view, answer, now)
             case AskAmbient(), _:
                 surroundings.fail(ask.view)
-            case AskMaterial(), Evidence() if ask.generation == objects.generation:
+            case AskMaterial(), Evidence() if ask.generation == objects.generation(ask.key):
                 objects.hear(ask.key, answer)
         return self._touching.renew()
 
@@ -126,7 +126,7 @@ class SceneSession:
     ) -> list[Action]:
         """Take in what a look gave; None means its picture has not changed."""
         frame, key = look.frame, look.key
-        if look.generation != self._world.objects.generation:
+        if look.generation != self._world.objects.generation(key):
             return self.skipped(frame, "superseded")
         if evidence is None:
             return self.skipped(frame, "unchanged")
@@ -178,14 +178,14 @@ class SceneSession:
         if frame.purpose == "live":
             touched = self._touching.look_again()
             if self._world.surroundings.wants_sight(now):
-                touched.append(look_around(frame, self._world.objects.generation))
+                touched.append(look_around(frame))
         return [*touched, *self._answer_frame(frame, now)]
 
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
         """Answer at once what needs no look, else have the frame looked at."""
         key, objects = frame.object_id, self._world.objects
         if key is None or objects.needs_look(key):
-            return [LookAt(frame, key, objects.generation)]
+            return [LookAt(frame, key, objects.generation(key))]
         cached = objects.is_decided(key)
         age_ms = self.age_s(frame, now) * 1000.0
         decision = self._touching.decision(key)

@@ -96,7 +96,7 @@ class Touching:
         return [*actions, *self._look(hand)] if begins else actions
 
     def _look(self, hand: Hand) -> list[Action]:
-        return [*self._frames.look_at_region(hand, self._world.objects.generation)]
+        return [*self._frames.look_at_region(hand, self._world.objects.generation(hand.key))]
 
     def _news(self, hand: Hand, *, cached: bool) -> list[Action]:
         """Tell the decision on what a hand touches if it is new or changed."""
