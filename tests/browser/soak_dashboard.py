@@ -78,7 +78,14 @@ class Soak:
         return max(nodes[half:]) - max(nodes[:half])
 
 
-def soak(browser: Browser, address: str, seconds: float, *, every_s: float = 10.0) -> Soak:
+def soak(
+    browser: Browser,
+    address: str,
+    seconds: float,
+    *,
+    every_s: float = 10.0,
+    warm_up_s: float = WARM_UP_S,
+) -> Soak:
     """Watch the dashboard at this address; use it once a second, weigh it `every_s`."""
     page = browser.new_page(viewport={"width": 1280, "height": 900})
     telemetries = [0]
@@ -90,7 +97,7 @@ def soak(browser: Browser, address: str, seconds: float, *, every_s: float = 10.
     page.add_init_script(TIMER)
     page.goto(address)
     tools = page.context.new_cdp_session(page)
-    page.wait_for_timeout(WARM_UP_S * 1000)
+    page.wait_for_timeout(warm_up_s * 1000)
     telemetries[0], started = 0, time.monotonic()
     memory, made = [_weigh(tools, 0.0)], 0
     for use in _uses(page):

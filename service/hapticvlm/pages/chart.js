@@ -23,21 +23,27 @@ export function palette() {
 
 document.addEventListener("themechange", () => (colours = null));
 
-// A canvas that is painted again when told, when it changes size and when the theme changes.
-// paint(context, width, height), in CSS pixels.
+// A canvas that is painted again when told (every `everyMs` at most), when it changes size and when the
+// theme changes. paint(context, width, height), in CSS pixels. Its size is told to it, never asked for:
+// asking makes the browser lay the page out there and then.
 export class Chart {
-  constructor(canvas, paint) {
+  constructor(canvas, paint, everyMs = 0) {
     this.canvas = canvas;
     this.paint = paint;
+    this.everyMs = everyMs;
+    this.size = null;
     this.paintedAt = -Infinity;
     this.timer = null;
     this.inFrame = eachFrame(() => this.#draw());
-    new ResizeObserver(() => this.inFrame()).observe(canvas);
+    new ResizeObserver(([{ contentRect }]) => {
+      this.size = contentRect;
+      this.inFrame();
+    }).observe(canvas);
     document.addEventListener("themechange", () => this.inFrame());
   }
 
   change() {
-    const waitMs = calm.matches ? this.paintedAt + CALM_MS - performance.now() : 0;
+    const waitMs = this.paintedAt + (calm.matches ? CALM_MS : this.everyMs) - performance.now();
     if (waitMs <= 0) this.inFrame();
     else this.timer ??= setTimeout(() => this.inFrame(), waitMs);
   }
@@ -46,7 +52,8 @@ export class Chart {
     clearTimeout(this.timer);
     this.timer = null;
     this.paintedAt = performance.now();
-    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!this.size) return;
+    const { width, height } = this.size;
     const scale = Math.min(devicePixelRatio, MOST_PIXELS);
     fit(this.canvas, Math.round(width * scale), Math.round(height * scale));
     const context = this.canvas.getContext("2d");

@@ -77,6 +77,7 @@ function showState(state) {
 }
 
 async function askStatus() {
+  if (document.hidden) return;
   try {
     const status = await (await fetch("/status", { signal: AbortSignal.timeout(STATUS_PATIENCE_MS) })).json();
     if (link.state !== "open") return;
@@ -100,7 +101,10 @@ byId("token-form").addEventListener("submit", (event) => {
   sessionStorage.setItem(TOKEN_KEY, token);
   link.offer(token);
 });
-document.addEventListener("visibilitychange", watch);
+document.addEventListener("visibilitychange", () => {
+  watch();
+  askStatus();
+});
 offerThemes();
 offerStop(link, askStatus);
 decisions.offerChoice();

@@ -8,11 +8,12 @@ const PER_SECOND = 10;
 const LOWEST_C = 12; // the trips at 13 and 43 degC are in view
 const HIGHEST_C = 44;
 const NEUTRAL_C = 32;
+const REPAINT_MS = 190; // a minute is some 500 px wide: it moves by less than two of them
 const [AT, MEASURED, SETPOINT] = [0, 1, 2];
 
 const history = new Ring(SECONDS * PER_SECOND, 3);
 let limits = { low: 18, high: 40 };
-const chart = new Chart(byId("plate-chart"), paint);
+const chart = new Chart(byId("plate-chart"), paint, REPAINT_MS);
 
 export function welcome(message) {
   const { peltier } = message.devices;

@@ -10,6 +10,8 @@ const DECAY = 0.97; // of the waveform's scale per picture, so that it does not 
 
 let samples = [];
 let rateHz = null;
+let isSilent = true;
+let amplitudes = null; // of the samples, once asked for
 let peak = 0;
 const wave = new Chart(byId("wave-chart"), paintWave);
 const lines = new Chart(byId("spectrum-chart"), paintSpectrum);
@@ -25,25 +27,38 @@ export function telemetry(message) {
 }
 
 export function waveform(view) {
-  samples = view.samples;
-  rateHz = view.rate_hz;
+  const wasSilent = isSilent && samples.length > 0;
+  take(view.samples, view.rate_hz);
+  if (!(isSilent && wasSilent)) repaint();
+}
+
+// Nothing is known of the speaker while the service is not heard.
+export function gap() {
+  take([], null);
+  say(byId("level"), "no reading");
+  repaint();
+}
+
+function take(newest, hertz) {
+  samples = newest;
+  rateHz = hertz;
+  isSilent = samples.every((sample) => Math.abs(sample) < SILENT);
+  amplitudes = null;
+}
+
+function repaint() {
   wave.change();
   lines.change();
   tellStrongest();
 }
 
-// Nothing is known of the speaker while the service is not heard.
-export function gap() {
-  samples = [];
-  say(byId("level"), "no reading");
-  say(byId("strongest"), "not known");
-  wave.change();
-  lines.change();
+function strongest() {
+  if (!samples.length) return "not known";
+  return isSilent ? "silent" : `strongest at ${strongestHz(found())} Hz`;
 }
 
-function strongest() {
-  const isSilent = samples.every((sample) => Math.abs(sample) < SILENT);
-  return isSilent ? "silent" : `strongest at ${strongestHz(spectrum(samples, rateHz))} Hz`;
+function found() {
+  return (amplitudes ??= spectrum(samples, rateHz));
 }
 
 function paintWave(context, width, height) {
@@ -63,6 +78,5 @@ function paintSpectrum(context, width, height) {
   const x = (bin) => (width * bin * STEP_HZ) / HIGHEST_HZ;
   for (const hertz of [250, 500, 750]) context.fillText(`${hertz} Hz`, x(hertz / STEP_HZ) - 18, height - 4);
   if (!samples.length) return;
-  const amplitudes = spectrum(samples, rateHz);
-  trace(context, { count: BINS, x, y: (bin) => y(decibels(amplitudes[bin])), colour: palette().wave });
+  trace(context, { count: BINS, x, y: (bin) => y(decibels(found()[bin])), colour: palette().wave });
 }

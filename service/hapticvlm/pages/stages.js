@@ -1,5 +1,5 @@
 // How long each stage took: median and 99th percentile of the newest few hundred.
-import { byId, make } from "./dom.js";
+import { byId, make, say } from "./dom.js";
 import { Ring, quantile } from "./ring.js";
 
 const KEPT = 512;
@@ -21,7 +21,9 @@ export function paint(waits) {
     return [name, quantile(sorted, 0.5), quantile(sorted, 0.99), sorted.length];
   });
   if (waits) rows.unshift(["touch to first sample", waits.median, waits.p99, waits.n]);
-  if (rows.length) byId("stages").replaceChildren(...rows.map(row));
+  const body = byId("stages");
+  if (rows.length && !body.querySelector("th")) body.replaceChildren();
+  rows.forEach((row, index) => fill(body.rows[index] ?? addRow(body), row));
 }
 
 function keep(name, ms) {
@@ -30,9 +32,14 @@ function keep(name, ms) {
   stages.get(name).push(ms);
 }
 
-function row([name, median, p99, count]) {
-  const line = make("tr");
-  line.append(make("th", name, { scope: "row" }));
-  for (const text of [`${median.toFixed(2)} ms`, `${p99.toFixed(2)} ms`, count]) line.insertCell().textContent = text;
-  return line;
+function addRow(body) {
+  const row = body.insertRow();
+  row.append(make("th", "", { scope: "row" }));
+  for (let column = 0; column < 3; column++) row.insertCell();
+  return row;
+}
+
+function fill(row, [name, median, p99, count]) {
+  const texts = [name, `${median.toFixed(2)} ms`, `${p99.toFixed(2)} ms`, String(count)];
+  texts.forEach((text, index) => say(row.cells[index], text));
 }

@@ -29,7 +29,7 @@ export function explain(decision) {
   say(byId("material"), decision.material);
   say(byId("object"), decision.object_id ?? "the touched region");
   say(byId("verdict"), verdict(decision));
-  byId("rungs").replaceChildren(...RUNGS.map((rung) => rungRow(rung, decision)));
+  RUNGS.forEach((rung, index) => fillRung(rungRow(index), rung, decision));
   list(byId("because"), because(decision));
 }
 
@@ -39,13 +39,24 @@ export function verdict({ confidence, source, runner_up, cached }) {
   return `${percent(confidence)} sure: ${RUNG_WORDS[source]} (${source})${next}${kept}`;
 }
 
-function rungRow(rung, { source, evidence = [] }) {
-  const found = evidence.filter((item) => item.rung === rung);
-  const row = make("tr", "", { className: rung === source ? "source" : "" });
-  row.append(make("th", rung, { scope: "row" }));
-  row.insertCell().textContent = found.length ? found.map((item) => item.material).join(", ") : "nothing";
-  row.insertCell().append(...found.flatMap((item) => bar(item)));
+function rungRow(index) {
+  const rungs = byId("rungs");
+  if (rungs.rows[index]) return rungs.rows[index];
+  const row = rungs.insertRow();
+  row.append(make("th", RUNGS[index], { scope: "row" }));
+  row.insertCell();
+  row.insertCell();
   return row;
+}
+
+function fillRung(row, rung, { source, evidence = [] }) {
+  const found = evidence.filter((item) => item.rung === rung);
+  row.className = rung === source ? "source" : "";
+  const key = JSON.stringify(found.map(({ material, confidence }) => [material, percent(confidence)]));
+  if (row.dataset.shown === key) return;
+  row.dataset.shown = key;
+  say(row.cells[1], found.length ? found.map((item) => item.material).join(", ") : "nothing");
+  row.cells[2].replaceChildren(...found.flatMap((item) => bar(item)));
 }
 
 function bar({ rung, material, confidence }) {
