@@ -212,7 +212,24 @@ def test_the_current_stays_within_its_limits() -> None:
 
 def test_the_plate_limits_what_it_is_told() -> None:
     for told_c, setpoint_c in ((5.0, 18.0), (60.0, 40.0), (math.nan, 32.0), (math.inf, 32.0)):
-        assert hold(SimulatedPlate(), told_c, 3.5)[-1].setpoint_c == setpoint_c
+        assert hold(SimulatedPlate(30.0), told_c, 20.0)[-1].setpoint_c == setpoint_c
+
+
+def test_a_target_that_the_current_cannot_reach_waits_for_the_plate() -> None:
+    readings = hold(SimulatedPlate(), 40.0, 2.0)
+    ahead_c = [reading.setpoint_c - (reading.plate_c or 0.0) for reading in readings]
+
+    assert readings[-1].setpoint_c < 40.0
+    assert 0.3 < max(ahead_c) < 0.6
+
+
+@pytest.mark.parametrize(("sink_c", "most"), [(37.0, 1.0), (42.0, 0.5), (45.9, 0.02)])
+def test_the_hotter_the_sink_the_less_the_plate_is_cooled(sink_c: float, most: float) -> None:
+    plate = SimulatedPlate()
+    plate._plant = Plant(ambient_c=sink_c, sink_c=sink_c)
+    coldest = min(reading.duty for reading in hold(plate, 18.0, 0.5))
+
+    assert -most - 0.02 <= coldest <= 0.95 * -most + 0.02
 
 
 def test_the_setpoint_itself_moves_no_faster_than_the_slew_limit() -> None:
@@ -290,8 +307,9 @@ def test_a_plate_trip_latches_until_cleared(stuck_c: float, fault: str) -> None:
 
 
 def test_a_sink_trip_latches_opens_the_bridge_and_survives_cooling_down() -> None:
-    plate = SimulatedPlate(sink_k_per_w=40.0, ambient_c=45.7)
-    hot = hold(plate, 32.0, 100.0)
+    plate = SimulatedPlate()
+    plate._plant = Plant(ambient_c=60.0, sink_c=45.5)
+    hot = hold(plate, 32.0, 10.0)
     assert hot[-1].faults[0] == "sink_hot"
     assert hot[-1].duty == 0.0
 

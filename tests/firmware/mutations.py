@@ -231,6 +231,14 @@ MUTATIONS = (
         "another major version is refused*",
     ),
     Mutation(
+        "another major version leaves the bridge driven",
+        MESSAGES,
+        "if (!board.greeted) open_bridge(board);",
+        "",
+        "another major version is refused*",
+        "test_parity.py::test_the_simulated_board_answers_the_same_bytes_as_the_firmware",
+    ),
+    Mutation(
         "payload sizes unchecked",
         MESSAGES,
         "const bool fits = board.decoder.count == 2 + size;",

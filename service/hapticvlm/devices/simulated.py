@@ -9,12 +9,14 @@ from hapticvlm.devices.line import State
 from hapticvlm.devices.plant import AMBIENT_C, SINK_K_PER_W, Plant
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering import thermal
+from hapticvlm.rendering.plate_limits import sink_share
 from hapticvlm.rendering.thermal import PlateReading
 
 __all__ = ["AMBIENT_C", "REST_S", "Plant", "SimulatedPlate"]
 
 HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # heat stuck on stays below 43 degC at 23 (reference 3.4)
 _HEAT_GAINS, _COOL_GAINS = (1.5, 0.6), (2.5, 1.5)  # A/K and A/(K s)
+_LEAD_C = 0.4  # how far the target may be ahead of a plate at its current limit
 _TICK_S = 0.02
 _LONGEST_GAP_S = 5.0  # s of a longer silence are lived through, the rest is not
 _ARRIVED_C, _LONGEST_RETURN_S = 0.3, 10.0
@@ -39,7 +41,7 @@ class SimulatedPlate:
         self._returning_s: float | None = None  # since the return to neutral began
         self._on = False
         self._target_c, self._current_a, self._integral_a = NEUTRAL_C, 0.0, 0.0
-        self._current_limited = False
+        self._saturated = 0  # 1 wants more heat than the limit, -1 more cold
         self._dose_cem43, self._heated_s, self._rested_s = 0.0, 0.0, 0.0
         self._faults: tuple[str, ...] = ()
 
@@ -121,7 +123,8 @@ class SimulatedPlate:
         if self._on:
             reading = self._reading()
             limited = thermal.limit(self._asked_c, self._target_c, dt_s, reading)
-            self._target_c = limited.setpoint_c
+            if not self._must_wait(limited.setpoint_c):
+                self._target_c = limited.setpoint_c
             self._control(self._sensed_c(), dt_s)
         self._plant.step(self._current_a, dt_s)
         self._account(dt_s)
@@ -155,16 +158,26 @@ class SimulatedPlate:
     def _open(self) -> None:
         self._on, self._returning_s, self._asked_c = False, None, NEUTRAL_C
         self._current_a = self._integral_a = 0.0
-        self._current_limited, self._target_c = False, NEUTRAL_C
+        self._saturated, self._target_c = 0, NEUTRAL_C
+
+    def _must_wait(self, target_c: float) -> bool:
+        """Tell whether a target that the current cannot reach would run ahead of the plate."""
+        side = self._saturated
+        ahead_c = side * (self._target_c - self._sensed_c())
+        return side * (target_c - self._target_c) > 0.0 and ahead_c > _LEAD_C
 
     def _control(self, sensed_c: float, dt_s: float) -> None:
-        """PI with gains per direction; the integral waits while more of it would change nothing."""
+        """PI with gains per direction; the integral waits while more of it would change nothing.
+
+        The hotter the sink, the less it may be cooled, as more current would warm the plate.
+        """
         error_c = self._target_c - sensed_c
-        proportional, integral = _COOL_GAINS if error_c < 0.0 else _HEAT_GAINS
+        proportional, integral = _COOL_GAINS if self._current_a < 0.0 else _HEAT_GAINS
         wanted_a = proportional * error_c + self._integral_a
-        self._current_a = min(max(wanted_a, -COOL_LIMIT_A), HEAT_LIMIT_A)
-        self._current_limited = wanted_a != self._current_a
-        if not self._current_limited or (error_c > 0.0) != (wanted_a > 0.0):
+        most_cool_a = COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
+        self._current_a = min(max(wanted_a, -most_cool_a), HEAT_LIMIT_A)
+        self._saturated = (wanted_a > self._current_a) - (wanted_a < self._current_a)
+        if not self._saturated or (error_c > 0.0) != (wanted_a > 0.0):
             self._integral_a += integral * error_c * dt_s
 
     def _account(self, dt_s: float) -> None:
@@ -189,7 +202,7 @@ class SimulatedPlate:
             sink_c=self._plant.sink_c,
             setpoint_c=self._target_c,
             duty=self._current_a / limit_a,
-            current_limited=self._current_limited,
+            current_limited=self._saturated != 0,
             dose_cem43=self._dose_cem43,
             heated_s=self._heated_s,
             faults=self._faults,

@@ -60,8 +60,7 @@ class SimulatedBoard:
     def _do(self, message: Message, now: float) -> Answer:
         match message:
             case Hello():
-                self._is_greeted = message.major == self._major
-                return Answer.OK if self._is_greeted else Answer.VERSION
+                return self._greet(message)
             case Setpoint():
                 return self._hold(message, now)
             case line.Off():
@@ -73,6 +72,13 @@ class SimulatedBoard:
             case _:
                 return Answer.UNKNOWN
         return Answer.OK
+
+    def _greet(self, message: Hello) -> Answer:
+        self._is_greeted = message.major == self._major
+        if self._is_greeted:
+            return Answer.OK
+        self.plate.close()
+        return Answer.VERSION
 
     def _hold(self, message: Setpoint, now: float) -> Answer:
         if not self._is_greeted:

@@ -96,12 +96,16 @@ def _heat_is_used_up(reading: PlateReading) -> bool:
     return reading.dose_cem43 >= DOSE_LIMIT_CEM43 or reading.heated_s >= HEAT_LIMIT_S
 
 
+def sink_share(sink_c: float | None) -> float:
+    """How far the sink is on its way from warm to its trip, 0 to 1; unread it may be there."""
+    if sink_c is None:
+        return 1.0
+    return min(max((sink_c - _SINK_WARM_C) / (SINK_TRIP_C - _SINK_WARM_C), 0.0), 1.0)
+
+
 def _coldest_setpoint_c(sink_c: float | None) -> float:
     """Coldest setpoint the sink can carry: cooling heats it, and a hot sink turns cold to hot."""
-    if sink_c is None:
-        return NEUTRAL_C
-    warm = min(max((sink_c - _SINK_WARM_C) / (SINK_TRIP_C - _SINK_WARM_C), 0.0), 1.0)
-    return SETPOINT_MIN_C + warm * (NEUTRAL_C - SETPOINT_MIN_C)
+    return SETPOINT_MIN_C + sink_share(sink_c) * (NEUTRAL_C - SETPOINT_MIN_C)
 
 
 def _slew(setpoint_c: float, previous_c: float, elapsed_s: float) -> float:

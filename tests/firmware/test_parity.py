@@ -1,0 +1,136 @@
+"""The simulated board beside the compiled firmware: the same bytes, the same answers; the same
+scene, the same current. What the simulation lacks (the guards of sensors and drive) is not asked.
+"""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from hapticvlm.devices.simulated import SimulatedPlate
+from hapticvlm.devices.simulated_board import SimulatedBoard
+
+from . import line
+from .board import Board
+from .build import Chip
+from .hardware import FULL_SCALE_A
+from .line import CLEAR, HELLO, OFF, REST, SETPOINT
+from .rawhost import RawHost
+
+OURS, OTHERS = b"\x01\x00", b"\x02\x00"
+WARM, COOL = line.setpoint(34.0, 1.0), line.setpoint(28.0, 1.0)
+TURN_S = 0.05
+WORDS: list[tuple[int, bytes]] = [
+    (SETPOINT, WARM),  # before a HELLO
+    (CLEAR, b"\x01"),
+    (REST, b""),
+    (OFF, b""),
+    (HELLO, OTHERS),
+    (SETPOINT, WARM),
+    (HELLO, b"\x01\x63"),
+    (SETPOINT, WARM),
+    (SETPOINT, line.setpoint(17.999)),
+    (SETPOINT, line.setpoint(40.001)),
+    (SETPOINT, line.setpoint(32.0, 0.0)),
+    (SETPOINT, line.setpoint(32.0, 1.001)),
+    (SETPOINT, WARM),
+    (SETPOINT, WARM[:-1]),
+    (HELLO, b"\x01"),
+    (0x55, b""),
+    (0x81, bytes(31)),
+    (CLEAR, b"\x01"),
+    (CLEAR, b"\xff"),
+    (SETPOINT, COOL),
+    (HELLO, OTHERS),  # while it holds: the bridge opens
+    (SETPOINT, COOL),
+    (REST, b""),
+    (HELLO, OURS),
+    *[(SETPOINT, COOL)] * 12,
+    (REST, b""),
+    (REST, b""),
+    (HELLO, OTHERS),  # while it returns
+    (HELLO, OURS),
+    *[(SETPOINT, COOL)] * 3,
+    (REST, b""),
+    (OFF, b""),
+    (SETPOINT, COOL),
+    (OFF, b"\x00"),
+]
+
+
+class Simulated:
+    """A simulated board, its bytes taken apart like the chip's."""
+
+    def __init__(self) -> None:
+        self.board = SimulatedBoard()
+        self.now = 0.0
+        self.acks: list[tuple[int, int, str]] = []
+        self.state = "off"
+
+    def hear(self, wire: bytes) -> None:
+        """Put bytes on the line and let a turn pass."""
+        received = b""
+        for step in range(10):
+            self.now += TURN_S / 10.0
+            received += self.board.exchange(wire if step == 0 else b"", self.now)
+        for body in map(line.opened, filter(None, received.split(b"\0"))):
+            assert body is not None
+            if body[0] == line.ACK:
+                self.acks.append((body[2], body[3], line.ANSWERS[body[4]]))
+            elif body[0] == line.TELEMETRY:
+                self.state = line.telemetry(body[2:]).state
+
+
+def test_the_simulated_board_answers_the_same_bytes_as_the_firmware(board: Board) -> None:
+    host, simulated = RawHost(board), Simulated()
+    host.advance(0.3)
+    told: list[str] = []
+    for seq, (type, payload) in enumerate(WORDS):
+        wire = line.frame(type, seq, payload)
+        board.write(wire)
+        host.telemetry = None
+        host.advance(2 * TURN_S)
+        simulated.hear(wire)
+        simulated.hear(b"")
+        assert host.telemetry is not None
+        told.append(f"{seq}: {host.telemetry.state}")
+        assert told[-1] == f"{seq}: {simulated.state}"
+
+    assert simulated.acks == host.acks
+    assert len(host.acks) == len(WORDS)
+    assert {state.split()[1] for state in told} == {"off", "holding", "returning"}
+
+
+def asked_c(elapsed_s: float) -> float:
+    """Rest, the coldest, and up again."""
+    if elapsed_s < 1.0:
+        return 32.0
+    return 18.0 if elapsed_s < 12.0 else 36.0
+
+
+@pytest.mark.parametrize(("room_c", "sink_c"), [(23.0, 23.0), (30.0, 43.0)])
+def test_the_simulated_plate_is_driven_like_the_firmware_drives_it(
+    chip: Chip, room_c: float, sink_c: float
+) -> None:
+    board = chip.board(room_c)
+    board.plant._state_c[0] = sink_c
+    plate = SimulatedPlate(room_c)
+    plate._plant._state_c[0] = sink_c
+    host = RawHost(board)
+    host.greet()
+    plate.advance(0.0)
+    apart_a, apart_c = [], []
+    for turn in range(round(16.0 / TURN_S)):
+        wanted_c, now = asked_c(turn * TURN_S), turn * TURN_S
+        host.send(SETPOINT, line.setpoint(wanted_c))
+        host.advance(TURN_S)
+        plate.command(wanted_c, 0.25, now)
+        plate.advance(now + TURN_S)
+        apart_a.append(board.driver.current_a(board.duty) - plate.current_a)
+        apart_c.append(abs(board.plant.plate_c - plate._plant.plate_c))
+    board.close()
+
+    rms_a = math.sqrt(sum(a * a for a in apart_a) / len(apart_a))
+    assert rms_a < 0.015 * FULL_SCALE_A, "of full duty"
+    assert max(apart_c) < 0.35
