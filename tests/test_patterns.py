@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -11,8 +12,10 @@ import pytest
 import soundfile
 from numpy.typing import NDArray
 
+from hapticvlm.cli import main
 from hapticvlm.devices.audio import AudioSettings, Engine
 from hapticvlm.devices.pattern_folder import read_patterns
+from hapticvlm.devices.response import SpeakerResponse, write_response
 from hapticvlm.devices.ring import Ring
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.patterns import PRESETS, PatternError, PatternTexture, named, pattern
@@ -197,3 +200,29 @@ def test_the_engine_plays_the_patterns_it_is_given(tmp_path: Path) -> None:
     ring.put(strike, 0.0)
     wave = np.concatenate([engine.fill(128) for _ in range(100)])
     assert peak_hz(wave) == pytest.approx(333.0, abs=8.0)
+
+
+def felt(*options: str, capsys: pytest.CaptureFixture[str]) -> dict[float, float]:
+    """Levels in dB by frequency in Hz of a strike on wood as `feel` tells them."""
+    arguments = ["feel", "wood", "--interaction", "strike", "--seconds", "0.5", "--json"]
+    assert main([*arguments, *options]) == 0
+    bands = json.loads(capsys.readouterr().out)["vibration"]["spectrum"]
+    return dict(zip(bands["frequency_hz"], bands["level_db"], strict=True))
+
+
+def test_feel_plays_the_recordings_and_corrects_the_speaker_as_serve_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(tmp_path / "wood-strike.wav", tone(0.3, 333.0))
+    write(tmp_path / "glass-tap.wav", tone(0.3, 150.0))
+    curve = tmp_path / "curve.toml"
+    write_response(curve, SpeakerResponse((20.0, 80.0, 250.0, 1000.0), (12.0, 12.0, 0.0, 0.0)))
+
+    plain, recorded = felt(capsys=capsys), felt("--patterns", str(tmp_path), capsys=capsys)
+    corrected = felt("--speaker-response", str(curve), capsys=capsys)
+    assert max(plain, key=plain.__getitem__) < 200.0
+    assert max(recorded, key=recorded.__getitem__) == pytest.approx(333.0, rel=0.13)
+    tilts = [levels[78.75] - levels[250.0] for levels in (plain, corrected)]
+    assert tilts[0] - tilts[1] == pytest.approx(12.0, abs=2.0)
+    assert main(["feel", "wood", "--patterns", str(tmp_path / "nowhere")]) == 2
+    assert "no such folder" in capsys.readouterr().err

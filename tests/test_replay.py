@@ -82,6 +82,22 @@ def test_a_record_runs_again_bit_for_bit_and_its_sound_is_the_same_each_time(rec
     assert np.abs(one).max() > 0.01
 
 
+def test_a_record_is_heard_with_other_recordings_in_place_of_synthesis(record, tmp_path):
+    patterns, wave = tmp_path / "patterns", tmp_path / "played.wav"
+    patterns.mkdir()
+    hum = 0.3 * np.sin(2 * np.pi * 333.0 * np.arange(24_000) / 48_000)
+    soundfile.write(patterns / "wood-slide.wav", hum, 48_000)
+    plain = tmp_path / "plain.wav"
+
+    assert command("replay", record[0], "--wav", plain).returncode == 0
+    done = command("replay", record[0], "--wav", wave, "--patterns", patterns)
+    assert done.returncode == 0, done.stderr
+    assert not np.array_equal(soundfile.read(wave)[0], soundfile.read(plain)[0])
+    refused = command("replay", record[0], "--wav", wave, "--patterns", tmp_path / "nowhere")
+    assert refused.returncode == 2
+    assert "no such folder" in refused.stderr
+
+
 def test_welcome_says_that_frames_are_kept(record):
     assert record[1]["privacy"]["frames_stored"]
 

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +16,9 @@ from numpy.typing import NDArray
 
 from hapticvlm.cli import main
 from hapticvlm.devices.response import SpeakerResponse, read_response, write_response
+from hapticvlm.devices.sounding import FADE_S, Sounding
 from hapticvlm.materials import MATERIALS
+from hapticvlm.measure.vibration import response as measured
 from hapticvlm.measure.vibration.response import (
     response,
     simulated_speaker,
@@ -167,3 +173,57 @@ def test_a_simulated_speaker_is_called_simulated(capsys: pytest.CaptureFixture[s
 def test_a_missing_recording_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["calibrate", "speaker", "--recorded", str(tmp_path / "none.wav")]) == 2
     assert "no such file" in capsys.readouterr().err
+
+
+def test_the_sweep_is_played_at_its_level_after_a_countdown(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(measured, "SWEEP_S", 0.5)
+    asked = ["calibrate", "speaker", "--speaker", "simulated", "--countdown", "1"]
+    assert main([*asked, "--level", "0.25"]) == 0
+    told = capsys.readouterr().out
+    assert "start recording" in told
+    assert "\n  1\n" in told
+    assert "played 1.5 s at level 0.25" in told
+    with pytest.raises(SystemExit):
+        main([*asked, "--level", "1.5"])
+
+
+def test_an_output_that_is_not_there_is_named_not_played(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["calibrate", "speaker", "--speaker", "no such output"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_waveform_is_played_whole_within_its_range_and_then_nothing() -> None:
+    wave = 2.0 * np.sin(np.arange(3000) / 50.0).astype(np.float32)
+    output = Sounding("simulated")
+    output._wave = wave
+    played = np.concatenate([output.fill(512) for _ in range(8)])
+    assert np.array_equal(played[:3000], np.clip(wave, -1.0, 1.0))
+    assert not played[3000:].any()
+
+
+def test_what_is_broken_off_fades_without_a_step() -> None:
+    output = Sounding("simulated")
+    output._wave = np.full(48_000, 0.5, np.float32)
+    before = output.fill(512)
+    output._aim = 0.0
+    after = np.concatenate([output.fill(512) for _ in range(8)])
+    heard = np.concatenate((before[-1:], after))
+    assert np.abs(np.diff(heard)).max() < 0.5 / (0.9 * FADE_S * RATE_HZ)
+    assert not after[round(FADE_S * RATE_HZ) + 1 :].any()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C as a signal is of Unix")
+def test_ctrl_c_ends_the_sweep() -> None:
+    command = [sys.executable, "-m", "hapticvlm", "calibrate", "speaker"]
+    command += ["--speaker", "simulated", "--countdown", "0"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, **pipes) as process:  # type: ignore[call-overload]
+        assert "start recording" in process.stdout.readline()
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        assert "stopped" in process.communicate(timeout=60.0)[1]
+    assert process.returncode == 130

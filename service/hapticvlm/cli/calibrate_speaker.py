@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,9 +14,10 @@ if TYPE_CHECKING:
     from hapticvlm.devices.response import SpeakerResponse
 
 _DESCRIPTION = """
-Measure how a speaker moves. First --sweep FILE writes eleven seconds of sweep as a WAV file: play
-it on the speaker, a palm resting there, at the level you will use, and record it with an
-accelerometer (a WAV file, or a CSV file of time in s and value). Then --recorded FILE --out CURVE
+Measure how a speaker moves. First --speaker NAME plays eleven seconds of sweep there, after
+a countdown (or --sweep FILE writes it as a WAV file to be played elsewhere): with a palm resting on
+the speaker, at the level you will use, record it with an accelerometer (a WAV file, or a CSV file
+of time in s and value). Ctrl-C ends the sweep. Then --recorded FILE --out CURVE
 writes the curve that `hapticvlm serve --speaker-response CURVE` corrects. With --simulate a
 simulated speaker is measured: a rehearsal.
 """
@@ -29,6 +31,9 @@ def add(subjects: Commands) -> None:
     speaker.set_defaults(run=_speaker)
     steps = speaker.add_mutually_exclusive_group(required=True)
     steps.add_argument("--sweep", type=Path, metavar="FILE", help="write the sweep to play")
+    steps.add_argument(
+        "--speaker", metavar="NAME", help="play it: default, jack, simulated, or part of a name"
+    )
     steps.add_argument("--recorded", type=Path, metavar="FILE", help="read what was recorded of it")
     steps.add_argument("--simulate", action="store_true", help="measure a simulated speaker")
     speaker.add_argument(
@@ -37,16 +42,36 @@ def add(subjects: Commands) -> None:
         default="acceleration",
         help="what was recorded (%(default)s)",
     )
+    speaker.add_argument(
+        "--level", type=_level, default=0.5, help="of the sweep, 0.01..1 (%(default)s)"
+    )
+    speaker.add_argument(
+        "--countdown", type=int, default=5, metavar="S", help="before it plays (%(default)s)"
+    )
     speaker.add_argument("--out", type=Path, metavar="FILE", help="write the curve there")
     speaker.add_argument("--json", action="store_true", help="print the JSON line only")
 
 
+def _level(text: str) -> float:
+    value = float(text)
+    if not 0.01 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text} is not within 0.01..1")
+    return value
+
+
 def _speaker(options: argparse.Namespace) -> int:
+    from hapticvlm.devices.output import OutputError
+
     try:
+        if options.speaker is not None:
+            return _play_sweep(options)
         if options.sweep is not None:
             return _write_sweep(options)
         return _tell(_measure(options), options)
-    except (OSError, ValueError) as error:
+    except KeyboardInterrupt:
+        print("hapticvlm calibrate speaker: stopped", file=sys.stderr)
+        return 130
+    except (OSError, OutputError, ValueError) as error:
         print(f"hapticvlm calibrate speaker: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
 
@@ -58,6 +83,21 @@ def _write_sweep(options: argparse.Namespace) -> int:
     write_wav(options.sweep, response.sweep())
     seconds = response.SWEEP_S + 2 * response.SILENCE_S
     print(f"wrote {options.sweep}: play its {seconds:g} s, record them, then use --recorded")
+    return 0
+
+
+def _play_sweep(options: argparse.Namespace) -> int:
+    from hapticvlm.devices import sounding
+    from hapticvlm.measure.vibration import response
+
+    wave = response.sweep() * (options.level / response.LEVEL)
+    with sounding.opened(options.speaker) as output:
+        print(f"{output.name}: start recording, palm on the speaker; Ctrl-C ends it", flush=True)
+        for left in range(max(options.countdown, 0), 0, -1):
+            print(f"  {left}", flush=True)
+            time.sleep(1.0)
+        output.play(wave)
+    print(f"played {wave.size / sounding.RATE_HZ:g} s at level {options.level:g}; then --recorded")
     return 0
 
 

@@ -13,6 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm.cli import playing
 from hapticvlm.cli.palm import contact_resistance
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ def add(commands: Commands) -> None:
     )
     sound.add_argument("--speed", type=_within(0.0, 20.0), default=0.3, help="m/s (%(default)s)")
     sound.add_argument("--force", type=_within(0.0, 100.0), default=1.0, help="N (%(default)s)")
+    playing.add_options(sound)
     out = feel.add_argument_group("output")
     out.add_argument("--seconds", type=_within(0.02, 60.0), default=5.0, help="(%(default)s)")
     out.add_argument("--plot", type=Path, metavar="FILE", help="picture: .png, .svg or .pdf")
@@ -132,14 +134,17 @@ def _material(name: str, gallery: Path | None) -> Material:
 
 
 def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound]:
+    from hapticvlm.materials import MATERIALS
     from hapticvlm.measure.feel.heat import heat
     from hapticvlm.measure.feel.sound import sound
     from hapticvlm.rendering.vibration import Stroke
 
     stroke = Stroke(options.speed, options.force)
+    others = {} if options.patterns is None else MATERIALS  # of which recordings may be, too
+    voices = playing.voices(options, {**others, material.name: material})
     return (
         heat(material, _warmth(options), options.seconds),
-        sound(material, options.interaction, stroke, options.seconds),
+        sound(material, options.interaction, stroke, options.seconds, voices),
     )
 
 

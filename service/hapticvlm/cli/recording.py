@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.cli import playing
+
 if TYPE_CHECKING:
     from hapticvlm.cli import Commands
     from hapticvlm.measure.replay import Replayed
@@ -32,11 +34,11 @@ def add(commands: Commands) -> None:
         help="look at the kept frames anew and report what differs",
     )
     replay.add_argument("--wav", type=Path, help="write the vibration to this file")
+    playing.add_options(replay)
     replay.add_argument("--json", action="store_true", help="print the JSON line only")
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from hapticvlm.materials import MaterialError
     from hapticvlm.measure import replay
     from hapticvlm.recognition.encoder import EncoderError
     from hapticvlm.recognition.gallery import GalleryError
@@ -49,8 +51,8 @@ def _replay(options: argparse.Namespace) -> int:
         if options.wav is not None:
             from hapticvlm.devices.audio import write_wav
 
-            write_wav(options.wav, replay.waveform(outcome, table))
-    except (replay.TapeError, MaterialError, EncoderError, GalleryError, OSError) as error:
+            write_wav(options.wav, replay.waveform(outcome, playing.voices(options, table)))
+    except (replay.TapeError, EncoderError, GalleryError, OSError, ValueError) as error:
         print(f"hapticvlm replay: {error}", file=sys.stderr)
         return 2
     if not options.json:

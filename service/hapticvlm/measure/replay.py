@@ -100,11 +100,14 @@ def replay(folder: Path, table: Mapping[str, Material], eye: Eye | None = None) 
     return player.outcome
 
 
-def waveform(outcome: Replayed, table: Mapping[str, Material]) -> NDArray[np.float32]:
-    """Render the sounds of a replay, (N,) float32 at RATE_HZ; the same tape gives the same bits."""
+def waveform(outcome: Replayed, voices: Voices) -> NDArray[np.float32]:
+    """Render the sounds of a replay by fresh voices, (N,) float32 at RATE_HZ.
+
+    The same tape and voices give the same bits.
+    """
     if not outcome.sounds:
         return np.zeros(0, np.float32)
-    voices, started = Voices(gain=1.0, table=table), outcome.sounds[0][0]
+    started = outcome.sounds[0][0]
     blocks: list[NDArray[np.float32]] = []
     waiting = list(reversed(outcome.sounds))
     ends = outcome.sounds[-1][0] + 1.0

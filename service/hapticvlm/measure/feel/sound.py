@@ -64,9 +64,16 @@ class Sound:
         }
 
 
-def sound(material: Material, interaction: str | None, stroke: Stroke, seconds: float) -> Sound:
-    """Render one touch of the right hand."""
-    voices = Voices(table={material.name: material})
+def sound(
+    material: Material,
+    interaction: str | None,
+    stroke: Stroke,
+    seconds: float,
+    voices: Voices | None = None,
+) -> Sound:
+    """Render one touch of the right hand, by fresh voices that know the material (synthesised)."""
+    if voices is None:
+        voices = Voices(table={material.name: material})
     count = max(round(seconds * RATE_HZ), 1)
     blocks, rubs = [], False
     voices.obey(_command(material.name, interaction or "strike", stroke, onset=True))
