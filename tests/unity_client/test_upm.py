@@ -1,0 +1,149 @@
+"""What Unity gets from `.../hapticvlm.git?path=/unity_client#v0.1.0`, and from a packed tarball.
+
+Unity clones the repository at the tag and takes the folder as the package's root. Done here with
+git itself on a repository made of the working tree; the editor's part of it is not.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+
+import mono
+import pytest
+
+ROOT = mono.PACKAGE.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+TAG = f"v{PROJECT['version']}"
+# Assemblies that Unity itself brings.
+UNITYS = frozenset({"UnityEngine.TestRunner", "UnityEditor.TestRunner"})
+WAIT_S = 600.0
+
+
+def need(program):
+    if shutil.which(program):
+        return
+    reason = f"no {program}: run .ci/toolchains as root"
+    if os.environ.get("CI"):
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+def git(*arguments, cwd):
+    who = ["-c", "user.name=test", "-c", "user.email=test@localhost", "-c", "commit.gpgsign=false"]
+    subprocess.run(
+        ["git", *who, *arguments], cwd=cwd, check=True, capture_output=True, timeout=WAIT_S
+    )
+
+
+def files(folder):
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """The package as Unity extracts it: a clone of a bare repository at the tag, and its folder."""
+    need("git")
+    folder = tmp_path_factory.mktemp("upm")
+    made = folder / "made"
+    shutil.copytree(mono.PACKAGE, made / "unity_client")
+    for name in (".gitignore", "README.md", "LICENSE", "pyproject.toml"):
+        shutil.copy(ROOT / name, made)
+    git("init", "--quiet", cwd=made)
+    git("add", ".", cwd=made)
+    git("commit", "--quiet", "-m", "All of it", cwd=made)
+    git("tag", TAG, cwd=made)
+    git("clone", "--quiet", "--bare", str(made), str(folder / "hapticvlm.git"), cwd=folder)
+    address = (folder / "hapticvlm.git").as_uri()
+    git("clone", "--quiet", "--depth", "1", "--branch", TAG, address, "clone", cwd=folder)
+    shutil.copytree(folder / "clone" / "unity_client", folder / "alone" / "com.hapticvlm.client")
+    shutil.rmtree(folder / "clone")
+    return folder / "alone" / "com.hapticvlm.client"
+
+
+def manifest(package):
+    return json.loads((package / "package.json").read_text())
+
+
+def test_no_file_of_the_package_is_lost_on_the_way_through_git(package):
+    assert files(package) == files(mono.PACKAGE)
+
+
+def test_tag_package_and_service_are_of_one_version_which_the_changelog_tells(package):
+    assert manifest(package)["version"] == PROJECT["version"] == TAG.removeprefix("v")
+    newest = re.search(r"^## \[(.+?)\]", (package / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert newest
+    assert newest.group(1) == PROJECT["version"]
+
+
+def test_every_file_and_folder_unity_imports_has_its_meta_file_with_a_guid_of_its_own(package):
+    hidden = re.compile(r"(^|/)(\.|[^/]*~(/|$))")
+    assets = [path for path in package.rglob("*") if path.suffix != ".meta"]
+    names = {path.relative_to(package).as_posix() for path in assets}
+    seen = {name for name in names if not hidden.search(name)}
+    metas = {name.removesuffix(".meta") for name in files(package) if name.endswith(".meta")}
+    assert metas == seen
+    texts = [(package / f"{name}.meta").read_text() for name in metas]
+    guids = [re.findall(r"^guid: ([0-9a-f]{32})$", text, re.MULTILINE) for text in texts]
+    assert {len(found) for found in guids} == {1}
+    assert len({found[0] for found in guids}) == len(metas)
+    check = [sys.executable, str(package / "Tools~" / "metas.py"), "--check"]
+    subprocess.run(check, check=True, timeout=WAIT_S)
+
+
+def test_assembly_definitions_refer_to_each_other_or_to_unity(package):
+    found = [json.loads(path.read_text()) for path in package.rglob("*.asmdef")]
+    names = {each["name"] for each in found}
+    assert len(names) == len(found)
+    for each in found:
+        assert set(each["references"]) <= names | UNITYS, each["name"]
+        is_test = "UNITY_INCLUDE_TESTS" in each["defineConstraints"]
+        assert is_test or not UNITYS & set(each["references"]), each["name"]
+    for source in package.rglob("*.cs"):
+        owners = [path for path in source.parents if list(path.glob("*.asmdef"))]
+        assert owners or "Samples~" in source.parts, source
+
+
+def test_every_sample_listed_is_there_and_every_one_there_is_listed(package):
+    listed = {sample["path"] for sample in manifest(package)["samples"]}
+    there = {f"Samples~/{path.name}" for path in (package / "Samples~").iterdir()}
+    assert listed == there
+    for sample in listed:
+        assert list((package / sample).glob("*.cs")), sample
+
+
+def test_the_core_compiles_from_the_extracted_folder_alone(package, tmp_path):
+    mono.require()
+    sources = mono.sources(package / "Runtime" / "Core")
+    path = mono.Build(tmp_path).compile("HapticVLM.Core.dll", sources, mono.QUIET)
+    assert path.stat().st_size > 10_000
+
+
+def test_documents_point_to_nothing_outside_the_folder(package):
+    for document in package.rglob("*.md"):
+        for link in re.findall(r"\]\(([^)#\s]+)\)", document.read_text()):
+            if "://" not in link:
+                target = (document.parent / link).resolve()
+                assert target.is_relative_to(package), (document.name, link)
+                assert target.exists(), (document.name, link)
+
+
+def test_the_packed_tarball_holds_every_file_of_the_package(package, tmp_path):
+    need("npm")
+    command = ["npm", "pack", "--silent", "--offline", "--pack-destination", str(tmp_path)]
+    subprocess.run(command, cwd=package, check=True, capture_output=True, timeout=WAIT_S)
+    tarball = tmp_path / f"com.hapticvlm.client-{PROJECT['version']}.tgz"
+    with tarfile.open(tarball) as archive:
+        packed = {name.removeprefix("package/") for name in archive.getnames()}
+    assert packed == files(package)
+
+
+def test_the_readme_gives_both_ways_to_install_this_version(package):
+    text = (package / "README.md").read_text()
+    assert f"hapticvlm.git?path=/unity_client#{TAG}" in text
+    assert "npm pack" in text
+    assert f"com.hapticvlm.client-{PROJECT['version']}.tgz" in text
