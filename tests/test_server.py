@@ -141,6 +141,20 @@ async def test_a_release_is_silent_within_a_fade(service):
         assert await until(service, is_silent) < 0.2
 
 
+async def test_a_contact_that_comes_too_late_to_strike_is_counted_in_the_status(service):
+    async with peer(service) as client:
+        await client.hello()
+        await client.ask(type="scene", objects=OBJECTS, replace=True)
+        await client.touch("approach", "table")
+        await asyncio.sleep(0.05)
+        left = time.monotonic()
+        await client.touch("release", "table", captured_at=left)
+        await asyncio.sleep(0.5)
+        late = await client.touch("contact", "table", captured_at=left)
+        assert late["type"] == "ok"
+        assert status(service)["counts"]["contacts too late to strike"] == 1
+
+
 async def test_the_plate_follows_a_cold_contact_and_returns_to_neutral(service):
     async with peer(service) as client:
         await owner_of(client)

@@ -17,6 +17,7 @@ from hapticvlm.session.actions import LookAt
 from hapticvlm.session.scene import SceneSession
 
 MAX_WAITING = 256
+LATE = "contacts too late to strike"
 IDLE_S, PROBE_S, PROBES = 10, 2, 5  # a silent dead peer is noticed after 20 s
 DEAD_AFTER_S = 120  # a peer that acknowledges nothing of what was sent
 
@@ -37,7 +38,12 @@ class Connection:
         self._as_text = as_text
         self._waiting: deque[ServiceMessage] = deque()
         self._wake = asyncio.Event()
-        self.counts: Counter[str] = Counter()
+        self._counts: Counter[str] = Counter()
+
+    @property
+    def counts(self) -> Counter[str]:
+        """What did not reach this client, and what came from it too late to be felt."""
+        return self._counts + Counter({LATE: self.session.late_contacts})
 
     async def send(self, message: ServiceMessage) -> None:
         """Send a reply now, waiting if the client reads slowly."""
@@ -47,7 +53,7 @@ class Connection:
         """Send an event soon; telemetry and views give way when the client reads slowly."""
         if len(self._waiting) >= MAX_WAITING:
             if isinstance(message, Telemetry | View):
-                self.counts["events not sent"] += 1
+                self._counts["events not sent"] += 1
                 return
             self._make_room()
         self._waiting.append(message)
@@ -69,7 +75,7 @@ class Connection:
                 break
         else:
             self._waiting.popleft()
-        self.counts["events not sent"] += 1
+        self._counts["events not sent"] += 1
 
 
 def notice_dead_peers(connection: ServerConnection) -> None:
