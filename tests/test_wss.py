@@ -1,6 +1,7 @@
 """Encrypted connections with a user's certificate, made by openssl for these tests."""
 
 import os
+import re
 import shutil
 import ssl
 import subprocess
@@ -155,6 +156,20 @@ def test_a_key_that_others_can_read_is_warned_of(pair, tmp_path, caplog):
     open_key.chmod(0o644)
     certificate.load(pair.cert, open_key)
     assert "chmod 600" in caplog.text
+
+
+def test_the_steps_of_the_documentation_make_a_certificate_that_is_served_and_trusted(tmp_path):
+    text = (ROOT / "docs" / "reach.md").read_text()
+    (steps,) = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
+    script = "set -e\n" + steps.replace("rsa:3072", "rsa:2048")  # 3072 bits take their time
+    subprocess.run(
+        ["bash", "-c", script], check=True, capture_output=True, cwd=tmp_path, timeout=300
+    )
+    found = certificate.load(tmp_path / "service.pem", tmp_path / "service.key")
+    assert found.names == {"localhost", "127.0.0.1", "192.168.1.5"}
+    verify = ["openssl", "verify", "-x509_strict", "-CAfile", "ca.pem", "service.pem"]
+    done = subprocess.run(verify, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_half_a_pair_is_refused_in_one_line(pair):
