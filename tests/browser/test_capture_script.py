@@ -1,4 +1,4 @@
-"""The capture generator, run for a second of simulated time in a real headless Chromium."""
+"""The capture generator, run until its first contact slides, in a real headless Chromium."""
 
 import importlib.util
 import json
@@ -15,7 +15,9 @@ from PIL import Image
 pytestmark = pytest.mark.browser
 
 SCRIPT = Path(__file__).parents[2] / "examples" / "captures" / "make" / "make_capture.py"
-SECONDS = 1.0
+SHIPPED = SCRIPT.parents[1] / "living_room" / "capture.jsonl"
+SECONDS = 0.65
+FRAMES = 13
 
 # The folder, what the script reports, and the lines it wrote.
 Recording = tuple[Path, Any, list[dict[str, Any]]]
@@ -53,7 +55,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 def test_frames_are_at_20_hz_of_simulated_time(recorded: Recording) -> None:
     _folder, report, lines = recorded
     times = [line["t_s"] for line in lines if line["type"] == "frame"]
-    assert times == pytest.approx([0.05 * i for i in range(1, 21)], abs=1e-3)
+    assert times == pytest.approx([0.05 * i for i in range(1, FRAMES + 1)], abs=1e-3)
     assert report.frames == len(times)
 
 
@@ -96,8 +98,20 @@ def test_the_first_touch_strikes_the_oak_table(recorded: Recording) -> None:
     )
     assert 0.3 < contact["speed_mps"] < 0.7
     assert 0.5 < contact["force_n"] < 8
-    phases = list(dict.fromkeys(line["phase"] for line in touches))
-    assert phases == ["approach", "contact", "slide", "release"]
+
+
+def test_the_shipped_capture_begins_with_the_same_touches_and_goes_on_to_the_release(
+    recorded: Recording,
+) -> None:
+    _folder, _report, lines = recorded
+    shipped = [json.loads(line) for line in SHIPPED.read_text(encoding="utf-8").splitlines()]
+    now, before = (
+        [(line["t_s"], line["phase"], line["object_id"]) for line in found if "phase" in line]
+        for found in (lines, shipped)
+    )
+    assert {phase for _t, phase, _name in now} == {"approach", "contact", "slide"}
+    assert before[: len(now)] == now
+    assert list(dict.fromkeys(phase for _t, phase, _name in before))[-1] == "release"
 
 
 def test_the_frame_at_contact_shows_the_touched_object(recorded: Recording) -> None:

@@ -1,4 +1,7 @@
-"""All 50 trials of a study in a real headless Chromium, with the study killed half-way."""
+"""All 50 trials of a study in a real headless Chromium, with the study killed half-way.
+
+One sitting serves every test: its trials are what takes the time.
+"""
 
 import contextlib
 import json
@@ -8,9 +11,9 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +32,7 @@ temperature = "{temperature}"
 material = "{material}"
 interaction = "{interaction}"
 setpoint_c = {setpoint_c}
-seconds = 0.2
+seconds = 0.1
 """
 VIBRATIONS = (
     ("carving", "wood", "carve"),
@@ -46,7 +49,24 @@ def give_up(reason: str) -> None:
     pytest.skip(reason)
 
 
-@pytest.fixture
+@dataclass
+class Sat:
+    """What one participant's sitting left behind, in the browser and in the study's folder."""
+
+    folder: Path
+    before: list[dict[str, Any]] = field(default_factory=list)  # the log when it was killed
+    after: list[dict[str, Any]] = field(default_factory=list)
+    policy: str = ""
+    address: str = ""
+    faults: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+    heard: list[str] = field(default_factory=list)  # since the training ended
+    button_sides: list[float] = field(default_factory=list)  # on a phone, px
+    phone_width: float = 0.0
+    stop_in_view: bool = False
+
+
+@pytest.fixture(scope="module")
 def page() -> Iterator[Any]:
     chromium = shutil.which("chromium")
     if chromium is None:
@@ -59,16 +79,13 @@ def page() -> Iterator[Any]:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(STEP_MS)
-        faults: list[str] = []
-        page.on("pageerror", lambda error: faults.append(str(error)))
         yield page
         browser.close()
-        assert faults == []
 
 
-@pytest.fixture
-def patterns(tmp_path: Path) -> Path:
-    path = tmp_path / "patterns.toml"
+@pytest.fixture(scope="module")
+def patterns(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("patterns") / "patterns.toml"
     path.write_text(
         "".join(
             QUICK.format(
@@ -127,7 +144,7 @@ def answer_next(page: Any, folder: Path) -> None:
     wait_until_asked(page)
     open_trial = [event for event in log_of(folder) if event["event"] == "presented"][-1]
     cards = page.locator(".pattern")
-    names = [cards.nth(i).get_attribute("data-pattern") for i in range(cards.count())]
+    names = cards.evaluate_all("found => found.map((card) => card.dataset.pattern)")
     at = names.index(open_trial["pattern"])
     if open_trial["trial"] % 5 == 0:
         at = (at + 1) % len(names)
@@ -150,40 +167,68 @@ def train(page: Any, folder: Path) -> None:
     page.keyboard.press("Space")
 
 
-def test_fifty_trials_survive_a_kill_half_way(page: Any, patterns: Path, tmp_path: Path) -> None:
-    folder, port = tmp_path / "study", free_port()
-    with studying(folder, patterns, port) as study:
-        page.goto(f"http://127.0.0.1:{port}/")
-        train(page, folder)
+@pytest.fixture(scope="module")
+def sat(page: Any, patterns: Path, tmp_path_factory: pytest.TempPathFactory) -> Sat:
+    """Train, answer half the trials, be killed, go on, pause, stop and answer the rest."""
+    port = free_port()
+    sat = Sat(tmp_path_factory.mktemp("sitting") / "study")
+    sat.address = f"http://127.0.0.1:{port}/"
+    page.on("pageerror", lambda error: sat.faults.append(str(error)))
+    page.on("request", lambda request: sat.requests.append(request.url))
+    page.on("websocket", lambda ws: ws.on("framereceived", lambda d: sat.heard.append(str(d))))
+    with studying(sat.folder, patterns, port) as study:
+        sat.policy = page.goto(sat.address).headers["content-security-policy"]
+        train(page, sat.folder)
+        del sat.heard[:]
         for _ in range(KILLED_AFTER):
-            answer_next(page, folder)
+            answer_next(page, sat.folder)
         wait_until_asked(page)
         study.send_signal(signal.SIGKILL)
         study.wait(30)
     page.locator("#prompt", has_text="No connection").wait_for()
-    before = log_of(folder)
-    assert counted(folder, "answered") == KILLED_AFTER
-    assert before[-1]["event"] in ("presented", "played")
-
-    with studying(folder, patterns, port):
-        page.locator("[data-participant=ann]", has_text="25 of 50").click()
-        page.locator("#go", has_text="Go on").click()
-        wait_until_asked(page)
-        page.keyboard.press("p")
-        page.locator("#prompt", has_text="Paused").wait_for()
-        page.keyboard.press("Space")
-        wait_until_asked(page)
-        page.keyboard.press("Escape")
-        page.locator("#prompt", has_text="Stopped").wait_for()
-        page.locator("#go", has_text="Go on").click()
-        while counted(folder, "answered") < 50:
-            answer_next(page, folder)
+    sat.before = log_of(sat.folder)
+    with studying(sat.folder, patterns, port):
+        go_on(page, sat)
+        while counted(sat.folder, "answered") < 50:
+            answer_next(page, sat.folder)
         page.locator("#prompt", has_text="Thank you").wait_for()
+    sat.after = log_of(sat.folder)
+    return sat
 
-    after = log_of(folder)
-    answers = [event for event in after if event["event"] == "answered"]
-    design = json.loads((folder / "study.json").read_text())
-    assert after[: len(before)] == before
+
+def go_on(page: Any, sat: Sat) -> None:
+    """Take up the killed sitting; look at it on a phone, pause and stop."""
+    page.locator("[data-participant=ann]", has_text="25 of 50").click()
+    page.locator("#go", has_text="Go on").click()
+    wait_until_asked(page)
+    measure_on_a_phone(page, sat)
+    page.keyboard.press("p")
+    page.locator("#prompt", has_text="Paused").wait_for()
+    page.keyboard.press("Space")
+    wait_until_asked(page)
+    page.keyboard.press("Escape")
+    page.locator("#prompt", has_text="Stopped").wait_for()
+    page.locator("#go", has_text="Go on").click()
+
+
+def measure_on_a_phone(page: Any, sat: Sat) -> None:
+    page.set_viewport_size({"width": 360, "height": 740})
+    boxes = [button.bounding_box() for button in page.locator("button:visible").all()]
+    sat.button_sides = [min(box["width"], box["height"]) for box in boxes if box]
+    sat.phone_width = page.evaluate("() => document.documentElement.scrollWidth")
+    page.mouse.wheel(0, 2000)
+    stop = page.locator("#stop").bounding_box()
+    sat.stop_in_view = 0 <= stop["y"] <= 740 - stop["height"]
+    page.set_viewport_size({"width": 1280, "height": 800})
+
+
+def test_fifty_trials_survive_a_kill_half_way(sat: Sat) -> None:
+    answered_before = [event for event in sat.before if event["event"] == "answered"]
+    answers = [event for event in sat.after if event["event"] == "answered"]
+    design = json.loads((sat.folder / "study.json").read_text())
+    assert len(answered_before) == KILLED_AFTER
+    assert sat.before[-1]["event"] in ("presented", "played")
+    assert sat.after[: len(sat.before)] == sat.before
     assert [event["trial"] for event in answers] == list(range(50))
     assert [event["pattern"] for event in answers] == design["trials"]["ann"]
     assert set(Counter(event["pattern"] for event in answers).values()) == {5}
@@ -191,44 +236,26 @@ def test_fifty_trials_survive_a_kill_half_way(page: Any, patterns: Path, tmp_pat
     assert all(0.0 < event["reaction_s"] < 600.0 for event in answers)
     assert all(event["seen_ms"] >= 0.0 for event in answers)
     assert sum(event["pattern"] == event["answered"] for event in answers) == 40
-    assert all(e["speaker_level"] > 0.0 for e in after if e["event"] == "played")
+    assert all(e["speaker_level"] > 0.0 for e in sat.after if e["event"] == "played")
 
 
-def test_the_page_keeps_to_its_policy_and_never_learns_the_pattern_of_a_trial(
-    page: Any, patterns: Path, tmp_path: Path
-) -> None:
-    folder, port = tmp_path / "study", free_port()
-    heard: list[str] = []
-    requests: list[str] = []
-    page.on("request", lambda request: requests.append(request.url))
-    page.on("websocket", lambda ws: ws.on("framereceived", lambda data: heard.append(str(data))))
-    with studying(folder, patterns, port):
-        answer = page.goto(f"http://127.0.0.1:{port}/study.html")
-        train(page, folder)
-        del heard[:]
-        wait_until_asked(page)
-        time.sleep(0.5)
-        page.set_viewport_size({"width": 360, "height": 740})
-        sizes = [box for box in map(_size, page.locator("button:visible").all()) if box]
-        width = page.evaluate("() => document.documentElement.scrollWidth")
-        stop = page.locator("#stop")
-        page.mouse.wheel(0, 2000)
-        box = stop.bounding_box()
-        assert box is not None
-        assert 0 <= box["y"] <= 740 - box["height"]
-    assert "default-src 'self'" in answer.headers["content-security-policy"]
-    assert all(url.startswith(f"http://127.0.0.1:{port}/") for url in requests)
-    assert len(heard) >= 2
-    shown = [json.loads(text) for text in heard if '"asking"' in text or '"playing"' in text]
+def test_the_page_keeps_to_its_policy_and_asks_nobody_else(sat: Sat) -> None:
+    assert sat.faults == []
+    assert "default-src 'self'" in sat.policy
+    assert all(url.startswith(sat.address) for url in sat.requests)
+
+
+def test_the_page_never_learns_the_pattern_of_a_trial(sat: Sat) -> None:
+    shown = [json.loads(text) for text in sat.heard if '"asking"' in text or '"playing"' in text]
+    assert len(shown) >= 50
     assert all(view["feeling"] is None for view in shown)
     assert not any(name in json.dumps(_without_pattern_list(v)) for v in shown for name in _NAMES)
-    assert min(min(size) for size in sizes) >= 44
-    assert width <= 360
 
 
-def _size(button: Any) -> tuple[float, float] | None:
-    box = button.bounding_box()
-    return None if box is None else (box["width"], box["height"])
+def test_the_page_fits_a_phone_with_the_stop_in_view(sat: Sat) -> None:
+    assert min(sat.button_sides) >= 44
+    assert sat.phone_width <= 360
+    assert sat.stop_in_view
 
 
 def _without_pattern_list(view: dict[str, Any]) -> dict[str, Any]:
