@@ -73,7 +73,8 @@ async def run(serving: Serving, where: Address) -> None:
     _on_signals(asyncio.get_running_loop(), stopping)
     parts = _make(serving)
     gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.onlooker)
-    logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway))
+    gateway.recorder = parts.recorder
+    logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway.show_log))
     try:
         await _start(parts, gateway)
         edge = Edge(where, gateway, _offer(serving, parts), time.monotonic)

@@ -29,6 +29,7 @@ from hapticvlm.server.connection import Connection
 from hapticvlm.server.looks import Looks
 from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.questions import Asker, Questions
+from hapticvlm.server.recorder import Recorder
 from hapticvlm.session.actions import (
     Action,
     Ask,
@@ -60,6 +61,7 @@ class Gateway:
         self.counts: Counter[str] = Counter()
         self.owner: Connection | None = None
         self.connections: list[Connection] = []
+        self.recorder: Recorder | None = None
         self._outputs = Outputs(speaker, plate)
         self._recogniser = recogniser
         self._looks = Looks(recogniser, self)
@@ -131,9 +133,9 @@ class Gateway:
 
     def deliver_to(self, asker: Asker, actions: list[Action]) -> None:
         """Carry out what an answer brought, if who asked is still connected."""
-        for connection in self.connections:
-            if connection is asker:
-                self.deliver(connection, actions)
+        found = next((one for one in self.connections if one is asker), None)
+        if found is not None:
+            self.deliver(found, actions)
 
     def deliver(self, connection: Connection, actions: list[Action]) -> None:
         """Carry out actions that no message asked for just now; send what they tell."""
@@ -174,9 +176,7 @@ class Gateway:
 
     def status(self) -> dict[str, Any]:
         """Return every count, for the status page."""
-        counts = self.counts.copy()
-        for connection in self.connections:
-            counts += connection.counts
+        counts = sum((connection.counts for connection in self.connections), self.counts.copy())
         return {
             "connections": len(self.connections),
             "owner": self.owner.name if self.owner else None,
@@ -185,6 +185,7 @@ class Gateway:
             "leases": self._leases,
             "recogniser": reports.of_recogniser(self._recogniser),
             "vlm": reports.of_vlm(self._questions),
+            "record": reports.of_record(self.recorder),
         }
 
     @property

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
-
-from hapticvlm.server.gateway import Gateway
+from collections.abc import Callable
+from contextlib import suppress
 
 
 class ObserverLog(logging.Handler):
-    """Passes log lines to the observers that watch the log; used on the event loop's thread."""
+    """Passes log lines on, always on the event loop: other threads log too.
 
-    def __init__(self, gateway: Gateway) -> None:
+    Make it where the event loop runs; `show` is called there with one line.
+    """
+
+    def __init__(self, show: Callable[[str], None]) -> None:
         super().__init__()
-        self._gateway = gateway
+        self._show = show
+        self._loop = asyncio.get_running_loop()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Show one line."""
-        self._gateway.show_log(self.format(record))
+        """Show one line, soon."""
+        with suppress(RuntimeError):  # the loop has closed
+            self._loop.call_soon_threadsafe(self._show, self.format(record))

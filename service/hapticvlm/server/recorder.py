@@ -7,6 +7,7 @@ disk is too slow or the record too long, lines are lost, counted, and the tape s
 
 from __future__ import annotations
 
+import itertools
 import json
 import logging
 import queue
@@ -23,6 +24,8 @@ from hapticvlm.session.tape import Line
 
 TAPE, DECISIONS = "tape.jsonl", "decisions.jsonl"
 MAX_WAITING = 2000
+MAX_WAITING_BYTES = 64 * 1024**2
+COMPLAIN_S = 10.0
 MAX_BYTES = 4 * 1024**3
 SUFFIX = {"jpeg": "jpg", "png": "png", "rgb8": "rgb", "rgba8": "rgba"}
 
@@ -30,29 +33,52 @@ logger = logging.getLogger(__name__)
 
 
 class Recorder:
-    """Takes lines from sessions at once and writes them down in its own time."""
+    """Takes lines from sessions at once and writes them down in its own time.
+
+    What waits is bounded in lines and bytes. Each figure is written by one thread only.
+    """
 
     def __init__(self, folder: Path, *, frames: bool, max_bytes: int = MAX_BYTES) -> None:
+        self.folder = folder
         self.keeps_frames = frames
-        self.lost = 0
         self.written_bytes = 0
-        self._folder = folder
         self._max_bytes = max_bytes
         self._sessions = 0
-        self._queue: queue.Queue[Callable[[], None] | None] = queue.Queue(MAX_WAITING)
+        self._refused = self._failed = 0
+        self._taken_bytes = self._done_bytes = 0
+        self._complained_at = float("-inf")
+        self._queue: queue.Queue[tuple[Callable[[], int], int] | None] = queue.Queue(MAX_WAITING)
         folder.mkdir(parents=True, exist_ok=True)
         self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
         self._thread.start()
+
+    @property
+    def lost(self) -> int:
+        """How many lines are missing: the disk was too slow or full, or the record too long."""
+        return self._refused + self._failed
+
+    @property
+    def waiting_bytes(self) -> int:
+        """How much of pictures waits to be written."""
+        return self._taken_bytes - self._done_bytes
+
+    @property
+    def is_writing(self) -> bool:
+        """Whether something still waits to be written, or is being written."""
+        return self._queue.unfinished_tasks > 0
 
     def begin(self, head: Line) -> Callable[[Line, Frame | None], None]:
         """Open the record of one session; return what to tell its lines to."""
         self._sessions += 1
         stamp = time.strftime("%Y%m%d-%H%M%S")
-        record = _Record(self._folder / f"{stamp}-{self._sessions:02}", self.keeps_frames)
-        self._put(lambda: self._count(record.open(head)))
+        record = _Record(self.folder / f"{stamp}-{self._sessions:02}")
+        self._put(lambda: record.open(head), 0)
+        numbers = itertools.count(1)  # of what was told, so that a lost line leaves a gap
 
         def tell(line: Line, frame: Frame | None) -> None:
-            self._put(lambda: self._count(record.take(line, frame)))
+            number, kept = next(numbers), frame if self.keeps_frames else None
+            size = 0 if kept is None else len(kept.image) + len(kept.mask or b"")
+            self._put(lambda: record.take(number, line, kept), size)
 
         return tell
 
@@ -63,52 +89,63 @@ class Recorder:
                 self._queue.put(None, timeout=5.0)
             self._thread.join(10.0)
 
-    def _put(self, job: Callable[[], None]) -> None:
-        if self.written_bytes > self._max_bytes:
-            self.lost += 1
+    def _put(self, job: Callable[[], int], size: int) -> None:
+        is_too_much = self.waiting_bytes + size > MAX_WAITING_BYTES
+        if is_too_much or self.written_bytes > self._max_bytes:
+            self._refused += 1
             return
         try:
-            self._queue.put_nowait(job)
+            self._queue.put_nowait((job, size))
+            self._taken_bytes += size
         except queue.Full:
-            self.lost += 1
-
-    def _count(self, size: int) -> None:
-        self.written_bytes += size
+            self._refused += 1
 
     def _write(self) -> None:
-        while (job := self._queue.get()) is not None:
+        while (waiting := self._queue.get()) is not None:
+            job, size = waiting
             try:
-                job()
+                self.written_bytes += job()
             except (OSError, TypeError, ValueError) as error:
-                self.lost += 1
-                logger.error("the record misses a line: %s", error)
+                self._failed += 1
+                self._complain(error)
+            self._done_bytes += size
+            self._queue.task_done()
+
+    def _complain(self, error: Exception) -> None:
+        """Log that lines are missing; a disk that is full fails a hundred times a second."""
+        now = time.monotonic()
+        if now - self._complained_at >= COMPLAIN_S:
+            self._complained_at = now
+            logger.error("the record misses lines, %d by now: %s", self.lost, error)
 
 
 class _Record:
     """The files of one session."""
 
-    def __init__(self, folder: Path, keeps_frames: bool) -> None:
+    def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._keeps_frames = keeps_frames
-        self._lines = 0
+        self._is_open = False
         self._frames = 0
         self._started: float | None = None
         self._at_s = 0.0
 
     def open(self, head: Line) -> int:
         """Make the folder and write the first line."""
-        self._folder.mkdir(parents=True)
-        return self._append(TAPE, {"line": 0, "head": head})
+        self._folder = _new_folder(self._folder)
+        size = self._append(TAPE, {"line": 0, "head": head})
+        self._is_open = True
+        return size
 
-    def take(self, line: Line, frame: Frame | None) -> int:
+    def take(self, number: int, line: Line, frame: Frame | None) -> int:
         """Write one line of the tape, and what of it is of interest by itself."""
+        if not self._is_open:
+            raise OSError(f"{self._folder} could not be begun")
         self._follow(line)
-        self._lines += 1
         size = 0
         extras: dict[str, Any] = {}
-        if frame is not None and self._keeps_frames:
+        if frame is not None:
             size, extras = self._keep(frame)
-        size += self._append(TAPE, {"line": self._lines, **line, **extras})
+        size += self._append(TAPE, {"line": number, **line, **extras})
         if line.get("in") == "message":
             size += self._append_message(line["message"], extras)
         for done in line.get("out", ()):
@@ -141,7 +178,23 @@ class _Record:
         return len(frame.image) + len(frame.mask or b""), extras
 
     def _append(self, name: str, line: dict[str, Any]) -> int:
-        text = json.dumps(line, allow_nan=False) + "\n"
-        with (self._folder / name).open("a", encoding="utf-8") as file:
-            file.write(text)
-        return len(text)
+        """Write one line, whole or not at all."""
+        data = (json.dumps(line, allow_nan=False) + "\n").encode()
+        with (self._folder / name).open("ab", buffering=0) as file:
+            before = file.tell()
+            written = file.write(data)
+            if written != len(data):
+                file.truncate(before)
+                raise OSError(f"only {written} of {len(data)} bytes fitted on the disk")
+        return len(data)
+
+
+def _new_folder(wanted: Path) -> Path:
+    """Make this folder, or one beside it if another service has just made it."""
+    for number in itertools.count(2):
+        try:
+            wanted.mkdir(parents=True)
+            return wanted
+        except FileExistsError:
+            wanted = wanted.with_name(f"{wanted.name.partition('_')[0]}_{number}")
+    raise AssertionError("there is always another name")

@@ -12,6 +12,7 @@ from hapticvlm.messages import Telemetry, View
 from hapticvlm.recogniser import Recogniser
 from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.questions import Questions
+from hapticvlm.server.recorder import Recorder
 from hapticvlm.session.hands import NAMES
 
 WAITS = 512
@@ -62,6 +63,17 @@ def of_vlm(questions: Questions | None) -> dict[str, Any] | None:
         "failed": questions.failed,
         "dropped": questions.dropped,
         "last_error": questions.last_error,
+    }
+
+
+def of_record(recorder: Recorder | None) -> dict[str, Any] | None:
+    """Tell of the record, if sessions are kept: whether lines of it are lost."""
+    if recorder is None:
+        return None
+    return {
+        "folder": str(recorder.folder),
+        "written_bytes": recorder.written_bytes,
+        "lost_lines": recorder.lost,
     }
 
 
