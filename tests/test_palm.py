@@ -8,6 +8,7 @@ import json
 import pytest
 
 from hapticvlm.__main__ import main
+from hapticvlm.cli import serve_options
 from hapticvlm.cli.palm import contact_resistance
 
 
@@ -54,6 +55,17 @@ def test_another_file_is_refused_with_what_to_give(tmp_path, text, complaint):
 def test_neither_number_nor_file_says_so(tmp_path, name):
     with pytest.raises(argparse.ArgumentTypeError, match="no number, and as a file: "):
         contact_resistance(str(tmp_path / name))
+
+
+def test_serve_takes_the_file_too(tmp_path):
+    path = tmp_path / "palm.json"
+    path.write_text('{"calibrate": "thermal", "contact_resistance": 2e-3}')
+    parser = argparse.ArgumentParser()
+    serve_options.add(parser)
+
+    for given in (str(path), "2e-3"):
+        serving = serve_options.settle(parser.parse_args(["--contact-resistance", given]), {})
+        assert serving.contact_resistance == 2e-3
 
 
 @pytest.mark.parametrize("value", ["2", "nan", "-1e-3"])

@@ -58,7 +58,7 @@ def _argument(option: Option) -> dict[str, Any]:
         return told | {"action": "append"}
     if option.told.bare is not None:
         told |= {"nargs": "?", "const": option.told.bare}
-    return told | {"type": option.kind}
+    return told | {"type": option.told.read or option.kind}
 
 
 def _frozen(values: Mapping[str, Any]) -> dict[str, Any]:

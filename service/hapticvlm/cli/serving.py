@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+from hapticvlm.cli import palm
 
 CONNECTIONS, OUTPUTS, RECOGNITION = "connections", "outputs", "recognition"
 SURROUNDINGS, RECORDING = "surroundings", "recording"
@@ -24,7 +26,8 @@ class Flag:
     """What is said of an option: its group, its help, least and most of a number.
 
     `bare` is what the flag without a value means; `names_path`: a name that may also be a folder;
-    `env`: the variable that a secret may come from.
+    `env`: the variable that a secret may come from; `read`: what takes the flag's text if not its
+    type.
     """
 
     group: str
@@ -34,6 +37,7 @@ class Flag:
     bare: str | None = None
     names_path: bool = False
     env: str | None = None
+    read: Callable[[str], Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,9 +132,10 @@ class Serving:
         float | None,
         Flag(
             OUTPUTS,
-            "of this palm, m2 K/W, from `hapticvlm calibrate thermal` (by material)",
-            metavar="R",
+            "of this palm, m2 K/W, or a file of `hapticvlm calibrate thermal --out` (by material)",
+            metavar="R_OR_FILE",
             range=(0.0, 0.1),
+            read=palm.contact_resistance,
         ),
     ] = None
     no_realtime: Annotated[bool, Flag(OUTPUTS, "do not ask for real-time priority")] = False
