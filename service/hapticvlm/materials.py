@@ -112,12 +112,17 @@ _THERMAL = {
 # Dennerlein, from memory; glass transposes a ringing preset (partials 1 : 1.86) into the band of
 # touch; all others are our choice; the first four are set apart by more than the 18-30 % that
 # frequencies must differ (physics reference 4.2, 4.3). Metal's close pair beats, as struck metal
-# does. Pitches: our choice, coarse enough to be felt at 0.2 m/s; cloth is woven at 0.3-1 mm.
+# does. A row ends where nobody feels what a struck body's might have beyond it (`hapticvlm chart
+# vibration`); the third modes of fabric and leather and the last two of rubber are there for that,
+# in the ratios of the glass preset, fabric's weaker, or struck cloth would be too near to wood.
+# Pitches: our choice, coarse enough to be felt at 0.2 m/s; cloth is woven at 0.3-1 mm.
 # Stick: our choice; what squeaks under a dry palm has some.
 _VIBRATION = {
     "wood": Vibration((Mode(100, 80, 1.0), Mode(195, 150, 0.5)), 1.6e-3, 0.8, 0.6),
     "glass": Vibration((Mode(350, 30, 1.0), Mode(650, 60, 0.3)), 0.5e-3, 0.2, 0.1, 0.4),
-    "fabric": Vibration((Mode(45, 150, 1.0), Mode(80, 200, 0.3)), 1.0e-3, 0.5, 0.7),
+    "fabric": Vibration(
+        (Mode(45, 150, 1.0), Mode(80, 200, 0.3), Mode(146, 280, 0.1)), 1.0e-3, 0.5, 0.7
+    ),
     "metal": Vibration(
         (Mode(300, 90, 1.0), Mode(232, 16, 0.35), Mode(255, 16, 0.35)), 0.7e-3, 0.3, 0.3, 0.2
     ),
@@ -125,8 +130,12 @@ _VIBRATION = {
     "stone": Vibration((Mode(215, 130, 1.0), Mode(380, 150, 0.4)), 2.0e-3, 1.0, 0.8),
     "ceramic": Vibration((Mode(290, 60, 1.0), Mode(560, 90, 0.4)), 0.6e-3, 0.3, 0.2, 0.3),
     "paper": Vibration((Mode(60, 160, 1.0), Mode(180, 250, 0.4)), 0.9e-3, 0.9, 0.3),
-    "leather": Vibration((Mode(55, 120, 1.0), Mode(120, 180, 0.2)), 1.4e-3, 0.7, 0.5, 0.4),
-    "rubber": Vibration((Mode(30, 60, 1.0),), 1.2e-3, 0.6, 0.8, 0.7),
+    "leather": Vibration(
+        (Mode(55, 120, 1.0), Mode(120, 180, 0.2), Mode(179, 280, 0.31)), 1.4e-3, 0.7, 0.5, 0.4
+    ),
+    "rubber": Vibration(
+        (Mode(30, 60, 1.0), Mode(56, 112, 0.54), Mode(98, 196, 0.31)), 1.2e-3, 0.6, 0.8, 0.7
+    ),
     "foliage": Vibration((Mode(40, 180, 1.0), Mode(110, 250, 0.5)), 2.4e-3, 1.0, 0.4),
 }
 

@@ -44,9 +44,9 @@ def draw_check(check: PaperCheck, people: _Counts, codes: Sequence[str], path: P
     axes[0].set_title("The paper's nine people, 450 trials", fontsize=10)
     _matrix(axes[1], check.counts, codes)
     axes[1].set_title(
-        "Machine observer (simulated) on a set like the paper's, fitted to the same 84.67 %\n"
-        f"and 4.2 % of hot-cold slips ({_noise(check.noise)}); order of pairs: rho "
-        f"{check.order:.2f}",
+        "Machine observer (simulated) on a set like the paper's,\n"
+        f"fitted to the same 84.67 % and 4.2 % of hot-cold slips; order of pairs: rho "
+        f"{check.order:.2f}\n{_noise(check.noise)}",
         fontsize=10,
     )
     return _save(figure, path)
