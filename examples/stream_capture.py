@@ -10,7 +10,8 @@ from pathlib import Path
 from hapticvlm import captures
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Message
-from hapticvlm.client.stream import describe, stream
+from hapticvlm.client.sending import stream
+from hapticvlm.client.stream import describe
 
 
 def show(line: captures.Line, answer: Message) -> None:

@@ -5,8 +5,9 @@ import re
 
 import numpy as np
 import pytest
+import tiny_video
 
-from hapticvlm.captures import CaptureError, Recorder, read
+from hapticvlm.captures import CENTRE, CaptureError, Recorder, Touched, View, read
 
 
 def write(folder, *lines):
@@ -76,3 +77,98 @@ def test_what_is_recorded_can_be_read(tmp_path):
     recorder.close()
     (line,) = read(tmp_path).lines()
     assert (line.t_s, line.fields, line.truth) == (0.25, {"phase": "contact"}, "wood")
+
+
+def decoded(line):
+    cv2 = pytest.importorskip("cv2")
+    return cv2.imdecode(np.frombuffer(line.image, np.uint8), cv2.IMREAD_COLOR)
+
+
+def frames(path, *options):
+    return [line for line in read(path, *options).lines() if line.type == "frame"]
+
+
+def test_without_touches_the_middle_of_a_video_is_one_object(tmp_path):
+    path = tiny_video.write(tmp_path / "quest.mp4", tiny_video.shades(3))
+    capture = read(path)
+    scene, *rest = capture.lines()
+    assert (scene.type, scene.fields["objects"]) == ("scene", [{"object_id": CENTRE}])
+    assert capture.touched == Touched(0.4)
+    for line in rest:
+        assert line.fields["object_id"] == CENTRE
+        assert line.fields["region"] == pytest.approx({"x": 0.3, "y": 0.3, "w": 0.4, "h": 0.4})
+    whole = frames(path, View(), Touched(1.0))
+    assert whole[0].fields["region"] == {"x": 0.0, "y": 0.0, "w": 1.0, "h": 1.0}
+
+
+def test_frames_of_a_variable_rate_keep_their_own_times(tmp_path):
+    path = tiny_video.write(tmp_path / "screen.mp4", tiny_video.shades(6))
+    lasting = [0.5, 0.5, 2.0, 0.5, 1.5, 1.0]
+    tiny_video.retime(path, lasting)
+    times = [line.t_s for line in frames(path)]
+    assert times == pytest.approx([0.0, *np.cumsum(lasting[:-1]) / 10.0], abs=1e-3)
+
+
+def test_a_video_filmed_with_the_camera_turned_is_upright(tmp_path):
+    picture = np.zeros((48, 64, 3), np.uint8)
+    picture[:, :32] = 200  # light on the left: turned clockwise, on top
+    path = tiny_video.write(tmp_path / "turned.mp4", [picture] * 2)
+    tiny_video.turn(path)
+    line = frames(path)[0]
+    assert (line.fields["width"], line.fields["height"]) == (48, 64)
+    upright = decoded(line)
+    assert upright.shape == (64, 48, 3)
+    assert upright[:24].mean() > 180
+    assert upright[40:].mean() < 20
+
+
+def test_one_eye_of_two_side_by_side_is_taken(tmp_path):
+    both = np.zeros((48, 128, 3), np.uint8)
+    both[:, :64], both[:, 64:] = 60, 180
+    path = tiny_video.write(tmp_path / "stereo.mp4", [both] * 2)
+    for eye, shade in (("left", 60), ("right", 180)):
+        line = frames(path, View(eye))[0]
+        assert (line.fields["width"], line.fields["height"]) == (64, 48)
+        assert decoded(line).mean() == pytest.approx(shade, abs=8)
+
+
+def test_a_picture_larger_than_a_service_takes_is_halved(tmp_path):
+    wide = np.full((64, 4160, 3), 120, np.uint8)
+    line = frames(tiny_video.write(tmp_path / "wide.mp4", [wide]))[0]
+    assert (line.fields["width"], line.fields["height"]) == (2080, 32)
+
+
+def damaged(folder, how):
+    path = tiny_video.write(folder / "quest.mp4", tiny_video.shades(4))
+    match how:
+        case "cut":
+            path.write_bytes(path.read_bytes()[:100])
+        case "empty":
+            path.write_bytes(b"")
+        case "no frames":
+            tiny_video.blank(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("how", "complaint"),
+    [
+        ("cut", "not a video that OpenCV can read"),
+        ("empty", "not a video that OpenCV can read"),
+        ("no frames", "no frame of it can be decoded"),
+    ],
+)
+def test_a_damaged_video_is_a_clear_error(tmp_path, how, complaint):
+    with pytest.raises(CaptureError, match=rf"quest\.mp4: {complaint}"):
+        read(damaged(tmp_path, how))
+
+
+def test_what_does_not_fit_the_capture_is_refused(tmp_path):
+    path = tiny_video.write(tmp_path / "quest.mp4", tiny_video.shades(2, width=48))
+    with pytest.raises(CaptureError, match="not two eyes side by side"):
+        read(path, View("left"))
+    path.with_suffix(".jsonl").write_text("")
+    with pytest.raises(CaptureError, match=r"quest\.jsonl beside it"):
+        read(path, View(), Touched(0.5))
+    with pytest.raises(CaptureError, match="for videos"):
+        read(write(tmp_path, {"t_s": 0.0, "type": "set"}), View("left"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,6 +31,13 @@ def _add_stream(commands: Commands) -> None:
     stream.add_argument(
         "--ca", type=Path, metavar="FILE", help="trust this authority for wss://, PEM"
     )
+    stream.add_argument("--eye", choices=("left", "right"), help="of a video with two side by side")
+    stream.add_argument(
+        "--centre",
+        type=_share,
+        metavar="SHARE",
+        help="of a video's width and height that is touched, if no .jsonl beside it says (0.4)",
+    )
     stream.add_argument("--fast", action="store_true", help="as fast as answers come back")
     stream.add_argument("--no-masks", action="store_true", help="send regions instead of masks")
     stream.add_argument("--json", action="store_true", help="print decisions as JSON lines")
@@ -47,15 +55,24 @@ def _add_demo(commands: Commands) -> None:
 
 
 def _stream(options: argparse.Namespace) -> int:
+    from hapticvlm.captures import Touched, View, read
+    from hapticvlm.client.sending import Manner
     from hapticvlm.client.stream import Target, run
 
+    touched = None if options.centre is None else Touched(options.centre)
     return run(
-        options.capture,
+        partial(read, options.capture, View(options.eye), touched),
         Target(options.url, options.token or os.environ.get("HAPTICVLM_TOKEN"), options.ca),
-        fast=options.fast,
-        with_masks=not options.no_masks,
+        Manner(fast=options.fast, with_masks=not options.no_masks),
         as_json=options.json,
     )
+
+
+def _share(text: str) -> float:
+    share = float(text)
+    if not 0.0 < share <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text}: a share of the picture, above 0 and at most 1")
+    return share
 
 
 def _demo(options: argparse.Namespace) -> int:

@@ -22,7 +22,7 @@ from rich.text import Text
 from hapticvlm.captures import Capture, CaptureError, Line, Recorder, read
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Message
-from hapticvlm.client.stream import Outcome, stream
+from hapticvlm.client.sending import Outcome, stream
 from hapticvlm.measure import keepsakes
 from hapticvlm.measure.service import Service, ServiceError, running
 

@@ -18,7 +18,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from hapticvlm.captures import Capture, Line
 from hapticvlm.client.connection import Message
-from hapticvlm.client.stream import Outcome
+from hapticvlm.client.sending import Outcome
 
 THUMB_PX = 224
 CAPTION_PX = 76

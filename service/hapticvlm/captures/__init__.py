@@ -1,0 +1,23 @@
+"""The one capture format: a folder with capture.jsonl and pictures, or a video.
+
+A video file is its frames at their own times; a .jsonl of the same name beside it adds the rest,
+or else what stands in the middle of the picture is touched all the time.
+"""
+
+from hapticvlm.captures.capture import CENTRE, Capture, Touched, read
+from hapticvlm.captures.lines import LINES, CaptureError, Line, Recorder
+from hapticvlm.captures.video import AS_RECORDED, Eye, View
+
+__all__ = [
+    "AS_RECORDED",
+    "CENTRE",
+    "LINES",
+    "Capture",
+    "CaptureError",
+    "Eye",
+    "Line",
+    "Recorder",
+    "Touched",
+    "View",
+    "read",
+]

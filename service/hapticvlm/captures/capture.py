@@ -1,0 +1,94 @@
+"""A whole capture: how long it lasts and its lines in time order, from a folder or a video."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from hapticvlm.captures import video
+from hapticvlm.captures.lines import LINES, CaptureError, Line, read_lines
+from hapticvlm.captures.video import AS_RECORDED, VIDEO_SUFFIXES, View
+
+CENTRE = "centre"  # object id of what stands in the middle of the picture
+CENTRAL_SHARE = 0.4  # of width and of height, where nothing else is asked for
+
+
+@dataclass(frozen=True, slots=True)
+class Touched:
+    """What is touched all the time: the middle, this share (0..1) of each side of the picture."""
+
+    share: float = CENTRAL_SHARE
+
+    @property
+    def region(self) -> dict[str, float]:
+        """The region, as on the wire."""
+        edge = (1.0 - self.share) / 2.0
+        return {"x": edge, "y": edge, "w": self.share, "h": self.share}
+
+
+@dataclass(frozen=True, slots=True)
+class Capture:
+    """A recorded session: how long it lasts, how many frames it has, and its lines in order.
+
+    `touched`: no touches were recorded; the sender is to touch CENTRE throughout.
+    """
+
+    path: Path
+    duration_s: float
+    frames: int
+    touched: Touched | None = None
+    _lines: tuple[Line, ...] = ()
+    _video: Path | None = None
+    _view: View = AS_RECORDED
+
+    def lines(self) -> Iterator[Line]:
+        """Yield the lines in time order; a video is decoded as it goes. Raises CaptureError."""
+        if self._video is None:
+            return iter(self._lines)
+        target = {"object_id": CENTRE, "region": self.touched.region} if self.touched else {}
+        return _merged(iter(self._lines), video.lines(self._video, self._view, target))
+
+
+def read(path: Path, view: View = AS_RECORDED, touched: Touched | None = None) -> Capture:
+    """Open a capture folder or a video. Raises CaptureError.
+
+    A video without a .jsonl beside it is touched in the middle, as large as `touched` says.
+    """
+    if path.is_dir():
+        if view.eye or touched:
+            raise CaptureError(f"{path}: --eye and --centre are for videos")
+        lines = read_lines(path / LINES)
+        frames = sum(line.type == "frame" for line in lines)
+        return Capture(path, lines[-1].t_s if lines else 0.0, frames, _lines=lines)
+    if path.suffix.lower() in VIDEO_SUFFIXES and path.is_file():
+        return _read_video(path, view, touched)
+    raise CaptureError(
+        f"{path}: neither a folder with {LINES} nor a video ({', '.join(sorted(VIDEO_SUFFIXES))})"
+    )
+
+
+def _read_video(path: Path, view: View, touched: Touched | None) -> Capture:
+    sidecar = path.with_suffix(".jsonl")
+    if sidecar.exists() and touched is not None:
+        raise CaptureError(f"{path}: {sidecar.name} beside it says what is touched, not --centre")
+    if sidecar.exists():
+        lines = read_lines(sidecar)
+    else:
+        touched = touched or Touched()
+        scene = {"objects": [{"object_id": CENTRE}], "replace": True}
+        lines = (Line(0.0, "scene", scene),)
+    duration_s, frames = video.size(path, view)
+    return Capture(path, duration_s, frames, touched, lines, path, view)
+
+
+def _merged(lines: Iterator[Line], frames: Iterator[Line]) -> Iterator[Line]:
+    waiting = next(lines, None)
+    for frame in frames:
+        while waiting is not None and waiting.t_s <= frame.t_s:
+            yield waiting
+            waiting = next(lines, None)
+        yield frame
+    if waiting is not None:
+        yield waiting
+        yield from lines

@@ -1,0 +1,135 @@
+"""The frames of a video file, upright, at the times they were shown.
+
+Knows nothing of touches. OpenCV decodes (extra `video`); it turns a rotated recording upright.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from numpy.typing import NDArray
+
+from hapticvlm.captures.lines import CaptureError, Line
+
+if TYPE_CHECKING:
+    import cv2
+
+VIDEO_SUFFIXES = frozenset({".mp4", ".mkv", ".webm", ".mov", ".avi"})
+JPEG_QUALITY = 80
+USUAL_RATE_HZ = 30.0  # of a file that tells neither its rate nor the times of its frames
+MAX_SIDE = 4096  # pixels; protocol v1's default limit
+# One eye's picture of two side by side is about square; half of a plain one is far narrower.
+NARROWEST_EYE = 0.6  # width over height
+
+Eye = Literal["left", "right"]
+Picture = NDArray[Any]  # (h, w, 3) uint8, blue first
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What is taken of a video: one eye of two side by side, or all of it (None)."""
+
+    eye: Eye | None = None
+
+
+AS_RECORDED = View()
+
+
+def size(path: Path, view: View) -> tuple[float, int]:
+    """Return a video's length in seconds and its frames, as its header says. Raises CaptureError.
+
+    The first frame is decoded and looked at, so that a file that shows nothing is found at once.
+    """
+    with _opened(path) as video:
+        import cv2
+
+        first, picture = video.read()
+        if not first:
+            raise CaptureError(f"{path}: no frame of it can be decoded; is it whole?")
+        _seen(picture, view, path)
+        frames = max(1, int(video.get(cv2.CAP_PROP_FRAME_COUNT)))
+        return frames / _rate(video), frames
+
+
+def lines(path: Path, view: View, fields: dict[str, Any]) -> Iterator[Line]:
+    """Yield each frame as a line with these fields added, decoded as it goes."""
+    with _opened(path) as video:
+        rate = _rate(video)
+        number, t_s = 0, 0.0
+        while True:
+            shown, picture = video.read()
+            if not shown:
+                return
+            t_s = _time(video, number, rate, t_s)
+            yield _line(_seen(picture, view, path), t_s, fields)
+            number += 1
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
+    # A broken file is told in our words, once; both are read when OpenCV is first used.
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")
+    try:
+        import cv2
+    except ImportError:
+        raise CaptureError(f"{path}: videos need `pip install 'hapticvlm[video]'`") from None
+    video = cv2.VideoCapture(str(path))
+    try:
+        if not video.isOpened():
+            raise CaptureError(f"{path}: not a video that OpenCV can read, or one without frames")
+        yield video
+    finally:
+        video.release()
+
+
+def _rate(video: cv2.VideoCapture) -> float:
+    import cv2
+
+    rate = video.get(cv2.CAP_PROP_FPS)
+    return rate if 0.0 < rate < 1000.0 else USUAL_RATE_HZ
+
+
+def _time(video: cv2.VideoCapture, number: int, rate: float, before_s: float) -> float:
+    """Return when the frame just read was shown: its own time, else by the rate.
+
+    Screen recordings have a variable frame rate, so counting frames would drift.
+    """
+    import cv2
+
+    told_s = round(video.get(cv2.CAP_PROP_POS_MSEC) / 1000.0, 6)
+    if number and told_s <= before_s:
+        return before_s + 1.0 / rate
+    return max(0.0, told_s)
+
+
+def _seen(picture: Picture, view: View, path: Path) -> Picture:
+    """Cut out one eye; halve what is larger than a service takes."""
+    import cv2
+
+    height, width = picture.shape[:2]
+    if view.eye is not None:
+        if width / 2 < NARROWEST_EYE * height:
+            text = f"{width} x {height} pixels is not two eyes side by side; leave out --eye"
+            raise CaptureError(f"{path}: {text}")
+        half = width // 2
+        picture = picture[:, :half] if view.eye == "left" else picture[:, width - half :]
+    while max(picture.shape[:2]) > MAX_SIDE:
+        height, width = picture.shape[:2]
+        half_size = (width // 2, height // 2)
+        picture = cv2.resize(picture, half_size, interpolation=cv2.INTER_AREA)
+    return picture
+
+
+def _line(picture: Picture, t_s: float, fields: dict[str, Any]) -> Line:
+    import cv2
+
+    height, width = picture.shape[:2]
+    _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    shape = {"format": "jpeg", "width": width, "height": height, "origin": "top"}
+    return Line(t_s, "frame", {"captured_at": t_s, **shape, **fields}, image=jpeg.tobytes())

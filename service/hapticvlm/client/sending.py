@@ -1,0 +1,137 @@
+"""Sends a capture's lines to a service at their own pace, and counts what comes back.
+
+Frames go out at their recorded times, never waiting for answers; when the service is slower it says
+so with `skipped`. As fast as possible means: the next frame as soon as the last is answered.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import Counter
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from hapticvlm.captures import CENTRE, Capture, Line
+from hapticvlm.client.connection import Client, Message
+
+ANSWER_S = 5.0
+RENEW_S = 0.04  # 25 touches/s; a lease lasts 250 ms
+STROKE = {"speed_mps": 0.1, "force_n": 1.0}  # a palm rubbing slowly, where no touch was recorded
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What came back of one stream: counts of messages and answers; how late frames went out."""
+
+    sent: Counter[str] = field(default_factory=Counter)
+    answers: Counter[str] = field(default_factory=Counter)
+    unanswered: int = 0
+    seconds: float = 0.0
+    late_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """How to send: at the recorded pace or as `fast` as answers come; masks, or regions instead."""
+
+    fast: bool = False
+    with_masks: bool = True
+
+
+Seen = Callable[[Line, Message], None]
+AS_RECORDED = Manner()
+
+
+async def stream(
+    client: Client, capture: Capture, *, seen: Seen, manner: Manner = AS_RECORDED
+) -> Outcome:
+    """Send every line of the capture; `seen` is told each answer as it arrives."""
+    sending = _Sending(client, seen, manner)
+    async with sending.touching(capture.touched is not None):
+        lines = capture.lines()
+        # A video is decoded in a thread, so that no touch waits for it.
+        while (line := await asyncio.to_thread(next, lines, None)) is not None:
+            await sending.follow(line)
+    return await sending.finish()
+
+
+class _Sending:
+    """One stream under way."""
+
+    def __init__(self, client: Client, seen: Seen, manner: Manner) -> None:
+        self._client = client
+        self._seen = seen
+        self._manner = manner
+        self._outcome = Outcome()
+        self._waiting: set[asyncio.Future[Message]] = set()
+        self._started = time.monotonic()
+
+    async def follow(self, line: Line) -> None:
+        """Send one line at its time or, fast, at once and wait for its answer."""
+        fast = self._manner.fast
+        fields: dict[str, Any] = line.message(with_mask=self._manner.with_masks)
+        due = self._started + line.t_s
+        if not fast:
+            await asyncio.sleep(max(0.0, due - time.monotonic()))
+            self._outcome.late_s = max(self._outcome.late_s, time.monotonic() - due)
+        if "captured_at" in fields:
+            fields["captured_at"] = time.monotonic() if fast else due
+        future = await self._send(line, fields)
+        if fast:
+            await asyncio.wait({future}, timeout=ANSWER_S)
+
+    @asynccontextmanager
+    async def touching(self, is_touched: bool) -> AsyncIterator[None]:
+        """Touch what stands in the middle meanwhile, at the wall clock's pace, if it is touched."""
+        if not is_touched:
+            yield
+            return
+        stroke = asyncio.create_task(self._stroke())
+        try:
+            yield
+        finally:
+            stroke.cancel()
+            await asyncio.wait({stroke})
+            _ = stroke.cancelled() or stroke.exception()  # a lost link is told by the frames
+        await self._touch("release")
+
+    async def finish(self) -> Outcome:
+        """Wait for the answers that are due."""
+        if self._waiting:
+            await asyncio.wait(self._waiting, timeout=ANSWER_S)
+        await asyncio.sleep(0)
+        self._outcome.unanswered = len(self._waiting)
+        self._outcome.seconds = time.monotonic() - self._started
+        return self._outcome
+
+    async def _stroke(self) -> None:
+        await self._touch("contact")
+        while True:
+            await asyncio.sleep(RENEW_S)
+            await self._touch("slide")
+
+    async def _touch(self, phase: str) -> None:
+        now = time.monotonic()
+        fields = {"phase": phase, "hand": "right", "object_id": CENTRE, **STROKE}
+        line = Line(now - self._started, "touch", fields)
+        await self._send(line, {**fields, "captured_at": now})
+
+    async def _send(self, line: Line, fields: dict[str, Any]) -> asyncio.Future[Message]:
+        future = await self._client.send(line.type, **fields)
+        self._outcome.sent[line.type] += 1
+        self._waiting.add(future)
+        future.add_done_callback(partial(self._keep, line))
+        return future
+
+    def _keep(self, line: Line, future: asyncio.Future[Message]) -> None:
+        self._waiting.discard(future)
+        if future.cancelled() or future.exception() is not None:
+            return
+        answer = future.result()
+        reason = answer.get("reason") or answer.get("code")
+        self._outcome.answers[answer["type"] + (f" {reason}" if reason else "")] += 1
+        self._seen(line, answer)
