@@ -5,12 +5,13 @@ from __future__ import annotations
 import pytest
 
 from .build import Chip
-from .faults import BY_NAME, FAULTS, SLOW_S, Fault
+from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault
 from .rawhost import RawHost
 from .situations import COLD_WARM, Situation
 from .trials import trial
 
 LONGEST_S = 100.0  # the sweep goes on for longer
+STALLED_S = 6.0  # 15 J at the least that is judged, 2.5 W: limits.h
 CASES = [
     (fault, situation)
     for fault in FAULTS
@@ -107,3 +108,12 @@ def test_nothing_is_driven_before_the_first_setpoint(host: RawHost) -> None:
     host.advance(2.0)
 
     assert host.board.last_driven_at == 0.0
+
+
+def test_a_module_wired_backwards_is_caught_where_it_can_hardly_push(chip: Chip) -> None:
+    # What should cool heats, by less than 2 degC/s: it is judged by the energy spent on it.
+    outcome = trial(chip.board, [BY_NAME["module backwards"]], COLD_WARM, LONGEST_S)
+
+    assert outcome.off_after_s is not None
+    assert outcome.off_after_s <= IDLE_S + STALLED_S
+    assert outcome.skin_high_c < 34.0
