@@ -169,7 +169,7 @@ def test_a_presentation_whose_speaker_played_nothing_is_counted(study: Path) -> 
 def test_a_trial_that_the_devices_spoiled_is_left_out_and_counted(study: Path) -> None:
     file = Log(study, "P3")
     trial = {"trial": 29, "pattern": "any", "attempt": 1}
-    file.add({"event": "spoiled", **trial, "why": "plate off: sensor open"})
+    file.add({"event": "spoiled", **trial, "why": "device at fault: sensor_open"})
     file.add({"event": "spoiled", **trial, "trial": 28, "why": "interrupted"})
     file.close()
     document = report.evaluate(results.read(study))

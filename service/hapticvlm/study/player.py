@@ -107,7 +107,7 @@ class Player:
         if time.monotonic() - self._heard_at > TELEMETRY_S:
             return "the service is silent: no telemetry"
         if self._telemetry["faults"]:
-            return f"plate off: {', '.join(self._telemetry['faults'])}"
+            return f"device at fault: {', '.join(self._telemetry['faults'])}"
         plate_c = self._telemetry["plate_c"]
         if plate_c is None:
             return "the plate gives no temperature"
@@ -171,7 +171,7 @@ class Player:
             why = "heat for this session is used up" if self._limited_by == "dose" else "sink hot"
             raise Trouble(f"{why}: let the person and the plate rest, then go on")
         if self._telemetry.get("faults"):
-            raise Trouble(f"plate off: {', '.join(self._telemetry['faults'])}")
+            raise Trouble(f"device at fault: {', '.join(self._telemetry['faults'])}")
 
     async def stop(self) -> None:
         """Put all outputs to rest at once, and hold them there."""
