@@ -4,9 +4,12 @@ import asyncio
 import json
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
+import msgpack
 import pytest
+from websockets.asyncio.server import serve
 from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.client import Refused, connect
@@ -48,6 +51,26 @@ async def test_a_request_on_a_closed_connection_raises(service):
         await client.close()
         with pytest.raises(ConnectionClosed):
             await client.stop()
+
+
+async def test_a_service_that_talks_nonsense_leaves_no_request_waiting_for_ever():
+    async def handle(socket):
+        await socket.recv()
+        await socket.send(msgpack.packb({"type": "welcome", "id": 1}))
+        await socket.send(b"\xc1")
+        await socket.wait_closed()
+
+    async with serve(handle, "127.0.0.1", 0) as server:
+        url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}/"
+        with pytest.raises(msgpack.FormatError):
+            await asking_until_closed(url)
+
+
+async def asking_until_closed(url):
+    async with connect(url) as client, asyncio.timeout(10.0):
+        with suppress(ConnectionClosed, ConnectionError):
+            while True:
+                await client.stop()
 
 
 def test_the_scripted_example_runs_in_under_80_lines(service):

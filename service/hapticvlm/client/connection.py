@@ -129,6 +129,7 @@ class Client:
                     answer.set_exception(ConnectionError("the service closed the connection"))
                     answer.exception()
             self._waiting.clear()
+            await self._socket.close()  # whoever still sends must not wait for ever
 
     def _take(self, message: Message) -> None:
         answer = self._waiting.pop(message["id"], None) if message["id"] else None
