@@ -12,7 +12,7 @@ import pytest
 
 from .build import FIRMWARE
 
-FUZZ_S = 5
+FUZZ_S = 2
 SLOWEST_S = 600  # for a build on a loaded machine
 NEEDED = {
     "g++": "g++",

@@ -54,14 +54,17 @@ class Calibration:
     def __init__(self, thermal: Thermal, ambient_c: float) -> None:
         self.thermal, self.ambient_c = thermal, ambient_c
         self._felt_c = np.array([self._skin_c(resistance) for resistance in RESISTANCES])
-        self._tried_c = np.array([self._skin_c(resistance) for resistance in TRIED])
+        tried_c = np.array([self._skin_c(resistance) for resistance in TRIED])
+        self._chances = self._chance(tried_c[:, None, None])
+        self._doubts = _entropy(self._chances)
         self._belief = np.full((RESISTANCES.size, NOISES_C.size), 1.0)
         self._belief /= self._belief.sum()
         self._trials = 0
 
     def next_resistance(self) -> float:
         """Choose the R'' for B whose answer is expected to tell most."""
-        gains = [self._gain(felt_c) for felt_c in self._tried_c]
+        doubt = _entropy(np.tensordot(self._chances, self._belief))
+        gains = doubt - np.tensordot(self._doubts, self._belief)
         return float(TRIED[int(np.argmax(gains))])
 
     def learn(self, resistance: float, *, real_was_colder: bool) -> None:
@@ -87,15 +90,9 @@ class Calibration:
         )
         return skin_surface_c(contact, JUDGED_S)
 
-    def _chance(self, plate_c: float) -> Floats:
-        """Probability that the real object is called colder, over R'' and noise, (R, N)."""
-        return colder_chance((plate_c - self._felt_c)[:, None], NOISES_C)
-
-    def _gain(self, plate_c: float) -> float:
-        """Return the expected information of one answer, nats."""
-        chance = self._chance(plate_c)
-        mean = float(np.sum(self._belief * chance))
-        return float(_entropy(np.array(mean)) - np.sum(self._belief * _entropy(chance)))
+    def _chance(self, plate_c: float | Floats) -> Floats:
+        """Probability that the real object is called colder, over R'' and noise, (..., R, N)."""
+        return colder_chance(plate_c - self._felt_c[:, None], NOISES_C)
 
 
 class SimulatedPalm:

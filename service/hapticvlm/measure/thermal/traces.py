@@ -19,6 +19,7 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import ThermalContact, progress, share
 
 _HALF_TURNS = 2.0 / math.pi
+MOST_TRACES = 3  # of which the oldest stands for all before it; bounds the cost of a step
 _EVEN = 2.0  # x at which half the flux counts as even; fitted to finite differences
 
 
@@ -45,12 +46,13 @@ class Traced:
     def __init__(self, frame_s: float) -> None:
         self._frame_s, self._now, self._begun_at = frame_s, 0.0, 0.0
         self._contact: ThermalContact | None = None
-        self._traces: list[Trace] = []
+        self._traces: tuple[Trace, ...] = ()
 
     def touch(self, contact: ThermalContact) -> None:
         """Slide to this object; what was touched leaves a trace."""
         if self._contact is not None:
-            self._traces.append(self._trace(self._contact))
+            traces = (*self._traces, self._trace(self._contact))
+            self._traces = _bounded(traces, self._now)
         self._contact, self._begun_at = contact, self._now
 
     def step(self) -> float:
@@ -73,3 +75,14 @@ class Traced:
         come = progress(contact, lasted_s)
         sharpness = 1.0 if come == math.inf else come / (come + _EVEN)
         return Trace(lasted_s, self._now, change_c * sharpness, change_c * (1.0 - sharpness))
+
+
+def _bounded(traces: tuple[Trace, ...], now: float) -> tuple[Trace, ...]:
+    """Let the two oldest traces become one that shows as much now, when there are too many."""
+    if len(traces) <= MOST_TRACES:
+        return traces
+    first, second, *others = traces
+    left_c = first.left_c(now) + second.left_c(now)
+    lasted_s = second.ended_at - first.ended_at + first.lasted_s
+    whole_c = Trace(lasted_s, second.ended_at, 1.0, 0.0).left_c(now)
+    return (Trace(lasted_s, second.ended_at, left_c / whole_c, 0.0), *others)
