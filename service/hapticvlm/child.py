@@ -16,6 +16,7 @@ from typing import Any
 
 START_S = 20.0
 STEADY_S = 10.0
+DYING_S = 1.0
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 30.0
 
 
@@ -40,6 +41,7 @@ class Child:
         self._on_ready = on_ready
         self._start_s = start_s
         self._process: BaseProcess | None = None
+        self._dying: BaseProcess | None = None
         self._control: Connection | None = None
         self._spawned_at = 0.0
         self._ready_at: float | None = None
@@ -85,7 +87,7 @@ class Child:
         Never blocks; call it often.
         """
         if self._process is None:
-            if self._retry_at and now >= self._retry_at:
+            if self._retry_at and now >= self._retry_at and self._is_buried(now):
                 self._spawn()
             return None
         failure = self._failure(now, is_well)
@@ -95,11 +97,9 @@ class Child:
             self._pause_s = 0.0
         pause_s = self._pause_s
         self._pause_s = min(LONGEST_PAUSE_S, max(FIRST_PAUSE_S, 2.0 * pause_s))
-        self._end()
+        self._kill()
         self.restarts += 1
         self._retry_at = now + pause_s
-        if not pause_s:
-            self._spawn()
         return f"{failure}; restarted {f'in {pause_s:.0f} s' if pause_s else 'at once'}"
 
     def close(self, patience_s: float) -> None:
@@ -109,11 +109,13 @@ class Child:
             self._control.close()
         if self._process is not None:
             self._process.join(patience_s)
-        self._end()
+        self._kill()
+        if self._dying is not None:
+            self._dying.join(DYING_S)
 
     def _failure(self, now: float, is_well: bool) -> str | None:
         assert self._process is not None
-        if self._ready_at is None and self.control.poll():
+        if self._ready_at is None and self._has_spoken():
             return self._greet()
         if not self._process.is_alive():
             return f"the {self._name} died (exit code {self._process.exitcode})"
@@ -121,6 +123,13 @@ class Child:
             late = now - self._spawned_at > self._start_s
             return f"the {self._name} did not start within {self._start_s:.0f} s" if late else None
         return None if is_well else f"the {self._name} hung"
+
+    def _has_spoken(self) -> bool:
+        """Whether there is something to read, if only that there never will be."""
+        try:
+            return self.control.poll()
+        except OSError:  # Windows says so of a broken pipe
+            return True
 
     def _greet(self) -> str | None:
         """Take in the child's first message; return why it failed, or None."""
@@ -148,9 +157,16 @@ class Child:
         self._spawned_at = time.monotonic()
         self._ready_at = None
 
-    def _end(self) -> None:
+    def _kill(self) -> None:
+        """End the process without waiting: one of many gigabytes takes its time to die."""
         if self._process is not None:
-            if self._process.is_alive():
-                self._process.kill()
-            self._process.join(1.0)
+            self._process.kill()
+            self._dying = self._process
         self._process = self._control = self._ready_at = None
+
+    def _is_buried(self, now: float) -> bool:
+        """Whether the process that was killed is gone, or not worth waiting for any longer."""
+        if self._dying is not None and self._dying.is_alive():
+            return now - self._retry_at > DYING_S
+        self._dying = None
+        return True
