@@ -172,9 +172,10 @@ class Ring:
         for _ in range(TRIES):
             number = self._number(_NEWEST_STATUS)
             fields = self._read(_STATUS, _status_at(number)) if number else None
-            if fields is not None:
+            is_it = fields is not None and fields[0] == number  # else one not yet announced
+            if fields is not None and is_it:
                 self._status = EngineStatus(*fields[1:])
-            if fields is not None or not number:
+            if is_it or not number:
                 break
         return self._status
 
