@@ -21,5 +21,6 @@ class ObserverLog(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show one line, soon."""
+        text = self.format(record).encode("utf-8", "replace").decode()  # a path may be no text
         with suppress(RuntimeError):  # the loop has closed
-            self._loop.call_soon_threadsafe(self._show, self.format(record))
+            self._loop.call_soon_threadsafe(self._show, text)
