@@ -126,8 +126,8 @@ def test_one_eye_of_two_side_by_side_is_taken(tmp_path):
     both = np.zeros((48, 128, 3), np.uint8)
     both[:, :64], both[:, 64:] = 60, 180
     path = tiny_video.write(tmp_path / "stereo.mp4", [both] * 2)
-    for eye, shade in (("left", 60), ("right", 180)):
-        line = frames(path, View(eye))[0]
+    for view, shade in ((View("left"), 60), (View("right"), 180)):
+        line = frames(path, view)[0]
         assert (line.fields["width"], line.fields["height"]) == (64, 48)
         assert decoded(line).mean() == pytest.approx(shade, abs=8)
 

@@ -78,19 +78,23 @@ async def test_the_middle_is_felt_from_the_first_frame_to_the_last(service, tmp_
     assert touches[-1].t_s > 1.9
 
 
-async def test_touches_are_renewed_however_slowly_a_video_is_decoded(service):
-    touches = []
+class SlowlyDecoded(captures.Capture):
+    """A recording whose frames take a second each; lines that need no picture stand for them."""
 
-    def slowly():
+    def lines(self):
         for number in range(3):
             time.sleep(1.0)
             yield captures.Line(number / 30.0, "set", {"ambient_c": 21.0})
+
+
+async def test_touches_are_renewed_however_slowly_a_video_is_decoded(service, tmp_path):
+    touches = []
 
     def seen(line, answer):
         assert answer["type"] == "ok"
         touches.append(line.type == "touch")
 
-    slow = types.SimpleNamespace(touched=captures.Touched(), lines=slowly)
+    slow = SlowlyDecoded(tmp_path / "slow.mp4", 0.1, 3, captures.Touched())
     async with connect(service.url) as client:
         outcome = await stream(client, slow, seen=seen)
     assert sum(touches) > 20  # 75 on a machine with nothing else to do; 2 if they waited in line
