@@ -52,7 +52,7 @@ from hapticvlm.session.actions import (
 )
 from hapticvlm.session.drive import AT_REST, NEUTRAL_HOLD_S
 from hapticvlm.session.frames import SURROUNDINGS
-from hapticvlm.session.hands import LEASE_S, NAMES, Hold
+from hapticvlm.session.hands import LEASE_S, NAMES, OUTPUTS, Hold
 from hapticvlm.session.scene import SceneSession
 
 TICK_S = 0.02
@@ -170,6 +170,7 @@ class Scenes(RuleBasedStateMachine):
         self.looks: list[tuple[SceneSession, LookAt]] = []
         self.asks: list[tuple[SceneSession, AskAmbient | AskMaterial]] = []
         self.voices: dict[int, float] = {}
+        self.stopped: set[tuple[str, str]] = set()  # until that hand was released
         self.setpoint_c: float | None = None
         self.elapsed_s = 0.0
         self.touched_at = -math.inf
@@ -272,6 +273,8 @@ class Scenes(RuleBasedStateMachine):
         if refusal is not None:
             assert (refusal.id, bool(refusal.text)) == (message.id, True)
             return False
+        if isinstance(message, Touch) and message.phase == "release":
+            self.stopped -= {(output, message.hand) for output in OUTPUTS}
         later = [action for action in only(actions, LookAt) if action.frame.id]
         assert all(action.frame.id == message.id for action in later)
         self.carry_out(session, actions, 0 if later else message.id, may_answer=not later)
@@ -305,7 +308,7 @@ class Scenes(RuleBasedStateMachine):
         match action:
             case Feel(command):
                 assert command.expires_at <= self.now + LEASE_S
-                assert not self.hold.holds("speaker", NAMES[command.hand])
+                assert ("speaker", NAMES[command.hand]) not in self.stopped
                 self.voices[command.hand] = command.expires_at
             case LetGo(hand):
                 self.voices.pop(hand, None)
@@ -319,7 +322,7 @@ class Scenes(RuleBasedStateMachine):
     def heat(self, setpoint_c: float, ttl_s: float) -> None:
         assert ttl_s <= LEASE_S
         assert SETPOINT_MIN_C <= setpoint_c <= SETPOINT_MAX_C
-        assert self.owner.leases or not self.hold.holds("peltier", None)
+        assert not self.stopped.issuperset(("peltier", hand) for hand in NAMES)
         reach_c = SLEW_C_PER_S * min(self.elapsed_s, STALL_S) + 1e-9
         if self.setpoint_c is not None:
             assert abs(setpoint_c - self.setpoint_c) <= reach_c
@@ -343,6 +346,8 @@ class Scenes(RuleBasedStateMachine):
 
     def stop(self, scope: Scope) -> None:
         self.hold.stop(scope)
+        outputs = OUTPUTS if scope == "all" else (scope,)
+        self.stopped |= {(output, hand) for output in outputs for hand in NAMES}
         for session in (self.owner, self.other, self.watcher):
             session.held(scope)
         if scope != "peltier":
@@ -362,7 +367,7 @@ def only(actions, kind):
 
 
 Scenes.TestCase.settings = settings(
-    max_examples=40,
+    max_examples=30,
     stateful_step_count=40,
     deadline=None,
     derandomize=True,
