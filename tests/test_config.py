@@ -105,6 +105,19 @@ def test_paths_in_a_file_are_relative_to_it_and_names_stay_names(tmp_path):
     assert (found.vlm, found.peltier) == ("someone/model", "COM3")
 
 
+def test_a_palm_may_be_stated_as_its_file_beside_the_config_file(tmp_path):
+    palm = tmp_path / "palm.json"
+    path = file(tmp_path, 'contact-resistance = "palm.json"\n')
+    palm.write_text('{"calibrate": "thermal", "contact_resistance": 2e-3}')
+    assert settled("--config", str(path)).contact_resistance == 2e-3
+    palm.write_text('{"calibrate": "thermal", "contact_resistance": 0.5}')
+    with pytest.raises(ValueError, match=r"contact-resistance: .*palm\.json says 0\.5"):
+        settled("--config", str(path))
+    palm.unlink()
+    with pytest.raises(ValueError, match=r"hapticvlm\.toml: .*palm\.json"):
+        settled("--config", str(path))
+
+
 @pytest.mark.parametrize(("said", "meant"), [("true", ""), ("false", None), ('"x/y"', "x/y")])
 def test_a_flag_that_may_stand_alone_is_true_in_a_file(said, meant, tmp_path):
     assert settled("--config", str(file(tmp_path, f"vlm = {said}\n"))).vlm == meant

@@ -5,6 +5,7 @@ Names may stand at the top or in the table of their group ([connections], [outpu
 
 from __future__ import annotations
 
+import argparse
 import difflib
 import logging
 import os
@@ -30,7 +31,9 @@ def _type(option: Option) -> Any:  # noqa: ANN401 - a type
     if option.told.range is not None:
         low, high = option.told.range
         kind = Annotated[kind, Meta(ge=option.kind(low), le=option.kind(high))]
-    return kind | bool | UnsetType if option.told.bare is not None else kind | UnsetType
+    if option.told.bare is not None:
+        kind = kind | bool
+    return kind | UnsetType if option.told.read is None else kind | str | UnsetType
 
 
 def _struct(name: str, members: Mapping[str, Any]) -> type[msgspec.Struct]:
@@ -69,11 +72,14 @@ def read(path: Path) -> dict[str, Any]:
         raise ValueError(f"{path}: {_explain(str(error))}") from None
     found = _flat(path, checked)
     _guard_secrets(path, found)
-    return {
-        _BY_NAME[name].field: _value(_BY_NAME[name], value, path.parent)
-        for name, value in found.items()
-        if value is not False or _BY_NAME[name].kind is bool
-    }
+    try:
+        return {
+            _BY_NAME[name].field: _value(_BY_NAME[name], value, path.parent)
+            for name, value in found.items()
+            if value is not False or _BY_NAME[name].kind is bool
+        }
+    except argparse.ArgumentTypeError as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
 def _flat(path: Path, checked: msgspec.Struct) -> dict[str, Any]:
@@ -103,10 +109,23 @@ def _guard_secrets(path: Path, found: Mapping[str, Any]) -> None:
 def _value(option: Option, value: Any, folder: Path) -> Any:  # noqa: ANN401 - of any option
     if value is True and option.told.bare is not None:
         return option.told.bare
+    if option.told.read is not None and isinstance(value, str):
+        return _read(option, folder / value)
     if option.kind is Path:
         return folder / Path(value).expanduser()
     if option.told.names_path and (folder / value).exists():
         return str(folder / value)
+    return value
+
+
+def _read(option: Option, file: Path) -> float:
+    """Take from a file the number that the option wants. Raises ArgumentTypeError."""
+    assert option.told.read is not None
+    assert option.told.range is not None
+    value: float = option.told.read(str(file))
+    low, high = option.told.range
+    if not low <= value <= high:
+        raise argparse.ArgumentTypeError(f"{option.name}: {file} says {value:g}: {option.takes}")
     return value
 
 
