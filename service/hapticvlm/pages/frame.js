@@ -45,7 +45,7 @@ function outline(context, { x, y, w, h }, width, height) {
 
 function tell({ object_id, region }) {
   const what = object_id ? `of ${object_id}` : region ? "of the touched region" : "of the whole view";
-  const where = region ? "; the box is the region" : "; no region was given";
+  const where = region ? "; the box is the region" : "";
   say(byId("frame-said"), `Frame ${what} at ${clock()}${where}.`);
   byId("frame").ariaLabel = `The last frame looked at, ${what}${where}`;
 }
