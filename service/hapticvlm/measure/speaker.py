@@ -13,7 +13,6 @@ import json
 import os
 import random
 import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,12 +26,12 @@ from rich.table import Table
 from hapticvlm import __version__
 from hapticvlm.devices.audio import AudioSettings
 from hapticvlm.devices.speaker import Speaker
-from hapticvlm.measure import jack
+from hapticvlm.measure import clock, jack
 from hapticvlm.measure.click import Clicker, clicker
-from hapticvlm.measure.conditions import load, no_load, priority, raise_priority, stolen_s
+from hapticvlm.measure.clock import command
+from hapticvlm.measure.conditions import load, no_load, priority, raise_priority
 from hapticvlm.measure.sink import NAME, Recording, Server, null_sink, recording
-from hapticvlm.rendering.vibration import RATE_HZ, Stroke
-from hapticvlm.rendering.voices import Command
+from hapticvlm.rendering.vibration import RATE_HZ
 
 BLOCKS = (64, 128, 256, 512)
 STRIKE_LEASE_S = 0.03
@@ -81,18 +80,18 @@ def run(plan: Plan, *, as_json: bool) -> int:
     """Measure, print a table and, last, one JSON object. Raises SinkError, DeviceError."""
     console = Console(quiet=as_json, width=150)
     with console.status("virtual clock"):
-        clock = _clock(plan) if plan.clock_s else None
+        ticked = clock.underruns(plan.clock_s, realtime=plan.realtime) if plan.clock_s else None
     with console.status("JACK dummy"):
         dummies = _jack(plan) if plan.jack_s else []
     rows = _sinks(plan, console) if plan.seconds else []
     if rows:
         console.print(_table(rows))
-    for line in ([_clock_line(clock)] if clock else []) + [_jack_line(each) for each in dummies]:
+    for line in ([clock.line(ticked)] if ticked else []) + [_jack_line(each) for each in dummies]:
         console.print(line)
     versions = {"hapticvlm": __version__, "cpus": os.cpu_count(), "server": _server_version()}
     print(
         json.dumps(
-            {"measure": "speaker", **versions, "rows": rows, "clock": clock, "jack": dummies}
+            {"measure": "speaker", **versions, "rows": rows, "clock": ticked, "jack": dummies}
         )
     )
     return 0
@@ -177,7 +176,7 @@ def _take_turns(
     ends_at = time.monotonic() + seconds
     while time.monotonic() < ends_at:
         strikes.append(time.monotonic())
-        speaker.obey(_command("strike", len(strikes), STRIKE_LEASE_S))
+        speaker.obey(command("strike", len(strikes), STRIKE_LEASE_S))
         time.sleep(APART_S + rng.uniform(0.0, 0.02))
         clicks.append(time.monotonic())
         floor.click()
@@ -190,53 +189,10 @@ def _slide(speaker: Speaker, heard: Recording) -> NDArray[np.float32]:
     begun = len(heard.chunks)
     ends_at = time.monotonic() + SLIDE_S
     while time.monotonic() < ends_at:
-        speaker.obey(_command("slide", 1, 0.5))
+        speaker.obey(command("slide", 1, 0.5))
         time.sleep(0.05)
     data = b"".join(chunk for _, chunk in heard.chunks[begun:])
     return np.frombuffer(data, np.float32)
-
-
-def _command(interaction: str, seed: int, lease_s: float) -> Command:
-    return Command(
-        hand=1,
-        material="wood",
-        interaction=interaction,
-        onset=interaction == "strike",
-        stroke=Stroke(0.5, 2.0),
-        seed=seed,
-        expires_at=time.monotonic() + lease_s,
-    )
-
-
-def _clock(plan: Plan) -> dict[str, Any]:
-    """Count the virtual clock's underruns in a held slide, beside those of a bare loop."""
-    settings = AudioSettings(realtime=plan.realtime)
-    speaker = Speaker(settings)
-    speaker.start()
-    command = [sys.executable, "-m", "hapticvlm.measure.deadlines", str(plan.clock_s)]
-    command += [str(settings.block), str(int(plan.realtime))]
-    started, stolen_before = time.monotonic(), stolen_s()
-    try:
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bare:
-            while time.monotonic() - started < plan.clock_s:
-                speaker.obey(_command("slide", 1, 0.5))
-                time.sleep(0.1)
-            status = speaker.status()
-            floor = json.loads(bare.communicate()[0])
-    finally:
-        speaker.close()
-    counts = {"underruns": status.underruns, "samples": status.samples, "lost": status.lost}
-    stolen = stolen_s()
-    lost_s = None if stolen is None or stolen_before is None else round(stolen - stolen_before, 2)
-    seconds = {"seconds": plan.clock_s, "stolen_s": lost_s}
-    return {**seconds, **counts, "realtime": status.realtime, "floor": floor}
-
-
-def _clock_line(clock: dict[str, Any]) -> str:
-    ours, bare = clock["underruns"], clock["floor"]["missed"]
-    text = f"virtual clock, {clock['seconds']:.0f} s: {ours} underruns; a bare loop missed {bare}"
-    stolen = clock["stolen_s"]
-    return text if stolen is None else f"{text}; the host took {stolen:g} s from this machine"
 
 
 def _server_version() -> str:
