@@ -153,6 +153,8 @@ async def test_a_contact_that_comes_too_late_to_strike_is_counted_in_the_status(
         late = await client.touch("contact", "table", captured_at=left)
         assert late["type"] == "ok"
         assert status(service)["counts"]["contacts too late to strike"] == 1
+    await until(service, lambda found: not found["connections"])
+    assert status(service)["counts"]["contacts too late to strike"] == 1
 
 
 async def test_the_plate_follows_a_cold_contact_and_returns_to_neutral(service):

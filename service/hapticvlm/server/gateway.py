@@ -87,6 +87,7 @@ class Gateway:
     def leave(self, connection: Connection) -> None:
         """Forget a connection; when it was the owner's, the outputs rest."""
         self.connections.remove(connection)
+        self.counts += connection.counts
         connection.session.rest()
         if self._questions is not None:
             self._questions.forget(connection)
