@@ -93,7 +93,7 @@ class Serving:
         ),
     ] = "this-machine"
     speaker: Annotated[
-        str, Flag(OUTPUTS, "simulated, default, or part of an audio output's name (%(default)s)")
+        str, Flag(OUTPUTS, "simulated, default, jack, or part of an output's name (%(default)s)")
     ] = "simulated"
     patterns: Annotated[
         Path | None,
