@@ -12,6 +12,7 @@ const WIDEST = 80; // degrees
 export class Eyes {
   #camera;
   #objects;
+  #overlooked = []; // what pictures leave out
   #send;
   #wanted = null; // {object, point}
   #shotAt = -LEAST_WAIT;
@@ -21,6 +22,11 @@ export class Eyes {
     this.#camera = new Camera(renderer, scene, objects);
     this.#objects = objects;
     this.#send = send;
+  }
+
+  /** Leaves things out of the pictures that are not of the scene: hands before an object, the board. */
+  overlook(...things) {
+    this.#overlooked.push(...things);
   }
 
   /** Asks for a picture of this object, touched at `point`, at the next chance. */
@@ -44,15 +50,23 @@ export class Eyes {
    */
   async look(object, position, point = null) {
     const pose = aim(object.root, position, point);
-    const refracts = this.#refracts();
-    if (!refracts) makeGlass(this.#objects, {refracts: true}); // one picture may cost what 90 a second may not
-    const picture = this.#camera.shoot(pose);
-    if (!refracts) makeGlass(this.#objects, {refracts: false});
+    const picture = this.#shoot(pose);
     const seen = this.#camera.find(picture, object);
     if (!seen || seen.share < LEAST_SHARE) return null;
     const [image, mask] = await Promise.all([this.#camera.encode(picture), encodeMask(seen.mask)]);
     const {object_id} = object;
     return {format: 'jpeg', width: SIDE, height: SIDE, origin: 'top', image, mask, object_id};
+  }
+
+  #shoot(pose) {
+    const refracts = this.#refracts();
+    const shown = this.#overlooked.filter(({visible}) => visible);
+    if (!refracts) makeGlass(this.#objects, {refracts: true}); // one picture may cost what 90 a second may not
+    for (const thing of shown) thing.visible = false;
+    const picture = this.#camera.shoot(pose);
+    for (const thing of shown) thing.visible = true;
+    if (!refracts) makeGlass(this.#objects, {refracts: false});
+    return picture;
   }
 
   #refracts() {

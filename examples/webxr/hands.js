@@ -8,13 +8,14 @@ const PULSE = {contact: 40, slide: 15}; // ms of the controller's own motor
 
 export class Hands {
   #surfaces;
-  #scene;
   #send;
   #known = new Map(); // input source -> {toucher, ball}
 
+  /** Holds what is drawn of the hands. */
+  root = new THREE.Group();
+
   /** `send` takes each touch, the object it is of and where. */
-  constructor(scene, surfaces, send) {
-    this.#scene = scene;
+  constructor(surfaces, send) {
     this.#surfaces = surfaces;
     this.#send = send;
   }
@@ -48,14 +49,14 @@ export class Hands {
   #meet(source) {
     const shape = new THREE.SphereGeometry(TIP_RADIUS, 16, 12);
     const ball = new THREE.Mesh(shape, new THREE.MeshStandardMaterial({color: 0xffcc99}));
-    this.#scene.add(ball);
+    this.root.add(ball);
     const known = {toucher: new Toucher(source.handedness, this.#surfaces), ball};
     this.#known.set(source, known);
     return known;
   }
 
   #forget(source) {
-    this.#scene.remove(this.#known.get(source).ball);
+    this.root.remove(this.#known.get(source).ball);
     this.#known.delete(source);
   }
 }

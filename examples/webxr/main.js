@@ -36,7 +36,9 @@ camera.lookAt(0, 0.78, -0.16);
 const board = new Board(scene);
 /** Takes the pictures; `eyes.look` also for whoever wants one. */
 export const eyes = new Eyes(renderer, scene, objects, (fields) => haptics.frame(fields));
-const hands = new Hands(scene, objects.map((object) => new Surface(object)), touched);
+const hands = new Hands(objects.map((object) => new Surface(object)), touched);
+scene.add(hands.root);
+eyes.overlook(hands.root, board.mesh);
 const pointer = new Pointer(renderer.domElement, camera, objects, touched);
 /** Connects last: what came before kept the page busy for seconds, and a service waits ten for a hello. */
 export const haptics = new Haptics(service(), {token: query.get('token') ?? undefined});

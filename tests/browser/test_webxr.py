@@ -5,6 +5,7 @@ import io
 import json
 import os
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +22,13 @@ LOOK_MS = 10_000  # to draw, send and look at a picture
 NEUTRAL_C = 32.0
 FRAMES_ONLY = ("bowl", "vase", "linen", "kettle")  # all eleven: webxr_frames.py
 HEAD = (0.1, 1.4, 0.5)
+HOLD_BEFORE = """async ({main, three, session}, [key, x, y, z]) => {
+  const {root} = main.objects.find((one) => one.key === key);
+  const middle = new three.Box3().setFromObject(root).getCenter(new three.Vector3());
+  middle.lerp({x, y, z}, 0.5);
+  main.headset.controllers.right.position.set(middle.x, middle.y, middle.z);
+  for (let i = 0; i < 3; i++) await new Promise((drawn) => session.requestAnimationFrame(drawn));
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -64,19 +72,34 @@ def test_the_panel_says_what_was_decided_and_why(visit: Visit) -> None:
         assert part in told
 
 
-@pytest.mark.parametrize("key", ["hammer head", "bottle"])
-def test_a_picture_is_turned_to_its_object_and_filled_by_it(visit: Visit, key: str) -> None:
+def seen(visit: Visit, key: str) -> tuple[Any, Any]:
+    """Take a picture of an object: (448, 448) grey levels and mask."""
     frame = visit.modules.evaluate(LOOK, [key, *HEAD])
+    assert (frame["height"], frame["width"]) == (448, 448)
     image, mask = (
         np.asarray(Image.open(io.BytesIO(base64.b64decode(frame[name]))).convert("L"))
         for name in ("image", "mask")
     )
+    return image, mask
+
+
+@pytest.mark.parametrize("key", ["hammer head", "bottle"])
+def test_a_picture_is_turned_to_its_object_and_filled_by_it(visit: Visit, key: str) -> None:
+    image, mask = seen(visit, key)
     rows, columns = np.nonzero(mask)
-    assert image.shape == mask.shape == (frame["height"], frame["width"]) == (448, 448)
+    assert image.shape == mask.shape == (448, 448)
     assert max(np.ptp(rows), np.ptp(columns)) > 448 / 2
     assert abs(rows.mean() - 224) < 80
     assert abs(columns.mean() - 224) < 80
     assert image[mask > 0].std() > 5
+
+
+def test_a_hand_before_an_object_is_left_out_of_its_picture(visit: Visit) -> None:
+    alone, mask = seen(visit, "bowl")
+    visit.modules.evaluate(HOLD_BEFORE, ["bowl", *HEAD])
+    image, still = seen(visit, "bowl")
+    assert (still == mask).all()
+    assert np.abs(image.astype(float) - alone).max() < 4
 
 
 def test_frames_alone_are_looked_at_by_the_encoder(visit: Visit) -> None:
