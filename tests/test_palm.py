@@ -7,8 +7,7 @@ import json
 
 import pytest
 
-from hapticvlm.__main__ import main
-from hapticvlm.cli import serve_options
+from hapticvlm.cli import main, serve_options
 from hapticvlm.cli.palm import contact_resistance
 
 
