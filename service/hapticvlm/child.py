@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-START_S = 20.0
+START_S = 60.0  # a child that fails says so at once; only a busy machine takes this long
 STEADY_S = 10.0
 DYING_S = 1.0
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 30.0
