@@ -85,7 +85,7 @@ async def run(serving: Serving, where: Address) -> None:
                 tasks.create_task(gateway.run_ticks()),
                 tasks.create_task(gateway.run_telemetry()),
             ]
-            # What was made so far stays: to look through it all again would hold up a touch by 40 ms.
+            # What was made so far stays: looking through it again would hold up a touch by 40 ms.
             gc.collect()
             gc.freeze()
             ready.say(serving, port, _devices(parts), has_priority=has_priority)
