@@ -16,7 +16,7 @@ import pytest
 from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 
-from hapticvlm.measure.service import Service, running
+from hapticvlm.commands.local_service import Service, running
 
 Message = dict[str, Any]
 ANSWER_S = 10.0  # telemetry comes ten times a second: silence this long is a failure

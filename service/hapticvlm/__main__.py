@@ -2,7 +2,7 @@
 
 import sys
 
-from hapticvlm.cli import main
+from hapticvlm.commands.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -15,9 +15,9 @@ from dashboard_scene import AXE, board_on_a_port, chromium, missing, touching
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 from soak_dashboard import soak
 
+from hapticvlm.commands.local_service import Service, running
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.devices.simulated_board import SimulatedBoard
-from hapticvlm.measure.service import Service, running
 
 pytestmark = pytest.mark.browser
 

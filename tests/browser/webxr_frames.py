@@ -27,8 +27,8 @@ from webxr_scene import missing, visiting
 
 from hapticvlm.messages import Frame
 from hapticvlm.recognition import pictures
-from hapticvlm.recognition.encoder import Encoder, load_encoder
-from hapticvlm.recognition.gallery import Gallery, load_gallery, with_references
+from hapticvlm.recognition.encoders.encoder import Encoder, load_encoder
+from hapticvlm.recognition.galleries.gallery import Gallery, load_gallery, with_references
 from hapticvlm.recognition.ladder import decide
 
 CHOOSING, HELD = 101, 202

@@ -16,8 +16,8 @@ from hapticvlm.devices.peltier import Peltier
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering import thermal
-from hapticvlm.rendering.course import Course
 from hapticvlm.rendering.thermal import PlateReading, ThermalContact
+from hapticvlm.rendering.thermal_course import Course
 
 from .board import Board
 from .protocol_sim import BOARDS

@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from hapticvlm.client import connect
-from hapticvlm.measure.service import running
+from hapticvlm.commands.local_service import running
 
 pytest_plugins = ("mono_build",)
 ANSWERS = Path(__file__).parents[2] / "schemas" / "vectors" / "answers.json"

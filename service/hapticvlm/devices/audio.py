@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.devices.output import lock_memory, take_priority
-from hapticvlm.devices.players import Player, VirtualClock
+from hapticvlm.devices.output_loop import Player, VirtualClock
 from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, Order, RestAll, Ring
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.patterns import Pattern

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from hapticvlm.devices.audio import read_wav
+from hapticvlm.rendering.equaliser import Correction
 from hapticvlm.rendering.patterns import LONGEST_S, Pattern, PatternError, named, pattern
-from hapticvlm.rendering.playback import Correction
 
 MAX_FILES = 200
 

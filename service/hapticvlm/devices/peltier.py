@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from hapticvlm.devices import faults, ports
-from hapticvlm.devices.line import Answer
+from hapticvlm.devices.plate_protocol import Answer
 from hapticvlm.devices.plate_session import PlateSession
 from hapticvlm.devices.ports import DeviceError, Place, Port
 from hapticvlm.rendering.thermal import PlateReading

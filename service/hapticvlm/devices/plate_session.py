@@ -12,12 +12,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-from hapticvlm.devices import faults, line
+from hapticvlm.devices import faults, plate_protocol
 from hapticvlm.devices.dose import Dose
-from hapticvlm.devices.drive import Drive
 from hapticvlm.devices.framing import Deframer, Frame
-from hapticvlm.devices.line import Ack, Answer, HelloReply, Message, Telemetry
-from hapticvlm.devices.orders import Orders
+from hapticvlm.devices.plate_protocol import Ack, Answer, HelloReply, Message, Telemetry
+from hapticvlm.devices.plate_requests import Orders
+from hapticvlm.devices.setpoint_lease import Drive
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import PlateReading
 
@@ -46,18 +46,22 @@ class PlateSession:
     @property
     def is_ready(self) -> bool:
         """Whether the board has answered our HELLO and speaks our version."""
-        return self._is_open and self.board is not None and self.board.major == line.MAJOR
+        return self._is_open and self.board is not None and self.board.major == plate_protocol.MAJOR
 
     @property
     def refusal(self) -> str | None:
         """Why this board can't be used, if it can't."""
-        if self.board is None or self.board.major == line.MAJOR:
+        if self.board is None or self.board.major == plate_protocol.MAJOR:
             return None
         theirs = self.board.major, self.board.minor
-        cure = "flash the firmware of this release" if theirs[0] < line.MAJOR else "upgrade it"
+        cure = (
+            "flash the firmware of this release"
+            if theirs[0] < plate_protocol.MAJOR
+            else "upgrade it"
+        )
         return (
             f"the board speaks plate protocol {theirs[0]}.{theirs[1]}, this hapticvlm "
-            f"{line.MAJOR}.{line.MINOR}: {cure}"
+            f"{plate_protocol.MAJOR}.{plate_protocol.MINOR}: {cure}"
         )
 
     @property
@@ -118,15 +122,15 @@ class PlateSession:
 
     def rest(self) -> None:
         """Return to neutral, then off."""
-        self._order(line.Rest())
+        self._order(plate_protocol.Rest())
 
     def off(self) -> None:
         """Switch the bridge off at once."""
-        self._order(line.Off())
+        self._order(plate_protocol.Off())
 
     def clear(self, fault: int) -> None:
         """Ask the board to unlatch one fault; `answer` tells what it said."""
-        self._order(line.Clear(fault))
+        self._order(plate_protocol.Clear(fault))
 
     def receive(self, data: bytes, now: float) -> None:
         """Take in whatever came from the port, if only nothing."""
@@ -154,7 +158,8 @@ class PlateSession:
             sink_c=None if told is None else _celsius(told.sink_mc),
             setpoint_c=NEUTRAL_C if setpoint_mc is None else setpoint_mc / 1000.0,
             duty=0.0 if told is None else self._duty(told),
-            current_limited=told is not None and bool(told.limited & line.LIMITED_BY_CURRENT),
+            current_limited=told is not None
+            and bool(told.limited & plate_protocol.LIMITED_BY_CURRENT),
             dose_cem43=dose_cem43,
             heated_s=heated_s,
             faults=self._faults(now),
@@ -195,12 +200,12 @@ class PlateSession:
         if now - self._greeted_at < GREET_S:
             return b""
         self._greeted_at = now
-        return self._orders.encode(line.Hello(line.MAJOR, line.MINOR))
+        return self._orders.encode(plate_protocol.Hello(plate_protocol.MAJOR, plate_protocol.MINOR))
 
     def _take(self, received: Frame, now: float) -> None:
         try:
-            message = line.decode(received)
-        except line.LineError:
+            message = plate_protocol.decode(received)
+        except plate_protocol.LineError:
             message = None
         match message:
             case Telemetry():

@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from hapticvlm.devices.line import BAUD
+from hapticvlm.devices.plate_protocol import BAUD
 
 AUTO = "auto"
 READ_S, WRITE_S = 0.02, 0.2

@@ -7,7 +7,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-from hapticvlm.rendering.playback import (
+from hapticvlm.rendering.equaliser import (
     HIGH_HZ,
     LOW_HZ,
     MOST_DB,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from hapticvlm.devices.dose import REST_S
-from hapticvlm.devices.line import State
 from hapticvlm.devices.plant import AMBIENT_C, SINK_K_PER_W, Plant
+from hapticvlm.devices.plate_protocol import State
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering import thermal
 from hapticvlm.rendering.plate_limits import sink_share

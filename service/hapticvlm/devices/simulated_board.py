@@ -9,10 +9,18 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from hapticvlm.devices import faults, line
+from hapticvlm.devices import faults, plate_protocol
 from hapticvlm.devices.framing import Deframer, Frame
-from hapticvlm.devices.line import Answer, Clear, Hello, HelloReply, Message, Setpoint, Telemetry
 from hapticvlm.devices.peltier import Peltier
+from hapticvlm.devices.plate_protocol import (
+    Answer,
+    Clear,
+    Hello,
+    HelloReply,
+    Message,
+    Setpoint,
+    Telemetry,
+)
 from hapticvlm.devices.ports import READ_S
 from hapticvlm.devices.simulated import COOL_LIMIT_A, HEAT_LIMIT_A, SimulatedPlate
 from hapticvlm.rendering import thermal
@@ -26,7 +34,9 @@ _UNSENT_BYTES = 4096  # a host that does not read loses the rest
 class SimulatedBoard:
     """Bytes in, bytes out; time passes only in `exchange`."""
 
-    def __init__(self, plate: SimulatedPlate | None = None, *, major: int = line.MAJOR) -> None:
+    def __init__(
+        self, plate: SimulatedPlate | None = None, *, major: int = plate_protocol.MAJOR
+    ) -> None:
         self.plate = plate or SimulatedPlate()
         self._major = major
         self._deframer = Deframer()
@@ -48,13 +58,13 @@ class SimulatedBoard:
 
     def _heed(self, received: Frame, now: float) -> bytes:
         try:
-            message = line.decode(received)
-        except line.LineError:
+            message = plate_protocol.decode(received)
+        except plate_protocol.LineError:
             answer = Answer.LENGTH if received.kind in range(0x01, 0x06) else Answer.UNKNOWN
             return self._acknowledge(received, answer)
         reply = b""
         if isinstance(message, Hello):
-            reply = line.encode(self._hello_reply(), received.seq)
+            reply = plate_protocol.encode(self._hello_reply(), received.seq)
         return reply + self._acknowledge(received, self._do(message, now))
 
     def _do(self, message: Message, now: float) -> Answer:
@@ -63,9 +73,9 @@ class SimulatedBoard:
                 return self._greet(message)
             case Setpoint():
                 return self._hold(message, now)
-            case line.Off():
+            case plate_protocol.Off():
                 self.plate.close()
-            case line.Rest():
+            case plate_protocol.Rest():
                 self.plate.rest(now)
             case Clear():
                 return self._clear(message.fault) if self._is_greeted else Answer.NEEDS_HELLO
@@ -86,9 +96,9 @@ class SimulatedBoard:
         setpoint_c = message.setpoint_mc / 1000.0
         if not thermal.SETPOINT_MIN_C <= setpoint_c <= thermal.SETPOINT_MAX_C:
             return Answer.RANGE
-        if not 1 <= message.ttl_ms <= line.MAX_TTL_MS:
+        if not 1 <= message.ttl_ms <= plate_protocol.MAX_TTL_MS:
             return Answer.TTL
-        if self.plate.state is line.State.FAULTED:
+        if self.plate.state is plate_protocol.State.FAULTED:
             return Answer.FAULTED
         self.plate.command(setpoint_c, message.ttl_ms / 1000.0, now)
         return Answer.OK
@@ -101,16 +111,16 @@ class SimulatedBoard:
 
     def _acknowledge(self, received: Frame, answer: Answer) -> bytes:
         self._refused += answer is not Answer.OK
-        return self._say(line.Ack(received.kind, received.seq, answer))
+        return self._say(plate_protocol.Ack(received.kind, received.seq, answer))
 
     def _say(self, message: Message) -> bytes:
         self._seq = (self._seq + 1) % 256
-        return line.encode(message, self._seq)
+        return plate_protocol.encode(message, self._seq)
 
     def _hello_reply(self) -> HelloReply:
         return HelloReply(
             major=self._major,
-            minor=line.MINOR,
+            minor=plate_protocol.MINOR,
             firmware_major=0,
             firmware_minor=0,
             firmware_patch=0,
@@ -118,7 +128,7 @@ class SimulatedBoard:
             setpoint_low_mc=round(thermal.SETPOINT_MIN_C * 1000),
             setpoint_high_mc=round(thermal.SETPOINT_MAX_C * 1000),
             slew_mc_s=round(thermal.SLEW_C_PER_S * 1000),
-            max_ttl_ms=line.MAX_TTL_MS,
+            max_ttl_ms=plate_protocol.MAX_TTL_MS,
             heat_limit_ma=round(HEAT_LIMIT_A * 1000),
             cool_limit_ma=round(COOL_LIMIT_A * 1000),
             heat_cap=_permille(HEAT_LIMIT_A),
@@ -129,7 +139,7 @@ class SimulatedBoard:
 
     def _telemetry(self, now: float) -> Telemetry:
         reading, state = self.plate.advance(now), self.plate.state
-        is_driving = state in (line.State.HOLDING, line.State.RETURNING)
+        is_driving = state in (plate_protocol.State.HOLDING, plate_protocol.State.RETURNING)
         plate_mc = None if reading.plate_c is None else round(reading.plate_c * 1000)
         return Telemetry(
             uptime_ms=round((now - (self._started_at or 0.0)) * 1000) % 2**32,
@@ -140,7 +150,7 @@ class SimulatedBoard:
             sink_mc=None if reading.sink_c is None else round(reading.sink_c * 1000),
             setpoint_mc=round(reading.setpoint_c * 1000) if is_driving else None,
             duty=_permille(self.plate.current_a),
-            limited=line.LIMITED_BY_CURRENT if reading.current_limited else 0,
+            limited=plate_protocol.LIMITED_BY_CURRENT if reading.current_limited else 0,
             bad_frames=min(self._deframer.bad, 0xFFFF),
             refused=min(self._refused, 0xFFFF),
             dose_mcem43=min(round(reading.dose_cem43 * 1000), 0xFFFF),

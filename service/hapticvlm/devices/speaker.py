@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.child import Child, ChildError
 from hapticvlm.devices.audio import AudioSettings, run_engine
 from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import SAMPLES, EngineStatus, Gain, LetGo, RestAll, Ring
+from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.voices import Command
 
 logger = logging.getLogger(__name__)

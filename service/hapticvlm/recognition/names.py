@@ -4,7 +4,7 @@ A name is cut into words (CamelCase, snake, kebab, digits, engine noise). Each w
 materials.py (class words) and names.toml (things, finishes, phrases). Words are read the way
 English builds compounds: the last thing named is the head, words before it modify it, so
 "wooden handle steel pan" is a steel pan with a wooden handle. Other languages say nothing. Knows
-no picture; how often it is right is measured by `measure/names.py`.
+no picture; how often it is right is measured by `hapticvlm_lab/bench/names.py`.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from hapticvlm.recognition import hot_names, names
+from hapticvlm.recognition import names, temperature_words
 from hapticvlm.recognition.ambient import Ambient
 
 LEAST_C, MOST_C = -100.0, 400.0  # what `temperature_c` may be on the wire; a test compares them
@@ -101,7 +101,7 @@ def named(facts: SurfaceFacts, ambient: Ambient) -> Surface | None:
     In hot air nothing hot is colder than the air, in cold air nothing cold is warmer.
     """
     name = facts.name or facts.object_id
-    said = hot_names.from_name(name) if name else None
+    said = temperature_words.from_name(name) if name else None
     if said is None or (said.is_supposed_on and ambient.value_c > HEATED_ROOM_C):
         return None
     heat = said.heat

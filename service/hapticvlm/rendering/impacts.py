@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering.band import BAND_DB, above_band_db, limited
-from hapticvlm.rendering.gestures import RATE_HZ, Stroke
-from hapticvlm.rendering.playback import NOMINAL, Playback
-from hapticvlm.rendering.strength import felt
+from hapticvlm.rendering.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.interactions import RATE_HZ, Stroke
+from hapticvlm.rendering.perceived_level import felt
 
 _Complex = NDArray[np.complex128]
 _Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.rendering.strength import drive_needed
+from hapticvlm.rendering.perceived_level import drive_needed
 
 _Floats = NDArray[np.float64]
 

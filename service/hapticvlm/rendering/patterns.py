@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Vibration
 from hapticvlm.rendering import impacts, textures
-from hapticvlm.rendering.gestures import IMPACTS, RATE_HZ, TEXTURES, Stroke
-from hapticvlm.rendering.glide import Glide
-from hapticvlm.rendering.playback import Correction
-from hapticvlm.rendering.strength import felt
+from hapticvlm.rendering.equaliser import Correction
+from hapticvlm.rendering.interactions import IMPACTS, RATE_HZ, TEXTURES, Stroke
+from hapticvlm.rendering.perceived_level import felt
+from hapticvlm.rendering.smoothing import Glide
 
 _Floats = NDArray[np.float64]
 

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering import impacts, loops
-from hapticvlm.rendering.gestures import Stroke
-from hapticvlm.rendering.glide import Glide
+from hapticvlm.rendering.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.interactions import Stroke
 from hapticvlm.rendering.loops import Loop
-from hapticvlm.rendering.playback import NOMINAL, Playback
-from hapticvlm.rendering.strength import GRID_HZ, felt
+from hapticvlm.rendering.perceived_level import GRID_HZ, felt
+from hapticvlm.rendering.smoothing import Glide
 from hapticvlm.rendering.transposition import felt_hz
 
 _Floats = NDArray[np.float64]

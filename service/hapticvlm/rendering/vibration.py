@@ -16,9 +16,9 @@ world leaves it (transposition), and made for the speaker at hand (playback).
 
 from __future__ import annotations
 
-from hapticvlm.rendering.gestures import IMPACTS, RATE_HZ, TEXTURES, Stroke
+from hapticvlm.rendering.equaliser import NOMINAL, Correction, Playback
 from hapticvlm.rendering.impacts import impact
-from hapticvlm.rendering.playback import NOMINAL, Correction, Playback
+from hapticvlm.rendering.interactions import IMPACTS, RATE_HZ, TEXTURES, Stroke
 from hapticvlm.rendering.textures import Texture
 
 __all__ = [

@@ -12,9 +12,9 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.messages import ServiceMessage, Telemetry, View, encode
-from hapticvlm.recogniser import Mailbox
+from hapticvlm.processes.recogniser import Mailbox
 from hapticvlm.session.actions import LookAt
-from hapticvlm.session.scene import SceneSession
+from hapticvlm.session.session import SceneSession
 
 MAX_WAITING = 256
 LATE = "contacts too late to strike"

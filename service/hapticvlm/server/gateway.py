@@ -20,16 +20,16 @@ from hapticvlm.devices.faults import describe
 from hapticvlm.devices.peltier import Plate
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import Decision, Error, ErrorCode, Scope, ServiceMessage, Skipped, View
-from hapticvlm.onlooker import Answer, Onlooker
-from hapticvlm.recogniser import Recogniser
-from hapticvlm.recognition.eye import Look
+from hapticvlm.processes.recogniser import Recogniser
+from hapticvlm.processes.vlm import Answer, Onlooker
+from hapticvlm.recognition.frame_recogniser import Look
 from hapticvlm.rendering.thermal import PlateReading
-from hapticvlm.server import reports
+from hapticvlm.server import status
 from hapticvlm.server.connection import Connection
-from hapticvlm.server.looks import Looks
 from hapticvlm.server.outputs import Outputs
-from hapticvlm.server.questions import Asker, Questions
+from hapticvlm.server.recognition_queue import Looks
 from hapticvlm.server.recorder import Recorder
+from hapticvlm.server.vlm_queue import Asker, Questions
 from hapticvlm.session.actions import (
     Action,
     Ask,
@@ -158,14 +158,14 @@ class Gateway:
         while True:
             await asyncio.sleep(TELEMETRY_S)
             dropped = (n for name, n in self.counts.items() if name.startswith("frames "))
-            telemetry = reports.telemetry(
+            telemetry = status.telemetry(
                 self._outputs, dropped_frames=sum(dropped), leases=self._leases
             )
             for connection in self.connections:
                 connection.post(telemetry)
             watching = [other for other in self.connections if "waveform" in other.watches]
             if watching:
-                waveform = reports.waveform(self._outputs.speaker)
+                waveform = status.waveform(self._outputs.speaker)
                 for connection in watching:
                     connection.post(waveform)
 
@@ -182,11 +182,11 @@ class Gateway:
             "connections": len(self.connections),
             "owner": self.owner.name if self.owner else None,
             "counts": dict(counts),
-            **reports.of_outputs(self._outputs),
+            **status.of_outputs(self._outputs),
             "leases": self._leases,
-            "recogniser": reports.of_recogniser(self._recogniser),
-            "vlm": reports.of_vlm(self._questions),
-            "record": reports.of_record(self.recorder),
+            "recogniser": status.of_recogniser(self._recogniser),
+            "vlm": status.of_vlm(self._questions),
+            "record": status.of_record(self.recorder),
         }
 
     @property

@@ -21,8 +21,8 @@ from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
 from hapticvlm.server import scene_files
+from hapticvlm.server.lan_pages import CHALLENGE, Visitors
 from hapticvlm.server.scene_files import TYPES
-from hapticvlm.server.visitors import CHALLENGE, Visitors
 
 PAGES = Path(__file__).parent.parent / "pages"
 _POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"

@@ -20,7 +20,7 @@ from typing import Any
 
 from hapticvlm.captures import LINES
 from hapticvlm.messages import Frame
-from hapticvlm.session.tape import Line
+from hapticvlm.session.recorded import Line
 
 TAPE, DECISIONS = "tape.jsonl", "decisions.jsonl"
 MAX_WAITING = 2000

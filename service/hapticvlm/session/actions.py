@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hapticvlm.messages import Frame, Scope, ServiceMessage
 from hapticvlm.rendering.voices import Command
-from hapticvlm.session.objects import Key
+from hapticvlm.session.scene_objects import Key
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from hapticvlm.recognition import pictures
 from hapticvlm.session.actions import LookAt
 from hapticvlm.session.clock import ClockOffset, FrameRate
 from hapticvlm.session.hands import LEASE_S, Hand
-from hapticvlm.session.objects import Key
+from hapticvlm.session.scene_objects import Key
 
 LATE_S = LEASE_S  # a contact captured longer ago lapsed on its way; nobody takes it for its cause
 BACK_S = {"touch": LATE_S, "frame": 60.0}  # as old as a frame may be; touches come in order

@@ -8,7 +8,7 @@ from typing import Literal
 
 from hapticvlm.messages import LEASE_MS, HandName, Interaction, Region, Scope, Touch
 from hapticvlm.rendering.vibration import TEXTURES, Stroke
-from hapticvlm.session.objects import Key
+from hapticvlm.session.scene_objects import Key
 
 Output = Literal["speaker", "peltier"]
 LEASE_S = LEASE_MS / 1000.0

@@ -19,8 +19,8 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ
 from hapticvlm.rendering.voices import Voices
 from hapticvlm.session.actions import Action, Feel, Heat, LetGo
-from hapticvlm.session.drive import AT_REST
-from hapticvlm.session.scene import SceneSession
+from hapticvlm.session.plate_target import AT_REST
+from hapticvlm.session.session import SceneSession
 from hapticvlm.study.stimuli import Stimulus
 from hapticvlm.study.stroke import Part, parts
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hapticvlm.recognition.networks import line
+from hapticvlm.recognition.encoders.networks import line
 from hapticvlm.recognition.vlm.answers import Picture, VlmError
 from hapticvlm.recognition.vlm.prompts import Asked
 

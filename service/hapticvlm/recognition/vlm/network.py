@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.networks import line
+from hapticvlm.recognition.encoders.networks import line
 from hapticvlm.recognition.vlm.answers import VlmError
 from hapticvlm.recognition.vlm.chat import Prompt
 from hapticvlm.recognition.vlm.choices import ChoiceTree

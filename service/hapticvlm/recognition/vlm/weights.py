@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hapticvlm.recognition.networks import CONFIG, CURE, HUB_NAME, HUB_S, line
+from hapticvlm.recognition.encoders.networks import CONFIG, CURE, HUB_NAME, HUB_S, line
 from hapticvlm.recognition.vlm.answers import VlmError, VlmSettings
 from hapticvlm.recognition.vlm.chat import Chat
 from hapticvlm.recognition.vlm.network import CURE_MEMORY, Network, guarded

@@ -1,0 +1,242 @@
+"""Puts the service together, runs it until it is asked to stop, and takes it apart."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import gc
+import logging
+import os
+import signal
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+from hapticvlm.commands import ready
+from hapticvlm.commands.serve_config import Serving
+from hapticvlm.devices.audio import AudioSettings
+from hapticvlm.devices.pattern_folder import read_patterns
+from hapticvlm.devices.peltier import Peltier
+from hapticvlm.devices.response import read_response
+from hapticvlm.devices.simulated_board import simulated_plate
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.materials import Material
+from hapticvlm.messages import Device, Devices, Models
+from hapticvlm.processes.recogniser import Recogniser, RecogniserSettings
+from hapticvlm.processes.vlm import Answer, Onlooker
+from hapticvlm.recognition.frame_recogniser import Look
+from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
+from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
+from hapticvlm.rendering.equaliser import Correction
+from hapticvlm.server import certificate
+from hapticvlm.server.access import Address
+from hapticvlm.server.certificate import Certificate
+from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.observer_log import ObserverLog
+from hapticvlm.server.recorder import Recorder
+from hapticvlm.server.websocket import Edge, Offer
+
+GATEWAY_PRIORITY = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What the service is made of; each has to be started and closed."""
+
+    speaker: Speaker
+    plate: Peltier
+    recogniser: Recogniser
+    onlooker: Onlooker | None
+    recorder: Recorder | None
+    table: Mapping[str, Material]
+
+
+def address(serving: Serving) -> Address:
+    """Return where to listen and whom to let in. Raises ValueError."""
+    return Address(
+        serving.host,
+        serving.port,
+        serving.token,
+        frozenset(serving.allow_origin),
+        serving.scene,
+        _certificate(serving),
+        serving.pages_from,
+    )
+
+
+async def run(serving: Serving, where: Address) -> None:
+    """Run the service until SIGINT or SIGTERM.
+
+    Raises ValueError, OSError, ChildError and DeviceError for what cannot be put together.
+    """
+    stopping = asyncio.Event()
+    _on_signals(asyncio.get_running_loop(), stopping)
+    parts = _make(serving)
+    gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.onlooker)
+    gateway.recorder = parts.recorder
+    logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway.show_log))
+    try:
+        await _start(parts, gateway)
+        edge = Edge(where, gateway, _offer(serving, parts), time.monotonic)
+        has_priority = not serving.no_realtime and _take_priority()
+        async with edge.listen() as port, asyncio.TaskGroup() as tasks:
+            running = [
+                tasks.create_task(gateway.run_ticks()),
+                tasks.create_task(gateway.run_telemetry()),
+            ]
+            # What was made so far stays: looking through it again would hold up a touch by 40 ms.
+            gc.collect()
+            gc.freeze()
+            ready.say(serving, port, _devices(parts), has_priority=has_priority)
+            await stopping.wait()
+            gateway.close()
+            for task in running:
+                task.cancel()
+            # The outputs end first: closing connections may wait for a client that does not read.
+            parts.plate.close()
+            await asyncio.to_thread(parts.speaker.close)
+    finally:
+        await _close(parts)
+    print("hapticvlm stopped, outputs at rest", flush=True)
+
+
+def _make(serving: Serving) -> Parts:
+    """Make every part, none of it started. Raises ValueError and OSError."""
+    own = read_folder(serving.gallery)
+    table = table_with(own)
+    settings = RecogniserSettings(
+        serving.encoder, serving.gallery, own, serving.device, serving.threads
+    )
+    return Parts(
+        speaker=Speaker(_audio(serving, table)),
+        plate=simulated_plate() if serving.peltier == "simulated" else Peltier(serving.peltier),
+        recogniser=Recogniser(settings),
+        onlooker=_onlooker(serving),
+        recorder=_recorder(serving),
+        table=table,
+    )
+
+
+def _certificate(serving: Serving) -> Certificate | None:
+    if serving.tls_cert is None and serving.tls_key is None:
+        return None
+    if serving.tls_cert is None or serving.tls_key is None:
+        raise ValueError("--tls-cert and --tls-key go together: state both")
+    return certificate.load(serving.tls_cert, serving.tls_key)
+
+
+def _recorder(serving: Serving) -> Recorder | None:
+    if serving.record is None:
+        return None
+    return Recorder(serving.record, frames=serving.record_frames)
+
+
+def _audio(serving: Serving, table: Mapping[str, Material]) -> AudioSettings:
+    correction = Correction()
+    if serving.speaker_response is not None:
+        correction = read_response(serving.speaker_response).correction()
+    patterns = (
+        () if serving.patterns is None else read_patterns(serving.patterns, table, correction)
+    )
+    return AudioSettings(
+        serving.speaker,
+        serving.block,
+        serving.wav,
+        not serving.no_realtime,
+        level=serving.level,
+        materials=tuple(table.values()),
+        patterns=patterns,
+        correction=correction,
+    )
+
+
+def _onlooker(serving: Serving) -> Onlooker | None:
+    """Make the process that asks a VLM, if one is wanted. Raises ValueError."""
+    if serving.vlm is None and serving.vlm_url is None:
+        return None
+    return Onlooker(
+        VlmSettings(
+            model=serving.vlm or DEFAULT_MODEL,
+            url=serving.vlm_url,
+            token=os.environ.get("HAPTICVLM_VLM_TOKEN"),
+            device=serving.vlm_device,
+            threads=serving.vlm_threads,
+            image_tokens=serving.image_tokens,
+            timeout_s=serving.vlm_timeout,
+        )
+    )
+
+
+async def _start(parts: Parts, gateway: Gateway) -> None:
+    loop = asyncio.get_running_loop()
+    # The plate is first: what fails here leaves no child half started.
+    await asyncio.to_thread(parts.plate.start)
+    await asyncio.gather(
+        asyncio.to_thread(parts.speaker.start),
+        asyncio.to_thread(parts.recogniser.start, partial(_hand_over, loop, gateway)),
+    )
+    if parts.onlooker is not None:
+        parts.onlooker.start(partial(_pass_on, loop, gateway))
+
+
+def _offer(serving: Serving, parts: Parts) -> Offer:
+    loaded = parts.recogniser.loaded
+    vlm = None if parts.onlooker is None else parts.onlooker.settings.model
+    return Offer(
+        _devices(parts),
+        Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm),
+        parts.table,
+        asks_elsewhere=serving.vlm_url is not None,
+        recorder=parts.recorder,
+        contact_resistance=serving.contact_resistance,
+    )
+
+
+def _devices(parts: Parts) -> Devices:
+    return Devices(
+        speaker=Device(name=parts.speaker.name, simulated=parts.speaker.simulated),
+        peltier=Device(name=parts.plate.name, simulated=parts.plate.simulated),
+    )
+
+
+async def _close(parts: Parts) -> None:
+    parts.plate.close()
+    closing = [parts.speaker.close, parts.recogniser.close]
+    closing += [part.close for part in (parts.onlooker, parts.recorder) if part is not None]
+    await asyncio.gather(*map(asyncio.to_thread, closing))
+
+
+def _hand_over(loop: asyncio.AbstractEventLoop, gateway: Gateway, look: Look) -> None:
+    """Pass an answer from the recogniser's reader thread to the event loop."""
+    with contextlib.suppress(RuntimeError):  # the loop has closed
+        loop.call_soon_threadsafe(gateway.on_look, look)
+
+
+def _pass_on(loop: asyncio.AbstractEventLoop, gateway: Gateway, answer: Answer) -> None:
+    """Pass an answer from the onlooker's reader thread to the event loop."""
+    with contextlib.suppress(RuntimeError):  # the loop has closed
+        loop.call_soon_threadsafe(gateway.on_answer, answer)
+
+
+def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:
+    def stop() -> None:
+        if stopping.is_set():  # asked twice: leave at once, the engine fades by itself
+            os._exit(130)
+        stopping.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            loop.add_signal_handler(number, stop)
+        except NotImplementedError:
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(stop))
+
+
+def _take_priority() -> bool:
+    if not hasattr(os, "sched_setscheduler"):
+        return False
+    with contextlib.suppress(OSError):
+        policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+        os.sched_setscheduler(0, policy, os.sched_param(GATEWAY_PRIORITY))
+        return True
+    return False

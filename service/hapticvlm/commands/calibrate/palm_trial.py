@@ -1,0 +1,62 @@
+"""A plate kept on a course while a person is asked things: the hands of `calibrate thermal`."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING
+
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.plate_limits import limit
+from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.rendering.thermal_course import Course
+
+if TYPE_CHECKING:
+    from hapticvlm.devices.peltier import Plate
+
+TICK_S, TTL_S = 0.02, 0.25
+
+
+class Bench:
+    """Renews one plate's command at 50 Hz from its own thread; neutral until told otherwise."""
+
+    def __init__(self, plate: Plate) -> None:
+        self._plate = plate
+        self._lock = threading.Lock()
+        self._course, self._contact = Course(), None  # type: tuple[Course, ThermalContact | None]
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="bench", daemon=True)
+        self._thread.start()
+
+    def prepare(self, contact: ThermalContact) -> None:
+        """Wait for a touch of this, as an approach does."""
+        with self._lock:
+            self._contact = contact
+            self._course = Course().approach(contact, time.monotonic())
+
+    def touch(self) -> None:
+        """Go on as if the object just prepared were touched now."""
+        with self._lock:
+            self._course = self._course.touch(self._contact, "plate", time.monotonic())
+
+    def let_go(self) -> None:
+        """Return to neutral and forget the touch."""
+        with self._lock:
+            self._course = Course()
+
+    def close(self) -> None:
+        """Rest the plate and end the thread."""
+        self._stopping.set()
+        self._thread.join()
+        self._plate.rest(time.monotonic())
+
+    def _run(self) -> None:
+        setpoint_c, before = NEUTRAL_C, time.monotonic()
+        while not self._stopping.wait(TICK_S):
+            now = time.monotonic()
+            reading = self._plate.advance(now)
+            with self._lock:
+                wanted_c = self._course.wanted_c(now)
+            limited = limit(wanted_c, setpoint_c, now - before, reading)
+            setpoint_c, before = limited.setpoint_c, now
+            self._plate.command(setpoint_c, TTL_S, now)

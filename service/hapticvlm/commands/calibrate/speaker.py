@@ -1,0 +1,139 @@
+"""`hapticvlm calibrate speaker`: measure a speaker with a sweep, so that it can be corrected."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm.devices.response import SpeakerResponse
+
+_DESCRIPTION = """
+Measure how a speaker moves. First --speaker NAME plays eleven seconds of sweep there, after
+a countdown (or --sweep FILE writes it as a WAV file to be played elsewhere): with a palm resting on
+the speaker, at the level you will use, record it with an accelerometer (a WAV file, or a CSV file
+of time in s and value). Ctrl-C ends the sweep. Then --recorded FILE --out CURVE
+writes the curve that `hapticvlm serve --speaker-response CURVE` corrects. With --simulate a
+simulated speaker is measured: a rehearsal.
+"""
+
+
+def add(subjects: Commands) -> None:
+    """Declare `calibrate speaker`."""
+    speaker = subjects.add_parser(
+        "speaker", help="how a speaker moves, from a recorded sweep", description=_DESCRIPTION
+    )
+    speaker.set_defaults(run=_speaker)
+    steps = speaker.add_mutually_exclusive_group(required=True)
+    steps.add_argument("--sweep", type=Path, metavar="FILE", help="write the sweep to play")
+    steps.add_argument(
+        "--speaker", metavar="NAME", help="play it: default, jack, simulated, or part of a name"
+    )
+    steps.add_argument("--recorded", type=Path, metavar="FILE", help="read what was recorded of it")
+    steps.add_argument("--simulate", action="store_true", help="measure a simulated speaker")
+    speaker.add_argument(
+        "--quantity",
+        choices=("acceleration", "velocity", "displacement"),
+        default="acceleration",
+        help="what was recorded (%(default)s)",
+    )
+    speaker.add_argument(
+        "--level", type=_level, default=0.5, help="of the sweep, 0.01..1 (%(default)s)"
+    )
+    speaker.add_argument(
+        "--countdown", type=int, default=5, metavar="S", help="before it plays (%(default)s)"
+    )
+    speaker.add_argument("--out", type=Path, metavar="FILE", help="write the curve there")
+    speaker.add_argument("--json", action="store_true", help="print the JSON line only")
+
+
+def _level(text: str) -> float:
+    value = float(text)
+    if not 0.01 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text} is not within 0.01..1")
+    return value
+
+
+def _speaker(options: argparse.Namespace) -> int:
+    from hapticvlm.devices.output import OutputError
+
+    try:
+        if options.speaker is not None:
+            return _play_sweep(options)
+        if options.sweep is not None:
+            return _write_sweep(options)
+        return _tell(_measure(options), options)
+    except KeyboardInterrupt:
+        print("hapticvlm calibrate speaker: stopped", file=sys.stderr)
+        return 130
+    except (OSError, OutputError, ValueError) as error:
+        print(f"hapticvlm calibrate speaker: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+
+
+def _write_sweep(options: argparse.Namespace) -> int:
+    from hapticvlm.commands.calibrate import speaker_response
+    from hapticvlm.devices.audio import write_wav
+
+    write_wav(options.sweep, speaker_response.sweep())
+    seconds = speaker_response.SWEEP_S + 2 * speaker_response.SILENCE_S
+    print(f"wrote {options.sweep}: play its {seconds:g} s, record them, then use --recorded")
+    return 0
+
+
+def _play_sweep(options: argparse.Namespace) -> int:
+    from hapticvlm.commands.calibrate import speaker_response
+    from hapticvlm.devices import calibration_output
+
+    wave = speaker_response.sweep() * (options.level / speaker_response.LEVEL)
+    with calibration_output.opened(options.speaker) as output:
+        print(f"{output.name}: start recording, palm on the speaker; Ctrl-C ends it", flush=True)
+        for left in range(max(options.countdown, 0), 0, -1):
+            print(f"  {left}", flush=True)
+            time.sleep(1.0)
+        output.play(wave)
+    seconds = wave.size / calibration_output.RATE_HZ
+    print(f"played {seconds:g} s at level {options.level:g}; then --recorded")
+    return 0
+
+
+def _measure(options: argparse.Namespace) -> SpeakerResponse:
+    from hapticvlm.commands.calibrate import speaker_response
+    from hapticvlm.devices.audio import read_wav
+    from hapticvlm.rendering.interactions import RATE_HZ
+
+    if options.simulate:
+        moved = speaker_response.simulated_speaker(speaker_response.sweep().astype("float64"))
+        return speaker_response.response(moved, RATE_HZ, simulated=True)
+    if options.recorded.suffix.lower() == ".csv":
+        samples, rate_hz = speaker_response.read_csv(options.recorded)
+        return speaker_response.response(samples, rate_hz, options.quantity)
+    sound, rate = read_wav(options.recorded, speaker_response.LONGEST_S)
+    return speaker_response.response(sound.mean(axis=1), rate, options.quantity)
+
+
+def _tell(found: SpeakerResponse, options: argparse.Namespace) -> int:
+    from hapticvlm.devices.response import write_response
+
+    if options.out is not None:
+        write_response(options.out, found)
+    correction = found.correction()
+    if not options.json:
+        if found.simulated:
+            print("the speaker is simulated: the curve is a rehearsal, no device's")
+        print(f"{'Hz':>8} {'moves dB':>9} {'corrected by dB':>16}")
+        for hz, db in zip(found.frequency_hz, found.response_db, strict=True):
+            by_db = dict(zip(correction.frequency_hz, correction.gain_db, strict=True)).get(hz)
+            print(f"{hz:>8.1f} {db:>9.1f} {'-' if by_db is None else f'{by_db:.1f}':>16}")
+        if options.out is not None:
+            print(f"use it: hapticvlm serve --speaker-response {options.out}")
+    told = {"calibrate": "speaker", "simulated": found.simulated}
+    told |= {"frequency_hz": [round(hz, 2) for hz in found.frequency_hz]}
+    told |= {"response_db": [round(db, 2) for db in found.response_db]}
+    print(json.dumps(told))
+    return 0

@@ -1,0 +1,154 @@
+"""Reads a config file: TOML with the names of the flags, checked by the protocol's validator.
+
+Names may stand at the top or in the table of their group ([connections], [outputs], ...).
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import logging
+import os
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+from msgspec import UNSET, Meta, UnsetType
+
+from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option
+
+logger = logging.getLogger(__name__)
+
+_BY_NAME = {option.name: option for option in OPTIONS}
+
+
+def _type(option: Option) -> Any:  # noqa: ANN401 - a type
+    """Return what the validator is to expect in a file."""
+    kind: Any = str if option.kind is Path else option.kind
+    if option.told.range is not None:
+        low, high = option.told.range
+        kind = Annotated[kind, Meta(ge=option.kind(low), le=option.kind(high))]
+    if option.told.bare is not None:
+        kind = kind | bool
+    return kind | UnsetType if option.told.read is None else kind | str | UnsetType
+
+
+def _struct(name: str, members: Mapping[str, Any]) -> type[msgspec.Struct]:
+    declared = [(member.replace("-", "_"), kind, UNSET) for member, kind in members.items()]
+    return msgspec.defstruct(
+        name, declared, frozen=True, forbid_unknown_fields=True, rename="kebab"
+    )
+
+
+_TABLES = {
+    group: _struct(group, {one.name: _type(one) for one in OPTIONS if one.told.group == group})
+    for group in GROUPS
+}
+_FILE = _struct(
+    "File",
+    {one.name: _type(one) for one in OPTIONS}
+    | {group: table | UnsetType for group, table in _TABLES.items()},
+)
+
+
+def read(path: Path) -> dict[str, Any]:
+    """Return the options the file states, by field of `Serving`; its paths are relative to it.
+
+    Raises ValueError naming the file, the field, what is allowed and what to do.
+    """
+    try:
+        stated = tomllib.loads(path.read_text(encoding="utf-8"))
+        checked = msgspec.convert(stated, _FILE)
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}; --config names a TOML file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{path}: not TOML: {error}; texts stand in quotes") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: not UTF-8 text; save it as UTF-8") from None
+    except msgspec.ValidationError as error:
+        raise ValueError(f"{path}: {_explain(str(error))}") from None
+    found = _flat(path, checked)
+    _guard_secrets(path, found)
+    try:
+        return {
+            _BY_NAME[name].field: _value(_BY_NAME[name], value, path.parent)
+            for name, value in found.items()
+            if value is not False or _BY_NAME[name].kind is bool
+        }
+    except argparse.ArgumentTypeError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _flat(path: Path, checked: msgspec.Struct) -> dict[str, Any]:
+    """Return names and values, whichever table they stood in. Raises ValueError for twins."""
+    found: dict[str, Any] = {}
+    tables = [getattr(checked, group) for group in GROUPS]
+    for part in (checked, *(table for table in tables if table is not UNSET)):
+        for name in part.__struct_fields__:
+            value, known = getattr(part, name), name.replace("_", "-")
+            if value is UNSET or known in GROUPS:
+                continue
+            if known in found:
+                group = _BY_NAME[known].told.group
+                raise ValueError(f"{path}: {known}: stands at the top and in [{group}]; keep one")
+            found[known] = value
+    return found
+
+
+def _guard_secrets(path: Path, found: Mapping[str, Any]) -> None:
+    """Warn of a secret that other users of this machine can read."""
+    stated = [name for name in found if _BY_NAME[name].told.env]
+    if stated and os.name == "posix" and path.stat().st_mode & 0o077:
+        text = "%s states a %s and others can read it: chmod 600 %s"
+        logger.warning(text, path, stated[0], path)
+
+
+def _value(option: Option, value: Any, folder: Path) -> Any:  # noqa: ANN401 - of any option
+    if value is True and option.told.bare is not None:
+        return option.told.bare
+    if option.told.read is not None and isinstance(value, str):
+        return _read(option, folder / value)
+    if option.kind is Path:
+        return folder / Path(value).expanduser()
+    if option.told.names_path and (folder / value).exists():
+        return str(folder / value)
+    return value
+
+
+def _read(option: Option, file: Path) -> float:
+    """Take from a file the number that the option wants. Raises ArgumentTypeError."""
+    assert option.told.read is not None
+    assert option.told.range is not None
+    value: float = option.told.read(str(file))
+    low, high = option.told.range
+    if not low <= value <= high:
+        raise argparse.ArgumentTypeError(f"{option.name}: {file} says {value:g}: {option.takes}")
+    return value
+
+
+def _explain(reason: str) -> str:
+    """Turn what the validator says into field, fault, what is allowed."""
+    text, _, place = reason.partition(" - at ")
+    where = re.sub(r"\[\d+\]", "", place.strip("`").removeprefix("$").removeprefix("."))
+    unknown = re.fullmatch(r"Object contains unknown field `(.*)`", text)
+    if unknown is not None:
+        return _explain_unknown(unknown[1], where)
+    option = _BY_NAME.get(where.rpartition(".")[2])
+    cure = f"a table, as in [{where}]" if option is None else option.takes
+    return f"{where}: {text[0].lower()}{text[1:]}; give {cure}"
+
+
+def _explain_unknown(name: str, table: str) -> str:
+    where = f"{table}.{name}" if table else name
+    dashed = name.replace("_", "-")
+    option = _BY_NAME.get(dashed)
+    if option is not None and option.name != name:
+        return f"{where}: names have dashes: write {option.name}"
+    if option is not None:
+        return f"{where}: write it under [{option.told.group}] or above all tables"
+    near = difflib.get_close_matches(dashed, [*_BY_NAME, *GROUPS], 1)
+    guess = f"did you mean {near[0]}?" if near else "the names are those of the flags"
+    return f"{where}: no such option; {guess} (`hapticvlm serve --help` lists them)"

@@ -1,0 +1,72 @@
+"""`hapticvlm doctor`: what a first-time user trips over, and what to do. Moves no output."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.doctor.findings import Finding
+    from hapticvlm.commands.parsing import Commands
+
+PATIENCE_S = 4.0
+_MARKS = {"ok": "ok   ", "note": "note ", "wrong": "WRONG"}
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    doctor = commands.add_parser("doctor", help="say what is missing or wrong on this machine")
+    doctor.set_defaults(run=_doctor)
+    doctor.add_argument(
+        "--config", type=Path, metavar="FILE", help="judge by what this file asks `serve` for"
+    )
+    doctor.add_argument("--json", action="store_true", help="print one JSON line only")
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    started = time.monotonic()
+    found = _examine(options, started + PATIENCE_S)
+    is_well = all(one.verdict != "wrong" for one in found)
+    if options.json:
+        told = [dataclasses.asdict(one) for one in found]
+        seconds = round(time.monotonic() - started, 2)
+        verdict = "ok" if is_well else "wrong"
+        print(json.dumps({"doctor": verdict, "seconds": seconds, "findings": told}))
+    else:
+        _print(found)
+    return 0 if is_well else 1
+
+
+def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
+    """Make every check; those that may hang run beside the others."""
+    from hapticvlm.commands import serve_options
+    from hapticvlm.commands.doctor import machine as machine
+    from hapticvlm.commands.doctor.findings import Finding, Later
+    from hapticvlm.commands.serve_config import Serving
+
+    first = [machine.python(), *machine.packages()]
+    if any(one.verdict == "wrong" for one in first):
+        return first
+    from hapticvlm.commands.doctor import devices as devices
+    from hapticvlm.commands.doctor import network as network
+
+    try:
+        serving = serve_options.settle(options)
+    except ValueError as error:
+        first.append(Finding("config", "wrong", str(error)))
+        serving = Serving()
+    audio = Later("audio", lambda: devices.audio(serving))
+    plates = Later("plate", lambda: devices.plates(serving))
+    now = [machine.clock(), machine.priority(serving), machine.encoder(serving)]
+    now += [network.port(serving), *network.address(serving)]
+    return [*first, *now, *audio.by(deadline), *plates.by(deadline)]
+
+
+def _print(found: list[Finding]) -> None:
+    for one in found:
+        cure = f"  -> {one.cure}" if one.cure else ""
+        print(f"{_MARKS[one.verdict]} {one.about:<11} {one.said}{cure}")

@@ -1,0 +1,97 @@
+"""What `hapticvlm doctor` looks at on cables: audio outputs and plates; none is played or heated.
+
+A plate is only greeted, which opening resets, and told to stay off.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from hapticvlm.commands.doctor.findings import Finding, Verdict
+from hapticvlm.commands.serve_config import Serving
+from hapticvlm.devices import ports
+from hapticvlm.devices.output import OutputError, choose
+from hapticvlm.devices.peltier import DeviceError, Peltier
+from hapticvlm.devices.ports import Place
+
+AUDIO_S = 3.5
+# In a process of its own: a sound system can hang for ever, and ALSA writes to the terminal.
+_LIST = (
+    "import json; from hapticvlm.devices.output import playbacks; "
+    "print(json.dumps([found['name'] for found in playbacks()]))"
+)
+
+
+def audio(serving: Serving) -> list[Finding]:
+    """Tell the outputs there are, and whether the one asked for is among them."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _LIST],
+            capture_output=True,
+            text=True,
+            timeout=AUDIO_S,
+            check=False,
+        )
+        names = json.loads(done.stdout) if done.returncode == 0 else []
+        return [found_audio(serving, names)]
+    except subprocess.TimeoutExpired:
+        said = f"the sound system did not answer within {AUDIO_S:g} s"
+        verdict: Verdict = "note" if serving.speaker == "simulated" else "wrong"
+        return [Finding("audio", verdict, said, "is a sound server running? try again")]
+
+
+def found_audio(serving: Serving, names: list[str]) -> Finding:
+    """Judge the outputs' names by what was asked for."""
+    said = f"outputs: {', '.join(names) or 'none'}"
+    if serving.speaker == "simulated":
+        cure = "--speaker default, or part of a name, plays on one" if names else None
+        return Finding("audio", "ok", f"{said}; simulated is asked for", cure)
+    try:
+        choose([{"name": name} for name in names], serving.speaker)
+    except OutputError as error:
+        cure = "plug one in, start the sound server, or --speaker simulated"
+        return Finding("audio", "wrong", f"--speaker {serving.speaker}: {error}", cure)
+    return Finding("audio", "ok", f"{said}; {serving.speaker} is asked for")
+
+
+def plates(serving: Serving) -> list[Finding]:
+    """Tell which serial ports may be a plate, whether they may be opened, and which answers."""
+    is_asked = serving.peltier != "simulated"
+    try:
+        found = ports.places(serving.peltier if is_asked else ports.AUTO)
+    except DeviceError as error:
+        verdict: Verdict = "wrong" if is_asked else "ok"
+        return [Finding("plate", verdict, str(error).split("; plug")[0], "or --peltier simulated")]
+    told = [_judged(place, is_asked) for place in found]
+    if is_asked and any(one.verdict == "ok" for one in told):  # auto takes the one that answers
+        return [one for one in told if one.verdict == "ok"]
+    return told
+
+
+def _judged(place: Place, is_asked: bool) -> Finding:
+    if Path(place.url).exists() and not os.access(place.url, os.R_OK | os.W_OK):
+        verdict: Verdict = "wrong" if is_asked else "note"
+        said = f"{place.text}: may not be opened by you"
+        return Finding("plate", verdict, said, _join_group(Path(place.url)))
+    return greeted(place.text, Peltier(place.url), is_asked)
+
+
+def _join_group(port: Path) -> str:
+    return f"sudo usermod -aG {port.group()} $USER, then log in again"
+
+
+def greeted(text: str, plate: Peltier, is_asked: bool) -> Finding:
+    """Say hello to what may be a plate and let go of it; it is never told a setpoint."""
+    try:
+        plate.connect()
+    except DeviceError as error:
+        said = str(error).removeprefix("no plate answered; ")
+        cure = "another port, the board's cable, or its firmware (firmware/README.md)"
+        return Finding("plate", "wrong" if is_asked else "note", said or text, cure)
+    finally:
+        plate.close()
+    return Finding("plate", "ok", f"{plate.name} answers")

@@ -1,0 +1,71 @@
+"""The evaluation as text: pictures, sources, then the method beside the constants and the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from hapticvlm.commands.evaluate.ambient import Outcome
+from hapticvlm.commands.evaluate.scores import PAPER, Score, Share, share
+from hapticvlm.recognition.vlm.answers import COVERAGE
+
+MOST_LINES = 40  # pictures listed
+
+
+def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
+    """Print everything for a reader."""
+    _print_pictures(outcome)
+    print(f"\n{'':<34}{'n':>5}  {'MAE, degC':<20}{'within 8 degC':<18}{'interval holds':<18}width")
+    _print_score(method, outcome.score)
+    for rule, one in outcome.constants.items():
+        mark = " (best)" if rule == outcome.best else ""
+        _print_score(f"constant: {rule}{mark}", one)
+    paper = share(*PAPER)
+    print(f"{'the paper, on its own pictures':<34}{PAPER[1]:>5}  {'not told':<20}{_percent(paper)}")
+    for source, (ours, theirs) in outcome.sources.items():
+        _print_score(f"{source}: {method}", ours)
+        _print_score(f"{source}: best constant", theirs)
+    print(_verdict(outcome, method))
+    for path in files:
+        print(f"wrote     {path}")
+
+
+def _print_pictures(outcome: Outcome) -> None:
+    print(f"\n{'picture':<34}{'truth':>7}{'said':>7}  {'interval':<16}{'error':>7}")
+    for one in outcome.answers[:MOST_LINES]:
+        name, truth = one.shot.path.name[-33:], one.shot.truth_c
+        if one.guess is None:
+            print(f"{name:<34}{truth:>7.1f}{'-':>7}  {one.why_not}")
+            continue
+        ends = f"{one.guess.low_c:.1f} to {one.guess.high_c:.1f}"
+        said = f"{one.guess.value_c:>7.1f}  {ends:<16}{one.guess.value_c - truth:>+7.1f}"
+        print(f"{name:<34}{truth:>7.1f}{said}")
+    if len(outcome.answers) > MOST_LINES:
+        print(f"... and {len(outcome.answers) - MOST_LINES} more, all in the JSON line")
+
+
+def _print_score(title: str, one: Score | None) -> None:
+    if one is None:
+        print(f"{title:<34}{0:>5}  nothing was answered")
+        return
+    mean = f"{one.mae_c:.1f} [{one.mae_low_c:.1f}, {one.mae_high_c:.1f}]"
+    shares = f"{_percent(one.within_8c):<18}{_percent(one.interval_coverage):<18}"
+    print(f"{title:<34}{one.n:>5}  {mean:<20}{shares}{one.interval_width_c:.0f}")
+
+
+def _percent(one: Share) -> str:
+    return f"{100 * one.share:.0f} % [{100 * one.low:.0f}, {100 * one.high:.0f}]"
+
+
+def _verdict(outcome: Outcome, method: str) -> str:
+    asked, told = len(outcome.answers), outcome.score.n if outcome.score else 0
+    missing = f"; {asked - told} of {asked} not answered" if told < asked else ""
+    if outcome.gain_c is None:
+        return f"\n{method} answered nothing{missing}"
+    value, low, high = outcome.gain_c
+    worth = "is better than" if low > 0 else "is worse than" if high < 0 else "equals within error"
+    side = f"its error is lower by {value:.1f} degC [{low:.1f}, {high:.1f}]"
+    return (
+        f"\n{method} {worth} the best constant guess ({outcome.best}): {side}{missing}\n"
+        f"Brackets: 95 %. Intervals are meant to hold {100 * COVERAGE:.0f} %."
+    )

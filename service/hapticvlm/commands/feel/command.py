@@ -1,0 +1,201 @@
+"""`hapticvlm feel`: what a touch of a material would feel like, without a scene or a service."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import json
+import math
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hapticvlm.commands.feel import playing
+from hapticvlm.commands.palm import contact_resistance
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.feel.heat import Heat, Warmth
+    from hapticvlm.commands.feel.sound import Sound
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm.materials import Material
+
+SHOWN_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+INTERACTIONS = ("tap", "strike", "press", "slide", "carve", "swing")
+
+_DESCRIPTION = """
+Say what touching a material would feel like: what physics says the skin does, what the plate would
+be set to and which limit shaped that, and the vibration, as numbers, a picture (--plot) and a sound
+(--wav). Nothing is connected and nothing moves. Exit code 2: an option is wrong.
+"""
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    feel = commands.add_parser(
+        "feel", help="show what a touch would feel like", description=_DESCRIPTION
+    )
+    feel.set_defaults(run=_feel)
+    feel.add_argument("material", metavar="MATERIAL", help="e.g. wood, glass, fabric, metal")
+    _add_heat(feel)
+    sound = feel.add_argument_group("vibration")
+    sound.add_argument(
+        "--interaction", choices=INTERACTIONS, help="(a strike, then sliding from 0.4 s on)"
+    )
+    sound.add_argument("--speed", type=_within(0.0, 20.0), default=0.3, help="m/s (%(default)s)")
+    sound.add_argument("--force", type=_within(0.0, 100.0), default=1.0, help="N (%(default)s)")
+    playing.add_options(sound)
+    out = feel.add_argument_group("output")
+    out.add_argument("--seconds", type=_within(0.02, 60.0), default=5.0, help="(%(default)s)")
+    out.add_argument("--plot", type=Path, metavar="FILE", help="picture: .png, .svg or .pdf")
+    out.add_argument("--wav", type=Path, metavar="FILE", help="the vibration, 48 kHz mono")
+    out.add_argument("--json", action="store_true", help="print one JSON document only")
+    out.add_argument("--gallery", type=Path, help="gallery folder with materials of your own")
+
+
+def _add_heat(feel: argparse.ArgumentParser) -> None:
+    heat = feel.add_argument_group("temperature")
+    heat.add_argument(
+        "--object-c", type=_within(-100.0, 400.0), help="of the object, degC (that of the room)"
+    )
+    heat.add_argument(
+        "--ambient-c", type=_within(-60.0, 80.0), default=22.0, help="of the room (%(default)s)"
+    )
+    heat.add_argument(
+        "--skin-c", type=_within(10.0, 45.0), default=32.0, help="of resting skin (%(default)s)"
+    )
+    heat.add_argument(
+        "--contact-resistance",
+        type=_palm,
+        metavar="R_OR_FILE",
+        help="m2 K/W, or a file of `hapticvlm calibrate thermal --out` (by the material)",
+    )
+    heat.add_argument(
+        "--thickness-m", type=_within(1e-6, 10.0), metavar="M", help="of a sheet (thick)"
+    )
+
+
+def _within(low: float, high: float) -> Callable[[str], float]:
+    """Make an argparse type for a number in a range."""
+
+    def number(text: str) -> float:
+        value = float(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} is not within {low:g}..{high:g}")
+        return value
+
+    return number
+
+
+def _palm(text: str) -> float:
+    """Read a contact resistance that skin and object can have."""
+    return _within(0.0, 1.0)(repr(contact_resistance(text)))
+
+
+def _feel(options: argparse.Namespace) -> int:
+    from hapticvlm.materials import MaterialError
+
+    try:
+        material = _material(options.material, options.gallery)
+        heat, sound = _touch(material, options)
+        _write(heat, sound, options)
+        _say(heat, sound, as_json=options.json)
+    except BrokenPipeError:  # who reads has seen enough; nothing more may be flushed to it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (MaterialError, OSError, ValueError, ImportError) as error:
+        print(f"hapticvlm feel: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _say(heat: Heat, sound: Sound, *, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps({"thermal": asdict(heat), "vibration": sound.describe()}), flush=True)
+    else:
+        _print(heat, sound.describe())
+        sys.stdout.flush()
+
+
+def _material(name: str, gallery: Path | None) -> Material:
+    """Find a material by name; raises MaterialError naming the nearest."""
+    from hapticvlm.materials import MATERIALS, MaterialError
+    from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
+
+    table = MATERIALS if gallery is None else table_with(read_folder(gallery))
+    found = table.get(name) or table.get(name.lower())
+    if found is None:
+        near = difflib.get_close_matches(name.lower(), table, n=1, cutoff=0.0)
+        known = ", ".join(table)
+        raise MaterialError(f"no material `{name[:40]}`; nearest is `{near[0]}`; known: {known}")
+    return found
+
+
+def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound]:
+    from hapticvlm.commands.feel.heat import heat
+    from hapticvlm.commands.feel.sound import sound
+    from hapticvlm.materials import MATERIALS
+    from hapticvlm.rendering.vibration import Stroke
+
+    stroke = Stroke(options.speed, options.force)
+    others = {} if options.patterns is None else MATERIALS  # of which recordings may be, too
+    voices = playing.voices(options, {**others, material.name: material})
+    return (
+        heat(material, _warmth(options), options.seconds),
+        sound(material, options.interaction, stroke, options.seconds, voices),
+    )
+
+
+def _warmth(options: argparse.Namespace) -> Warmth:
+    from hapticvlm.commands.feel.heat import Warmth
+
+    return Warmth(
+        options.object_c,
+        options.ambient_c,
+        options.skin_c,
+        options.contact_resistance,
+        options.thickness_m,
+    )
+
+
+def _write(heat: Heat, sound: Sound, options: argparse.Namespace) -> None:
+    if options.wav is not None:
+        from hapticvlm.commands.feel.sound import write_wav
+
+        write_wav(options.wav, sound.wave)
+    if options.plot is not None:
+        try:
+            import matplotlib  # noqa: F401
+        except ImportError:
+            raise ImportError("--plot needs `pip install 'hapticvlm[charts]'`") from None
+        from hapticvlm.commands.feel import plot
+
+        plot.draw(heat, sound, options.plot)
+
+
+def _print(heat: Heat, vibration: dict[str, Any]) -> None:
+    print(f"{heat.material} at {heat.surface_c:g} degC, skin at {heat.skin_start_c:g} degC")
+    print(
+        f"effusivity {heat.effusivity:.0f} (skin {heat.skin_effusivity:.0f}) W s^0.5/(m2 K), "
+        f"contact resistance {heat.contact_resistance:.2g} m2 K/W, "
+        f"contact temperature {heat.contact_c:.1f} degC"
+    )
+    if not heat.thermal_cue:
+        print("no thermal cue: object and skin are too alike to be felt as warm or cold")
+    print(f"\n{'s':>6} {'skin degC':>10} {'setpoint degC':>14}  limited by")
+    for shown_s in SHOWN_S:
+        if shown_s <= heat.time_s[-1]:
+            at = min(range(len(heat.time_s)), key=lambda i: abs(heat.time_s[i] - shown_s))
+            values = f"{heat.skin_c[at]:>10.2f} {heat.setpoint_c[at]:>14.2f}"
+            print(f"{heat.time_s[at]:>6.2f} {values}  {heat.limited_by[at] or '-'}")
+    levels = vibration["spectrum"]["level_db"]
+    loudest_hz = vibration["spectrum"]["frequency_hz"][levels.index(max(levels))]
+    modes = ", ".join(f"{mode['frequency_hz']:g} Hz" for mode in vibration["modes"])
+    print(f"\n{vibration['interaction']}: modes {modes}; texture {vibration['texture_hz']:.0f} Hz")
+    rms_db = 20.0 * math.log10(max(vibration["rms"], 1e-8))
+    print(
+        f"peak {vibration['peak']:.2f}, level {rms_db:.0f} dB re full scale, strongest near "
+        f"{loudest_hz:.0f} Hz, {100 * vibration['share_1_to_1000_hz']:.1f} % within 1-1000 Hz"
+    )

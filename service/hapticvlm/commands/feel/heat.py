@@ -1,0 +1,120 @@
+"""The thermal half of a touch: what physics says skin does, and what the plate would be told. Pure.
+
+The hand approaches for APPROACH_S, then touches. The plate starts neutral, leads by the product's
+own course and keeps the product's own limits; nothing here computes heat by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hapticvlm.materials import Material
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.plate_limits import Limit, PlateReading, limit
+from hapticvlm.rendering.thermal import (
+    SKIN,
+    ThermalContact,
+    carries_cue,
+    contact_temperature_c,
+    thermal_contact,
+)
+from hapticvlm.rendering.thermal_course import Course
+
+APPROACH_S = 0.5
+TICK_S = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Warmth:
+    """Temperatures of a touch, degC; no object temperature means that of the ambient."""
+
+    object_c: float | None
+    ambient_c: float
+    skin_c: float = NEUTRAL_C
+    contact_resistance: float | None = None
+    thickness_m: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Heat:
+    """One touch from contact on; the last five run over time, degC, `limited_by` None: nothing."""
+
+    material: str
+    skin_effusivity: float
+    effusivity: float
+    contact_resistance: float
+    thickness_m: float | None
+    ambient_c: float
+    surface_c: float
+    skin_start_c: float
+    contact_c: float
+    thermal_cue: bool
+    approach_s: float
+    time_s: list[float]
+    skin_c: list[float]
+    unlimited_c: list[float]
+    setpoint_c: list[float]
+    limited_by: list[Limit | None]
+
+
+def heat(material: Material, warmth: Warmth, seconds: float) -> Heat:
+    """Follow a touch of this material for some seconds."""
+    contact = _contact(material, warmth)
+    real = Course(lead_s=0.0).touch(contact, material.name, 0.0)
+    wanted, limited = _plate(contact, warmth.ambient_c, seconds)
+    times = [round(TICK_S * tick, 6) for tick in range(len(wanted))]
+    return Heat(
+        material=material.name,
+        skin_effusivity=SKIN.effusivity,
+        effusivity=material.thermal.effusivity,
+        contact_resistance=contact.contact_resistance,
+        thickness_m=contact.thickness_m,
+        ambient_c=warmth.ambient_c,
+        surface_c=contact.surface_c,
+        skin_start_c=contact.skin_c,
+        contact_c=contact_temperature_c(contact),
+        thermal_cue=carries_cue(contact),
+        approach_s=APPROACH_S,
+        time_s=times,
+        skin_c=[real.skin_c(time_s) for time_s in times],
+        unlimited_c=wanted,
+        setpoint_c=[setpoint_c for setpoint_c, _ in limited],
+        limited_by=[by for _, by in limited],
+    )
+
+
+def _contact(material: Material, warmth: Warmth) -> ThermalContact:
+    return thermal_contact(
+        material.thermal,
+        warmth.ambient_c if warmth.object_c is None else warmth.object_c,
+        thickness_m=warmth.thickness_m,
+        contact_resistance=warmth.contact_resistance,
+        skin_c=warmth.skin_c,
+    )
+
+
+def _plate(
+    contact: ThermalContact, ambient_c: float, seconds: float
+) -> tuple[list[float], list[tuple[float, Limit | None]]]:
+    """Let the plate lead, then follow: what is wanted and what is sent, from contact on."""
+    reading = PlateReading(
+        plate_c=NEUTRAL_C,
+        sink_c=ambient_c,
+        setpoint_c=NEUTRAL_C,
+        duty=0.0,
+        current_limited=False,
+        dose_cem43=0.0,
+        heated_s=0.0,
+        faults=(),
+    )
+    course, setpoint_c = Course(), NEUTRAL_C
+    wanted, sent = [], []
+    for tick in range(-round(APPROACH_S / TICK_S), round(seconds / TICK_S) + 1):
+        now = TICK_S * tick
+        course = course.approach(contact, now) if tick < 0 else course.touch(contact, 0, now)
+        limited = limit(course.wanted_c(now), setpoint_c, TICK_S, reading)
+        setpoint_c = limited.setpoint_c
+        if tick >= 0:
+            wanted.append(limited.unlimited_c)
+            sent.append((setpoint_c, limited.limited_by))
+    return wanted, sent

@@ -1,0 +1,197 @@
+"""What `hapticvlm gallery` does: builds a gallery, adds a material of the user's, shows one."""
+
+from __future__ import annotations
+
+import argparse
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+
+from hapticvlm.materials import Material, MaterialError, derive
+from hapticvlm.recognition.encoders.encoder import Encoder, load_encoder
+from hapticvlm.recognition.galleries.enrol import (
+    EnrolError,
+    Enrolled,
+    enrol,
+    find_pictures,
+    list_pictures,
+)
+from hapticvlm.recognition.galleries.gallery import (
+    FILE_NAME,
+    SHIPPED,
+    Calibration,
+    Gallery,
+    GalleryError,
+    file_of,
+    load_gallery,
+    read_gallery,
+    require_encoder,
+    save_gallery,
+    with_references,
+)
+from hapticvlm.recognition.galleries.leave_one_out import (
+    Checked,
+    find_twins,
+    fit_roughly,
+    leave_one_out,
+)
+from hapticvlm.recognition.galleries.user_materials import (
+    MAX_OWN,
+    OwnMaterial,
+    read_folder,
+    table_with,
+    write_own,
+)
+
+
+def build(options: argparse.Namespace) -> int:
+    """Make a gallery file of a folder of pictures."""
+    file = options.out if options.out.suffix == ".npz" else options.out / FILE_NAME
+    own = read_folder(file.parent) if file.name == FILE_NAME else ()
+    found = find_pictures(options.folder, table_with(own))
+    encoder = load_encoder(options.encoder)
+    for one in own:
+        if one.encoder is not None:
+            require_encoder(file.parent / f"{one.material.name}.toml", one.encoder, encoder)
+    base = _require_shipped(encoder) if options.base == "shipped" else None
+    enrolled = enrol(found, encoder)
+    gallery, origin = _gallery_of(enrolled, encoder, base)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    save_gallery(gallery, file)
+    _say_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
+    print(f"calibration: {origin}")
+    count = f"{len(gallery.labels)} references of {len(gallery.materials)} materials"
+    print(f"{file}: {count}, encoder {encoder.name}; use it: serve --gallery {options.out}")
+    return 0
+
+
+def add(options: argparse.Namespace) -> int:
+    """Write the file of one material of the user's into a gallery folder."""
+    folder: Path = options.into
+    words = None if options.words is None else [word.strip() for word in options.words.split(",")]
+    facts = _facts(options.facts)
+    material = derive(options.name, options.like, words, facts)
+    _require_room(folder, material)
+    encoder = load_encoder(options.encoder)
+    base = _base_of(folder, encoder)
+    found = list_pictures(material.name, options.pictures)
+    enrolled = enrol(found, encoder)
+    folder.mkdir(parents=True, exist_ok=True)
+    made = OwnMaterial(material, options.like, facts, encoder.name, enrolled.embeddings)
+    path = write_own(made, folder)
+    _say_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
+    named = f"like {options.like}, encoder {encoder.name}"
+    print(f"{path}: {named}; use it: serve --gallery {folder}")
+    return 0
+
+
+def show(path: Path | None) -> int:
+    """Print what a gallery holds; None is the shipped one."""
+    file, own = file_of(path), read_folder(path)
+    gallery = read_gallery(file)
+    title = "shipped" if file == SHIPPED else str(file)
+    print(f"{title}: encoder {gallery.encoder}, {len(gallery.labels)} references")
+    for label, name in enumerate(gallery.materials):
+        print(f"  {name:<20} {int((gallery.labels == label).sum()):>6}")
+    for one in own:
+        print(f"  {one.material.name:<20} {len(one.references):>6}  your own: {_details(one)}")
+    return 0
+
+
+def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> tuple[Gallery, str]:
+    """Put references together and say where the calibration comes from."""
+    calibration, origin = _calibration(encoder, enrolled)
+    if base is None:
+        labels = enrolled.labels[enrolled.places]
+        names, references = enrolled.materials, enrolled.embeddings
+        return Gallery(encoder.name, names, references, labels, calibration), origin
+    gallery = base
+    for name in enrolled.materials:
+        gallery = with_references(gallery, name, enrolled.references(name))
+    return gallery, origin
+
+
+def _calibration(encoder: Encoder, enrolled: Enrolled) -> tuple[Calibration, str]:
+    """Take the shipped calibration for the shipped encoder, else fit one; say which."""
+    shipped = read_gallery(SHIPPED)
+    if shipped.encoder == encoder.name:
+        return shipped.calibration, "that of the shipped gallery"
+    fitted = fit_roughly(enrolled)
+    if fitted is None:
+        text = f"no calibration is shipped for encoder `{encoder.name}` and to fit one takes"
+        raise EnrolError(f"{text} two materials with two pictures each; add pictures")
+    count = len(enrolled.pictures)
+    return fitted, f"fitted on these {count} pictures left out in turn; few make it rough"
+
+
+def _require_shipped(encoder: Encoder) -> Gallery:
+    gallery = read_gallery(SHIPPED)
+    if gallery.encoder != encoder.name:
+        text = f"the shipped references are of `{gallery.encoder}`, not `{encoder.name}`"
+        raise GalleryError(f"--base shipped: {text}; leave --base out")
+    return gallery
+
+
+def _base_of(folder: Path, encoder: Encoder) -> Gallery:
+    """Read the gallery that a folder is, or will be with one more material."""
+    path = folder if folder.is_dir() else None
+    if file_of(path) == SHIPPED and read_gallery(SHIPPED).encoder != encoder.name:
+        text = f"has no {FILE_NAME} for encoder `{encoder.name}`; make one first:"
+        raise GalleryError(f"{folder}: {text} gallery build PICTURES -o {folder} --encoder ...")
+    return load_gallery(path, encoder=encoder)
+
+
+def _require_room(folder: Path, material: Material) -> None:
+    if folder.suffix == ".npz" or folder.is_file():
+        text = f"materials of your own need a folder; move the file into one as {FILE_NAME}"
+        raise MaterialError(f"--into {folder}: {text} and name that")
+    path = folder / f"{material.name}.toml"
+    if path.exists():
+        raise MaterialError(f"{path}: is there already; remove it, or choose another name")
+    if len(read_folder(folder)) >= MAX_OWN:
+        raise MaterialError(f"{folder}: has {MAX_OWN} materials already; remove one")
+
+
+def _facts(settings: Sequence[str]) -> dict[str, object]:
+    """Read FACT=VALUE, each as one line of TOML."""
+    facts: dict[str, dict[str, object]] = {}
+    for setting in settings:
+        try:
+            parsed = tomllib.loads(setting)
+        except tomllib.TOMLDecodeError:
+            parsed = {}
+        if not parsed or not all(isinstance(changed, dict) for changed in parsed.values()):
+            text = "expected FACT=VALUE, such as thermal.conductivity=0.2"
+            raise MaterialError(f"--set {setting}: {text}")
+        for part, changed in parsed.items():
+            facts[part] = facts.get(part, {}) | changed
+    return dict(facts)
+
+
+def _details(one: OwnMaterial) -> str:
+    facts = [
+        f"{part}.{fact}={value}"
+        for part, changed in one.facts.items()
+        if isinstance(changed, dict)
+        for fact, value in changed.items()
+    ]
+    made_with = f"encoder {one.encoder}" if one.encoder else "no pictures"
+    words = "words " + (", ".join(one.material.words) or "none")
+    return "; ".join([f"like {one.like}", made_with, words, *facts])
+
+
+def _say_enrolled(enrolled: Enrolled, checked: Checked, found: int) -> None:
+    """Print what became of the pictures, and what they are worth left out in turn."""
+    if found > len(enrolled.pictures):
+        print(f"{found - len(enrolled.pictures)} of {found} pictures are copies and count once")
+    print(f"{'material':<20} {'pictures':>8} {'references':>10}  nearest is right when left out")
+    for name in enrolled.materials:
+        right, count = checked.counts(name)
+        said = f"{right} of {count}" if count else "nothing else shows it: cannot be checked"
+        pictures = sum(picture.material == name for picture in enrolled.pictures)
+        print(f"{name:<20} {pictures:>8} {len(enrolled.references(name)):>10}  {said}")
+    for twins in find_twins(enrolled, checked):
+        why = "as near to each other's pictures as to their own"
+        if twins.confused:
+            why = f"{twins.confused} of {twins.checked} pictures taken for the other"
+        print(f"WARNING: {twins.one} and {twins.other} cannot be told apart: {why}")

@@ -1,0 +1,102 @@
+"""How often a gallery is right about labelled pictures: per material, with what it mistakes.
+
+Each picture is judged as a lone frame of the service would be: by the gallery alone, unknown when
+it is not sure enough. A folder `unknown` shows none of the materials: there unknown is right.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import UNKNOWN
+from hapticvlm.recognition import ladder, pictures
+from hapticvlm.recognition.encoders.encoder import Encoder, load_encoder
+from hapticvlm.recognition.galleries.enrol import EnrolError, Picture, find_pictures, read_frame
+from hapticvlm.recognition.galleries.gallery import load_gallery
+from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
+from hapticvlm.statistics import wilson
+
+SAME = 0.9999  # similarity from which a picture is one of the references: rounding takes the rest
+
+Confusion = dict[str, Counter[str]]  # truth -> what was said -> how often
+
+
+def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) -> int:
+    """Print a table (unless `as_json`) and a last line of JSON.
+
+    Raises EnrolError, GalleryError, MaterialError, EncoderError.
+    """
+    encoder = load_encoder(encoder_name)
+    own = read_folder(path)
+    gallery = load_gallery(path, encoder=encoder, own=own)
+    found = find_pictures(folder, [*table_with(own), UNKNOWN])
+    embeddings = embed(found, encoder)
+    confusion: Confusion = {}
+    for picture, embedding in zip(found, embeddings, strict=True):
+        verdict = ladder.decide([gallery.match(embedding)])
+        confusion.setdefault(picture.material, Counter())[verdict.material] += 1
+    enrolled = int(((embeddings @ gallery.references.T).max(axis=1) >= SAME).sum())
+    named = {"gallery": str(path), "encoder": encoder.name, "enrolled": enrolled}
+    figures = named | figures_of(confusion)
+    if not as_json:
+        _print_table(figures)
+    print(json.dumps(figures))
+    return 0
+
+
+def embed(found: Sequence[Picture], encoder: Encoder) -> NDArray[np.float32]:
+    """Embed what the service would see in each picture: (N, D). Raises EnrolError."""
+    rows = []
+    for picture in found:
+        try:
+            rows.append(encoder.embed([pictures.crop(read_frame(picture), encoder.side)]))
+        except pictures.PictureError as error:
+            raise EnrolError(f"{picture.path}: {error}") from None
+    return np.concatenate(rows)
+
+
+def figures_of(confusion: Confusion) -> dict[str, object]:
+    """Accuracy with its 95 % interval and unknown rate, per material and of all."""
+    rows = {truth: _row(said[truth], said) for truth, said in sorted(confusion.items())}
+    everything = sum(confusion.values(), Counter[str]())
+    right = sum(said[truth] for truth, said in confusion.items())
+    return {
+        **_row(right, everything),
+        "materials": rows,
+        "confusion": {truth: dict(said.most_common()) for truth, said in sorted(confusion.items())},
+    }
+
+
+def _row(right: int, said: Counter[str]) -> dict[str, object]:
+    count = said.total()
+    return {
+        "pictures": count,
+        "right": right,
+        "accuracy": round(right / count, 4),
+        "interval": [round(edge, 4) for edge in wilson(right, count)],
+        "unknown_rate": round(said[UNKNOWN] / count, 4),
+    }
+
+
+def _print_table(figures: dict[str, object]) -> None:
+    rows, confusion = figures["materials"], figures["confusion"]
+    assert isinstance(rows, dict)
+    assert isinstance(confusion, dict)
+    print(
+        f"{'material':<20} {'pictures':>8} {'right':>7}  {'95 % interval':<15} {'unknown':>7}  said"
+    )
+    for name, row in [*rows.items(), ("all", figures)]:
+        low, high = row["interval"]
+        said = ", ".join(f"{other} {n}" for other, n in confusion.get(name, {}).items())
+        share, unknown = f"{row['accuracy']:.0%}", f"{row['unknown_rate']:.0%}"
+        interval = f"{low:.0%} to {high:.0%}"
+        print(f"{name:<20} {row['pictures']:>8} {share:>7}  {interval:<15} {unknown:>7}  {said}")
+    if figures["enrolled"]:
+        text = "are references of the gallery themselves: test with others"
+        print(f"WARNING: {figures['enrolled']} of {figures['pictures']} pictures {text}")

@@ -1,0 +1,87 @@
+"""The command line: the only place that wires parts together. Imports late, to start at once."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import logging
+import os
+import sys
+from collections.abc import Sequence
+
+from hapticvlm import __version__
+from hapticvlm.commands import plate, recognise, record_replay, serve, stream_demo, study
+from hapticvlm.commands.calibrate import thermal as calibrate
+from hapticvlm.commands.doctor import command as doctor
+from hapticvlm.commands.evaluate import command as evaluate
+from hapticvlm.commands.feel import command as feel
+from hapticvlm.commands.gallery import command as gallery
+from hapticvlm.commands.parsing import Commands
+
+LAB = "hapticvlm_lab"  # lies beside this package in the repository, and in no wheel
+LAB_COMMANDS = {
+    "chart": "draw accuracy against latency, every method",
+    "stability": "draw what makes a method fail",
+    "measure": "measure this service, floors beside figures",
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; return its exit code."""
+    for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")
+    options = _parser().parse_args(arguments)
+    logging.basicConfig(
+        level=options.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
+    )
+    try:
+        code: int = options.run(options)
+    except KeyboardInterrupt:
+        return 130
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="hapticvlm",
+        description="Makes objects in a VR scene feel like what they look like.",
+    )
+    parser.add_argument("--version", action="version", version=f"hapticvlm {__version__}")
+    parser.add_argument(
+        "--log-level", default="warning", choices=["debug", "info", "warning", "error"]
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    for part in (
+        serve,
+        stream_demo,
+        record_replay,
+        recognise,
+        feel,
+        gallery,
+        evaluate,
+        calibrate,
+        plate,
+        study,
+        doctor,
+    ):
+        part.add(commands)
+    _add_lab(commands)
+    return parser
+
+
+def _add_lab(commands: Commands) -> None:
+    """Declare the laboratory's commands; without it, each says where it is to be had."""
+    if importlib.util.find_spec(LAB) is not None:
+        importlib.import_module(f"{LAB}.commands").add(commands)
+        return
+    for name, text in LAB_COMMANDS.items():
+        command = commands.add_parser(name, help=f"{text} (in the repository)", add_help=False)
+        command.add_argument("rest", nargs=argparse.REMAINDER)
+        command.set_defaults(run=_say_where_the_lab_is, command=name)
+
+
+def _say_where_the_lab_is(options: argparse.Namespace) -> int:
+    text = "comes with the repository, not with the package: run it in a checkout"
+    print(f"hapticvlm {options.command}: {text}", file=sys.stderr)
+    return 2

@@ -1,0 +1,90 @@
+"""`hapticvlm plate`: what a plate on a serial port says of itself, and clearing its faults."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import sys
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm.devices.peltier import Peltier
+
+LISTEN_S = 0.5  # ten telemetries
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    plate = commands.add_parser(
+        "plate", help="look at the plate, or clear a fault; not while the service runs"
+    )
+    verbs = plate.add_subparsers(title="what to do", required=True, metavar="WHAT")
+    status = _add(verbs, "status", "readings, faults in words, counts", _status)
+    status.add_argument("--json", action="store_true", help="print one JSON line only")
+    clear = _add(verbs, "clear", "unlatch one fault; nothing is switched on by it", _clear)
+    clear.add_argument("fault", help="its name or number, as status shows it")
+
+
+def _add(
+    verbs: Commands, name: str, text: str, run: Callable[[Peltier, argparse.Namespace], None]
+) -> argparse.ArgumentParser:
+    verb = verbs.add_parser(name, help=text)
+    verb.add_argument(
+        "--peltier", default="auto", metavar="PORT", help="serial port or simulated (%(default)s)"
+    )
+    verb.set_defaults(run=lambda options: _with_plate(options, run))
+    return verb
+
+
+def _with_plate(
+    options: argparse.Namespace, run: Callable[[Peltier, argparse.Namespace], None]
+) -> int:
+    from hapticvlm.devices.peltier import DeviceError, Peltier
+    from hapticvlm.devices.simulated_board import simulated_plate
+
+    plate = simulated_plate() if options.peltier == "simulated" else Peltier(options.peltier)
+    try:
+        plate.connect()
+        run(plate, options)
+    except (DeviceError, ValueError) as error:
+        print(f"hapticvlm plate: {error}", file=sys.stderr)
+        return 2
+    finally:
+        plate.close()
+    return 0
+
+
+def _status(plate: Peltier, options: argparse.Namespace) -> None:
+    from hapticvlm.devices.faults import describe
+
+    until = time.monotonic() + LISTEN_S
+    while time.monotonic() < until:
+        plate.turn()
+    reading = plate.advance(time.monotonic())
+    if options.json:
+        told = {"plate": plate.name, "simulated": plate.simulated}
+        print(json.dumps({**told, **dataclasses.asdict(reading), "counts": plate.counts}))
+        return
+    print(f"{plate.name}{' (simulated)' if plate.simulated else ''}")
+    print(f"  plate {_degrees(reading.plate_c)}, sink {_degrees(reading.sink_c)}")
+    print(f"  dose {reading.dose_cem43:.3f} CEM43, heated {reading.heated_s:.0f} s")
+    for name, count in plate.counts.items():
+        if count:
+            print(f"  {name.replace('_', ' ')} {count}")
+    for fault in reading.faults:
+        print(f"  FAULT {describe(fault)}")
+    if not reading.faults:
+        print("  no faults")
+
+
+def _clear(plate: Peltier, options: argparse.Namespace) -> None:
+    plate.clear(options.fault)
+    print(f"{options.fault} cleared; the plate stays off until a new setpoint comes")
+
+
+def _degrees(temperature_c: float | None) -> str:
+    return "no reading" if temperature_c is None else f"{temperature_c:.1f} degC"

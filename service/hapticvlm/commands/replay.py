@@ -1,0 +1,280 @@
+"""Runs a recorded session again, without devices, and compares what it does to the outputs.
+
+What was recognised is taken from the tape, so that the outputs must come out bit for bit the same;
+with an eye the kept frames are looked at anew instead and the differences are counted.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm import messages
+from hapticvlm.materials import Material
+from hapticvlm.messages import ClientMessage, Frame, MessageError
+from hapticvlm.recognition.ambient import Sight
+from hapticvlm.recognition.frame_recogniser import Eye
+from hapticvlm.recognition.ladder import Evidence
+from hapticvlm.recognition.vlm.answers import Reading
+from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.rendering.voices import Command, Voices
+from hapticvlm.server.recorder import TAPE
+from hapticvlm.session.actions import (
+    Action,
+    AskAmbient,
+    AskMaterial,
+    Feel,
+    LetGo,
+    LookAt,
+    SetGain,
+)
+from hapticvlm.session.hands import Hold
+from hapticvlm.session.recorded import TapedSession
+
+BLOCK = 128
+Line = dict[str, Any]
+
+
+class TapeError(Exception):
+    """A record that cannot be run again: which file, which line, why."""
+
+
+@dataclass(slots=True)
+class Replayed:
+    """What a replay came to; times of sounds are in s of the tape's clock."""
+
+    lines: int = 0
+    counts: Counter[str] = field(default_factory=Counter)
+    outputs: int = 0
+    differing: int = 0
+    first_difference: str | None = None
+    missing: int = 0
+    sounds: list[tuple[float, Command | LetGo | SetGain]] = field(default_factory=list)
+
+    @property
+    def is_same(self) -> bool:
+        """Whether every output came out as recorded and no line of the tape was lost."""
+        return not self.differing and not self.missing
+
+
+def read_tape(folder: Path) -> Iterator[Line]:
+    """Yield the lines of a record, the head first. Raises TapeError."""
+    path = folder / TAPE
+    try:
+        file = path.open(encoding="utf-8")
+    except OSError as error:
+        raise TapeError(f"{path}: {error.strerror}; name a folder that `record` made") from None
+    with file:
+        for number, text in enumerate(file, 1):
+            try:
+                yield json.loads(text)
+            except ValueError:
+                raise TapeError(f"{path}:{number}: torn or no JSON") from None
+
+
+def replay(folder: Path, table: Mapping[str, Material], eye: Eye | None = None) -> Replayed:
+    """Run a record again with these materials; an eye recognises anew. Raises TapeError."""
+    lines = read_tape(folder)
+    head = next(lines, {}).get("head")
+    if not isinstance(head, dict):
+        raise TapeError(f"{folder / TAPE}:1: no head; name a folder that `record` made")
+    if missing := [name for name in head["materials"] if name not in table]:
+        raise TapeError(f"{folder}: recorded with {', '.join(missing)}: give that --gallery too")
+    player = _Player(folder, head, table, eye)
+    for line in lines:
+        try:
+            player.play(line)
+        except (KeyError, TypeError, msgspec.ValidationError) as error:
+            place = f"{folder / TAPE}:{line.get('line', '?')}"
+            raise TapeError(f"{place}: not a line of a tape ({error!r})") from None
+    return player.outcome
+
+
+def waveform(outcome: Replayed, voices: Voices) -> NDArray[np.float32]:
+    """Render the sounds of a replay by fresh voices, (N,) float32 at RATE_HZ.
+
+    The same tape and voices give the same bits.
+    """
+    if not outcome.sounds:
+        return np.zeros(0, np.float32)
+    started = outcome.sounds[0][0]
+    blocks: list[NDArray[np.float32]] = []
+    waiting = list(reversed(outcome.sounds))
+    ends = outcome.sounds[-1][0] + 1.0
+    while (now := started + len(blocks) * BLOCK / RATE_HZ) < ends:
+        while waiting and waiting[-1][0] <= now:
+            _sound(voices, waiting.pop()[1])
+        blocks.append(voices.render(BLOCK, now))
+    return np.concatenate(blocks)
+
+
+def _sound(voices: Voices, what: Command | LetGo | SetGain) -> None:
+    match what:
+        case Command():
+            voices.obey(what)
+        case LetGo():
+            voices.release(what.hand)
+        case SetGain():
+            voices.gain = what.gain
+
+
+class _Player:
+    def __init__(
+        self, folder: Path, head: Line, table: Mapping[str, Material], eye: Eye | None
+    ) -> None:
+        self._folder = folder
+        self._eye = eye
+        self._hold = Hold()
+        self._heard: list[Line] = []
+        self._session = TapedSession(
+            tell=lambda line, _: self._heard.append(line),
+            owner=head["owner"],
+            hold=self._hold,
+            reading=msgspec.convert(head["reading"], PlateReading),
+            table=table,
+            can_ask=head["can_ask"],
+            contact_resistance=head["contact_resistance"],
+        )
+        self._looks: dict[int, LookAt] = {}
+        self._asks: dict[int, AskAmbient | AskMaterial] = {}
+        self._told: list[Line] = []
+        self._now = 0.0
+        self._next_line = 1
+        self.outcome = Replayed()
+
+    def play(self, line: Line) -> None:
+        """Feed one line, or compare one line of outputs with what just came out."""
+        self.outcome.missing += line["line"] - self._next_line
+        self._next_line = line["line"] + 1
+        self.outcome.lines += 1
+        if "out" in line:
+            self._compare(line)
+            return
+        self._finish(line)
+        self._now = line.get("now", self._now)
+        self.outcome.counts[line["in"]] += 1
+        play = getattr(self, f"_play_{line['in']}")
+        self._take(play(line))
+
+    def _take(self, actions: list[Action]) -> None:
+        outs = [told["out"] for told in self._heard if "out" in told]
+        self._heard.clear()
+        self._told = outs[0] if outs else []
+        for action in actions:
+            match action:
+                case LookAt():
+                    self._looks[action.number] = action
+                case AskAmbient() | AskMaterial():
+                    self._asks[action.number] = action
+                case Feel():
+                    self.outcome.sounds.append((self._now, action.command))
+                case LetGo() | SetGain():
+                    self.outcome.sounds.append((self._now, action))
+
+    def _compare(self, line: Line) -> None:
+        recorded, self._told, told = line["out"], [], self._told
+        self.outcome.outputs += len(recorded)
+        if recorded != msgspec.json.decode(msgspec.json.encode(told)):
+            self._differ(line, f"recorded {_short(recorded)}, now {_short(told)}")
+
+    def _finish(self, line: Line) -> None:
+        """Notice outputs that came out now and are not on the tape."""
+        if self._told:
+            self._differ(line, f"not recorded, now {_short(self._told)}")
+            self._told = []
+
+    def _differ(self, line: Line, what: str) -> None:
+        self.outcome.differing += 1
+        if self.outcome.first_difference is None:
+            self.outcome.first_difference = f"line {line['line']}: {what}"
+
+    def _play_message(self, line: Line) -> list[Action]:
+        message = self._message(line)
+        try:
+            return self._session.receive(message, line["now"])
+        except MessageError:
+            return []
+
+    def _play_look(self, line: Line) -> list[Action]:
+        look = self._looks.pop(line["number"])
+        evidence = None
+        if line["evidence"] is not None:
+            evidence = msgspec.convert(line["evidence"], Evidence)
+        if self._eye is not None and evidence is not None:
+            evidence = self._look_again(look, evidence)
+        return self._session.recognised(look, evidence, line["stages_ms"], line["now"])
+
+    def _play_sight(self, line: Line) -> list[Action]:
+        look, seen = self._looks.pop(line["number"]), line["sight"]
+        sight = None
+        if seen is not None:
+            sight = Sight(np.array(seen["embedding"], np.float32), seen["brightness"])
+        return self._session.sighted(look, sight, line["now"])
+
+    def _play_answer(self, line: Line) -> list[Action]:
+        ask, kinds = self._asks.pop(line["number"]), {"reading": Reading, "evidence": Evidence}
+        kind = line["kind"]
+        answer = None if kind is None else msgspec.convert(line["answer"], kinds[kind])
+        return self._session.answered(ask, answer, line["now"])
+
+    def _play_tick(self, line: Line) -> list[Action]:
+        reading = msgspec.convert(line["reading"], PlateReading)
+        return self._session.tick(line["now"], reading)
+
+    def _play_rest(self, _: Line) -> list[Action]:
+        self._session.rest()
+        return []
+
+    def _play_held(self, line: Line) -> list[Action]:
+        self._hold.stop(line["scope"])
+        return []
+
+    def _message(self, line: Line) -> ClientMessage:
+        fields = dict(line["message"])
+        if fields["type"] == "frame":
+            has_mask = fields.pop("mask")
+            size = fields["width"], fields["height"]
+            fields["image"] = self._kept(line.get("file"), lambda: _blank(fields["format"], *size))
+            if has_mask:
+                fields["mask"] = self._kept(line.get("mask_file"), lambda: _blank("png", *size))
+        return messages.decode(msgspec.msgpack.encode(fields))
+
+    def _kept(self, name: str | None, instead: Callable[[], bytes]) -> bytes:
+        """Read a picture of the record; a blank of the same size where none was kept."""
+        return instead() if name is None else (self._folder / name).read_bytes()
+
+    def _look_again(self, look: LookAt, before: Evidence) -> Evidence:
+        assert self._eye is not None
+        frame: Frame = msgspec.structs.replace(look.frame, id=1)
+        seen = self._eye.look(msgspec.msgpack.encode(frame), str(look.key), 0.0, anew=True)
+        if seen.evidence is None:
+            raise TapeError(f"{self._folder}: {seen.error}; --recognise needs the frames kept")
+        self.outcome.counts["looked at anew"] += 1
+        self.outcome.counts["seen otherwise"] += seen.evidence.material != before.material
+        return seen.evidence
+
+
+def _blank(kind: str, width: int, height: int) -> bytes:
+    """Make a picture of nothing, which passes for one of that format and size."""
+    from PIL import Image
+
+    if kind in ("rgb8", "rgba8"):
+        return bytes(width * height * (3 if kind == "rgb8" else 4))
+    buffer = io.BytesIO()
+    Image.new("L" if kind == "png" else "RGB", (width, height)).save(buffer, kind.upper())
+    return buffer.getvalue()
+
+
+def _short(outputs: list[Line]) -> str:
+    text = json.dumps(outputs, default=str)
+    return text if len(text) < 300 else text[:300] + "..."

@@ -1,0 +1,124 @@
+"""Picture and mask to a unit embedding: what every encoder promises, and how one is had by name.
+
+The shipped encoder runs on onnxruntime; any network of transformers runs on torch (extra `models`),
+which is imported only then. All take the same crops, and none hands out anything but finite unit
+embeddings: a gallery would match the rest, with confidence. An encoder's preprocessing travels with
+it, in its graph or in its own file. Knows no gallery and no material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.recognition.pictures import Crop, central_mask
+
+Floats = NDArray[np.float32]
+Pixels = NDArray[np.uint8]
+
+SHIPPED = Path(__file__).parents[1] / "shipped"
+CARD = "encoder.json"  # lies in the folder of every encoder that runs on onnxruntime
+DEVICES = ("cpu", "cuda", "auto")
+BATCH = 8  # crops a pass: bounds memory; more are no faster on one thread (measured: zepto, 128 px)
+UNIT_ERROR = 1e-3  # of an embedding's norm
+
+
+class EncoderError(RuntimeError):
+    """An encoder that cannot be had, or does not do what it should: why, and what to do."""
+
+
+class Encoder(Protocol):
+    """What the recogniser needs of any encoder."""
+
+    @property
+    def name(self) -> str:
+        """Name and version; galleries remember it."""
+
+    @property
+    def side(self) -> int:
+        """Side of the crops it takes, px."""
+
+    @property
+    def dimension(self) -> int:
+        """Length of an embedding."""
+
+    def embed(self, crops: Sequence[Crop]) -> Floats:
+        """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
+
+
+def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int = 1) -> Encoder:
+    """Load an encoder and embed with it once, so that the next inference is not a slow first one.
+
+    name: None or its own name = the shipped one; a folder with an encoder.json; or a network of
+    transformers, by folder or by name. device: cpu, cuda or auto, where only those of transformers
+    run on another than the cpu. threads: of one inference. Raises EncoderError.
+    """
+    if device not in DEVICES:
+        raise EncoderError(f"device {device!r} is none of {', '.join(DEVICES)}")
+    if threads < 1:
+        raise EncoderError(f"{threads} threads: an inference needs 1 or more")
+    encoder = _find(name, device, threads)
+    blank = Crop(
+        np.full((encoder.side, encoder.side, 3), 127, np.uint8), central_mask(encoder.side)
+    )
+    encoder.embed([blank])
+    return encoder
+
+
+def embed_all(
+    crops: Sequence[Crop], encoder: Encoder, run: Callable[[Pixels], NDArray[np.generic]]
+) -> Floats:
+    """Let `run` map (n, S, S, 4) uint8, RGB and mask (0 or 255), to (n, D), BATCH crops at most.
+
+    Returns (N, D) float32, finite and of unit norm. Raises EncoderError.
+    """
+    parts = [np.zeros((0, encoder.dimension), np.float32)]
+    for start in range(0, len(crops), BATCH):
+        pixels = _stack(crops[start : start + BATCH], encoder)
+        parts.append(_require_unit(run(pixels), len(pixels), encoder))
+    return np.concatenate(parts)
+
+
+def _stack(crops: Sequence[Crop], encoder: Encoder) -> Pixels:
+    side = encoder.side
+    pixels = np.empty((len(crops), side, side, 4), np.uint8)
+    for number, crop in enumerate(crops):
+        if crop.image.shape != (side, side, 3) or crop.mask.shape != (side, side):
+            text = f"a crop of {crop.image.shape}, mask {crop.mask.shape}, for `{encoder.name}`"
+            raise EncoderError(f"{text}, which takes crops of {side} px: cut them at that side")
+        pixels[number, ..., :3] = crop.image
+        pixels[number, ..., 3] = np.where(crop.mask > 0, 255, 0)
+    return pixels
+
+
+def _require_unit(found: NDArray[np.generic], count: int, encoder: Encoder) -> Floats:
+    embeddings: Floats = np.asarray(found, np.float32)
+    if embeddings.shape != (count, encoder.dimension):
+        wanted = (count, encoder.dimension)
+        text = f"`{encoder.name}` gave embeddings of shape {embeddings.shape}, not {wanted}"
+        raise EncoderError(f"{text}: load another encoder")
+    norms = np.linalg.norm(embeddings, axis=1)
+    if not (np.abs(norms - 1.0) <= UNIT_ERROR).all():  # false for NaN too
+        text = f"`{encoder.name}` gave an embedding that is not finite and of unit norm"
+        raise EncoderError(f"{text}: load another encoder")
+    return embeddings
+
+
+def _find(name: str | None, device: str, threads: int) -> Encoder:
+    """Load what `name` says; each loader is imported late, with its own heavy library."""
+    from hapticvlm.recognition.encoders.onnx_encoder import load_onnx_encoder, read_card
+
+    shipped = name is None or name == read_card(SHIPPED).name
+    folder = SHIPPED if shipped else Path(str(name)).expanduser()
+    if not shipped and not (folder / CARD).is_file():
+        from hapticvlm.recognition.encoders.transformers_encoder import load_transformers_encoder
+
+        return load_transformers_encoder(str(name), device, threads)
+    if device == "cuda":
+        text = "--device cuda is for networks of transformers; this encoder runs on the cpu"
+        raise EncoderError(f"{text}: leave --device out")
+    return load_onnx_encoder(folder, threads)

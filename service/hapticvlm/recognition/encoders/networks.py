@@ -1,0 +1,129 @@
+"""Networks of transformers: found by folder or by name, and read; quickly refused where they lack.
+
+A folder never touches the network. A name is looked up in this machine's cache, and only then asked
+for, once, before torch is imported or a download starts. Code that comes with a network is never
+run, and one that lacks weights is refused, since transformers would fill in random ones. Knows no
+picture.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import re
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from hapticvlm.recognition.encoders.encoder import CARD, EncoderError
+
+CONFIG = "config.json"
+PREPROCESSING = ("preprocessor_config.json", "processor_config.json")
+WEIGHTS = (".safetensors", ".bin")
+FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in a folder's label
+HUB_S = 10.0  # for the hub to say whether it has a network
+HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
+CURE = "pip install 'hapticvlm[models]'"
+FOLDER = "give a folder that save_pretrained wrote, with network and image processor"
+
+logger = logging.getLogger(__name__)
+
+
+def find(name: str) -> Path | str:
+    """Return the folder of that name, or the name of a network of the hub. Raises EncoderError."""
+    path = Path(name).expanduser()
+    if not path.exists() and HUB_NAME.fullmatch(name):
+        _require_reachable(name)
+        return name
+    if path.is_file():
+        raise EncoderError(f"encoder `{name}` is a file: give the folder it lies in")
+    if not path.is_dir():
+        raise EncoderError(f"encoder `{name}` is no folder here: give one, or a name of the hub")
+    if (path / CONFIG).is_file():
+        return _require_preprocessing(path)
+    inner = {file.parent.name for mark in (CONFIG, CARD) for file in path.glob(f"*/{mark}")}
+    if inner:
+        text = f"encoder `{name}` holds networks in folders of their own"
+        raise EncoderError(f"{text}: give one of {', '.join(sorted(inner))}")
+    text = f"encoder `{name}` holds neither {CARD} nor {CONFIG}"
+    raise EncoderError(f"{text}: give a network's own folder")
+
+
+def read(source: Path | str) -> tuple[Any, Mapping[str, Any]]:
+    """Read the network and its preprocessor_config.json of what was found. Raises EncoderError."""
+    try:
+        network, missing, given = _load(source)
+    except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
+        text = f"encoder `{source}` cannot be loaded ({line(error)})"
+        raise EncoderError(f"{text}; {FOLDER}") from None
+    lacking = sorted(key for key in missing if not key.startswith("pooler."))
+    if lacking:
+        text = f"encoder `{source}` lacks {len(lacking)} weights of its network, {lacking[0]} first"
+        raise EncoderError(f"{text}; {FOLDER}")
+    return network, given
+
+
+def label(source: Path | str) -> str:
+    """Name a network as galleries remember it, telling apart those of one folder name."""
+    if isinstance(source, str):
+        return source
+    digest = hashlib.sha256()
+    for path in sorted(source.iterdir()):
+        if path.suffix in WEIGHTS:
+            with path.open("rb") as file:
+                digest.update(hashlib.file_digest(file, "sha256").digest())
+    return f"{source.resolve().name}-{digest.hexdigest()[:FINGERPRINT]}"
+
+
+def line(error: Exception) -> str:
+    """Put an error's text on one line of bounded length."""
+    return (" ".join(str(error).split()) or type(error).__name__)[:160]
+
+
+def _require_preprocessing(folder: Path) -> Path:
+    if not any((folder / name).is_file() for name in PREPROCESSING):
+        text = f"encoder `{folder}` has no {PREPROCESSING[0]}"
+        raise EncoderError(f"{text}: copy it there from the network it was trained from")
+    return folder
+
+
+def _require_reachable(name: str) -> None:
+    """Ask the hub once for a network that is not in the cache; downloads would retry for long."""
+    try:
+        import huggingface_hub
+    except ImportError as error:
+        raise EncoderError(f"encoder `{name}` needs transformers ({error}): {CURE}") from None
+    try:
+        if not isinstance(huggingface_hub.try_to_load_from_cache(name, CONFIG), str):
+            huggingface_hub.model_info(name, timeout=HUB_S)
+            logger.warning("encoder `%s` is not on this machine: downloading it", name)
+    except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
+        text = f"encoder `{name}` is no folder here and cannot be downloaded ({line(error)})"
+        raise EncoderError(f"{text}; {FOLDER}") from None
+
+
+def _load(source: Path | str) -> tuple[Any, Iterable[str], Mapping[str, Any]]:
+    """Read the network, the names of weights it lacks, and what its preprocessing file says."""
+    if isinstance(source, Path):
+        return _load_from(source, is_local=True)
+    with suppress(OSError):
+        return _load_from(source, is_local=True)
+    return _load_from(source, is_local=False)
+
+
+def _load_from(
+    source: Path | str, *, is_local: bool
+) -> tuple[Any, Iterable[str], Mapping[str, Any]]:
+    import torch
+    from transformers import AutoModel, BaseImageProcessor
+
+    given, _ = BaseImageProcessor.get_image_processor_dict(source, local_files_only=is_local)
+    network, info = AutoModel.from_pretrained(
+        source,
+        dtype=torch.float32,
+        local_files_only=is_local,
+        output_loading_info=True,
+        trust_remote_code=False,
+    )
+    return network.eval(), info["missing_keys"], given

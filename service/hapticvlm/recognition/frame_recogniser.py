@@ -1,0 +1,109 @@
+"""The eye: one frame to evidence, by decoding, embedding and matching; remembers what it saw.
+
+Runs in the recogniser process, and wherever pictures are recognised without a service. Knows no
+process and no session.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.messages import Frame, Region
+from hapticvlm.recognition import pictures
+from hapticvlm.recognition.ambient import Sight
+from hapticvlm.recognition.encoders.encoder import Encoder, EncoderError
+from hapticvlm.recognition.galleries.gallery import Gallery
+from hapticvlm.recognition.ladder import Evidence
+
+MAX_SEEN = 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What came of looking at a frame: evidence, None for an unchanged picture, or an error.
+
+    `sight` is what was looked at as a place, should it have been a whole frame.
+    """
+
+    evidence: Evidence | None
+    stages_ms: dict[str, float]
+    sight: Sight | None = None
+    error: str | None = None
+    is_our_fault: bool = False
+    number: int = 0
+
+
+class Eye:
+    """Looks at pictures one after the other; remembers what each object looked like."""
+
+    def __init__(self, encoder: Encoder, gallery: Gallery) -> None:
+        self._encoder = encoder
+        self._gallery = gallery
+        self._seen: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
+
+    def warm_up(self) -> None:
+        """Look at a grey picture, since the first look is slow. Raises EncoderError."""
+        import simplejpeg
+
+        side = 2 * self._encoder.side
+        grey = simplejpeg.encode_jpeg(np.full((side, side, 3), 127, np.uint8))
+        frame = Frame(
+            id=1, captured_at=0.0, format="jpeg", width=side, height=side, image=grey, origin="top"
+        )
+        look = self.look(msgspec.msgpack.encode(frame), "", 0.0, anew=True)
+        if look.error is not None:
+            raise EncoderError(look.error)
+        self._seen.clear()
+
+    def compare(self, frame: Frame, regions: Sequence[Region | None]) -> list[Evidence]:
+        """Match several regions of a frame (None = its centre, or all its mask), embedded together.
+
+        Raises PictureError and EncoderError.
+        """
+        crops = pictures.crops(frame, regions, self._encoder.side)
+        return [self._gallery.match(embedding) for embedding in self._encoder.embed(crops)]
+
+    def look(self, data: bytes, subject: str, waited_ms: float, *, anew: bool) -> Look:
+        """Decode, compare with the last picture of the same object, embed and match."""
+        stages = {"queue": waited_ms}
+        started = time.perf_counter()
+        frame = msgspec.msgpack.decode(data, type=Frame)
+        try:
+            crop = pictures.crop(frame, self._encoder.side)
+        except pictures.PictureError as error:
+            return Look(None, stages, error=str(error))
+        stages["decode"], started = _lap(started)
+        unchanged = self._is_unchanged(subject, crop)
+        if unchanged and frame.purpose == "live" and not anew:
+            return Look(None, stages)
+        try:
+            embedding = self._encoder.embed([crop])[0]
+        except EncoderError as error:
+            return Look(None, stages, error=str(error), is_our_fault=True)
+        stages["encode"], started = _lap(started)
+        evidence = self._gallery.match(embedding)
+        stages["match"], _ = _lap(started)
+        return Look(evidence, stages, Sight(embedding, float(crop.image.mean()) / 255.0))
+
+    def _is_unchanged(self, subject: str, crop: pictures.Crop) -> bool:
+        signature = pictures.signature(crop)
+        before = self._seen.get(subject)
+        if before is not None and not pictures.has_changed(before, signature):
+            return True
+        self._seen[subject] = signature
+        self._seen.move_to_end(subject)
+        if len(self._seen) > MAX_SEEN:
+            self._seen.popitem(last=False)
+        return False
+
+
+def _lap(started: float) -> tuple[float, float]:
+    now = time.perf_counter()
+    return (now - started) * 1000.0, now

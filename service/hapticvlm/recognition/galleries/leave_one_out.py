@@ -1,0 +1,150 @@
+"""What enrolled pictures are worth: each is left out in turn and looked up among the others.
+
+Says how often the nearest reference is of the right material, which two materials cannot be told
+apart, and, where no calibration was shipped for the encoder, fits a rough one. Pure; reads no file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import UNKNOWN
+from hapticvlm.recognition.galleries.calibration import Doubles, evenly, least_surprising, surprise
+from hapticvlm.recognition.galleries.enrol import Enrolled
+from hapticvlm.recognition.galleries.gallery import Calibration, Gallery, believe
+
+CONFUSED = 0.25  # of two materials' pictures taken for the other: they cannot be told apart
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """Of P pictures left out one by one: what each shows, and whose reference is nearest.
+
+    No guess where nothing else shows that material: there the check says nothing.
+    """
+
+    truth: tuple[str, ...]
+    guess: tuple[str | None, ...]
+
+    def counts(self, material: str) -> tuple[int, int]:
+        """How many pictures of a material were right, and how many could be checked."""
+        said = [guess for truth, guess in self._pairs() if truth == material]
+        return said.count(material), len(said)
+
+    def taken(self, one: str, other: str) -> int:
+        """How many pictures of one material were taken for the other."""
+        return self._pairs().count((one, other))
+
+    def _pairs(self) -> list[tuple[str, str]]:
+        pairs = zip(self.truth, self.guess, strict=True)
+        return [(truth, guess) for truth, guess in pairs if guess is not None]
+
+
+@dataclass(frozen=True, slots=True)
+class Twins:
+    """Two materials that cannot be told apart, and how many pictures show it."""
+
+    one: str
+    other: str
+    confused: int
+    checked: int
+
+
+def leave_one_out(enrolled: Enrolled, base: Gallery | None = None) -> Checked:
+    """Look every picture up among all others, and among the references of `base`."""
+    owners = [enrolled.pictures[place].material for place in enrolled.places]
+    references = enrolled.embeddings
+    if base is not None:
+        owners += [base.materials[label] for label in base.labels]
+        references = np.concatenate([references, base.references])
+    names = np.array(owners)
+    guesses: list[str | None] = []
+    for place, row in enumerate(enrolled.firsts):
+        others = np.ones(len(names), np.bool_)
+        others[: len(enrolled.places)] = enrolled.places != place
+        can_be_right = enrolled.pictures[place].material in names[others]
+        like = references[others] @ enrolled.embeddings[row]
+        guesses.append(str(names[others][like.argmax()]) if can_be_right else None)
+    return Checked(tuple(picture.material for picture in enrolled.pictures), tuple(guesses))
+
+
+def find_twins(enrolled: Enrolled, checked: Checked) -> list[Twins]:
+    """Pairs that the check confuses, or whose pictures are nearer to the other's than to their own.
+
+    The materials of a base gallery count only as far as the check took pictures for them.
+    """
+    found = []
+    guessed = {guess for guess in checked.guess if guess not in (None, UNKNOWN)}
+    shown = enrolled.materials
+    for one, other in combinations((*shown, *sorted(guessed - set(shown))), 2):
+        confused = checked.taken(one, other) + checked.taken(other, one)
+        count = checked.counts(one)[1] + checked.counts(other)[1]
+        mixed = count > 0 and confused / count >= CONFUSED
+        if mixed or (other in shown and _is_nearer(enrolled, one, other)):
+            found.append(Twins(one, other, confused, count))
+    return found
+
+
+def _is_nearer(enrolled: Enrolled, one: str, other: str) -> bool:
+    """Whether on average the nearest reference is nearer across two materials than within them."""
+    across = _likeness(enrolled, one, other) + _likeness(enrolled, other, one)
+    return across >= _likeness(enrolled, one, one) + _likeness(enrolled, other, other)
+
+
+def _likeness(enrolled: Enrolled, one: str, other: str) -> float:
+    """Mean similarity of a material's pictures to the nearest reference of the other's pictures.
+
+    Within a material with one picture: to that picture's own variations.
+    """
+    shown = np.array([picture.material for picture in enrolled.pictures])
+    is_lone = one == other and (shown == one).sum() == 1
+    nearest, firsts = [], enrolled.firsts
+    for place in np.flatnonzero(shown == one):
+        first = firsts[place]
+        eligible = shown[enrolled.places] == other
+        eligible &= enrolled.places != place if not is_lone else np.ones(len(eligible), np.bool_)
+        eligible[first] = False
+        nearest.append((enrolled.embeddings[eligible] @ enrolled.embeddings[first]).max())
+    return float(np.mean(nearest))
+
+
+def fit_roughly(enrolled: Enrolled) -> Calibration | None:
+    """Fit a calibration on pictures left out of their material, and with all of it left out.
+
+    None when that cannot be: it takes two materials with two pictures each.
+    """
+    labels, places = enrolled.labels, enrolled.places
+    if (np.bincount(labels, minlength=2) >= 2).sum() < 2:
+        return None
+    like = (enrolled.embeddings[enrolled.firsts] @ enrolled.embeddings.T).astype(np.float64)
+    pictures = np.arange(len(labels))[:, None]
+    others = places[None, :] != pictures
+    strangers = labels[places][None, :] != labels[:, None]
+    has_others = np.bincount(labels)[labels] >= 2
+    allowed = np.concatenate([others[has_others], strangers])
+    rows = np.concatenate([like[has_others], like])
+    truth = np.concatenate([labels[has_others], np.full(len(labels), -1)])
+    members = np.eye(len(enrolled.materials))[labels[places]]
+    weights, classes = evenly(truth), len(enrolled.materials)
+
+    def surprise_at(sharpness: float) -> Callable[[Calibration], float]:
+        scores = _scores(rows, allowed, members, sharpness)
+        return lambda trial: surprise(believe(scores, trial), truth, weights, classes)
+
+    return least_surprising(surprise_at)
+
+
+def _scores(
+    like: Doubles, allowed: NDArray[np.bool_], members: Doubles, sharpness: float
+) -> Doubles:
+    """Score (N, R) similarities of which some are allowed; (N, C), -inf where none is."""
+    powers = np.where(allowed, np.exp(sharpness * (like - 1.0)), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        means = (powers @ members) / (allowed @ members)
+        scores: Doubles = np.log(np.nan_to_num(means)) / sharpness + 1.0
+    return scores

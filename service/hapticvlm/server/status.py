@@ -1,0 +1,131 @@
+"""What the service tells of its parts: the status page's figures, telemetry, the waveform."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hapticvlm.devices.faults import describe
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.messages import Telemetry, View
+from hapticvlm.processes.recogniser import Recogniser
+from hapticvlm.server.outputs import Outputs
+from hapticvlm.server.recorder import Recorder
+from hapticvlm.server.vlm_queue import Questions
+from hapticvlm.session.hands import NAMES
+
+WAITS = 512
+VIEW_SAMPLES, VIEW_STEP = 4800, 16
+
+
+def of_outputs(outputs: Outputs) -> dict[str, Any]:
+    """Tell of speaker and plate, and what a stop still holds."""
+    return {
+        "speaker": _of_speaker(outputs.speaker),
+        "plate": {
+            "name": outputs.plate.name,
+            "simulated": outputs.plate.simulated,
+            "setpoint_c": outputs.reading.setpoint_c,
+            "plate_c": outputs.reading.plate_c,
+            "dose_cem43": outputs.reading.dose_cem43,
+            "heated_s": outputs.reading.heated_s,
+            "faults": {name: describe(name) for name in outputs.reading.faults},
+            "counts": outputs.plate.counts,
+        },
+        "held": {hand: outputs.hold.outputs(hand) for hand in NAMES},
+    }
+
+
+def of_recogniser(recogniser: Recogniser) -> dict[str, Any]:
+    """Tell of the recogniser."""
+    return {
+        "restarts": recogniser.restarts,
+        "pid": recogniser.pid,
+        "busy_s": round(recogniser.busy_s, 3),
+        "encoder": recogniser.loaded.encoder,
+    }
+
+
+def of_vlm(questions: Questions | None) -> dict[str, Any] | None:
+    """Tell of the vision-language model, if there is one, and what it was asked."""
+    if questions is None:
+        return None
+    onlooker = questions.onlooker
+    return {
+        "name": onlooker.name,
+        "remote": onlooker.settings.url is not None,
+        "absent": onlooker.absent,
+        "busy": onlooker.is_busy,
+        "restarts": onlooker.restarts,
+        "pid": onlooker.pid,
+        "answered": questions.answered,
+        "failed": questions.failed,
+        "dropped": questions.dropped,
+        "last_error": questions.last_error,
+    }
+
+
+def of_record(recorder: Recorder | None) -> dict[str, Any] | None:
+    """Tell of the record, if sessions are kept: whether lines of it are lost."""
+    if recorder is None:
+        return None
+    return {
+        "folder": str(recorder.folder),
+        "written_bytes": recorder.written_bytes,
+        "lost_lines": recorder.lost,
+    }
+
+
+def telemetry(outputs: Outputs, *, dropped_frames: int, leases: int) -> Telemetry:
+    """Write the state of the outputs as every connection gets it."""
+    plate = outputs.reading
+    return Telemetry(
+        id=0,
+        plate_c=plate.plate_c,
+        setpoint_c=plate.setpoint_c,
+        sink_c=plate.sink_c,
+        duty=plate.duty,
+        speaker_level=outputs.speaker.loudest(),
+        underruns=outputs.speaker.underruns,
+        dropped_frames=dropped_frames,
+        leases=leases,
+        faults=[*plate.faults, *outputs.speaker.faults],
+    )
+
+
+def waveform(speaker: Speaker) -> View:
+    """Write the newest samples played, thinned out."""
+    samples = speaker.waveform(VIEW_SAMPLES)[::VIEW_STEP]
+    return View(id=0, kind="waveform", rate_hz=48_000 / VIEW_STEP, samples=samples.tolist())
+
+
+def _of_speaker(speaker: Speaker) -> dict[str, Any]:
+    engine = speaker.status()
+    return {
+        "name": speaker.name,
+        "simulated": speaker.simulated,
+        "realtime": engine.realtime,
+        "level": engine.level,
+        "underruns": speaker.underruns,
+        "lost_commands": engine.lost,
+        "scrubbed": engine.scrubbed,
+        "restarts": speaker.restarts,
+        "command_wait_ms": _command_wait_ms(speaker),
+        "pid": speaker.pid,
+        "plays": speaker.plays,
+        "faults": {name: describe(name) for name in speaker.faults},
+    }
+
+
+def _command_wait_ms(speaker: Speaker) -> dict[str, float] | None:
+    """How long the newest commands waited for the block that plays them."""
+    newest = speaker.status().newest
+    waits = speaker.delays(max(1, newest - WAITS + 1), newest) * 1000.0
+    if not waits.size:
+        return None
+    return {
+        "n": waits.size,
+        "median": float(np.median(waits)),
+        "p99": float(np.percentile(waits, 99)),
+    }

@@ -1,0 +1,1 @@
+"""The laboratory: charts, stability suites, rigs and training. In the repository, in no wheel."""

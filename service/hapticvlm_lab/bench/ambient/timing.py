@@ -1,0 +1,127 @@
+"""What one way costs, each in a process of its own: seconds an answer, seconds to load, memory.
+
+So the peak is that of the way alone, and one that is ended for want of memory ends nothing else.
+"""
+
+from __future__ import annotations
+
+import http.server
+import json
+import multiprocessing
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from hapticvlm.commands.evaluate.asking import guess_of
+from hapticvlm.commands.evaluate.scores import Guess
+from hapticvlm.recognition.vlm.answers import Picture, Reading, Vlm, VlmError
+from hapticvlm_lab.bench.ambient.ways import REPLY, Way
+
+
+@dataclass(frozen=True, slots=True)
+class Timed:
+    """Of n answers in turn: median and longest seconds; seconds to load; peak memory in MB.
+
+    guesses: one a picture, None where there was none. Refusals are timed like answers, for a
+    random model's sentences hold no number. The first answer, which warms up, is not timed; an
+    endpoint must give it.
+    """
+
+    n: int
+    median_s: float
+    longest_s: float
+    load_s: float
+    peak_mb: float | None
+    guesses: tuple[Guess | None, ...]
+
+
+def measure(way: Way, pictures: Sequence[Picture]) -> Timed | str:
+    """Ask about pictures (H, W, 3) uint8 in a new process; say why where that is not possible."""
+    context = multiprocessing.get_context("spawn")
+    try:
+        with ProcessPoolExecutor(1, mp_context=context) as pool, _placed(way) as placed:
+            return pool.submit(_measure, placed, list(pictures)).result()
+    except VlmError as error:
+        return str(error)
+    except BrokenProcessPool:
+        return "its process was ended, for want of memory most likely"
+
+
+def _measure(way: Way, pictures: Sequence[Picture]) -> Timed:
+    from hapticvlm.recognition.vlm.load import load_vlm
+
+    started = time.monotonic()
+    vlm = load_vlm(way.settings)
+    load_s = time.monotonic() - started
+    vlm.ambient(pictures[0]) if vlm.is_remote else _ask(vlm, pictures[0])
+    times: list[float] = []
+    guesses: list[Guess | None] = []
+    for picture in pictures:
+        started = time.monotonic()
+        reading = _ask(vlm, picture)
+        times.append(time.monotonic() - started)
+        guesses.append(None if reading is None else guess_of(reading))
+    vlm.close()
+    figures = float(np.median(times)), max(times), load_s, _peak_mb()
+    return Timed(len(times), *figures, tuple(guesses))
+
+
+def _ask(vlm: Vlm, picture: Picture) -> Reading | None:
+    try:
+        return vlm.ambient(picture)
+    except VlmError:
+        return None
+
+
+def _peak_mb() -> float | None:
+    """Peak memory of this process, MB; None where the system does not say."""
+    status = Path("/proc/self/status")
+    if status.is_file():
+        words = status.read_text(encoding="ascii").split("VmHWM:")[1].split()
+        return int(words[0]) / 1024
+    if sys.platform == "win32":
+        return None
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1 << 20 if sys.platform == "darwin" else 1 << 10)
+
+
+@contextmanager
+def _placed(way: Way) -> Iterator[Way]:
+    """Give the wire's way an endpoint that answers at once, as long as it is asked."""
+    if way.family != "wire":
+        yield way
+        return
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), _StandIn)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        url = f"http://127.0.0.1:{server.server_address[1]}"
+        yield replace(way, settings=replace(way.settings, url=url))
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+class _StandIn(http.server.BaseHTTPRequestHandler):
+    """Says REPLY to every question, and looks at nothing."""
+
+    def do_POST(self) -> None:
+        self.rfile.read(int(self.headers["Content-Length"]))
+        choice = {"message": {"content": REPLY}, "finish_reason": "stop"}
+        answer = json.dumps({"choices": [choice]}).encode()
+        self.send_response(200)
+        self.send_header("Content-Length", str(len(answer)))
+        self.end_headers()
+        self.wfile.write(answer)
+
+    def log_message(self, *_: object) -> None:
+        """Keep quiet."""

@@ -1,0 +1,61 @@
+"""Keeps a vision-language model of random weights busy, as the onlooker would at its worst.
+
+`python -m hapticvlm_lab.bench.burn SECONDS THREADS` builds a Qwen2-VL of a few hundred million
+parameters, prints "burning" after the first pass, reads pictures flat out with the onlooker's own
+priority, and prints one JSON object at the end: passes, and how many cores it really used.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from hapticvlm.processes.vlm import NICE
+from hapticvlm.recognition.vlm import prompts
+from hapticvlm.recognition.vlm.answers import VlmSettings
+from hapticvlm.recognition.vlm.load import load_vlm, prepare_process
+from hapticvlm_lab.bench.ambient import random_model
+
+SIZES = random_model.Sizes(1024, 4096, 8, 16, 2, (8, 12, 12), 768, 12, 12, 32000)
+
+
+def burn(seconds: float, threads: int) -> dict[str, object]:
+    """Read pictures for `seconds` after a first one; return what that took."""
+    pictures = np.random.default_rng(0).integers(0, 255, (8, 448, 448, 3), np.uint8)
+    with tempfile.TemporaryDirectory() as folder:
+        _write_model(Path(folder))
+        vlm = load_vlm(VlmSettings(model=folder, threads=threads, image_tokens=256))
+    vlm.ambient(pictures[0])
+    print("burning", flush=True)
+    started, used, passes = time.monotonic(), time.process_time(), 0
+    while time.monotonic() - started < seconds:
+        vlm.ambient(pictures[passes % len(pictures)])
+        passes += 1
+    wall = time.monotonic() - started
+    return {
+        "model": "random weights",
+        "passes": passes,
+        "seconds": round(wall, 2),
+        "cores": round((time.process_time() - used) / wall, 2),
+    }
+
+
+def _write_model(folder: Path) -> None:
+    wording = prompts.about_ambient(prompts.MOST_WORDINGS)
+    tokenizer = random_model.stand_in_tokenizer([wording.instruction, *wording.questions])
+    configuration = random_model.config(SIZES, tokenizer)
+    random_model.save(folder, random_model.random_network(configuration, "bfloat16"), tokenizer)
+
+
+if __name__ == "__main__":
+    seconds, threads = float(sys.argv[1]), int(sys.argv[2])
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    prepare_process(threads)
+    print(json.dumps(burn(seconds, threads)))

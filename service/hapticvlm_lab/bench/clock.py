@@ -1,0 +1,60 @@
+"""The virtual clock's underruns in a held slide, beside those of a bare loop and of the host."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from typing import Any
+
+from hapticvlm.devices.audio import AudioSettings
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.rendering.vibration import Stroke
+from hapticvlm.rendering.voices import Command
+from hapticvlm_lab.bench.conditions import stolen_s
+
+
+def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
+    """Count the virtual clock's underruns in a held slide, beside those of a bare loop."""
+    settings = AudioSettings(realtime=realtime)
+    speaker = Speaker(settings)
+    speaker.start()
+    bare_loop = [sys.executable, "-m", "hapticvlm_lab.bench.deadlines", str(seconds)]
+    bare_loop += [str(settings.block), str(int(realtime))]
+    started, stolen_before = time.monotonic(), stolen_s()
+    try:
+        with subprocess.Popen(bare_loop, stdout=subprocess.PIPE, text=True) as bare:
+            while time.monotonic() - started < seconds:
+                speaker.obey(command("slide", 1, 0.5))
+                time.sleep(0.1)
+            status = speaker.status()
+            floor = json.loads(bare.communicate()[0])
+    finally:
+        speaker.close()
+    counts = {"underruns": status.underruns, "samples": status.samples, "lost": status.lost}
+    stolen = stolen_s()
+    lost_s = None if stolen is None or stolen_before is None else round(stolen - stolen_before, 2)
+    said = {"seconds": seconds, "stolen_s": lost_s}
+    return {**said, **counts, "realtime": status.realtime, "floor": floor}
+
+
+def line(clock: dict[str, Any]) -> str:
+    """Say it in words."""
+    ours, bare = clock["underruns"], clock["floor"]["missed"]
+    text = f"virtual clock, {clock['seconds']:.0f} s: {ours} underruns; a bare loop missed {bare}"
+    stolen = clock["stolen_s"]
+    return text if stolen is None else f"{text}; the host took {stolen:g} s from this machine"
+
+
+def command(interaction: str, seed: int, lease_s: float) -> Command:
+    """Make what a hand on wood does."""
+    return Command(
+        hand=1,
+        material="wood",
+        interaction=interaction,
+        onset=interaction == "strike",
+        stroke=Stroke(0.5, 2.0),
+        seed=seed,
+        expires_at=time.monotonic() + lease_s,
+    )

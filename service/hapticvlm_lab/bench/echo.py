@@ -1,0 +1,32 @@
+"""The floor: a bare `websockets` server that sends back what it gets. Prints its port, then serves.
+
+`python -m hapticvlm_lab.bench.echo [realtime]`
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+
+from websockets.asyncio.server import ServerConnection, serve
+
+PRIORITY = 10
+
+
+async def _echo(socket: ServerConnection) -> None:
+    async for data in socket:
+        await socket.send(data)
+
+
+async def main() -> None:
+    """Serve until killed."""
+    if "realtime" in sys.argv[1:]:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    async with serve(_echo, "127.0.0.1", 0, compression=None, ping_interval=None) as server:
+        print(server.sockets[0].getsockname()[1], flush=True)
+        await asyncio.Future()
+
+
+if __name__ == "__main__":
+    asyncio.run(main())

@@ -1,0 +1,112 @@
+"""The frame path under steady load: whether every frame is answered and memory stays flat.
+
+Streams different 40 KB frames at 60 a second from a process of its own. The floor beside it is the
+recogniser's own work on one frame (decode, embed, match) without sockets or processes.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from typing import Any
+
+import msgspec
+import numpy as np
+from rich.console import Console
+
+from hapticvlm import __version__
+from hapticvlm.commands.local_service import running
+from hapticvlm.messages import Frame
+from hapticvlm.recognition.encoders.encoder import load_encoder
+from hapticvlm.recognition.frame_recogniser import Eye
+from hapticvlm.recognition.galleries.gallery import load_gallery
+from hapticvlm_lab.bench.load import SIDE, pictures
+
+RATE_HZ = 60.0
+FRAME_BYTES = 40_000
+SETTLE_S = 5.0
+SAMPLE_S = 1.0
+FLOOR_FRAMES = 60
+
+
+def run(*, seconds: float, as_json: bool) -> int:
+    """Measure, print the figures and, last, one JSON object."""
+    console = Console(quiet=as_json)
+    floor = _floor_ms()
+    with running() as service, console.status(f"{seconds:.0f} s at {RATE_HZ:.0f} frames/s"):
+        ready_s = service.seconds_to_ready
+        resting = _memory_mb(service.process.pid)
+        load = subprocess.Popen(
+            [
+                *(sys.executable, "-m", "hapticvlm_lab.bench.load", service.url),
+                *(str(RATE_HZ), str(seconds), str(FRAME_BYTES)),
+            ],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        memory = _watch_memory(load, service.process.pid)
+        frames: dict[str, Any] = json.loads(load.communicate()[0].splitlines()[-1])
+    answered = sum(frames["answers"].values())
+    settled = memory[int(SETTLE_S / SAMPLE_S) :] or memory
+    result = {
+        "measure": "frames",
+        "hapticvlm": __version__,
+        **frames,
+        "answered": answered,
+        "all_answered": answered == frames["sent"],
+        "looks_per_s": round(frames["answers"].get("decision", 0) / frames["seconds"], 1),
+        "floor_look_ms": floor,
+        "ready_s": round(ready_s, 2),
+        "memory_mb": {
+            "resting": resting,
+            "after_5_s": settled[0],
+            "at_end": settled[-1],
+            "most": max(memory),
+        },
+    }
+    console.print_json(json.dumps(result))
+    print(json.dumps(result))
+    return 0 if result["all_answered"] else 1
+
+
+def _watch_memory(load: subprocess.Popen[str], pid: int) -> list[float]:
+    memory = [_memory_mb(pid)]
+    while load.poll() is None:
+        time.sleep(SAMPLE_S)
+        memory.append(_memory_mb(pid))
+    return memory
+
+
+def _memory_mb(pid: int) -> float:
+    """Return the resident memory of a process and its children, each page counted per process."""
+    import psutil
+
+    gateway = psutil.Process(pid)
+    family = [gateway, *gateway.children(recursive=True)]
+    return round(float(sum(process.memory_info().rss for process in family)) / 2**20, 1)
+
+
+def _floor_ms() -> dict[str, float]:
+    encoder = load_encoder()
+    eye = Eye(encoder, load_gallery(encoder=encoder))
+    took = []
+    for number, image in enumerate(pictures(FLOOR_FRAMES, FRAME_BYTES, seed=1), 1):
+        frame = Frame(
+            id=number,
+            captured_at=0.0,
+            format="jpeg",
+            width=SIDE,
+            height=SIDE,
+            origin="top",
+            image=image,
+        )
+        data = msgspec.msgpack.encode(frame)
+        started = time.perf_counter()
+        eye.look(data, "floor", 0.0, anew=True)
+        took.append((time.perf_counter() - started) * 1000.0)
+    return {
+        "median": round(float(np.median(took)), 2),
+        "p99": round(float(np.percentile(took, 99)), 2),
+    }

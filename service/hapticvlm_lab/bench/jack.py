@@ -1,0 +1,92 @@
+"""A JACK server of our own whose driver plays into nothing, on its own clock.
+
+jackd's dummy driver: no sound card, no system service. A JACK client reaches it by the server's
+name, so nothing of the user's sound set-up is read or changed. It needs no real-time permission to
+run, but plays with gaps without it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hapticvlm.devices.audio import AudioSettings
+from hapticvlm.devices.output import JACK
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.rendering.vibration import RATE_HZ, Stroke
+from hapticvlm.rendering.voices import Command
+from hapticvlm_lab.bench.sink import SinkError
+
+PRIORITY = 40  # above the engine's, as a sound server's is
+START_S = 20.0
+_LEASE_S, _RENEWED_S, _SETTLED_S = 0.5, 0.1, 0.5
+_SOCKETS = (Path("/dev/shm"), Path("/tmp"))
+
+
+@contextmanager
+def dummy(block: int) -> Iterator[subprocess.Popen[bytes]]:
+    """Run jackd, to which this process and those it starts are led meanwhile. Raises SinkError."""
+    if shutil.which("jackd") is None:
+        raise SinkError("jackd missing: install jackd2")
+    name = f"hapticvlm-{os.getpid()}"
+    ours = {"JACK_DEFAULT_SERVER": name, "JACK_NO_AUDIO_RESERVATION": "1"}
+    ours["JACK_NO_START_SERVER"] = "1"
+    before = {key: os.environ.get(key) for key in ours}
+    os.environ.update(ours)
+    command = ["jackd", "-n", name, "-R", "-P", str(PRIORITY), "-d", "dummy"]
+    command += ["-r", str(RATE_HZ), "-p", str(block), "-C", "0", "-P", "2"]
+    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        _await(server, name)
+        yield server
+    finally:
+        server.terminate()
+        server.wait()
+        for key, value in before.items():
+            os.environ.pop(key, None)
+            if value is not None:
+                os.environ[key] = value
+
+
+def underruns(seconds: float, settings: AudioSettings) -> dict[str, Any]:
+    """Hold a slide on the dummy and count the periods that were missed. Raises SinkError."""
+    with dummy(settings.block):
+        speaker = Speaker(settings)
+        speaker.start()
+        ends_at = time.monotonic() + seconds
+        before = speaker.underruns
+        try:
+            while time.monotonic() < ends_at:
+                speaker.obey(_slide())
+                time.sleep(_RENEWED_S)
+            status, missed = speaker.status(), speaker.underruns - before
+        finally:
+            speaker.close()
+    counts = {"seconds": seconds, "block": settings.block, "underruns": missed}
+    return {**counts, "samples": status.samples, "realtime": status.realtime}
+
+
+def settings(block: int, *, realtime: bool) -> AudioSettings:
+    """Return settings that play there."""
+    return AudioSettings(JACK, block, realtime=realtime)
+
+
+def _slide() -> Command:
+    lease = time.monotonic() + _LEASE_S
+    return Command(1, "wood", "slide", False, Stroke(0.5, 2.0), 1, lease)
+
+
+def _await(server: subprocess.Popen[bytes], name: str) -> None:
+    """Wait until the server has opened the socket to which clients go."""
+    gives_up_at = time.monotonic() + START_S
+    while not any(list(folder.glob(f"jack_{name}_*")) for folder in _SOCKETS):
+        if server.poll() is not None or time.monotonic() > gives_up_at:
+            raise SinkError("jackd does not start here")
+        time.sleep(0.05)
+    time.sleep(_SETTLED_S)

@@ -1,0 +1,118 @@
+"""A scene that streams different frames at a fixed rate from a process of its own.
+
+`python -m hapticvlm_lab.bench.load URL RATE SECONDS BYTES [SCENES]` prints "streaming" when it
+begins and one JSON object at the end; with several scenes each streams at RATE.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import sys
+import time
+from collections import Counter
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from hapticvlm.client import connect
+
+SIDE = 448
+DIFFERENT = 120
+ANSWER_S = 10.0
+
+
+def pictures(count: int, size_bytes: int, seed: int = 0) -> list[bytes]:
+    """Return `count` different 448 x 448 JPEGs of about `size_bytes` each."""
+    rng = np.random.default_rng(seed)
+    low, high = 0.0, 80.0
+    for _ in range(7):
+        grain = (low + high) / 2
+        low, high = (grain, high) if len(_picture(rng, grain)) < size_bytes else (low, grain)
+    return [_picture(rng, low) for _ in range(count)]
+
+
+def _picture(rng: np.random.Generator, grain: float) -> bytes:
+    coarse = rng.integers(0, 255, (14, 14, 3), np.uint8)
+    smooth = np.asarray(Image.fromarray(coarse).resize((SIDE, SIDE), Image.Resampling.BICUBIC))
+    noise = rng.normal(0.0, 1.0, (SIDE, SIDE, 1))
+    buffer = io.BytesIO()
+    noisy = np.clip(smooth + grain * noise, 0, 255).astype(np.uint8)
+    Image.fromarray(noisy).save(buffer, "JPEG", quality=75)
+    return buffer.getvalue()
+
+
+async def send(url: str, rate: float, seconds: float, frames: list[bytes]) -> dict[str, Any]:
+    """Stream for `seconds`; return how many were sent and how each was answered."""
+    answers: Counter[str] = Counter()
+    ages: list[float] = []
+    waiting: set[asyncio.Future[dict[str, object]]] = set()
+
+    def keep(future: asyncio.Future[dict[str, object]]) -> None:
+        waiting.discard(future)
+        if not future.cancelled() and future.exception() is None:
+            answer = future.result()
+            kind = str(answer["type"])
+            answers[f"{kind} {answer.get('reason') or answer.get('code') or ''}".strip()] += 1
+            age = answer.get("frame_age_ms")
+            if isinstance(age, float):
+                ages.append(age)
+
+    async with connect(url, name="frame load") as client:
+        started = time.monotonic()
+        sent = 0
+        while (due := sent / rate) < seconds:
+            await asyncio.sleep(max(0.0, started + due - time.monotonic()))
+            future = await client.send(
+                "frame",
+                captured_at=time.monotonic(),
+                format="jpeg",
+                width=SIDE,
+                height=SIDE,
+                origin="top",
+                image=frames[sent % DIFFERENT],
+            )
+            waiting.add(future)
+            future.add_done_callback(keep)
+            sent += 1
+        if waiting:
+            await asyncio.wait(waiting, timeout=ANSWER_S)
+        await asyncio.sleep(0)
+    return {
+        "sent": sent,
+        "answers": dict(answers),
+        "unanswered": len(waiting),
+        "seconds": time.monotonic() - started,
+        "bytes_per_frame": sum(map(len, frames)) // DIFFERENT,
+        "age_ms": {
+            "median": float(np.median(ages)) if ages else None,
+            "p99": float(np.percentile(ages, 99)) if ages else None,
+        },
+    }
+
+
+async def send_all(
+    url: str, rate: float, seconds: float, size_bytes: int, scenes: int
+) -> dict[str, object]:
+    """Stream from several scenes at once; return the sums, and the first scene's ages."""
+    frames = pictures(DIFFERENT, size_bytes)
+    print("streaming", flush=True)
+    results = await asyncio.gather(*(send(url, rate, seconds, frames) for _ in range(scenes)))
+    answers: Counter[str] = Counter()
+    for result in results:
+        answers.update(result["answers"])
+    return {
+        **results[0],
+        "sent": sum(result["sent"] for result in results),
+        "answers": dict(answers),
+        "unanswered": sum(result["unanswered"] for result in results),
+    }
+
+
+if __name__ == "__main__":
+    url, rate, seconds, size_bytes, *scenes = sys.argv[1:]
+    several = int(scenes[0]) if scenes else 1
+    result = asyncio.run(send_all(url, float(rate), float(seconds), int(size_bytes), several))
+    print(json.dumps(result))

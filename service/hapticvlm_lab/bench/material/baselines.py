@@ -1,0 +1,103 @@
+"""What a material encoder must beat: colours, textures, nothing learned, a general network.
+
+All are encoders like ours (crops in, unit embeddings out), so that every method goes through the
+same protocol. A network that lives elsewhere (torch, the teacher) is handed in by the caller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.recognition.encoders.encoder import embed_all
+from hapticvlm.recognition.pictures import Crop
+from hapticvlm_lab.bench.material.texture import LENGTH, describe
+
+Floats = NDArray[np.float32]
+Bytes = NDArray[np.uint8]
+
+CLIP = 4.0  # standard deviations
+
+
+@dataclass(frozen=True, slots=True)
+class ColourHistogram:
+    """Root of the 4 x 4 x 4 histogram of the colours under the mask."""
+
+    side: int
+    name: str = "colour histogram"
+    dimension: int = 64
+
+    def embed(self, crops: Sequence[Crop]) -> Floats:
+        """Embed N crops: (N, 64) float32, each of unit norm."""
+        return np.stack([_histogram(crop) for crop in crops])
+
+
+@dataclass(frozen=True, slots=True)
+class TextureStatistics:
+    """`texture.describe`, standardised by the centre and scale (F,) of some pictures."""
+
+    side: int
+    centre: Floats
+    scale: Floats
+    name: str = "texture statistics"
+    dimension: int = LENGTH
+
+    def embed(self, crops: Sequence[Crop]) -> Floats:
+        """Embed N crops: (N, F) float32, each of unit norm."""
+        raw = (np.stack([describe(crop) for crop in crops]) - self.centre) / self.scale
+        return _unit(np.clip(raw, -CLIP, CLIP))
+
+
+@dataclass(frozen=True, slots=True)
+class GeneralNetwork:
+    """A pooled feature of a general network, which sees the crop whole: it knows no mask.
+
+    Greyed out outside the mask it did worse on held-back renders (31 against 38 % at 5 references).
+    `features` takes (N, S, S, 3) uint8 and masks (N, S, S) to average under.
+    """
+
+    features: Callable[[Bytes, Bytes], Floats]
+    name: str = "general network"
+    side: int = 224
+    dimension: int = 1280
+
+    def embed(self, crops: Sequence[Crop]) -> Floats:
+        """Embed N crops: (N, D) float32, each of unit norm."""
+        everywhere = np.full((1, self.side, self.side), 255, np.uint8)
+        found = [self.features(crop.image[None], everywhere) for crop in crops]
+        return _unit(np.concatenate(found))
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """A network run as it is, e.g. by torch: (N, S, S, 4) uint8 to (N, D) unit embeddings."""
+
+    name: str
+    side: int
+    dimension: int
+    forward: Callable[[Bytes], Floats]
+
+    def embed(self, crops: Sequence[Crop]) -> Floats:
+        """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
+        return embed_all(crops, self, self.forward)
+
+
+def standardised_on(crops: Sequence[Crop], side: int) -> TextureStatistics:
+    """Texture statistics as wide as these crops make them; takes no label."""
+    found = np.stack([describe(crop) for crop in crops])
+    return TextureStatistics(side, found.mean(axis=0), found.std(axis=0) + np.float32(1e-4))
+
+
+def _histogram(crop: Crop) -> Floats:
+    inside = crop.image[crop.mask > 0] if crop.mask.any() else crop.image.reshape(-1, 3)
+    counts = np.bincount((inside // 64).astype(int) @ np.array((16, 4, 1)), minlength=64)
+    roots: Floats = np.sqrt(counts / counts.sum()).astype(np.float32)
+    return roots
+
+
+def _unit(rows: Floats) -> Floats:
+    norms = np.linalg.norm(rows, axis=1, keepdims=True)
+    return np.asarray(rows / np.maximum(norms, np.float32(1e-6)), np.float32)

@@ -1,0 +1,174 @@
+"""The chart as a picture: accuracy against latency, a panel per source, labels on the points.
+
+Colours are Okabe and Ito's, which colour-blind readers tell apart; families differ in shape too.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm_lab.bench.material.labels import place
+from hapticvlm_lab.bench.material.rows import Row
+from hapticvlm_lab.bench.material.scores import Score
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WIDTH_IN, PANEL_IN, DPI = 12.0, 5.4, 100  # 1200 px wide
+COLUMNS = 2
+STEP = 1.12  # between methods that take the same time, so that their intervals can be read
+SHOWN = "5"  # references a class of the hollow points
+INK, SOFT, GRID = "#1b1f24", "#59636e", "#e3e6ea"
+STYLE = {  # colour and marker of each family
+    "guess": ("#59636e", "_"),
+    "stated": ("#E69F00", "v"),
+    "plain": ("#56B4E9", "s"),
+    "general": ("#CC79A7", "D"),
+    "untrained": ("#8a8f96", "X"),
+    "ours": ("#0072B2", "o"),
+    "ladder": ("#D55E00", "^"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A dot of a panel: latency in ms, accuracy and its interval in %, hollow when enrolled."""
+
+    row: Row
+    x: float
+    score: Score
+    hollow: bool
+
+    @property
+    def y(self) -> float:
+        """Balanced accuracy, %."""
+        return 100 * self.score.accuracy
+
+
+def draw(rows: Sequence[Row], stem: Path) -> list[Path]:
+    """Write `stem`.png and .svg; return both."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    sources = list(dict.fromkeys(row.source for row in rows))
+    lines = -(-len(sources) // COLUMNS)
+    size = (WIDTH_IN, PANEL_IN * lines + 0.9)
+    with mpl.rc_context({"font.size": 9, "svg.hashsalt": "hapticvlm", "svg.fonttype": "none"}):
+        figure, grid = plt.subplots(
+            lines,
+            min(COLUMNS, len(sources)),
+            figsize=size,
+            dpi=DPI,
+            squeeze=False,
+            layout="constrained",
+        )
+        panels = list(grid.ravel())
+        for axes in panels[len(sources) :]:
+            axes.set_axis_off()
+        for axes, source in zip(panels, sources, strict=False):
+            _panel(axes, [row for row in rows if row.source == source])
+        figure.suptitle(_title(), fontsize=10.5, x=0.01, ha="left")
+        figure.canvas.draw()
+        for axes, source in zip(panels, sources, strict=False):
+            mine = [row for row in rows if row.source == source]
+            place(axes, _labels(mine), [(point.x, point.y) for point in points(mine)])
+        paths = [stem.with_suffix(".png"), stem.with_suffix(".svg")]
+        figure.savefig(paths[0], dpi=DPI)
+        figure.savefig(paths[1], metadata={"Date": None})
+        plt.close(figure)
+    return paths
+
+
+def points(rows: Sequence[Row]) -> list[Point]:
+    """Every dot of a panel: zero-shot filled, enrolled hollow; methods without a time have none."""
+    found = []
+    beside: Counter[float | None] = Counter()
+    for row in rows:
+        few = row.enrolled.get(SHOWN)
+        for score, hollow in ((row.four, False), (few.four if few else None, True)):
+            if score is not None and row.latency_ms is not None:
+                shift = STEP ** beside[row.latency_ms]
+                found.append(Point(row, row.latency_ms * shift, score, hollow))
+        beside[row.latency_ms] += 1
+    return found
+
+
+def _title() -> str:
+    return (
+        "Material of 4 (wood, glass, fabric, metal): balanced accuracy with 95 % interval over "
+        "objects, against the median time one core takes for a decision.\n"
+        f"Filled: zero-shot. Hollow: enrolled with {SHOWN} references a material from other "
+        "objects of the source. Ringed: the default."
+    )
+
+
+def _panel(axes: Axes, rows: Sequence[Row]) -> None:
+    dots = points(rows)
+    for point in dots:
+        _dot(axes, point)
+    for row in rows:
+        ends = [(point.x, point.y) for point in dots if point.row is row]
+        if len(ends) == 2:
+            colour = STYLE[row.family][0]
+            axes.plot(*zip(*ends, strict=True), ":", color=colour, linewidth=0.8, zorder=2)
+    axes.axhline(25, color=SOFT, linewidth=0.8, linestyle="--", zorder=1)
+    axes.text(
+        1.0, 25.6, "chance of 4 ", transform=axes.get_yaxis_transform(), ha="right", color=SOFT
+    )
+    for row in rows:
+        if row.family == "guess" and row.four is not None and len(row.four.classes) != 4:
+            level = 100 * row.four.accuracy
+            axes.axhline(level, color=SOFT, linewidth=0.8, linestyle=":", zorder=1)
+            text = "majority "
+            axes.text(
+                1.0, level + 0.6, text, transform=axes.get_yaxis_transform(), ha="right", color=SOFT
+            )
+    axes.set_xscale("log")
+    times = [point.x for point in dots] or [1.0]
+    axes.set_xlim(min(times) / 2.0, max(times) * 6.0)
+    axes.set_ylim(0, 104)
+    axes.set_title(_heading(rows), fontsize=9.5, loc="left", color=INK)
+    axes.set_xlabel("ms of one core a decision")
+    axes.set_ylabel("balanced accuracy of 4, %")
+    axes.grid(color=GRID, linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _dot(axes: Axes, point: Point) -> None:
+    colour, marker = STYLE[point.row.family]
+    low, high = 100 * point.score.low, 100 * point.score.high
+    axes.vlines(point.x, low, high, color=colour, linewidth=1.0, alpha=0.45, zorder=2)
+    face = "white" if point.hollow else colour
+    axes.plot(point.x, point.y, marker, color=colour, markerfacecolor=face, markersize=7, zorder=4)
+    if point.row.is_default:
+        axes.plot(point.x, point.y, "o", color=INK, markerfacecolor="none", markersize=13, zorder=3)
+
+
+def _labels(rows: Sequence[Row]) -> list[tuple[float, float, str, str]]:
+    """(x, y, text, colour) of one label a method, at its zero-shot dot where it has one."""
+    first: dict[str, Point] = {}
+    for point in points(rows):
+        first.setdefault(point.row.method, point)
+    return [
+        (point.x, point.y, _label(point), STYLE[point.row.family][0])
+        for point in sorted(first.values(), key=lambda point: -point.y)
+    ]
+
+
+def _label(point: Point) -> str:
+    return f"{point.row.method} (default)" if point.row.is_default else point.row.method
+
+
+def _heading(rows: Sequence[Row]) -> str:
+    graded = next((row.four for row in rows if row.four is not None), None)
+    if graded is None:
+        return rows[0].source
+    counts = ", ".join(f"{name} {count}" for name, count in graded.classes.items())
+    return f"{rows[0].source}: objects of {counts}"

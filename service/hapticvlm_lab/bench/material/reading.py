@@ -1,0 +1,162 @@
+"""Reads the held-back sources, and the teaching pictures for methods that bring no references.
+
+A set that is not there is skipped and said so. Raises CaptureError for one that cannot be read.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import defaultdict
+from collections.abc import Collection, Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from hapticvlm import captures, materials, messages
+from hapticvlm_lab.bench.material.data import (
+    Labels,
+    Source,
+    Stated,
+    View,
+    Where,
+    by_object,
+    shuffled,
+    thin,
+)
+
+CAPTURES = ("service/hapticvlm_lab/data/held_back/approach", "examples/captures/living_room")
+PICTURES = ("caltech101", "pb_renders")
+UNKNOWN_PICTURES = "unlabelled_caltech101"
+UNKNOWN_OF = "caltech101"  # the source whose collection those unknown pictures come from
+UNKNOWN_EACH = 8  # pictures of each of its folders
+TAUGHT = 40  # pictures a class and teaching source
+HOUSE = Path(__file__).parents[4]
+
+_RENDERER = re.compile(r"_(arnold|cycles|unreal)$")  # one material of pb_renders, rendered thrice
+
+
+def default_captures() -> tuple[Path, ...]:
+    """Return the house's own held-back captures, there or not."""
+    return tuple(HOUSE / name for name in CAPTURES)
+
+
+def load_sources(where: Where, labels: Labels) -> tuple[list[Source], list[str]]:
+    """Read what is there; the second list says what is not. Raises CaptureError."""
+    found, skipped = [], []
+    for path in where.captures:
+        if (path / captures.LINES).is_file():
+            found.append(read_capture(path, where.limit))
+        else:
+            skipped.append(f"{path.name}: no capture in {path}")
+    for name in PICTURES:
+        source = None if where.data is None else read_pictures(where.data, name, labels)
+        if source is None:
+            skipped.append(f"{name}: no labelled pictures of it; pass --data")
+        else:
+            found.append(thin(source, where.limit))
+    return found, skipped
+
+
+def read_capture(path: Path, limit: int = 0) -> Source:
+    """Read the graded frames of a capture: those with a truth. Raises CaptureError."""
+    views: list[View] = []
+    stated: dict[str, Stated] = {}
+    for line in captures.read(path).lines():
+        if line.type == "scene":
+            stated |= dict(_stated(thing) for thing in line.fields["objects"])
+        elif line.type == "frame" and line.truth is not None:
+            views.append(_view(line.fields, line.message(), line.truth))
+    ordered = [view for group in by_object(views).values() for view in group]
+    told = {key: what for key, what in stated.items() if what.name or what.shader}
+    return thin(Source(path.name, tuple(ordered), told), limit)
+
+
+def read_pictures(data: Path, name: str, labels: Labels) -> Source | None:
+    """Read one held-back set of labelled pictures; None when it is not there."""
+    rows = [(path, labels.material_of(label)) for path, label in _rows(data, (name,))]
+    if not rows:
+        return None
+    views = [
+        picture(path, truth, _RENDERER.sub("", f"{path.parent.name}/{path.stem}"))
+        for path, truth in rows
+    ]
+    if name == UNKNOWN_OF:
+        views += _unknown_pictures(data, labels)
+    note = "a class is a few kinds of thing" if name == UNKNOWN_OF else "one shape"
+    if name in labels.calibrating:
+        note += "; calibrates ours, whose confidence is therefore not held back here"
+    ordered = [view for group in by_object(views).values() for view in group]
+    return Source(name, tuple(ordered), note=note)
+
+
+def read_teaching(data: Path | None, labels: Labels) -> Source | None:
+    """Read TAUGHT pictures per class and teaching source, for methods without a gallery."""
+    if data is None:
+        return None
+    cells: dict[tuple[str, str], list[Path]] = defaultdict(list)
+    for path, label in _rows(data, labels.teaching):
+        truth, place = labels.material_of(label), path.relative_to(data)
+        if truth != materials.UNKNOWN and not labels.is_held_back(place.as_posix()):
+            cells[truth, place.parts[0]].append(path)
+    views = [
+        picture(path, truth, path.stem)
+        for (truth, _), paths in sorted(cells.items())
+        for path in sorted(paths, key=shuffled)[:TAUGHT]
+    ]
+    return Source("teaching", tuple(views)) if views else None
+
+
+def picture(path: Path, truth: str, object_id: str) -> View:
+    """Read one JPEG file as a view."""
+    from PIL import Image
+
+    data = path.read_bytes()
+    width, height = Image.open(BytesIO(data)).size
+    frame = messages.Frame(
+        id=1, captured_at=0.0, format="jpeg", width=width, height=height, image=data, origin="top"
+    )
+    return View(frame, object_id, truth)
+
+
+def _rows(data: Path, sources: Collection[str]) -> list[tuple[Path, str]]:
+    """(path, class) of the JPEG pictures of some sets, in the order of labels.csv."""
+    table = data / "labels.csv"
+    if not table.is_file():
+        return []
+    with table.open(newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["path"].split("/")[0] in sources]
+    return [(data / row["path"], row["class"]) for row in rows if row["path"].endswith(".jpg")]
+
+
+def _unknown_pictures(data: Path, labels: Labels) -> list[View]:
+    """Pictures of what is made of no material of the table, as many of each folder."""
+    found = []
+    for folder in sorted(labels.unknown_folders):
+        files = sorted((data / UNKNOWN_PICTURES / folder).glob("*.jpg"), key=shuffled)
+        found += [
+            picture(path, materials.UNKNOWN, f"{folder}/{path.stem}")
+            for path in files[:UNKNOWN_EACH]
+        ]
+    return found
+
+
+def _view(fields: Mapping[str, Any], message: Mapping[str, Any], truth: str) -> View:
+    region = fields.get("region")
+    frame = messages.Frame(
+        id=1,
+        captured_at=0.0,
+        format=fields["format"],
+        width=fields["width"],
+        height=fields["height"],
+        image=message["image"],
+        origin=fields["origin"],
+    )
+    box = None if region is None else messages.Region(**region)
+    return View(frame, str(fields.get("object_id", "")), truth, message.get("mask"), box)
+
+
+def _stated(thing: Mapping[str, Any]) -> tuple[str, Stated]:
+    shader = thing.get("shader")
+    parameters = None if shader is None else messages.Shader(**shader)
+    return thing["object_id"], Stated(thing.get("name"), parameters)

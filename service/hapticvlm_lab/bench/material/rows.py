@@ -1,0 +1,65 @@
+"""One row of the chart: a method on a source, all protocols, and its cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from hapticvlm_lab.bench.material.scores import Open, Rejection, Score
+from hapticvlm_lab.bench.material.timing import Cost
+
+LOOKING = ("plain", "general", "untrained", "ours")  # families that see the picture alone
+
+
+@dataclass(frozen=True, slots=True)
+class Enrolment:
+    """With so many references a class: among FOUR, among all, and unknown against all."""
+
+    four: Score | None
+    eleven: Score | None
+    unknown: Rejection | None
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What could not be measured is None: no reference, no second object, nothing unknown.
+
+    views: mean views per decision, by which `latency_ms` multiplies the cost of one.
+    """
+
+    source: str
+    method: str
+    family: str
+    is_default: bool
+    cut: str
+    views: float
+    references: str
+    four: Score | None
+    eleven: Score | None
+    open: Open | None
+    unknown: Rejection | None
+    enrolled: Mapping[str, Enrolment]
+    probe: Score | None
+    cost: Cost | None
+
+    @property
+    def latency_ms(self) -> float | None:
+        """Median time of one core for one decision, ms; None for what takes no time."""
+        return None if self.cost is None else self.cost.median * self.views
+
+
+def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
+    """Find the best zero-shot look at pictures, and the cheapest whose interval reaches it.
+
+    None where nothing was timed and graded.
+    """
+    looks = [row for row in rows if row.family in LOOKING and row.four and row.latency_ms]
+    if not looks:
+        return None
+    best = max(looks, key=_accuracy)
+    reaching = [row for row in looks if row.four and row.four.high >= _accuracy(best)]
+    return best, min(reaching, key=lambda row: row.latency_ms or 0.0)
+
+
+def _accuracy(row: Row) -> float:
+    return row.four.accuracy if row.four else 0.0

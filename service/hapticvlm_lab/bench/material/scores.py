@@ -1,0 +1,113 @@
+"""What answers are worth: balanced accuracy with its interval, recall and confusion. Pure.
+
+Pictures of one object are wrong together, so the interval counts objects, not pictures: it is
+Wilson's for the balanced accuracy p over m = C^2 / sum_c(1 / m_c) trials, where m_c objects show
+class c. With equal classes m is their number; a class of one object alone keeps it wide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.statistics import wilson
+
+Words = NDArray[np.str_]
+Doubles = NDArray[np.float64]
+
+SILENT = ""  # an answer that says nothing; counts as wrong
+FALSE_REJECTION = 0.05  # of what is known, at the threshold where unknown is counted
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Balanced accuracy 0..1 over `classes` (objects of each), its 95 % interval and its parts.
+
+    n counts answers: pictures, or objects where views are fused. sd is that over draws.
+    """
+
+    accuracy: float
+    low: float
+    high: float
+    n: int
+    classes: Mapping[str, int]
+    recall: Mapping[str, float]
+    confusion: Mapping[str, Mapping[str, int]]
+    sd: float | None = None
+    references: int | None = None
+    reference_objects: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Open:
+    """With "unknown" allowed: share spoken of, and how often that was right (None: never spoke)."""
+
+    n: int
+    coverage: float
+    accuracy: float | None
+    low: float
+    high: float
+    wrong_and_sure: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rejection:
+    """Share of unknown rejected where FALSE_REJECTION of the known are; by pictures or objects."""
+
+    n: int
+    rejected: float
+    low: float
+    high: float
+
+
+def score(said: Words, truth: Words, objects: Words, classes: Sequence[str]) -> Score | None:
+    """Grade forced answers over the classes that are there; None when none is."""
+    rows = np.isin(truth, classes)
+    present = [name for name in classes if (truth == name).any()]
+    if not present:
+        return None
+    counts = {name: len(set(objects[truth == name].tolist())) for name in present}
+    recall = {name: float((said == name)[truth == name].mean()) for name in present}
+    accuracy = float(np.mean(list(recall.values())))
+    low, high = interval(accuracy, list(counts.values()))
+    return Score(accuracy, low, high, int(rows.sum()), counts, recall, confusion(said, truth, rows))
+
+
+def interval(accuracy: float, objects: Sequence[int]) -> tuple[float, float]:
+    """95 % interval of a balanced accuracy over classes of so many objects."""
+    trials = len(objects) ** 2 / sum(1.0 / count for count in objects)
+    return wilson(accuracy * trials, trials)
+
+
+def confusion(said: Words, truth: Words, rows: NDArray[np.bool_]) -> dict[str, dict[str, int]]:
+    """Count answers by truth; a silent one under "-"."""
+    table: dict[str, dict[str, int]] = {}
+    for true, answer in zip(truth[rows].tolist(), said[rows].tolist(), strict=True):
+        cells = table.setdefault(true, {})
+        cells[answer or "-"] = cells.get(answer or "-", 0) + 1
+    return table
+
+
+def open_score(spoken: Words, sure: NDArray[np.bool_], truth: Words, objects: Words) -> Open:
+    """Grade answers that may be SILENT, on what has a known material."""
+    spoke = spoken != SILENT
+    right = spoken == truth
+    among = len(set(objects[spoke].tolist()))
+    accuracy = float(right[spoke].mean()) if spoke.any() else None
+    low, high = wilson((accuracy or 0.0) * among, among)
+    wrong = float((sure & spoke & ~right).mean()) if truth.size else 0.0
+    return Open(truth.size, float(spoke.mean()), accuracy, low, high, wrong)
+
+
+def rejection(familiar: Doubles, is_known: NDArray[np.bool_], objects: Words) -> Rejection | None:
+    """Share of unknown less familiar than FALSE_REJECTION of the known; None without either."""
+    if is_known.all() or not is_known.any():
+        return None
+    threshold = np.quantile(familiar[is_known], FALSE_REJECTION, method="lower")
+    rejected = float((familiar[~is_known] < threshold).mean())
+    among = len(set(objects[~is_known].tolist()))
+    low, high = wilson(rejected * among, among)
+    return Rejection(int((~is_known).sum()), rejected, low, high)

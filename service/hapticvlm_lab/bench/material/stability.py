@@ -1,0 +1,242 @@
+"""`hapticvlm stability material`: what the default loses as its pictures get worse, by degrees.
+
+Every perturbation of `perturb.SHAKES` on the same pictures of each source: accuracy among FOUR,
+zero-shot and enrolled; how many answers change against the clean picture (flips); how many are
+wrong and sure. Enrolled: references are the clean views of all other objects of the source.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm import __version__, materials
+from hapticvlm.recognition.encoders.encoder import Encoder, load_encoder
+from hapticvlm.recognition.galleries.gallery import Gallery, load_gallery
+from hapticvlm.recognition.ladder import KNOWN, SURE, decide
+from hapticvlm.recognition.pictures import crop
+from hapticvlm_lab.bench.material import curves
+from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence
+from hapticvlm_lab.bench.material.data import FOUR, Labels, Source, Where, thin
+from hapticvlm_lab.bench.material.methods import GalleryHead
+from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply
+from hapticvlm_lab.bench.material.picture import Picture, as_frame, window
+from hapticvlm_lab.bench.material.protocols import Looked, left_out
+from hapticvlm_lab.bench.material.reading import load_sources
+from hapticvlm_lab.bench.material.scores import Words, score
+
+NAME = "stability-material"
+VIEWS = 2  # of an object, far and near; more where a source has few objects
+# Levels of what shows nothing and must be unknown, and of plain colours, which may be anything.
+BLANKS = {"black": (0, 0, 0), "white": (255, 255, 255), "grey": (127, 127, 127)}
+PLAIN = {"red": (200, 30, 30), "green": (30, 160, 60), "blue": (40, 60, 190)}
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Which pictures, where results go, and whether to print the JSON line alone."""
+
+    where: Where
+    out: Path
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Default:
+    """The encoder and gallery that the service uses unless told otherwise."""
+
+    encoder: Encoder
+    gallery: Gallery
+
+    def embed(self, pictures: Sequence[Picture]) -> Floats:
+        """Embed what a client would send: (N, D)."""
+        side = self.encoder.side
+        return self.encoder.embed([crop(as_frame(picture), side) for picture in pictures])
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """Of N pictures: forced answers, zero-shot and enrolled; the open answers, how sure."""
+
+    forced: Words
+    enrolled: Words
+    open: Words
+    confidence: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Clean:
+    """The unchanged pictures of a source, their embeddings, and what is said of them."""
+
+    pictures: tuple[Picture, ...]
+    truth: Words
+    objects: Words
+    seeds: tuple[int, ...]
+    embeddings: Floats
+    said: Said
+
+
+def run(plan: Plan, labels: Labels) -> int:
+    """Shake every source that is there; 2 when none is. Raises what loading raises."""
+    where = replace(plan.where, limit=0)
+    found, skipped = load_sources(where, labels)
+    sources = [_thinned(one.keep(FOUR), plan.where.limit) for one in found]
+    sources = [source for source in sources if source.views]
+    if not sources:
+        print("\n".join(["no pictures to shake:", *skipped]))
+        return 2
+    encoder = load_encoder()
+    default = Default(encoder, load_gallery(encoder=encoder))
+    blanks = blank_answers(default)
+    results: dict[str, list[Curve]] = {}
+    for source in sources:
+        results[source.name] = shake_source(source, default)
+        if not plan.as_json:
+            print(f"\n== {source.name}, {len(source.views)} pictures: where it breaks")
+            print("\n".join(f"  {sentence(curve)}" for curve in results[source.name]))
+    files = [path for name in results for path in curves.draw(name, results[name], plan.out / NAME)]
+    if not plan.as_json:
+        _print_end(blanks, skipped, files)
+    figures = _figures(encoder, results, blanks, skipped) | {"files": [str(f) for f in files]}
+    (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    print(json.dumps(figures))
+    return 0
+
+
+def shake_source(source: Source, default: Default) -> list[Curve]:
+    """Every perturbation that the source allows, over all severities."""
+    clean = look_clean(source, default)
+    shakes = [shake for shake in SHAKES if source.cut == "mask" or not shake.needs_mask]
+    return [shaken(clean, shake, default) for shake in shakes if _concerned(clean, shake).any()]
+
+
+def look_clean(source: Source, default: Default) -> Clean:
+    """Decode a source's pictures and ask about them as they are."""
+    pictures = [window(view) for view in source.views]
+    shown = tuple(
+        replace(picture, behind=_another(pictures, source.truth, at).image)
+        for at, picture in enumerate(pictures)
+    )
+    seeds = tuple(crc32(f"{view.object_id}/{at}".encode()) for at, view in enumerate(source.views))
+    embeddings = default.embed(shown)
+    said = _ask(embeddings, embeddings, source.truth, source.objects, default.gallery)
+    return Clean(shown, source.truth, source.objects, seeds, embeddings, said)
+
+
+def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
+    """One perturbation over its severities; severity 0 is what was said of the clean pictures."""
+    rows = np.flatnonzero(_concerned(clean, shake))
+    steps = []
+    for severity in shake.severities:
+        said = clean.said
+        if severity:
+            changed = list(clean.pictures)
+            for row in rows:
+                changed[row] = apply(shake, clean.pictures[row], severity, clean.seeds[row])
+            embeddings = clean.embeddings.copy()
+            embeddings[rows] = default.embed([changed[row] for row in rows])
+            said = _ask(embeddings, clean.embeddings, clean.truth, clean.objects, default.gallery)
+        steps.append(_step(severity, said, clean, rows))
+    return Curve(shake.name, shake.unit, len(rows), tuple(steps))
+
+
+def blank_answers(default: Default) -> dict[str, str]:
+    """Ask about pictures that show nothing but one colour."""
+    side = 2 * default.encoder.side
+    flat = {
+        name: Picture(np.full((side, side, 3), level, np.uint8), None)
+        for name, level in (BLANKS | PLAIN).items()
+    }
+    found = default.embed(list(flat.values()))
+    verdicts = [decide([default.gallery.match(row)]) for row in found]
+    return {name: verdict.material for name, verdict in zip(flat, verdicts, strict=True)}
+
+
+def _ask(
+    embeddings: Floats, references: Floats, truth: Words, objects: Words, gallery: Gallery
+) -> Said:
+    head = GalleryHead(gallery, speaks=True)
+    beliefs, names = head.beliefs(embeddings), np.array(head.materials)
+    among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
+    best = beliefs.max(axis=1)
+    spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
+    known = Looked(references, truth, objects, gallery.calibration.sharpness)
+    enrolled = left_out(known, embeddings)
+    return Said(names[among.argmax(axis=1)], enrolled, spoken, best)
+
+
+def _step(severity: float, said: Said, clean: Clean, rows: NDArray[np.intp]) -> Step:
+    truth, objects = clean.truth[rows], clean.objects[rows]
+    graded = score(said.forced[rows], truth, objects, FOUR)
+    again = score(said.enrolled[rows], truth, objects, FOUR)
+    assert graded is not None
+    assert again is not None
+    wrong = (said.open[rows] != truth) & (said.confidence[rows] >= SURE)
+    return Step(
+        severity=severity,
+        accuracy=graded.accuracy,
+        low=graded.low,
+        high=graded.high,
+        flips=float((said.forced[rows] != clean.said.forced[rows]).mean()),
+        wrong_and_sure=float(wrong.mean()),
+        unknown=float((said.open[rows] == materials.UNKNOWN).mean()),
+        enrolled=again.accuracy,
+        enrolled_flips=float((said.enrolled[rows] != clean.said.enrolled[rows]).mean()),
+    )
+
+
+def _thinned(source: Source, limit: int) -> Source:
+    objects = len(set(source.objects.tolist())) or 1
+    return thin(source, limit, max(VIEWS, limit // objects))
+
+
+def _concerned(clean: Clean, shake: Shake) -> NDArray[np.bool_]:
+    if shake.only is None:
+        return np.ones(len(clean.truth), np.bool_)
+    return np.asarray(clean.truth == shake.only)
+
+
+def _another(pictures: Sequence[Picture], truth: Words, at: int) -> Picture:
+    """Find a picture of the source that shows another class, where there is one."""
+    others = np.flatnonzero(truth != truth[at])
+    return pictures[others[(7 * at + 3) % len(others)] if len(others) else at]
+
+
+def _figures(
+    encoder: Encoder,
+    results: dict[str, list[Curve]],
+    blanks: dict[str, str],
+    skipped: Sequence[str],
+) -> dict[str, object]:
+    return {
+        "stability": "material",
+        "version": __version__,
+        "machine": platform.machine(),
+        "encoder": encoder.name,
+        "chance": 1 / len(FOUR),
+        "sources": {
+            name: [asdict(curve) | {"breaks": sentence(curve)} for curve in found]
+            for name, found in results.items()
+        },
+        "blank": blanks,
+        "blank_is_unknown": {blanks[name] for name in BLANKS} == {materials.UNKNOWN},
+        "skipped": list(skipped),
+    }
+
+
+def _print_end(blanks: dict[str, str], skipped: Sequence[str], files: Sequence[Path]) -> None:
+    told = ", ".join(f"{name}: {said}" for name, said in blanks.items())
+    print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {told}")
+    for text in skipped:
+        print(f"left out  {text}")
+    for path in files:
+        print(f"wrote     {path}")

@@ -1,0 +1,153 @@
+"""What one answer costs: a crop to its material on one thread, against a floor in the same run.
+
+Time of a core (all threads of this process, so one that waits for others' work is not charged) and
+by the clock, which on a busy machine says more of the machine. The floor, decoding one JPEG frame
+and nothing else, is timed in turn with every method.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hapticvlm import messages
+from hapticvlm.recognition.ladder import Evidence, decide
+from hapticvlm.recognition.pictures import crop
+from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
+from hapticvlm_lab.bench.material.data import Source, View
+from hapticvlm_lab.bench.material.methods import Method
+
+FRAME_PX = 448  # what clients are asked to send
+QUALITY = 80
+TURNS = 100
+MOST_S = 2.0  # per method: slow ones get fewer turns, stated as n
+LEAST = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Of one crop over n turns, ms: median of one core's time; median and p99 by the wall clock.
+
+    floors: median over the floor's. eager: how many times slower the same net was in torch eager in
+    the same run, None where that was not run. Both in core time.
+    """
+
+    median: float
+    wall: float
+    p99: float
+    floors: float
+    n: int
+    eager: float | None = None
+
+
+def costs(methods: list[Method], stated: Source | None) -> dict[str, Cost]:
+    """Time every method that takes time, by name, the same work once.
+
+    `stated` is a source that lends names and shaders.
+    """
+    import simplejpeg
+
+    picture = _picture()
+    floor: Callable[[], object] = lambda: simplejpeg.decode_jpeg(picture, "RGB")  # noqa: E731
+    found: dict[str, Cost] = {}
+    same: dict[tuple[object, ...], Cost | None] = {}
+    for method in methods:
+        work = (id(method.encoder), method.rungs)
+        if work not in same:
+            stage = _stage(method, picture, stated)
+            same[work] = None if stage is None else _timed(stage, floor)
+        cost = same[work]
+        if cost is not None:
+            found[method.name] = cost
+    return _with_eager(found)
+
+
+def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], object] | None:
+    """One answer for one crop; None for what costs nothing or has no object to read."""
+    if method.rungs and stated is None:
+        return None
+    read = _reading(method, stated)
+    if method.encoder is None:
+        return read if method.rungs else None
+    encoder, head = method.encoder, method.head
+    frame = messages.Frame(
+        id=1,
+        captured_at=0.0,
+        format="jpeg",
+        width=FRAME_PX,
+        height=FRAME_PX,
+        image=jpeg,
+        origin="top",
+    )
+    cut = crop(View(frame, "", "").as_cut("centre"), encoder.side)
+
+    def look() -> object:
+        embeddings = encoder.embed([cut])
+        if head is None:
+            return embeddings
+        row = head.beliefs(embeddings)[0]
+        return decide([*read(), evidence_of(row, head.materials)])
+
+    return look
+
+
+def _reading(method: Method, stated: Source | None) -> Callable[[], list[Evidence]]:
+    if not method.rungs or stated is None:
+        return list
+    telling = [name for name in stated.stated if object_evidence(method, stated, name)]
+    turn = itertools.cycle(telling or [""])
+    return lambda: object_evidence(method, stated, next(turn))
+
+
+def _timed(stage: Callable[[], object], floor: Callable[[], object]) -> Cost:
+    for _ in range(3):
+        stage()
+        floor()
+    cores: list[float] = []
+    walls: list[float] = []
+    floors: list[float] = []
+    start = time.perf_counter()
+    while len(cores) < TURNS and (len(cores) < LEAST or time.perf_counter() - start < MOST_S):
+        core, wall = _once(stage)
+        cores.append(core)
+        walls.append(wall)
+        floors.append(_once(floor)[0])
+    median = float(np.median(cores))
+    return Cost(
+        median=round(median, 4),
+        wall=round(float(np.median(walls)), 4),
+        p99=round(float(np.percentile(walls, 99)), 4),
+        floors=round(median / float(np.median(floors)), 3),
+        n=len(cores),
+    )
+
+
+def _once(stage: Callable[[], object]) -> tuple[float, float]:
+    """Run once; return the time of a core and of the clock, ms."""
+    wall, core = time.perf_counter(), time.process_time()
+    stage()
+    return (time.process_time() - core) * 1e3, (time.perf_counter() - wall) * 1e3
+
+
+def _with_eager(found: Mapping[str, Cost]) -> dict[str, Cost]:
+    """Say for each encoder how many times slower the same net was in torch eager."""
+    rows = {}
+    for name, cost in found.items():
+        slow = found.get(f"{name}, torch eager")
+        factor = None if slow is None else round(slow.median / cost.median, 2)
+        rows[name] = replace(cost, eager=factor)
+    return rows
+
+
+def _picture() -> bytes:
+    import simplejpeg
+
+    rng = np.random.default_rng(5)
+    grain = rng.uniform(60, 200, (FRAME_PX // 8, FRAME_PX // 8, 3))
+    pixels = np.kron(grain, np.ones((8, 8, 1))).astype(np.uint8)
+    data: bytes = simplejpeg.encode_jpeg(pixels, quality=QUALITY)
+    return data

@@ -1,0 +1,196 @@
+"""`hapticvlm chart safety`: what runaway window and duty cap are worth, and how fast faults end.
+
+The guards are the firmware's own core, compiled here; the plate is the one plant model, varied. No
+current limit in hardware and no cut-out stand between them: they come on top of what is shown.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hapticvlm import __version__
+from hapticvlm.rendering.thermal import PLATE_TRIP_HIGH_C
+from hapticvlm_lab.bench.safety import plots
+from hapticvlm_lab.bench.safety.core import FULL_SCALE_A, Core, Setting, build
+from hapticvlm_lab.bench.safety.rig import Outcome
+from hapticvlm_lab.bench.safety.trials import INJECTIONS, STUCK, try_out, try_sound
+from hapticvlm_lab.bench.safety.variations import SEED, Variation, draw
+
+NAME = "chart-safety"
+WINDOWS_MS = (200, 500, 1000, 2000, 4000)
+HEAT_LIMITS_MA = (750, 1500, 3000)
+DEFAULT = Setting()
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How many plates, where results go, a sweep of the compiled binary, and how to print."""
+
+    plates: int
+    out: Path
+    sweep: Path | None
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One setting over all plates: thermistors that freeze, and sound plates switched off."""
+
+    window_ms: int
+    duty_cap: float
+    is_default: bool
+    peak_median_c: float
+    peak_worst_c: float
+    above_trip: float
+    false_trips: float
+    false_by: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Off:
+    """How long after a fault the plate was off; None is never within the trial."""
+
+    fault: str
+    off_s: float | None
+    guard: str
+
+
+def run(plan: Plan) -> int:
+    """Measure, print, draw. Raises CoreError, OSError, ValueError for a sweep that is none."""
+    swept = None if plan.sweep is None else read_sweep(plan.sweep)
+    plates = draw(plan.plates)
+    with tempfile.TemporaryDirectory() as place:
+        rows = measure(plates, lambda setting: build(setting, Path(place)))
+        offs = swept or time_to_off(build(DEFAULT, Path(place)), plates)
+    source = (
+        "the compiled binary's sweep" if swept else f"the compiled core, worst of {plan.plates}"
+    )
+    picture = plots.draw(rows, offs, source, plan.out / f"{NAME}.png")
+    figures = _figures(rows, offs, source, plan) | {"files": [str(picture)]}
+    (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    if not plan.as_json:
+        _print(rows, offs, source)
+    print(json.dumps(figures))
+    return 0
+
+
+def measure(plates: Sequence[Variation], make: Callable[[Setting], Core]) -> list[Row]:
+    """Try every setting on every plate."""
+    rows = []
+    made = {
+        heat_limit_ma: {
+            setting: make(setting)
+            for setting in (Setting(window_ms, heat_limit_ma) for window_ms in WINDOWS_MS)
+        }
+        for heat_limit_ma in HEAT_LIMITS_MA
+    }
+    for built in made.values():
+        cores = list(built.values())
+        stuck = [try_out(cores, plate, STUCK) for plate in plates]
+        sound = [try_sound(cores, plate) for plate in plates]
+        for number, setting in enumerate(built):
+            rows.append(
+                row(setting, [one[number] for one in stuck], [one[number] for one in sound])
+            )
+    return rows
+
+
+def row(setting: Setting, stuck: Sequence[Outcome], sound: Sequence[Outcome]) -> Row:
+    """Sum one setting up."""
+    peaks = np.array([outcome.peak_c for outcome in stuck])
+    false_by = Counter(name for outcome in sound for name in outcome.faults)
+    return Row(
+        window_ms=setting.window_ms,
+        duty_cap=round(setting.heat_limit_ma / 1000.0 / FULL_SCALE_A, 3),
+        is_default=setting == DEFAULT,
+        peak_median_c=round(float(np.median(peaks)), 2),
+        peak_worst_c=round(float(peaks.max()), 2),
+        above_trip=float(np.mean(peaks >= PLATE_TRIP_HIGH_C)),
+        false_trips=float(np.mean([bool(outcome.faults) for outcome in sound])),
+        false_by=dict(false_by),
+    )
+
+
+def time_to_off(core: Core, plates: Sequence[Variation]) -> list[Off]:
+    """Inject each fault into every plate; the slowest, with every guard that acted."""
+    offs = []
+    for injection in INJECTIONS:
+        outcomes = [try_out([core], plate, injection)[0] for plate in plates]
+        times = [outcome.off_after_s for outcome in outcomes]
+        known = [seconds for seconds in times if seconds is not None]
+        guards = Counter(name for outcome in outcomes for name in outcome.faults)
+        never = len(times) - len(known)
+        named = ", ".join(guards) + (f"; not seen {never} times" if never else "")
+        offs.append(Off(injection.name, max(known, default=None), named))
+    return offs
+
+
+def read_sweep(path: Path) -> list[Off]:
+    """Read what `tests/firmware/sweep.py` printed, slowest situation of each fault.
+
+    Raises ValueError, OSError.
+    """
+    lines = path.read_text(encoding="utf-8").strip().splitlines()
+    try:
+        trials = json.loads(lines[-1])["alone"]
+        faults = dict.fromkeys(name for one in trials for name in one["faults"])
+        return [
+            _slowest(name, [one for one in trials if one["faults"] == [name]]) for name in faults
+        ]
+    except (IndexError, KeyError, TypeError, json.JSONDecodeError) as error:
+        raise ValueError(f"{path.name} is no sweep: {error!r}") from None
+
+
+def _slowest(name: str, trials: Sequence[dict[str, Any]]) -> Off:
+    """Return the latest time; a situation in which nothing had to act has none."""
+    times = [
+        seconds
+        for one in trials
+        for seconds in (one["off_after_s"], one["cut_out_after_s"])
+        if seconds is not None
+    ]
+    guards = Counter(guard for one in trials for guard in (*one["caught_by"], *one["numbers"]))
+    return Off(name, max(times, default=None), ", ".join(guards))
+
+
+def _figures(
+    rows: Sequence[Row], offs: Sequence[Off], source: str, plan: Plan
+) -> dict[str, object]:
+    return {
+        "chart": "safety",
+        "hapticvlm": __version__,
+        "python": platform.python_version(),
+        "plates": plan.plates,
+        "seed": SEED,
+        "guards": "firmware core compiled for this machine",
+        "settings": [asdict(one) for one in rows],
+        "time_to_off": {"source": source, "faults": [asdict(one) for one in offs]},
+    }
+
+
+def _print(rows: Sequence[Row], offs: Sequence[Off], source: str) -> None:
+    print("both plate thermistors frozen while heating; false trips on sound plates")
+    print(
+        f"{'window':>8} {'duty cap':>9} {'peak median':>12} {'worst':>7} {'>= 43':>6} {'false':>6}"
+    )
+    for one in rows:
+        mark = "  default" if one.is_default else ""
+        false = ", ".join(f"{name} {count}" for name, count in one.false_by.items())
+        print(
+            f"{one.window_ms:>5} ms {one.duty_cap:>9.3f} {one.peak_median_c:>9.1f} degC "
+            f"{one.peak_worst_c:>7.1f} {one.above_trip:>6.1%} {one.false_trips:>6.1%}"
+            f"{mark}  {false}"
+        )
+    print(f"time to off ({source})")
+    for off in offs:
+        shown = "never" if off.off_s is None else f"{off.off_s * 1000.0:.0f} ms"
+        print(f"  {off.fault:<32} {shown:>9}  {off.guard}")

@@ -1,0 +1,75 @@
+"""`hapticvlm stability thermal`: where each way to follow the skin, or the plate, breaks.
+
+Each row is one trial: what was tried, what the theory says should happen, what did, and whether the
+product's own way survives the same trial (physics reference 1.6). The picture shows four of them.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hapticvlm import __version__
+from hapticvlm_lab.bench.thermal import breaks, breaks_plot, slides
+from hapticvlm_lab.bench.thermal.breaks import Trial
+
+NAME = "stability-thermal"
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Trials of one kind under the sentence that says what they show."""
+
+    title: str
+    trials: tuple[Trial, ...]
+
+
+_GROUPS: tuple[tuple[str, Callable[[], Sequence[Trial]]], ...] = (
+    ("explicit Euler, cells of 0.1 mm: stable below dx^2 / 2a only", breaks.explicit_euler),
+    ("a stiff contact: Crank-Nicolson rings, backward Euler does not", breaks.ringing),
+    ("exp(x^2) erfc(x) overflows where erfcx does not", breaks.overflow),
+    ("contact resistance 0, tiny, huge, infinite", breaks.resistances),
+    ("a slide to another object: what is left in the skin goes into it too", slides.slides),
+    ("a PI loop asked for what it cannot reach for 30 s, then released", breaks.windup),
+    ("fast and slow parts in one system: implicit or exact steps only", breaks.stiffness),
+    ("what is no number", breaks.no_numbers),
+)
+
+
+def run(out: Path, *, as_json: bool) -> int:
+    """Try everything, print tables and last a JSON line, write picture and JSON."""
+    groups = measure()
+    files = breaks_plot.draw(out / NAME)
+    figures = {
+        "stability": "thermal",
+        "version": __version__,
+        "machine": platform.machine(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "groups": [asdict(group) for group in groups],
+        "files": [str(path) for path in files],
+    }
+    (out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    if not as_json:
+        _print(groups)
+    print(json.dumps(figures))
+    return 0
+
+
+def measure() -> list[Group]:
+    """Try every group."""
+    with np.errstate(all="ignore"):
+        return [Group(title, tuple(attempt())) for title, attempt in _GROUPS]
+
+
+def _print(groups: Sequence[Group]) -> None:
+    for group in groups:
+        print(f"\n{group.title}")
+        for trial in group.trials:
+            verdict = "breaks" if trial.breaks else "holds"
+            print(f"  {verdict:<7} {trial.what:<58} {trial.found}")

@@ -1,0 +1,69 @@
+"""`hapticvlm chart ambient`: every way to read a temperature off a picture."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm.commands.evaluate.command import TOKEN
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+
+OUT = Path("chart-output")
+
+
+def add_chart(subjects: Commands) -> None:
+    """Declare `chart ambient`."""
+    ambient = subjects.add_parser("ambient", help="pictures to temperatures: error, time, memory")
+    ambient.set_defaults(run=_chart)
+    ambient.add_argument(
+        "--data", type=Path, metavar="CSV", help="labelled pictures, as `evaluate ambient` takes"
+    )
+    ambient.add_argument(
+        "--model", metavar="FOLDER", help="model by folder or name (random weights)"
+    )
+    ambient.add_argument(
+        "--random",
+        choices=["tiny", "full"],
+        default="tiny",
+        help="size of the random model; full is that of Qwen2-VL-2B, 5 GB (%(default)s)",
+    )
+    ambient.add_argument("--device", default="cpu", help="(%(default)s)")
+    ambient.add_argument("--vlm-url", metavar="URL", help="chart an OpenAI-compatible endpoint too")
+    ambient.add_argument("--out", type=Path, default=OUT, help="(%(default)s)")
+    ambient.add_argument("--json", action="store_true", help="print the JSON line only")
+
+
+def _chart(options: argparse.Namespace) -> int:
+    from hapticvlm.commands.evaluate.pictures import ShotError
+
+    if any(find_spec(name) is None for name in ("matplotlib", "transformers", "torch")):
+        print("hapticvlm chart: needs `pip install 'hapticvlm[charts,models]'`", file=sys.stderr)
+        return 2
+    try:
+        return _run(options)
+    except (ShotError, OSError) as error:
+        print(f"hapticvlm chart: {error}", file=sys.stderr)
+        return 2
+
+
+def _run(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.ambient import chart
+
+    options.out.mkdir(parents=True, exist_ok=True)
+    plan = chart.Plan(
+        data=options.data,
+        model=options.model,
+        size=options.random,
+        device=options.device,
+        url=options.vlm_url,
+        token=os.environ.get(TOKEN),
+        out=options.out,
+        as_json=options.json,
+    )
+    return chart.run(plan)

@@ -1,0 +1,44 @@
+"""`hapticvlm chart safety`: what the guards of the plate are worth."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+
+PLATES = 200
+
+
+def add(subjects: Commands) -> None:
+    """Declare the subject."""
+    safety = subjects.add_parser(
+        "safety", help="the plate's guards: peak temperature, false trips, time to off"
+    )
+    safety.set_defaults(run=_chart)
+    safety.add_argument("--plates", type=int, default=PLATES, help="variations (%(default)s)")
+    safety.add_argument(
+        "--sweep", type=Path, metavar="FILE", help="time to off per fault, of the compiled binary"
+    )
+    safety.add_argument("--out", type=Path, default=Path("chart-output"), help="(%(default)s)")
+    safety.add_argument("--json", action="store_true", help="print the JSON line only")
+
+
+def _chart(options: argparse.Namespace) -> int:
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        print("hapticvlm chart: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
+        return 2
+    from hapticvlm_lab.bench.safety import chart
+    from hapticvlm_lab.bench.safety.core import CoreError
+
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        return chart.run(chart.Plan(options.plates, options.out, options.sweep, options.json))
+    except (CoreError, OSError, ValueError) as error:
+        print(f"hapticvlm chart: {error}", file=sys.stderr)
+        return 2

@@ -1,0 +1,57 @@
+"""`hapticvlm chart thermal` and `stability thermal`: ways to follow the skin."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+
+OUT = Path("chart-output")
+
+
+def add_chart(subjects: Commands) -> None:
+    """Declare `chart thermal`."""
+    _add(subjects, "what skin feels: error against cost, every method", _chart)
+
+
+def add_stability(subjects: Commands) -> None:
+    """Declare `stability thermal`."""
+    _add(subjects, "where each way to follow the skin breaks", _shake)
+
+
+def _add(subjects: Commands, text: str, run: Callable[[argparse.Namespace], int]) -> None:
+    thermal = subjects.add_parser("thermal", help=text)
+    thermal.set_defaults(run=run)
+    thermal.add_argument("--out", type=Path, default=OUT, help="(%(default)s)")
+    thermal.add_argument("--json", action="store_true", help="print the JSON line only")
+
+
+def _chart(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.thermal import chart
+
+    return _guarded("chart", options, lambda: chart.run(options.out, as_json=options.json))
+
+
+def _shake(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.thermal import stability
+
+    return _guarded("stability", options, lambda: stability.run(options.out, as_json=options.json))
+
+
+def _guarded(command: str, options: argparse.Namespace, run: Callable[[], int]) -> int:
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        print(f"hapticvlm {command}: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
+        return 2
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        return run()
+    except OSError as error:
+        print(f"hapticvlm {command}: {error}", file=sys.stderr)
+        return 2

@@ -1,0 +1,37 @@
+"""`hapticvlm chart vibration`: modes, noise and blocks, what they cost and what a palm loses."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+
+
+def add(subjects: Commands) -> None:
+    """Declare the subject."""
+    vibration = subjects.add_parser(
+        "vibration", help="modes, noise and block size: felt difference against cost"
+    )
+    vibration.set_defaults(run=_chart)
+    vibration.add_argument("--out", type=Path, default=Path("chart-output"), help="(%(default)s)")
+    vibration.add_argument("--json", action="store_true", help="print the JSON line only")
+
+
+def _chart(options: argparse.Namespace) -> int:
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        print("hapticvlm chart: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
+        return 2
+    from hapticvlm_lab.bench.vibration import chart
+
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        return chart.run(options.out, as_json=options.json)
+    except OSError as error:
+        print(f"hapticvlm chart: {error}", file=sys.stderr)
+        return 2

@@ -1,0 +1,135 @@
+"""Surfaces of no class of ours, which must stay unknown: skin, soil, snow, food, liquids, light.
+
+Colours and indices are the measured ones of pb_renders/values.json; structure is noise. Water, ice
+and honey are drawn as light-passing bodies, so they are near glass, as they are in life.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapticvlm_lab.training.held_back import patterns
+from hapticvlm_lab.training.held_back.catalogue import Catalogue
+from hapticvlm_lab.training.held_back.surfaces import (
+    Clear,
+    Glowing,
+    Opaque,
+    Relief,
+    Rng,
+    Surface,
+    Triple,
+    any_colour,
+    mixed,
+    scaled,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """How a measured colour is broken up: darkest share, slope of the noise, depth, roughness."""
+
+    darkest: float
+    slope: float
+    depth: float
+    roughness: float
+    stretch: float = 1.0
+    spots: float = 0.0
+
+
+_SKIN = _Look(0.8, 0.9, 0.006, 0.45)
+_SOFT = _Look(0.85, 1.4, 0.01, 0.35)
+_GRAIN = _Look(0.55, 0.3, 0.02, 0.9)
+_LUMPS = _Look(0.4, 1.1, 0.07, 0.95)
+_PEEL = _Look(0.85, 0.6, 0.012, 0.4, spots=0.15)
+
+_OPAQUE: dict[str, tuple[str, _Look]] = {
+    **{
+        f"skin {number}": (f"Skin {number}", _SKIN)
+        for number in ("I", "II", "III", "IV", "V", "VI")
+    },
+    "banana": ("Banana", _Look(0.7, 1.5, 0.004, 0.5, 4.0, 0.1)),
+    "carrot": ("Carrot", _Look(0.75, 0.8, 0.012, 0.55, 10.0)),
+    "chocolate": ("Chocolate", _SOFT),
+    "lemon": ("Lemon", _PEEL),
+    "orange": ("Orange", _PEEL),
+    "ketchup": ("Ketchup", _Look(0.8, 1.6, 0.03, 0.12)),
+    "cream": ("Cream", _SOFT),
+    "crystallised honey": ("Honey (Crystallized)", _GRAIN),
+    "brown egg": ("Egg Shell (Brown)", _Look(0.9, 0.7, 0.003, 0.6, spots=0.05)),
+    "white egg": ("Egg Shell (White)", _Look(0.95, 0.7, 0.003, 0.6)),
+    "bone": ("Bone", _Look(0.6, 1.0, 0.02, 0.7, 6.0)),
+    "charcoal": ("Charcoal", _LUMPS),
+    "snow": ("Snow", _Look(0.85, 1.0, 0.05, 0.8)),
+    "trodden snow": ("Snow", _Look(0.6, 1.2, 0.12, 0.8)),
+    "sand": ("Sand", _GRAIN),
+    "rippled sand": ("Sand", _Look(0.6, 1.2, 0.08, 0.9, 5.0)),
+    "salt": ("Salt", _Look(0.7, 0.3, 0.03, 0.3)),
+    "milk": ("Milk", _Look(0.98, 2.0, 0.002, 0.08)),
+    "toothpaste": ("Toothpaste", _Look(0.9, 1.6, 0.03, 0.15)),
+    "pearl": ("Pearl", _Look(0.9, 1.8, 0.002, 0.25)),
+    "foam": ("Polystyrene (Foam)", _Look(0.8, 0.5, 0.02, 0.8)),
+}
+_BODIES = {"water": "Water", "ice": "Ice", "honey": "Honey (Liquid)", "amber": "Amber"}
+_OWN = ("soil", "wet soil", "mud", "bread", "cheese", "meat", "fur", "glowing blob", "glowing sign")
+NAMES = (*_OPAQUE, *_BODIES, *_OWN)
+
+_EARTH: Triple = (0.12, 0.07, 0.035)
+
+
+def draw(number: int, rng: Rng, catalogue: Catalogue) -> Surface:
+    """Draw the stranger of a number; numbers past the last begin again."""
+    name = NAMES[number % len(NAMES)]
+    if name in _OPAQUE:
+        substance, look = _OPAQUE[name]
+        return _broken_up(name, _measured(catalogue, substance), look, rng)
+    if name in _BODIES:
+        return _body(name, rng, catalogue)
+    if name.startswith("glowing"):
+        return Glowing(made_of=name, colour=scaled(any_colour(rng), 1.2))
+    return _own(name, rng)
+
+
+def _measured(catalogue: Catalogue, substance: str) -> Triple:
+    red, green, blue = catalogue.values[substance]["color"]["color"]
+    return red, green, blue
+
+
+def _broken_up(name: str, base: Triple, look: _Look, rng: Rng) -> Opaque:
+    share = patterns.noise(rng, look.slope, look.stretch)
+    if look.spots:
+        near, _ = patterns.cells(rng, 60)
+        share = np.where(near < look.spots, 0.0, share).astype(np.float32)
+    return Opaque(
+        made_of=name,
+        colour=mixed(scaled(base, look.darkest), base, share),
+        roughness=look.roughness,
+        relief=Relief(height=share, depth=look.depth),
+        repeat=rng.uniform(0.5, 0.9),
+    )
+
+
+def _body(name: str, rng: Rng, catalogue: Catalogue) -> Clear:
+    substance = catalogue.values[_BODIES[name]]
+    red, green, blue = (channel**0.5 for channel in substance["color"]["color"])
+    waves = Relief(height=patterns.noise(rng, 2.6), depth=0.04)
+    rough = 0.12 if name == "ice" else 0.0
+    return Clear(
+        made_of=name, ior=substance["ior"], tint=(red, green, blue), roughness=rough, relief=waves
+    )
+
+
+def _own(name: str, rng: Rng) -> Opaque:
+    """Draw what has no measured value: soils and foods, colours by eye."""
+    looks: dict[str, tuple[Triple, _Look]] = {
+        "soil": (_EARTH, _LUMPS),
+        "wet soil": (scaled(_EARTH, 0.5), _Look(0.3, 1.0, 0.06, 0.35)),
+        "mud": (scaled(_EARTH, 0.8), _Look(0.7, 1.8, 0.08, 0.2)),
+        "bread": ((0.55, 0.33, 0.13), _Look(0.35, 1.0, 0.05, 0.9)),
+        "cheese": ((0.8, 0.55, 0.12), _Look(0.8, 1.4, 0.02, 0.4, spots=0.22)),
+        "meat": ((0.45, 0.09, 0.07), _Look(0.35, 1.3, 0.02, 0.25, 3.0)),
+        "fur": ((0.3, 0.2, 0.11), _Look(0.2, 0.5, 0.06, 1.0, 14.0)),
+    }
+    base, look = looks[name]
+    return _broken_up(name, base, look, rng)

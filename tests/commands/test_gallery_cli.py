@@ -1,0 +1,474 @@
+"""`hapticvlm gallery`: galleries out of pictures, materials of one's own, and honest checks."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from tiny_encoders import Graph, write_onnx
+
+from hapticvlm.commands.main import main
+from hapticvlm.recognition.encoders.encoder import load_encoder
+from hapticvlm.recognition.galleries.enrol import (
+    CLOSER,
+    Enrolled,
+    Picture,
+    enrol,
+    find_pictures,
+    list_pictures,
+)
+from hapticvlm.recognition.galleries.gallery import (
+    SHIPPED,
+    Calibration,
+    Gallery,
+    load_gallery,
+    read_gallery,
+    save_gallery,
+)
+from hapticvlm.recognition.galleries.leave_one_out import find_twins, fit_roughly, leave_one_out
+from hapticvlm.recognition.galleries.user_materials import read_own
+
+COLOURS = {
+    "wood": (150, 90, 40),
+    "glass": (60, 160, 150),
+    "metal": (120, 120, 170),
+    "fabric": (190, 30, 60),
+}
+VIEWS = 2 + len(CLOSER)
+
+
+def photograph(path: Path, colour: tuple[int, int, int], seed: int) -> Path:
+    """Save grain around a colour."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng(seed)
+    tint = np.array(colour) + rng.normal(0, 10, 3)
+    pixels = np.clip(tint + rng.normal(0, 12, (96, 128, 3)), 0, 255).astype(np.uint8)
+    Image.fromarray(pixels).save(path, quality=95)
+    return path
+
+
+def collect(folder: Path, count: int = 3, first: int = 0) -> Path:
+    """A folder of pictures for each colour."""
+    for name, colour in COLOURS.items():
+        for seed in range(first, first + count):
+            photograph(folder / name / f"{seed}.jpg", colour, seed)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An encoder that is not the shipped one and sees only the mean colour."""
+    return write_onnx(tmp_path_factory.mktemp("tiny"), Graph())
+
+
+def gallery(*arguments: object) -> int:
+    return main(["gallery", *map(str, arguments)])
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """Run a command that must fail; its one line."""
+    capsys.readouterr()
+    assert gallery(*arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    lines = err.strip().splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("hapticvlm gallery: ")
+    return lines[0]
+
+
+def test_a_gallery_is_made_of_a_folder_of_pictures(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures, file = collect(tmp_path / "in"), tmp_path / "new" / "my.npz"
+    assert gallery("build", pictures, "-o", file, "--encoder", tiny) == 0
+    said = capsys.readouterr().out
+    assert "wood                        3         12  3 of 3" in said
+    assert "WARNING" not in said
+    assert "fitted on these 12 pictures left out in turn; few make it rough" in said
+    made = load_gallery(file, encoder=load_encoder(str(tiny)))
+    assert sorted(made.materials) == sorted(COLOURS)
+    assert len(made.labels) == 12 * VIEWS
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_the_same_pictures_make_the_same_file(tmp_path: Path, tiny: Path) -> None:
+    pictures = collect(tmp_path / "in")
+    for name in ("one.npz", "two.npz"):
+        assert gallery("build", pictures, "-o", tmp_path / name, "--encoder", tiny) == 0
+    assert (tmp_path / "one.npz").read_bytes() == (tmp_path / "two.npz").read_bytes()
+
+
+def test_the_shipped_encoder_brings_its_calibration_and_if_asked_its_references(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures, shipped = collect(tmp_path / "in", 2), read_gallery(SHIPPED)
+    assert gallery("build", pictures, "-o", tmp_path / "own.npz") == 0
+    assert gallery("build", pictures, "-o", tmp_path / "both.npz", "--base", "shipped") == 0
+    assert "calibration: that of the shipped gallery" in capsys.readouterr().out
+    own, both = read_gallery(tmp_path / "own.npz"), read_gallery(tmp_path / "both.npz")
+    assert own.calibration == both.calibration == shipped.calibration
+    assert sorted(own.materials) == sorted(COLOURS)
+    assert both.materials == shipped.materials
+    assert len(both.labels) == len(shipped.labels) + 8 * VIEWS
+
+
+def test_two_materials_with_the_same_pictures_cannot_be_told_apart(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures = collect(tmp_path / "in")
+    for seed in range(3):
+        photograph(pictures / "paper" / f"{seed}.jpg", COLOURS["wood"], seed)
+    assert gallery("build", pictures, "-o", tmp_path / "my.npz", "--encoder", tiny) == 0
+    warned = [line for line in capsys.readouterr().out.splitlines() if "WARNING" in line]
+    assert len(warned) == 1
+    assert "paper and wood cannot be told apart: 6 of 6 pictures" in warned[0]
+
+
+def test_a_single_picture_of_each_shows_twins_by_nearness_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, colour in (("wood", "wood"), ("paper", "wood"), ("metal", "metal")):
+        photograph(tmp_path / "in" / name / "a.png", COLOURS[colour], 1)
+    assert gallery("build", tmp_path / "in", "-o", tmp_path / "my.npz") == 0
+    said = capsys.readouterr().out
+    assert "nothing else shows it: cannot be checked" in said
+    warned = [line for line in said.splitlines() if "WARNING" in line]
+    assert len(warned) == 1
+    assert "paper and wood cannot be told apart: as near" in warned[0]
+
+
+def test_a_copy_of_a_picture_counts_once(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures = collect(tmp_path / "in", 2)
+    (pictures / "wood" / "again.jpg").write_bytes((pictures / "wood" / "0.jpg").read_bytes())
+    assert gallery("build", pictures, "-o", tmp_path / "my.npz", "--encoder", tiny) == 0
+    assert "1 of 9 pictures are copies and count once" in capsys.readouterr().out
+
+
+def test_a_mask_says_where_the_object_is(tmp_path: Path, tiny: Path) -> None:
+    encoder = load_encoder(str(tiny))
+    pixels = np.zeros((96, 128, 3), np.uint8)
+    pixels[:, :] = (10, 200, 10)
+    pixels[4:26, 4:34] = (200, 20, 20)
+    mask = np.zeros((96, 128), np.uint8)
+    mask[4:26, 4:34] = 1
+    for folder, place in (("a", "masks/it.png"), ("b", "it.mask.png")):
+        home = tmp_path / folder / "wood"
+        (home / "masks").mkdir(parents=True)
+        Image.fromarray(pixels).save(home / "it.png")
+        Image.fromarray(mask).save(home / place)
+        (found,) = find_pictures(tmp_path / folder, ["wood"])
+        assert found.mask == home / place
+        seen = enrol([found], encoder).embeddings
+        assert len(seen) == VIEWS
+        assert np.allclose(seen @ seen[0], 1.0, atol=1e-3)  # all of the views show red
+        plain = enrol([Picture("wood", found.path)], encoder).embeddings
+        assert float(plain[0] @ seen[0]) < 0.9
+
+
+def test_a_ring_has_no_closer_views_and_is_enrolled_without(tmp_path: Path, tiny: Path) -> None:
+    y, x = np.mgrid[0:96, 0:96]
+    ring = np.where(np.abs(np.hypot(y - 48, x - 48) - 45) < 2, 255, 0).astype(np.uint8)
+    photograph(tmp_path / "it.png", COLOURS["metal"], 1)
+    Image.open(tmp_path / "it.png").crop((0, 0, 96, 96)).save(tmp_path / "it.png")
+    Image.fromarray(ring).save(tmp_path / "it.mask.png")
+    enrolled = enrol(list_pictures("metal", [tmp_path / "it.png"]), load_encoder(str(tiny)))
+    assert 2 <= len(enrolled.embeddings) < VIEWS
+    assert np.isfinite(enrolled.embeddings).all()
+
+
+def test_what_is_wrong_with_pictures_is_said_naming_the_file(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "my.npz"
+
+    def said(folder: Path) -> str:
+        return complaint(capsys, "build", folder, "-o", out, "--encoder", tiny)
+
+    assert "nowhere: no such folder" in said(tmp_path / "nowhere")
+    (tmp_path / "empty").mkdir()
+    assert "empty: no folder of pictures" in said(tmp_path / "empty")
+    loose = collect(tmp_path / "loose", 1)
+    photograph(loose / "stray.png", (1, 2, 3), 1)
+    assert "stray.png: lies in no material's folder" in said(loose)
+    strange = collect(tmp_path / "strange", 1)
+    (strange / "wood").rename(strange / "woood")
+    assert "no material `woood`; nearest is `wood`" in said(strange)
+    bare = collect(tmp_path / "bare", 1)
+    (bare / "stone").mkdir()
+    assert f"{bare / 'stone'}: no .jpg" in said(bare)
+    for name, data in (("a.jpg", b""), ("b.png", b"\x89PNG\r\n\x1a\n"), ("c.jpg", b"hello")):
+        broken = collect(tmp_path / f"broken-{name}", 1)
+        (broken / "wood" / name).write_bytes(data)
+        assert f"{broken / 'wood' / name}: no JPEG or PNG" in said(broken)
+    cut = collect(tmp_path / "cut", 1)
+    whole = (cut / "wood" / "0.jpg").read_bytes()
+    (cut / "wood" / "0.jpg").write_bytes(whole[: len(whole) // 2])
+    assert f"{cut / 'wood' / '0.jpg'}: broken JPEG" in said(cut)
+    plain = collect(tmp_path / "plain", 1)
+    Image.new("RGB", (64, 64), (90, 90, 90)).save(plain / "wood" / "plain.png")
+    assert "plain.png: one plain colour, shows no material; take it out" in said(plain)
+    dark = collect(tmp_path / "dark", 1)
+    Image.new("L", (128, 96), 0).save(dark / "wood" / "0.mask.png")
+    assert f"{dark / 'wood' / '0.mask.png'}: no pixel is nonzero" in said(dark)
+    small = collect(tmp_path / "small", 1)
+    Image.new("L", (12, 9), 255).save(small / "wood" / "0.mask.png")
+    assert f"{small / 'wood' / '0.mask.png'}: the picture is 12 x 9 px" in said(small)
+    assert not out.exists()
+
+
+def test_a_gallery_for_another_encoder_takes_enough_pictures_to_calibrate(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures = collect(tmp_path / "in", 1)
+    said = complaint(capsys, "build", pictures, "-o", tmp_path / "my.npz", "--encoder", tiny)
+    assert "no calibration is shipped for encoder `tiny-1`" in said
+    assert "two materials with two pictures each; add pictures" in said
+    arguments = ("build", pictures, "-o", tmp_path / "my.npz", "--encoder", tiny)
+    assert "leave --base out" in complaint(capsys, *arguments, "--base", "shipped")
+
+
+def test_what_cannot_be_written_leaves_what_was_there(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures = collect(tmp_path / "in")
+    (tmp_path / "taken").write_text("a file")
+    said = complaint(capsys, "build", pictures, "-o", tmp_path / "taken", "--encoder", tiny)
+    assert "taken: " in said
+    assert said.endswith("; free the place or name another")
+    assert (tmp_path / "taken").read_text() == "a file"
+    (tmp_path / "my.npz").mkdir()
+    complaint(capsys, "build", pictures, "-o", tmp_path / "my.npz", "--encoder", tiny)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "my.npz", "taken"]
+
+
+def test_a_material_is_added_with_class_words_facts_and_references(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "gallery"
+    shots = [photograph(tmp_path / f"{seed}.jpg", (20, 20, 25), seed) for seed in range(3)]
+    facts = ["--set", "thermal.conductivity=1.8", "--set", "vibration.roughness=0.3"]
+    words = ["--words", "obsidian,lava glass"]
+    arguments = ["obsidian", "--into", folder, "--like", "glass", *words, *facts, *shots]
+    assert gallery("add", *arguments) == 0
+    said = capsys.readouterr().out
+    assert "obsidian                    3         12" in said
+    assert f"serve --gallery {folder}" in said
+    made = read_own(folder / "obsidian.toml")
+    assert (made.like, made.encoder) == ("glass", load_encoder().name)
+    assert made.material.words == ("obsidian", "lava glass")
+    assert made.material.thermal.conductivity == 1.8
+    assert made.references.shape == (3 * VIEWS, load_encoder().dimension)
+    assert [path.name for path in folder.iterdir()] == ["obsidian.toml"]
+    assert "obsidian" in load_gallery(folder, encoder=load_encoder()).materials
+
+    assert gallery("list", folder) == 0
+    listed = capsys.readouterr().out
+    assert "obsidian                 12  your own: like glass;" in listed
+    assert "words obsidian, lava glass; thermal.conductivity=1.8; vibration.roughness=0.3" in listed
+    missing = tmp_path / "nowhere.jpg"
+    said = complaint(capsys, "add", "slate", "--into", folder, "--like", "stone", missing)
+    assert f"{missing}: No such file or directory; replace it" in said
+    again = complaint(capsys, "add", *arguments)
+    assert "obsidian.toml: is there already; remove it" in again
+
+
+def test_a_material_added_can_have_its_own_pictures_in_a_build(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, pictures = tmp_path / "gallery", collect(tmp_path / "in", 2)
+    shot = photograph(pictures / "obsidian" / "a.jpg", (20, 20, 25), 1)
+    refused = complaint(capsys, "build", pictures, "-o", folder)
+    assert "no material `obsidian`" in refused
+    assert "gallery add" in refused
+    assert gallery("add", "obsidian", shot, "--like", "glass", "--into", folder) == 0
+    assert gallery("build", pictures, "-o", folder) == 0
+    made = load_gallery(folder, encoder=load_encoder())
+    assert "obsidian" in made.materials
+    assert int((made.labels == made.materials.index("obsidian")).sum()) == 2 * VIEWS
+
+
+def test_like_its_class_to_the_last_pixel_is_warned_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, pictures = tmp_path / "gallery", collect(tmp_path / "in", 3)
+    assert gallery("build", pictures, "-o", folder) == 0
+    capsys.readouterr()
+    arguments = ("burr", pictures / "wood", "--like", "wood", "--into", folder)
+    assert gallery("add", *arguments) == 0
+    assert "WARNING: burr and wood cannot be told apart: 3 of 3" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["Slate", "--like", "stone"], "name: `Slate`"),
+        (["wood", "--like", "stone"], "name: `wood` is built in"),
+        (["slate", "--like", "rock"], "like: no class `rock`"),
+        (["slate", "--like", "stone", "--set", "thermal.conductivity=-1"], "0.005..2500"),
+        (["slate", "--like", "stone", "--set", "thermal.conductivity=nan"], "0.005..2500"),
+        (["slate", "--like", "stone", "--set", "conductivity=1"], "expected FACT=VALUE"),
+        (["slate", "--like", "stone", "--set", "thermal.colour=1"], "no such fact"),
+        (["slate", "--like", "stone", "--set", "thermal"], "expected FACT=VALUE"),
+        (["slate", "--like", "stone", "--words", "Slate"], "words: `Slate`"),
+        (["slate", "--like", "stone", "--words", "slate,,tile"], "words: ``"),
+        (["slate", "--like", "stone", "--into", "my.npz"], "need a folder"),
+    ],
+)
+def test_a_material_that_cannot_be_is_refused_before_anything_is_written(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    said: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shot = photograph(tmp_path / "a.jpg", COLOURS["metal"], 1)
+    assert said in complaint(capsys, "add", arguments[0], shot, *arguments[1:])
+    assert list(tmp_path.iterdir()) == [shot]
+
+
+def test_adding_with_another_encoder_is_refused_naming_both(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures, folder = collect(tmp_path / "in"), tmp_path / "gallery"
+    add = ("slate", pictures / "metal", "--like", "stone", "--into", folder)
+    said = complaint(capsys, "add", *add, "--encoder", tiny)
+    assert f"{folder}: has no gallery.npz for encoder `tiny-1`; make one first" in said
+    assert not folder.exists()
+    assert gallery("build", pictures, "-o", folder, "--encoder", tiny) == 0
+    said = complaint(capsys, "add", *add)
+    assert f"made with encoder `tiny-1`, not `{load_encoder().name}`" in said
+    assert gallery("add", *add, "--encoder", tiny) == 0
+    said = complaint(capsys, "build", pictures, "-o", folder)
+    assert "slate.toml was made with encoder `tiny-1`" in said
+    assert read_gallery(folder / "gallery.npz").encoder == "tiny-1"
+
+
+def test_a_gallery_is_tested_on_pictures_it_does_not_hold(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "my.npz"
+    assert gallery("build", collect(tmp_path / "in"), "-o", file, "--encoder", tiny) == 0
+    others = collect(tmp_path / "others", 4, first=50)
+    photograph(others / "unknown" / "x.jpg", (255, 255, 0), 1)
+    capsys.readouterr()
+    assert gallery("test", file, others, "--encoder", tiny, "--json") == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["pictures"] == 17
+    assert figures["enrolled"] < 5  # this encoder sees little: colours can be the same by chance
+    assert figures["materials"]["wood"]["pictures"] == 4
+    assert figures["materials"]["wood"]["right"] == 4
+    assert figures["materials"]["wood"]["interval"] == [0.5101, 1.0]  # Wilson, 4 of 4
+    assert figures["confusion"]["wood"] == {"wood": 4}
+    assert set(figures["confusion"]) == {*COLOURS, "unknown"}
+    assert gallery("test", file, tmp_path / "in", "--encoder", tiny) == 0
+    table, line = capsys.readouterr().out.rsplit("\n", 2)[:2]
+    assert "WARNING: 12 of 12 pictures are references of the gallery themselves" in table
+    assert json.loads(line)["enrolled"] == 12
+
+
+def test_a_gallery_is_tested_with_its_own_encoder_only(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures, file = collect(tmp_path / "in", 2), tmp_path / "my.npz"
+    assert gallery("build", pictures, "-o", file, "--encoder", tiny) == 0
+    assert "made with encoder `tiny-1`" in complaint(capsys, "test", file, pictures)
+    assert "no.npz is no gallery (No such file" in complaint(capsys, "list", tmp_path / "no.npz")
+
+
+def test_the_shipped_gallery_is_listed_without_being_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert gallery("list") == 0
+    said = capsys.readouterr().out
+    assert said.startswith("shipped: encoder ")
+    assert "  wood " in said
+
+
+def test_a_command_says_what_is_wrong_and_ends_with_2_in_a_process_of_its_own(
+    tmp_path: Path,
+) -> None:
+    command = [sys.executable, "-m", "hapticvlm", "gallery", "list", str(tmp_path / "no.npz")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def enrolled_of(vectors: dict[str, list[list[float]]]) -> Enrolled:
+    """One row for each picture, as unit vectors."""
+    rows = [row for rows in vectors.values() for row in rows]
+    stack = np.array(rows, np.float32)
+    stack /= np.linalg.norm(stack, axis=1, keepdims=True)
+    shown = [
+        Picture(name, Path(f"{n}.png")) for name, rows in vectors.items() for n in range(len(rows))
+    ]
+    return Enrolled(tuple(shown), stack, np.arange(len(rows)))
+
+
+def test_left_out_in_turn_a_picture_is_not_compared_with_itself() -> None:
+    enrolled = enrolled_of({"wood": [[1, 0, 0], [0, 1, 0]], "glass": [[0.1, 1, 0.2], [0, 1, 0.5]]})
+    checked = leave_one_out(enrolled)
+    assert checked.guess == ("glass", "glass", "wood", "glass")
+    assert (checked.counts("wood"), checked.counts("glass")) == ((0, 2), (1, 2))
+    assert checked.taken("wood", "glass") == 2
+    (twins,) = find_twins(enrolled, checked)
+    assert (twins.confused, twins.checked) == (3, 4)
+
+
+def test_a_picture_that_is_alone_cannot_be_checked_but_a_base_helps() -> None:
+    enrolled = enrolled_of({"wood": [[1, 0]], "glass": [[0, 1]]})
+    assert leave_one_out(enrolled).guess == (None, None)
+    base = Gallery(
+        "e", ("wood",), np.array([[1, 0]], np.float32), np.zeros(1, np.int64),
+        Calibration(8.0, 8.0, 0.5),
+    )  # fmt: skip
+    assert leave_one_out(enrolled, base).guess == ("wood", None)
+
+
+def test_materials_that_differ_are_no_twins() -> None:
+    enrolled = enrolled_of(
+        {"wood": [[1, 0.1, 0], [1, 0, 0.1]], "glass": [[0, 1, 0.1], [0.1, 1, 0]]}
+    )
+    assert find_twins(enrolled, leave_one_out(enrolled)) == []
+
+
+def test_a_rough_calibration_knows_its_own_and_not_a_stranger() -> None:
+    rng = np.random.default_rng(2)
+    middles = np.eye(3, 16)
+    vectors = {
+        name: (middles[k] + 0.1 * rng.normal(size=(5, 16))).tolist()
+        for k, name in enumerate(("wood", "glass", "metal"))
+    }
+    enrolled = enrolled_of(vectors)
+    calibration = fit_roughly(enrolled)
+    assert calibration is not None
+    made = Gallery("e", enrolled.materials, enrolled.embeddings, enrolled.labels, calibration)
+    for k, name in enumerate(enrolled.materials):
+        near = (middles[k] + 0.05 * rng.normal(size=16)).astype(np.float32)
+        near /= np.linalg.norm(near)
+        assert made.match(near).material == name
+        assert made.match(near).confidence > 0.8
+    assert made.match(np.eye(1, 16, 9, dtype=np.float32)[0]).confidence < 0.3
+
+
+def test_too_few_pictures_calibrate_nothing() -> None:
+    assert fit_roughly(enrolled_of({"wood": [[1, 0], [1, 0.1]], "glass": [[0, 1]]})) is None
+    assert fit_roughly(enrolled_of({"wood": [[1, 0], [1, 0.1]]})) is None
+
+
+def test_a_gallery_file_is_replaced_whole(tmp_path: Path) -> None:
+    path = tmp_path / "my.npz"
+    path.write_bytes(b"before")
+    enrolled = enrolled_of({"wood": [[1, 0]]})
+    made = Gallery(
+        "e", enrolled.materials, enrolled.embeddings, enrolled.labels, Calibration(8.0, 8.0, 0.5)
+    )
+    save_gallery(made, path)
+    assert read_gallery(path).materials == ("wood",)
+    assert list(tmp_path.iterdir()) == [path]

@@ -1,0 +1,390 @@
+"""The plate behind a port: a simulated board over the real class, in lock-step and in a thread."""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+
+import pytest
+from plate_ports import TURN_S, Cable
+
+from hapticvlm.commands.main import main
+from hapticvlm.devices import plate_protocol, ports
+from hapticvlm.devices.peltier import GREETING_S, DeviceError, Peltier, Plate
+from hapticvlm.devices.ports import READ_S
+from hapticvlm.devices.simulated import Plant, SimulatedPlate
+from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort, simulated_plate
+from hapticvlm.rendering.thermal import PlateReading
+
+
+def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> list[PlateReading]:
+    """Command and turn as gateway and thread do, in lock-step; every reading."""
+    readings = []
+    until = cable.clock.now + seconds
+    while cable.clock.now < until:
+        plate.command(setpoint_c, 0.25, cable.clock.now)
+        plate.turn()
+        readings.append(plate.advance(cable.clock.now))
+    return readings
+
+
+def leave(cable: Cable, plate: Peltier, seconds: float) -> list[PlateReading]:
+    """Turn without commanding; every reading."""
+    readings = []
+    until = cable.clock.now + seconds
+    while cable.clock.now < until:
+        plate.turn()
+        readings.append(plate.advance(cable.clock.now))
+    return readings
+
+
+def wait_for(condition: Callable[[], object], patience_s: float = 30.0) -> None:
+    until = time.monotonic() + patience_s
+    while not condition():
+        assert time.monotonic() < until, "waited in vain"
+        time.sleep(0.01)
+
+
+def test_the_plate_follows_its_setpoint_over_the_line() -> None:
+    cable = Cable()
+    plate = cable.plate()
+    readings = hold(cable, plate, 22.0, 8.0)
+
+    assert readings[-1].plate_c == pytest.approx(22.0, abs=0.3)
+    assert readings[-1].setpoint_c == 22.0
+    assert readings[-1].faults == ()
+    assert not any(plate.counts.values())
+
+
+def test_the_line_changes_nothing_that_the_plate_does() -> None:
+    cable, bare = Cable(), SimulatedPlate()
+    plate = cable.plate()
+    over_the_line = hold(cable, plate, 24.0, 6.0)[-1]
+    for tick in range(round(6.0 / TURN_S)):
+        bare.command(24.0, 0.25, tick * TURN_S)
+        at_hand = bare.advance((tick + 1) * TURN_S)
+
+    assert over_the_line.plate_c == pytest.approx(at_hand.plate_c, abs=0.1)
+    assert over_the_line.duty == pytest.approx(at_hand.duty, abs=0.05)
+
+
+def test_telemetry_comes_20_times_a_second() -> None:
+    cable = Cable()
+    plate = cable.plate()
+    seen = [reading.plate_c for reading in hold(cable, plate, 20.0, 4.0)]
+
+    assert 60 <= len(set(seen)) <= 90
+
+
+def test_the_plate_says_what_it_is() -> None:
+    cable = Cable()
+    plate = cable.plate()
+
+    assert plate.name == "plate on cable, firmware 0.0.0, board 0"
+    assert not plate.simulated
+    assert simulated_plate().name == "simulated plate"
+    assert simulated_plate().simulated
+
+
+def test_both_plates_are_plates() -> None:
+    plates: list[Plate] = [simulated_plate(), SimulatedPlate()]
+
+    assert all(plate.simulated for plate in plates)
+
+
+def test_a_silent_host_is_returned_to_neutral_by_the_board() -> None:
+    cable = Cable()
+    plate = cable.plate()
+    hold(cable, plate, 22.0, 5.0)
+    readings = leave(cable, plate, 15.0)
+
+    assert readings[-1].duty == 0.0
+    assert max(reading.setpoint_c for reading in readings) == pytest.approx(32.0, abs=0.1)
+
+
+def test_rest_reaches_the_board() -> None:
+    cable = Cable()
+    plate = cable.plate()
+    hold(cable, plate, 38.0, 5.0)
+    plate.rest(cable.clock.now)
+    leave(cable, plate, 0.1)
+
+    assert plate_protocol.Rest() in cable.sent
+    assert cable.board.plate.state is plate_protocol.State.RETURNING
+
+
+def test_close_switches_the_board_off_at_once() -> None:
+    cable = Cable()
+    plate = cable.plate()
+    hold(cable, plate, 38.0, 2.0)
+    plate.close()
+    plate.close()
+
+    assert cable.sent[-1] == plate_protocol.Off()
+    assert cable.board.plate.state is plate_protocol.State.OFF
+    assert plate.advance(cable.clock.now).faults == ()
+
+
+def test_a_board_of_another_major_is_refused_naming_both() -> None:
+    cable = Cable(lambda: SimulatedBoard(major=2))
+
+    with pytest.raises(DeviceError, match=r"cable: the board speaks plate protocol 2\.0.*1\.0"):
+        cable.plate()
+
+
+def test_a_port_that_says_nothing_is_no_plate() -> None:
+    cable = Cable()
+    cable.is_mute = True
+    begin = cable.clock.now
+
+    with pytest.raises(DeviceError, match="no plate answered; cable: "):
+        cable.plate()
+    assert cable.clock.now - begin <= GREETING_S + 1.0
+
+
+def test_a_port_full_of_garbage_is_no_plate() -> None:
+    cable = Cable()
+    cable.is_mute, cable.noise = True, b"garbage\0" * 20
+
+    with pytest.raises(DeviceError, match="no plate answered"):
+        cable.plate()
+
+
+def test_a_port_that_cannot_be_opened_is_named_with_the_reason() -> None:
+    with pytest.raises(DeviceError, match="no-such-port: can't be opened: No such file"):
+        Peltier("no-such-port").connect()
+
+
+def test_an_unplugged_plate_is_a_fault_and_counted() -> None:
+    cable = Cable()
+    plate = cable.plate()
+    hold(cable, plate, 22.0, 1.0)
+    cable.is_cut = True
+    plate.command(22.0, 0.25, cable.clock.now)
+    plate.turn()
+    reading = plate.advance(cable.clock.now)
+
+    assert reading.faults == ("plate_unplugged",)
+    assert reading.plate_c is None
+    assert plate.counts["losses"] == 1
+
+
+def test_noise_on_the_line_is_counted_and_does_no_harm() -> None:
+    cable = Cable()
+    plate = cable.plate()
+    cable.noise = b"\x00\x13noise\x00"
+    readings = hold(cable, plate, 24.0, 6.0)
+
+    assert readings[-1].plate_c == pytest.approx(24.0, abs=0.3)
+    assert plate.counts["bad_frames"] >= 250
+
+
+def test_a_fault_is_cleared_by_name_once_its_cause_is_gone() -> None:
+    cable = Cable(lambda: SimulatedBoard(SimulatedPlate(ambient_c=56.0)))
+    plate = cable.plate()
+    assert hold(cable, plate, 32.0, 1.0)[-1].faults == ("sink_hot",)
+    with pytest.raises(DeviceError, match="cause is still there"):
+        plate.clear("sink_hot")
+    cable.board.plate._plant = Plant()
+    leave(cable, plate, 0.2)
+    plate.clear("12")
+
+    assert leave(cable, plate, 0.2)[-1].faults == ()
+    with pytest.raises(DeviceError, match="sink_hot is not latched"):
+        plate.clear("sink_hot")
+
+
+def test_a_clear_that_is_not_answered_is_said_so() -> None:
+    cable = Cable()
+    plate = cable.plate()
+    cable.is_mute = True
+
+    with pytest.raises(DeviceError, match="answered nothing"):
+        plate.clear("runaway", patience_s=0.5)
+
+
+@pytest.fixture
+def running() -> Iterator[tuple[Cable, Peltier]]:
+    """A plate whose thread runs on wall-clock time."""
+    cable = Cable()
+    plate = Peltier("cable", open_port=WallCable(cable).open)
+    plate.start()
+    yield cable, plate
+    plate.close()
+
+
+class WallCable:
+    """The same cable on the wall's clock."""
+
+    def __init__(self, cable: Cable) -> None:
+        self._cable = cable
+
+    def open(self, asked: str) -> SimulatedPort:
+        port = self._cable.open(asked)
+        port._clock, port._wait = time.monotonic, time.sleep
+        return port
+
+
+def test_a_thread_follows_the_plate_and_ends_with_it(running: tuple[Cable, Peltier]) -> None:
+    _, plate = running
+    wait_for(lambda: plate.advance(time.monotonic()).plate_c is not None)
+    assert [thread.name for thread in threading.enumerate()].count("plate") == 1
+    plate.close()
+
+    assert "plate" not in [thread.name for thread in threading.enumerate()]
+
+
+def test_a_replugged_plate_comes_back_and_waits_for_a_fresh_command(
+    running: tuple[Cable, Peltier],
+) -> None:
+    cable, plate = running
+    going_on = threading.Event()
+
+    def command() -> None:
+        while not going_on.wait(TURN_S):
+            plate.command(22.0, 0.25, time.monotonic())
+
+    caller = threading.Thread(target=command)
+    caller.start()
+    try:
+        wait_for(lambda: cable.board.plate.state is plate_protocol.State.HOLDING)
+        cable.is_cut = True
+        wait_for(lambda: plate.advance(time.monotonic()).faults == ("plate_unplugged",))
+        cable.is_cut = False
+        wait_for(lambda: plate.advance(time.monotonic()).plate_c is not None)
+        time.sleep(1.0)
+        assert cable.opened == 2
+        assert cable.board.plate.state is plate_protocol.State.OFF
+    finally:
+        going_on.set()
+        caller.join()
+    time.sleep(0.6)
+    plate.command(22.0, 5.0, time.monotonic())
+    wait_for(lambda: cable.board.plate.state is plate_protocol.State.HOLDING)
+
+
+class StuckPort:
+    """A port whose every read takes very long."""
+
+    def __init__(self) -> None:
+        self.released = threading.Event()
+
+    def read(self, _: int) -> bytes:
+        self.released.wait(20.0)
+        return b""
+
+    def write(self, data: bytes) -> int:
+        return len(data)
+
+    def close(self) -> None:
+        self.released.set()
+
+
+def test_a_port_that_is_stuck_holds_up_nobody(running: tuple[Cable, Peltier]) -> None:
+    _, plate = running
+    stuck = StuckPort()
+    plate._port = stuck
+    wait_for(lambda: plate.advance(time.monotonic()).faults == ("plate_silent",))
+    begin = time.process_time()
+    for _ in range(200):
+        plate.command(22.0, 0.25, time.monotonic())
+        plate.advance(time.monotonic())
+        plate.rest(time.monotonic())
+    spent_s = time.process_time() - begin
+
+    assert not stuck.released.is_set()
+    assert spent_s < 1.0
+    stuck.released.set()
+
+
+def info(device: str, vid: int | None = None, **more: object) -> SimpleNamespace:
+    fields = {"description": "n/a", "product": None, "pid": 1, "serial_number": "s"} | more
+    return SimpleNamespace(device=device, vid=vid, **fields)
+
+
+def test_a_port_is_likely_by_its_usb_vendor_or_its_description() -> None:
+    assert ports._is_likely(info("COM3", 0x2341))
+    assert ports._is_likely(info("COM4", 0x1A86))
+    assert ports._is_likely(info("COM5", description="USB-SERIAL CH340 (COM5)"))
+    assert not ports._is_likely(info("COM1", description="Communications Port"))
+    assert not ports._is_likely(info("COM6", 0x8087, description="Modem"))
+
+
+def test_a_place_says_how_a_person_finds_it() -> None:
+    place = ports._place(info("COM3", 0x1A86, description="USB-SERIAL CH340", pid=0x7523))
+
+    assert place.text == "COM3 (USB-SERIAL CH340 1a86:7523)"
+    assert place.usb == (0x1A86, 0x7523, "s")
+    assert ports._place(info("COM1")).text == "COM1"
+
+
+def test_auto_names_the_ports_seen_when_none_looks_like_a_plate(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from serial.tools import list_ports
+
+    monkeypatch.setattr(list_ports, "comports", list)
+    with pytest.raises(DeviceError, match="no port looks like a plate; ports seen: none"):
+        Peltier("auto").connect()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pseudo terminals are posix")
+def test_a_real_serial_port_carries_the_conversation() -> None:
+    import pty
+    import tty
+
+    master, slave = pty.openpty()
+    tty.setraw(master)
+    board, ending = SimulatedBoard(), threading.Event()
+
+    def run() -> None:
+        os.set_blocking(master, False)
+        while not ending.wait(READ_S / 2):
+            try:
+                data = os.read(master, 512)
+            except BlockingIOError:
+                data = b""
+            os.write(master, board.exchange(data, time.monotonic()))
+
+    firmware = threading.Thread(target=run)
+    firmware.start()
+    plate = Peltier(os.ttyname(slave))
+    try:
+        plate.start()
+        plate.command(22.0, 5.0, time.monotonic())
+        wait_for(lambda: plate.advance(time.monotonic()).duty < 0.0)
+        assert "firmware 0.0.0" in plate.name
+        with pytest.raises(DeviceError, match="another program has it open"):
+            Peltier(os.ttyname(slave)).connect()
+        plate.close()
+        assert board.plate.state is plate_protocol.State.OFF
+    finally:
+        plate.close()
+        ending.set()
+        firmware.join()
+        os.close(master)
+        os.close(slave)
+
+
+def test_the_plate_command_tells_the_plate_and_its_faults(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["plate", "status", "--peltier", "simulated"]) == 0
+    told = capsys.readouterr().out
+    assert "simulated plate (simulated)" in told
+    assert "no faults" in told
+    assert main(["plate", "status", "--peltier", "simulated", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["plate_c"] > 30.0
+
+
+def test_the_plate_command_says_why_a_fault_is_not_cleared(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["plate", "clear", "warm", "--peltier", "simulated"]) == 2
+    assert "no fault 'warm'; there are 1 plate_a_open" in capsys.readouterr().err
+    assert main(["plate", "clear", "runaway", "--peltier", "simulated"]) == 2
+    assert "runaway is not latched" in capsys.readouterr().err

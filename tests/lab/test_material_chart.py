@@ -1,0 +1,491 @@
+"""The material chart: held out by object, honest intervals, and the same pictures for all."""
+
+import json
+import subprocess
+import sys
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tiny_capture import OBJECTS, VIEWS, drawn, write_capture
+from tiny_encoders import write_onnx
+
+from hapticvlm.messages import Frame, Shader
+from hapticvlm.recognition.fusion import fuse
+from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
+from hapticvlm.recognition.ladder import decide
+from hapticvlm.recognition.pictures import Crop, central_mask, crop
+from hapticvlm.statistics import wilson
+from hapticvlm_lab.bench.material import labels as chart_labels
+from hapticvlm_lab.bench.material import logistic
+from hapticvlm_lab.bench.material.answers import answer, embed
+from hapticvlm_lab.bench.material.baselines import ColourHistogram, GeneralNetwork, standardised_on
+from hapticvlm_lab.bench.material.data import FOUR, Labels, Source, Stated, View, Where, crops, thin
+from hapticvlm_lab.bench.material.methods import GalleryHead, Method
+from hapticvlm_lab.bench.material.protocols import (
+    Looked,
+    draw_references,
+    enrolled,
+    left_out,
+    probe,
+)
+from hapticvlm_lab.bench.material.reading import load_sources, read_capture
+from hapticvlm_lab.bench.material.rows import Row, knee
+from hapticvlm_lab.bench.material.scores import Score, interval, open_score, rejection, score
+from hapticvlm_lab.bench.material.tables import knee_sentence
+from hapticvlm_lab.bench.material.timing import Cost
+
+NO_LABELS = Labels((), (), lambda label: label, lambda _: False, frozenset())
+FIGURES = ("accuracy", "low", "high", "n", "classes", "recall", "confusion")
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_capture(tmp_path_factory.mktemp("tiny") / "tiny")
+
+
+@pytest.fixture(scope="module")
+def source(capture: Path) -> Source:
+    return read_capture(capture)
+
+
+def known(sharpness: float = 8.0) -> tuple[ColourHistogram, GalleryHead]:
+    """An encoder with a gallery of drawings that no source shows."""
+    encoder = ColourHistogram(64)
+    names = ("wood", "glass", "fabric", "metal", "stone")
+    views = [Crop(*drawn(name, 50 + at, 0)) for at, name in enumerate(names)]
+    gallery = Gallery(
+        encoder.name,
+        names,
+        encoder.embed(views),
+        np.arange(len(names), dtype=np.int64),
+        Calibration(sharpness, 8.0, 0.5),
+    )
+    return encoder, GalleryHead(gallery, speaks=True)
+
+
+def look(truth: list[str], objects: list[str], embeddings: np.ndarray) -> Looked:
+    unit = embeddings / np.linalg.norm(embeddings, axis=1, keepdims=True)
+    return Looked(unit.astype(np.float32), np.array(truth), np.array(objects), 64.0)
+
+
+def recognisable_objects(objects: int, views: int, classes: int = 2) -> Looked:
+    """Every object looks like itself alone: nothing of its class can be learned from others."""
+    rng = np.random.default_rng(4)
+    centres = np.repeat(rng.normal(size=(objects, 64)), views, axis=0)
+    truth = [FOUR[at % classes] for at in range(objects) for _ in range(views)]
+    names = [f"o{at}" for at in range(objects) for _ in range(views)]
+    return look(truth, names, centres + 0.01 * rng.normal(size=centres.shape))
+
+
+def test_a_capture_is_read_object_by_object_with_what_the_scene_states(source: Source) -> None:
+    assert len(source.views) == len(OBJECTS) * VIEWS
+    assert dict(zip(source.objects.tolist(), source.truth.tolist(), strict=True)) == {
+        key: truth for key, (truth, _) in OBJECTS.items()
+    }
+    assert source.cut == "mask"
+    assert source.stated["w0"].name == "Oak_Board"
+    assert not hasattr(source.stated["s0"], "material")
+
+
+def test_a_view_is_cut_by_mask_box_or_nothing(source: Source) -> None:
+    view = source.views[0]
+    assert view.as_cut("mask").mask == view.mask
+    assert view.as_cut("box").region == view.region
+    blind = view.as_cut("centre")
+    assert blind.mask is None
+    assert blind.region is None
+    assert view.as_cut("whole").region is not None
+    found = crops(source, "mask", 64)[0]
+    assert np.array_equal(found.image, crop(view.as_cut("mask"), 64).image)
+
+
+def test_a_missing_set_is_skipped_and_said(capture: Path, tmp_path: Path) -> None:
+    where = Where((capture, tmp_path / "nowhere"), None, 0)
+    found, skipped = load_sources(where, NO_LABELS)
+    assert [source.name for source in found] == ["tiny"]
+    assert len(skipped) == 3
+    assert any("nowhere" in text for text in skipped)
+    assert any("--data" in text for text in skipped)
+
+
+def test_thinning_keeps_classes_alike_and_a_larger_limit_only_adds(source: Source) -> None:
+    few, more = thin(source, 12, 2), thin(source, 24, 2)
+    assert {view.object_id for view in few.views} <= {view.object_id for view in more.views}
+    assert len(few.views) == 12
+    objects = {view.object_id: view.truth for view in few.views}
+    assert set(Counter(objects.values()).values()) == {1}
+    assert [v.object_id for v in thin(source, 12, 2).views] == [v.object_id for v in few.views]
+
+
+def test_the_majority_is_right_in_one_class_of_those_there(source: Source) -> None:
+    said = answer(Method("majority", "guess"), source, None)
+    assert said is not None
+    four = score(said.four, said.truth, said.objects, FOUR)
+    assert four is not None
+    assert four.accuracy == pytest.approx(1 / 4)
+    two = source.keep(("wood", "metal"))
+    said = answer(Method("majority", "guess"), two, None)
+    assert said is not None
+    graded = score(said.four, said.truth, said.objects, FOUR)
+    assert graded is not None
+    assert graded.accuracy == pytest.approx(1 / 2)
+
+
+def test_a_method_that_guesses_is_at_chance() -> None:
+    rng = np.random.default_rng(1)
+    truth = np.array([FOUR[at % 4] for at in range(4000)])
+    objects = np.array([f"o{at}" for at in range(4000)])
+    graded = score(rng.choice(FOUR, 4000), truth, objects, FOUR)
+    assert graded is not None
+    assert graded.low < 0.25 < graded.high
+    assert graded.high - graded.low < 0.04
+
+
+def test_noise_teaches_nothing_to_references_or_probe() -> None:
+    seen = recognisable_objects(80, 1, 4)
+    few, _ = enrolled(seen, FOUR, 5)
+    inside = probe(seen, FOUR)
+    assert few is not None
+    assert inside is not None
+    assert few.accuracy == pytest.approx(0.25, abs=0.1)
+    assert inside.accuracy == pytest.approx(0.25, abs=0.15)
+
+
+def test_no_view_of_a_tested_object_is_a_reference() -> None:
+    seen = recognisable_objects(12, 5)
+    rng = np.random.default_rng(2)
+    for count in (1, 5, 20):
+        draw = draw_references(seen, FOUR[:2], count, rng)
+        enrolled_objects = set(seen.objects[draw.references].tolist())
+        assert not enrolled_objects & set(seen.objects[draw.tested].tolist())
+        assert set(seen.truth[draw.tested].tolist()) == set(FOUR[:2])
+
+
+def test_a_probe_that_knows_the_objects_alone_is_at_chance() -> None:
+    graded = probe(recognisable_objects(40, 6), FOUR)
+    assert graded is not None
+    assert 0.2 < graded.accuracy < 0.8
+    few, _ = enrolled(recognisable_objects(40, 6), FOUR, 5)
+    assert few is not None
+    assert 0.35 < few.accuracy < 0.65
+
+
+def test_an_object_left_out_is_not_among_the_references() -> None:
+    seen = recognisable_objects(60, 4)
+    said = left_out(seen, seen.embeddings)
+    assert (said == seen.truth).mean() < 0.75
+    assert set(said.tolist()) == set(FOUR[:2])
+
+
+def test_references_come_from_many_objects_or_from_half_of_few() -> None:
+    many, _ = enrolled(recognisable_objects(40, 3), FOUR, 5)
+    few, _ = enrolled(recognisable_objects(4, 6), FOUR, 5)
+    assert many is not None
+    assert few is not None
+    assert (many.references, many.reference_objects) == (5, 5)
+    assert (few.references, few.reference_objects) == (5, 1)
+
+
+def test_a_class_of_one_object_is_not_enrolled() -> None:
+    seen = recognisable_objects(5, 2)
+    truth = seen.truth.copy()
+    truth[seen.objects == "o4"] = "metal"
+    few, _ = enrolled(Looked(seen.embeddings, truth, seen.objects, 64.0), FOUR, 1)
+    assert few is not None
+    assert set(few.classes) == set(FOUR[:2])
+    assert enrolled(recognisable_objects(2, 3), FOUR, 1) == (None, None)
+
+
+def test_enrolled_and_probe_find_what_is_there() -> None:
+    rng = np.random.default_rng(3)
+    truth = [FOUR[at % 4] for at in range(48)]
+    classes = np.eye(4)[[FOUR.index(name) for name in truth]]
+    seen = look(truth, [f"o{at}" for at in range(48)], classes + 0.05 * rng.normal(size=(48, 4)))
+    few, _ = enrolled(seen, FOUR, 1)
+    inside = probe(seen, FOUR)
+    assert few is not None
+    assert inside is not None
+    assert few.accuracy == 1.0
+    assert inside.accuracy == 1.0
+
+
+def test_accuracy_is_balanced_and_recall_and_confusion_say_the_rest() -> None:
+    truth = np.array(["wood"] * 9 + ["metal"])
+    said = np.array(["wood"] * 9 + [""])
+    graded = score(said, truth, np.arange(10).astype(str), FOUR)
+    assert graded is not None
+    assert graded.accuracy == pytest.approx(0.5)
+    assert graded.recall == {"wood": 1.0, "metal": 0.0}
+    assert graded.confusion == {"wood": {"wood": 9}, "metal": {"-": 1}}
+    assert graded.n == 10
+
+
+def test_an_interval_counts_objects_and_not_pictures() -> None:
+    truth, objects = np.array(["wood", "metal"] * 20), np.array([f"o{n % 10}" for n in range(40)])
+    right = np.where(np.arange(40) % 4 < 2, truth, "glass")
+    graded = score(right, truth, objects, FOUR)
+    once = score(right[:10], truth[:10], objects[:10], FOUR)
+    assert graded is not None
+    assert once is not None
+    assert graded.high - graded.low == pytest.approx(
+        interval(graded.accuracy, [5, 5])[1] - interval(graded.accuracy, [5, 5])[0]
+    )
+    assert interval(0.5, [50, 50])[0] > interval(0.5, [5, 5])[0]
+    assert interval(0.5, [50, 1])[0] < interval(0.5, [50, 50])[0]
+    assert interval(0.7, [10, 10]) == pytest.approx(wilson(14, 20))
+
+
+def test_what_says_unknown_is_counted_apart_from_what_is_wrong() -> None:
+    truth = np.array(["wood", "wood", "metal", "metal"])
+    spoken = np.array(["wood", "", "wood", ""])
+    sure = np.array([True, True, True, False])
+    graded = open_score(spoken, sure, truth, np.arange(4).astype(str))
+    assert (graded.coverage, graded.accuracy, graded.wrong_and_sure) == (0.5, 0.5, 0.25)
+
+
+def test_rejection_is_counted_where_five_in_a_hundred_known_are_lost() -> None:
+    familiar = np.concatenate([np.linspace(0.1, 1.0, 100), [0.05, 0.12, 0.5, 0.9]])
+    is_known = np.arange(104) < 100
+    found = rejection(familiar, is_known, np.arange(104).astype(str))
+    assert found is not None
+    assert found.rejected == pytest.approx(0.5)
+    assert found.n == 4
+    assert rejection(familiar[:100], is_known[:100], np.arange(100).astype(str)) is None
+
+
+def test_the_slope_of_the_logistic_loss_is_that_of_its_differences() -> None:
+    rng = np.random.default_rng(5)
+    x, targets = rng.normal(size=(12, 3)), np.eye(3)[rng.integers(0, 3, 12)]
+    weight, at = np.full(12, 1 / 12), rng.normal(size=12)
+    _, gradient = logistic._loss(at, x, targets, weight)
+    for index in range(12):
+        step = np.eye(12)[index] * 1e-6
+        up, down = (logistic._loss(at + sign * step, x, targets, weight)[0] for sign in (1, -1))
+        assert gradient[index] == pytest.approx((up - down) / 2e-6, abs=1e-6)
+
+
+def test_logistic_regression_solves_wide_features_as_it_does_narrow_ones() -> None:
+    rng = np.random.default_rng(6)
+    labels = np.repeat(np.arange(3), 20)
+    narrow = (np.eye(3)[labels] + 0.3 * rng.normal(size=(60, 3))).astype(np.float32)
+    wide = np.tile(narrow, (1, 40))  # the same features over and over
+    tested = (np.eye(3)[labels] + 0.3 * rng.normal(size=(60, 3))).astype(np.float32)
+    one = logistic.fit(narrow, labels).probabilities(tested)
+    other = logistic.fit(wide, labels).probabilities(np.tile(tested, (1, 40)))
+    assert np.allclose(one, other, atol=0.02)
+    assert (one.argmax(axis=1) == labels).mean() > 0.8
+    assert np.allclose(one.sum(axis=1), 1.0)
+
+
+def test_baselines_give_unit_embeddings_of_what_lies_under_the_mask(source: Source) -> None:
+    seen = crops(source, "mask", 64)
+    for encoder in (ColourHistogram(64), standardised_on(seen, 64)):
+        found = encoder.embed(seen)
+        assert found.shape == (len(seen), encoder.dimension)
+        assert np.allclose(np.linalg.norm(found, axis=1), 1.0, atol=1e-4)
+    painted = np.where(seen[0].mask[..., None] > 0, seen[0].image, 7).astype(np.uint8)
+    same = ColourHistogram(64).embed([seen[0], Crop(painted, seen[0].mask)])
+    assert np.array_equal(same[0], same[1])
+
+
+def test_the_general_network_sees_the_crop_whole_and_its_features_are_made_unit() -> None:
+    shown = []
+
+    def features(images: np.ndarray, masks: np.ndarray) -> np.ndarray:
+        shown.append(images[0])
+        assert (masks == 255).all()
+        return np.full((1, 4), 3.0, np.float32)
+
+    image = np.random.default_rng(7).integers(0, 255, (224, 224, 3)).astype(np.uint8)
+    found = GeneralNetwork(features).embed([Crop(image, central_mask(224))])
+    assert np.array_equal(shown[0], image)
+    assert np.allclose(found, 0.5)
+
+
+def test_one_picture_is_answered_as_the_ladder_answers(source: Source) -> None:
+    encoder, head = known()
+    method = Method("ours", "ours", encoder, head)
+    embeddings = embed(method, source)
+    said = answer(method, source, embeddings)
+    assert said is not None
+    assert embeddings is not None
+    assert said.spoken is not None
+    verdicts = [decide([head.gallery.match(row)]) for row in embeddings]
+    assert [name or "unknown" for name in said.spoken] == [v.material for v in verdicts]
+    assert len(set(said.spoken.tolist())) > 1
+    assert set(said.four.tolist()) <= set(FOUR)
+
+
+def test_references_of_nothing_known_are_no_answer_but_take_belief(source: Source) -> None:
+    encoder, head = known()
+    blob = encoder.embed([Crop(*drawn("unknown", 60, 0))])
+    gallery = replace(
+        head.gallery,
+        materials=(*head.gallery.materials, "unknown"),
+        references=np.concatenate([head.gallery.references, blob]),
+        labels=np.append(head.gallery.labels, len(head.gallery.materials)),
+    )
+    method = Method("ours", "ours", encoder, GalleryHead(gallery, speaks=True))
+    embeddings = embed(method, source)
+    said = answer(method, source, embeddings)
+    assert said is not None
+    assert embeddings is not None
+    assert said.spoken is not None
+    assert "unknown" not in {*said.spoken.tolist(), *said.eleven.tolist()}
+    assert set(said.spoken[source.truth == "unknown"].tolist()) == {""}
+    verdicts = [decide([gallery.match(row)]).material for row in embeddings]
+    assert [name or "unknown" for name in said.spoken] == verdicts
+
+
+def test_fused_answers_are_one_an_object_and_those_of_fuse(source: Source) -> None:
+    encoder, head = known()
+    method = Method("ours, fused", "ours", encoder, head, fused=True)
+    embeddings = embed(method, source)
+    said = answer(method, source, embeddings)
+    assert said is not None
+    assert embeddings is not None
+    assert said.spoken is not None
+    assert sorted(said.objects.tolist()) == sorted(OBJECTS)
+    for at, name in enumerate(said.objects.tolist()):
+        views = [head.gallery.match(row) for row in embeddings[source.objects == name]]
+        assert (said.spoken[at] or "unknown") == decide([fuse(views)]).material
+        assert said.truth[at] == OBJECTS[name][0]
+
+
+def test_a_name_that_says_nothing_is_silent_and_counts_as_wrong(source: Source) -> None:
+    said = answer(Method("name", "stated", rungs=frozenset({"name"})), source, None)
+    assert said is not None
+    assert set(said.four[source.truth == "wood"].tolist()) == {"wood"}
+    assert set(said.four[source.truth == "glass"].tolist()) == {""}
+    graded = score(said.four, said.truth, said.objects, FOUR)
+    assert graded is not None
+    assert graded.recall["glass"] == 0.0
+
+
+def test_a_shader_that_tells_nothing_of_four_apart_is_silent(source: Source) -> None:
+    matt, bare = Shader(metallic=0.0, roughness=0.5), Shader(metallic=1.0, roughness=0.3)
+    told = {"w0": Stated(shader=matt), "m0": Stated(shader=bare)}
+    shaded = Source("shaded", source.views, told)
+    said = answer(Method("shader", "stated", rungs=frozenset({"shader"})), shaded, None)
+    assert said is not None
+    assert set(said.four[said.objects == "w0"].tolist()) == {""}
+    assert set(said.four[said.objects == "m0"].tolist()) == {"metal"}
+
+
+def test_the_ladder_takes_a_sure_name_over_the_picture(source: Source) -> None:
+    encoder, head = known()
+    rungs = frozenset({"name", "shader"})
+    ladder = Method("ladder", "ladder", encoder, head, rungs=rungs)  # type: ignore[arg-type]
+    said = answer(ladder, source, embed(ladder, source))
+    assert said is not None
+    assert set(said.four[source.truth == "metal"].tolist()) == {"metal"}
+
+
+def test_a_method_is_left_out_where_a_source_has_not_what_it_needs(source: Source) -> None:
+    frame = Frame(
+        id=1, captured_at=0.0, format="rgb8", width=2, height=2, image=bytes(12), origin="top"
+    )
+    bare = Source("bare", (View(frame, "a", "wood"), View(frame, "b", "metal")))
+    assert bare.cut == "centre"
+    for method, fits in (
+        (Method("ours", "ours"), (True, True)),
+        (Method("fused", "ours", fused=True), (True, False)),
+        (Method("name", "stated", rungs=frozenset({"name"})), (True, False)),
+        (Method("box", "ours", cut="box"), (True, False)),
+        (Method("whole", "ours", cut="whole"), (False, True)),
+    ):
+        assert (method.fits(source), method.fits(bare)) == fits, method.name
+
+
+def test_the_knee_is_the_cheapest_whose_interval_reaches_the_best() -> None:
+    rows = [
+        row("cheap", "plain", 0.5, 0.2),
+        row("near", "ours", 0.86, 2.0),
+        row("best", "general", 0.9, 9.0),
+        row("ladder", "ladder", 1.0, 1.0),
+    ]
+    found = knee(rows)
+    assert found is not None
+    assert [one.method for one in found] == ["best", "near"]
+    assert knee(rows[3:]) is None
+    assert "near at 2 ms" in knee_sentence(rows)
+
+
+def row(name: str, family: str, accuracy: float, ms: float) -> Row:
+    low, high = interval(accuracy, [25, 25, 25, 25])
+    counts = dict.fromkeys(FOUR, 25)
+    graded = Score(accuracy, low, high, 100, counts, dict.fromkeys(FOUR, accuracy), {})
+    cost = Cost(ms, ms, ms, ms, 100)
+    shown = {"source": "s", "method": name, "family": family, "is_default": False, "cut": "mask"}
+    return Row(
+        **shown,  # type: ignore[arg-type]
+        views=1.0,
+        references="",
+        four=graded,
+        eleven=None,
+        open=None,
+        unknown=None,
+        enrolled={},
+        probe=None,
+        cost=cost,
+    )
+
+
+def test_labels_cover_neither_each_other_nor_a_dot() -> None:
+    from matplotlib import pyplot as plt
+    from matplotlib.text import Text
+
+    figure, axes = plt.subplots(figsize=(6, 5), dpi=100)
+    axes.set_xlim(0, 10)
+    axes.set_ylim(0, 100)
+    dots = [(2 + 0.3 * at, 50.0 + at % 3) for at in range(9)]
+    figure.canvas.draw()
+    chart_labels.place(axes, [(x, y, f"method {x:.1f}", "black") for x, y in dots], dots)
+    figure.canvas.draw()
+    boxes = [Text.get_window_extent(text) for text in axes.texts]
+    assert len(boxes) == len(dots)
+    for at, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[at + 1 :])
+        assert not any(box.contains(*axes.transData.transform(dot)) for dot in dots)
+    plt.close(figure)
+
+
+def test_the_command_charts_a_capture_and_says_what_it_left_out(
+    capture: Path, tmp_path: Path
+) -> None:
+    write_onnx(tmp_path / "variants" / "tiny")
+    asked = ["chart", "material", "--capture", str(capture), "--data", str(tmp_path)]
+    asked += ["--variants", str(tmp_path / "variants")]
+    done = subprocess.run(
+        [sys.executable, "-m", "hapticvlm", *asked, "--out", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(done.stdout.splitlines()[-1])
+    assert any(text.startswith("caltech101") for text in figures["skipped"])
+    rows = {row["method"]: row for row in figures["rows"]}
+    assert {"majority", "name", "colours, nearest", "ours", "ours, fused", "ladder"} <= set(rows)
+    assert [row["method"] for row in figures["rows"] if row["is_default"]] == ["ours"]
+    assert rows["majority"]["four"]["accuracy"] == pytest.approx(0.25)
+    assert rows["ours, fused"]["four"]["n"] == 12
+    assert rows["colours, nearest"]["four"] is None
+    assert rows["tiny"]["four"] is None
+    assert rows["tiny"]["enrolled"]["5"]["four"]["accuracy"] > 0.5
+    assert any(text.startswith("tiny, torch eager") for text in figures["skipped"])
+    assert rows["ours"]["cost"]["floors"] > 0
+    graded = [row["four"] for row in rows.values() if row["four"]]
+    graded += [row["enrolled"]["5"]["four"] for row in rows.values() if row["enrolled"]]
+    for one in graded:
+        assert all(one[figure] is not None for figure in FIGURES)
+        assert one["low"] <= one["accuracy"] <= one["high"]
+        assert set(one["recall"]) == set(one["classes"])
+    assert "== tiny: 42 pictures" in done.stdout
+    for file in figures["files"]:
+        assert Path(file).stat().st_size > 5000
+    assert json.loads((tmp_path / "out" / "chart-material.json").read_text()) == figures

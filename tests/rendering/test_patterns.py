@@ -1,0 +1,228 @@
+"""Recordings in place of synthesis: any rate, mono or stereo, levelled, and clear refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from numpy.typing import NDArray
+
+from hapticvlm.commands.main import main
+from hapticvlm.devices.audio import AudioSettings, Engine
+from hapticvlm.devices.pattern_folder import read_patterns
+from hapticvlm.devices.response import SpeakerResponse, write_response
+from hapticvlm.devices.ring import Ring
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.equaliser import Correction
+from hapticvlm.rendering.patterns import PRESETS, PatternError, PatternTexture, named, pattern
+from hapticvlm.rendering.vibration import RATE_HZ, Stroke, impact
+from hapticvlm.rendering.voices import Command, Voices
+
+Wave = NDArray[np.float64]
+RUB = Command(1, "fabric", "slide", False, Stroke(0.3, 2.0), 1, 100.0)
+
+
+def tone(seconds: float = 0.5, hertz: float = 120.0, rate_hz: int = RATE_HZ) -> Wave:
+    time = np.arange(int(seconds * rate_hz)) / rate_hz
+    return np.asarray(0.3 * np.sin(2 * math.pi * hertz * time))
+
+
+def listen(voices: Voices, seconds: float, now: float = 0.0) -> NDArray[np.float32]:
+    starts = range(0, round(seconds * RATE_HZ), 128)
+    return np.concatenate([voices.render(128, now + start / RATE_HZ) for start in starts])
+
+
+def peak_hz(wave: NDArray[np.float32]) -> float:
+    spectrum = np.abs(np.fft.rfft(wave * np.hanning(wave.size)))
+    return float(np.argmax(spectrum)) * RATE_HZ / wave.size
+
+
+def above_band_db(wave: NDArray[np.float32]) -> float:
+    spectrum = np.abs(np.fft.rfft(wave * np.hanning(wave.size))) ** 2
+    frequency_hz = np.arange(float(spectrum.size)) * (RATE_HZ / wave.size)
+    return float(10 * np.log10(spectrum[frequency_hz > 1050].sum() / spectrum.sum()))
+
+
+@pytest.mark.parametrize("rate_hz", [8_000, 22_050, 44_100, 48_000, 96_000])
+@pytest.mark.parametrize("channels", [1, 2])
+def test_a_recording_of_any_rate_and_either_channels_keeps_its_pitch(
+    tmp_path: Path, rate_hz: int, channels: int
+) -> None:
+    sound = np.repeat(tone(1.0, rate_hz=rate_hz)[:, None], channels, axis=1)
+    soundfile.write(tmp_path / "fabric-rubbing.wav", sound, rate_hz)
+    (read,) = read_patterns(tmp_path, MATERIALS)
+
+    assert read.key == ("fabric", "slide")
+    assert peak_hz(read.samples) == pytest.approx(120.0, abs=3.0)
+    voices = Voices(patterns=(read,))
+    voices.obey(RUB)
+    listen(voices, 0.1)
+    assert peak_hz(listen(voices, 1.0, now=0.1)) == pytest.approx(120.0, abs=3.0)
+
+
+def test_names_are_those_of_the_paper_or_a_material_and_an_interaction() -> None:
+    assert [named(preset.name, MATERIALS) for preset in PRESETS] == [
+        ("wood", "carve"),
+        ("wood", "strike"),
+        ("glass", "tap"),
+        ("fabric", "slide"),
+        ("metal", "swing"),
+    ]
+    assert named("my-oak-press", (*MATERIALS, "my-oak")) == ("my-oak", "press")
+    with pytest.raises(PatternError, match=r"names no pattern.*wood-carving"):
+        named("wood_carve", MATERIALS)
+
+
+def test_every_preset_can_be_felt() -> None:
+    for preset in PRESETS:
+        voices = Voices()
+        onset = preset.interaction in ("tap", "strike")
+        voices.obey(Command(1, preset.material, preset.interaction, onset, preset.stroke, 1, 100.0))
+        wave = listen(voices, 0.3)
+        assert np.sqrt(np.mean(wave**2)) > 0.01, preset.name
+
+
+def test_a_recorded_impact_is_as_strong_as_what_it_replaces() -> None:
+    stroke = Stroke(1.0, 2.0)
+    burst = tone(0.2, 100.0) * np.exp(-20.0 * np.arange(9600) / RATE_HZ)
+    for gain in (0.01, 1.0):
+        made = pattern(("wood", "strike"), gain * burst, RATE_HZ).impact(stroke)
+        plain = impact(MATERIALS["wood"].vibration, "strike", stroke, 0)
+        ratio = np.sum(made.astype(float) ** 2) / np.sum(plain.astype(float) ** 2)
+        assert abs(10 * np.log10(ratio)) < 2.0
+
+
+def test_force_and_speed_set_its_level_and_a_still_hand_feels_nothing() -> None:
+    made = pattern(("wood", "slide"), tone(1.0), RATE_HZ)
+    soft, hard = (PatternTexture(made) for _ in range(2))
+    low = np.sqrt(np.mean(soft.render(9600, Stroke(0.05, 0.5)) ** 2))
+    high = np.sqrt(np.mean(hard.render(9600, Stroke(0.5, 5.0)) ** 2))
+    assert high > 1.5 * low
+    hard.render(9600, Stroke(0.0, 5.0))
+    assert not hard.render(480, Stroke(0.0, 5.0)).any()
+
+
+@pytest.mark.parametrize("interaction", ["slide", "strike"])
+def test_what_a_recording_has_outside_the_band_is_not_played(interaction: str) -> None:
+    noise = np.random.default_rng(3).normal(0.0, 0.2, RATE_HZ)
+    made = pattern(("wood", interaction), noise, RATE_HZ)
+    voices = Voices(patterns=(made,))
+    strikes = interaction == "strike"
+    command = replace(RUB, material="wood", interaction=interaction, onset=strikes)
+    voices.obey(replace(command, expires_at=0.5))
+    wave = listen(voices, 0.8)
+
+    assert np.abs(wave).max() <= 1.0
+    assert above_band_db(wave) < -50.0
+    assert not wave[round(0.52 * RATE_HZ) :].any()
+
+
+def test_a_looped_recording_has_no_seam() -> None:
+    made = pattern(("wood", "slide"), tone(0.3, 97.3), RATE_HZ)
+    wave = PatternTexture(made).render(2 * RATE_HZ, Stroke(0.5, 2.0))
+
+    assert above_band_db(wave) < -50.0
+
+
+def test_blocks_of_any_size_join() -> None:
+    made = pattern(("wood", "slide"), tone(0.3), RATE_HZ)
+    whole, cut = PatternTexture(made), PatternTexture(made)
+    blocks = [cut.render(size, RUB.stroke) for size in (1, 300, 0, 77, 9222)]
+    assert np.allclose(np.concatenate(blocks), whole.render(9600, RUB.stroke), atol=2e-6)
+
+
+def test_a_speaker_weak_at_a_recordings_pitch_is_driven_harder() -> None:
+    both = tone(1.0, 60.0) + tone(1.0, 250.0)
+    flat = pattern(("wood", "slide"), both, RATE_HZ)
+    made = pattern(("wood", "slide"), both, RATE_HZ, Correction((40.0, 80.0, 250.0), (6, 6, 0)))
+
+    def tilt_db(wave: NDArray[np.float32]) -> float:
+        spectrum = np.abs(np.fft.rfft(wave * np.hanning(wave.size), 10 * RATE_HZ))
+        return float(20 * np.log10(spectrum[590:610].max() / spectrum[2490:2510].max()))
+
+    assert tilt_db(made.samples) - tilt_db(flat.samples) == pytest.approx(6.0, abs=0.3)
+
+
+def write(path: Path, samples: Wave, rate_hz: int = RATE_HZ) -> None:
+    soundfile.write(path, samples, rate_hz, subtype="FLOAT")
+
+
+BAD = {
+    "silent": (np.zeros(RATE_HZ), "nothing to feel"),
+    "beyond the band": (tone(1.0, 5000.0), "nothing to feel"),
+    "not numbers": (np.full(RATE_HZ, np.nan), "no numbers"),
+    "infinite": (np.where(np.arange(RATE_HZ) == 9, np.inf, tone(1.0)), "no numbers"),
+    "too long": (tone(11.0), "cut it"),
+    "too short": (tone(0.01), "cut it"),
+    "empty": (np.zeros(0), "cut it"),
+    "huge": (1e6 * tone(), "1000 times full scale"),
+    "six channels": (np.zeros((RATE_HZ, 6)), "channels"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_a_bad_recording_is_refused_by_name_with_its_fault(tmp_path: Path, kind: str) -> None:
+    samples, said = BAD[kind]
+    write(tmp_path / "glass-tap.wav", samples)
+    with pytest.raises(PatternError, match=said) as refusal:
+        read_patterns(tmp_path, MATERIALS)
+    assert "glass-tap.wav" in str(refusal.value)
+
+
+def test_other_faults_of_a_folder_are_named(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="no such folder"):
+        read_patterns(tmp_path / "nowhere", MATERIALS)
+    with pytest.raises(PatternError, match="0 WAV files"):
+        read_patterns(tmp_path, MATERIALS)
+    (tmp_path / "glass-tap.wav").write_bytes(b"RIFF nonsense")
+    with pytest.raises(PatternError, match="not a sound file"):
+        read_patterns(tmp_path, MATERIALS)
+    write(tmp_path / "glass-tap.wav", tone())
+    write(tmp_path / "glass-tapping.wav", tone())
+    with pytest.raises(PatternError, match="stand for the same"):
+        read_patterns(tmp_path, MATERIALS)
+    (tmp_path / "glass-tapping.wav").rename(tmp_path / "glas-tap.wav")
+    with pytest.raises(PatternError, match=r"glas-tap.*names no pattern"):
+        read_patterns(tmp_path, MATERIALS)
+
+
+def test_the_engine_plays_the_patterns_it_is_given(tmp_path: Path) -> None:
+    write(tmp_path / "wood-strike.wav", tone(0.3, 333.0))
+    settings = AudioSettings(patterns=read_patterns(tmp_path, MATERIALS))
+    ring = Ring.create()
+    engine = Engine(ring, settings)
+    strike = replace(RUB, material="wood", interaction="strike", onset=True, expires_at=math.inf)
+    ring.put(strike, 0.0)
+    wave = np.concatenate([engine.fill(128) for _ in range(100)])
+    assert peak_hz(wave) == pytest.approx(333.0, abs=8.0)
+
+
+def felt(*options: str, capsys: pytest.CaptureFixture[str]) -> dict[float, float]:
+    """Levels in dB by frequency in Hz of a strike on wood as `feel` tells them."""
+    arguments = ["feel", "wood", "--interaction", "strike", "--seconds", "0.5", "--json"]
+    assert main([*arguments, *options]) == 0
+    bands = json.loads(capsys.readouterr().out)["vibration"]["spectrum"]
+    return dict(zip(bands["frequency_hz"], bands["level_db"], strict=True))
+
+
+def test_feel_plays_the_recordings_and_corrects_the_speaker_as_serve_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(tmp_path / "wood-strike.wav", tone(0.3, 333.0))
+    write(tmp_path / "glass-tap.wav", tone(0.3, 150.0))
+    curve = tmp_path / "curve.toml"
+    write_response(curve, SpeakerResponse((20.0, 80.0, 250.0, 1000.0), (12.0, 12.0, 0.0, 0.0)))
+
+    plain, recorded = felt(capsys=capsys), felt("--patterns", str(tmp_path), capsys=capsys)
+    corrected = felt("--speaker-response", str(curve), capsys=capsys)
+    assert max(plain, key=plain.__getitem__) < 200.0
+    assert max(recorded, key=recorded.__getitem__) == pytest.approx(333.0, rel=0.13)
+    tilts = [levels[78.75] - levels[250.0] for levels in (plain, corrected)]
+    assert tilts[0] - tilts[1] == pytest.approx(12.0, abs=2.0)
+    assert main(["feel", "wood", "--patterns", str(tmp_path / "nowhere")]) == 2
+    assert "no such folder" in capsys.readouterr().err

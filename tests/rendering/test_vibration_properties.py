@@ -1,0 +1,178 @@
+"""Whatever a scene does: in range, in the band, without a click, and silent when its lease ends."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from hapticvlm.materials import LIMITS, MATERIALS, Mode, Vibration
+from hapticvlm.rendering import impacts
+from hapticvlm.rendering.smoothing import Glide
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Stroke, Texture, impact
+from hapticvlm.rendering.voices import Command, Voices
+
+Wave = NDArray[np.float32]
+SILENT_S = 0.020
+STEP = 0.14  # a full-scale 1000 Hz sine moves by 0.131 a sample
+LISTENED_S = 0.3
+
+QUICK = settings(
+    max_examples=20,
+    phases=(Phase.explicit, Phase.generate),
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+names = st.sampled_from(sorted(MATERIALS))
+strokes = st.builds(
+    Stroke,
+    st.floats(0.0, 20.0) | st.floats(0.0, 0.5),
+    st.floats(0.0, 200.0) | st.floats(0.0, 5.0),
+)
+seeds = st.integers(0, 2**32)
+blocks = st.sampled_from((32, 64, 128, 441, 512, 1024))
+modes = st.builds(
+    Mode,
+    *(st.floats(*LIMITS[f"vibration.modes.{fact}"]) for fact in ("frequency_hz", "decay_per_s")),
+    st.floats(*LIMITS["vibration.modes.gain"]),
+)
+vibrations = st.builds(
+    Vibration,
+    st.lists(modes, min_size=1, max_size=8).map(tuple),
+    st.floats(5e-5, 0.05),
+    st.floats(0.05, 1.5),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 0.95),
+)
+table = names.map(lambda name: MATERIALS[name].vibration)
+
+
+@st.composite
+def commands(draw: st.DrawFn) -> Command:
+    return Command(
+        hand=draw(st.integers(0, 1)),
+        material=draw(names),
+        interaction=draw(st.sampled_from(IMPACTS + TEXTURES)),
+        onset=draw(st.booleans()),
+        stroke=draw(strokes),
+        seed=draw(seeds),
+        expires_at=np.inf,
+    )
+
+
+def above_band_db(wave: Wave) -> float:
+    """Energy above 1050 Hz of the whole event's, through a Hann window around it."""
+    padded = np.pad(wave.astype(np.float64), wave.size // 2)
+    power = np.abs(np.fft.rfft(padded * np.hanning(padded.size))) ** 2
+    hertz = np.arange(float(power.size)) * (RATE_HZ / padded.size)
+    return float(10 * np.log10(power[hertz > 1050].sum() / (power.sum() + 1e-30) + 1e-30))
+
+
+def check(wave: Wave) -> None:
+    assert np.isfinite(wave).all()
+    assert np.abs(wave).max() <= 1.0
+    assert np.abs(np.diff(wave, prepend=0.0)).max() < STEP
+    if np.sqrt(np.mean(wave.astype(np.float64) ** 2)) > 1e-4:
+        assert above_band_db(wave) < -50.0
+
+
+@QUICK
+@given(vibrations | table, st.sampled_from(IMPACTS), strokes, seeds)
+def test_any_impact_of_any_material(
+    vibration: Vibration, interaction: str, stroke: Stroke, seed: int
+) -> None:
+    wave = impact(vibration, interaction, stroke, seed)
+    assert wave[0] == 0.0
+    assert abs(wave[-1]) < 1e-6
+    check(wave)
+
+
+def test_no_material_of_ours_needs_the_filter_of_the_band() -> None:
+    for material in MATERIALS.values():
+        assert not any(impacts.leaves_band(material.vibration, d) for d in (1.0, 3.0))
+
+
+@QUICK
+@given(vibrations, st.sampled_from(TEXTURES), st.lists(strokes, min_size=2, max_size=8), seeds)
+def test_any_texture_under_any_course_of_a_hand(
+    vibration: Vibration, interaction: str, course: list[Stroke], seed: int
+) -> None:
+    texture = Texture(vibration, interaction, seed)
+    wave = np.concatenate([texture.render(640, stroke) for stroke in course for _ in range(3)])
+    end = np.concatenate([texture.render(256, Stroke(0.0, 0.0)) for _ in range(80)])
+    assert not end[-4800:].any()
+    wave = np.concatenate((wave, end))
+    assert np.isfinite(wave).all()
+    assert np.abs(wave).max() < 1.6  # of one voice; the limiter of all follows
+    assert np.abs(np.diff(wave, prepend=0.0)).max() < STEP
+
+
+@QUICK
+@given(names, strokes, strokes, blocks, st.sampled_from(TEXTURES))
+def test_a_texture_starts_changes_and_ends_with_its_lease_without_a_click(
+    name: str, first: Stroke, second: Stroke, block: int, interaction: str
+) -> None:
+    voices = Voices()
+    command = Command(0, name, interaction, False, first, 1, np.inf)
+    voices.obey(command)
+    waves, now = [], 0.0
+    for step, stroke in enumerate((first, second)):
+        voices.obey(Command(0, name, interaction, False, stroke, 1, 0.4))
+        for _ in range(round(LISTENED_S / 2 * RATE_HZ / block)):
+            waves.append(voices.render(block, now))
+            now += block / RATE_HZ
+        assert now > step * LISTENED_S / 2 - 0.03
+    while now < 0.5:
+        waves.append(voices.render(block, now))
+        now += block / RATE_HZ
+    wave = np.concatenate(waves)
+    check(wave)
+    assert not wave[round((0.4 + SILENT_S) * RATE_HZ) + 1 :].any()
+
+
+@QUICK
+@given(st.lists(commands(), min_size=1, max_size=12), blocks)
+def test_any_crowd_of_commands_stays_in_range_and_ends_after_a_rest(
+    crowd: list[Command], block: int
+) -> None:
+    voices = Voices()
+    waves = []
+    for number, command in enumerate(crowd):
+        voices.obey(command)
+        waves += [voices.render(block, number * 0.05) for _ in range(3)]
+    voices.rest()
+    tail = [voices.render(block, 1.0) for _ in range(-(-2048 // block))]
+    wave = np.concatenate(waves + tail)
+    assert np.isfinite(wave).all()
+    assert np.abs(wave).max() <= 1.0
+    assert not voices.render(block, 1.0).any()
+
+
+@QUICK
+@given(
+    st.lists(st.tuples(st.floats(0.0, 1.0), st.integers(1, 2000)), min_size=1, max_size=20),
+)
+def test_a_glide_never_leaves_the_range_of_its_targets_nor_jumps(
+    course: list[tuple[float, int]],
+) -> None:
+    glide, values = Glide(), [0.0]
+    for target, count in course:
+        reached = glide.follow(target, count, RATE_HZ)
+        values += [reached] * count if isinstance(reached, float) else reached.tolist()
+    assert min(values) >= -1e-9
+    assert max(values) <= max(target for target, _ in course) + 1e-6
+    assert max(abs(b - a) for a, b in itertools.pairwise(values)) < 1.0 / (0.008 * RATE_HZ)
+
+
+def test_updates_at_75_hz_leave_no_ripple_of_their_own() -> None:
+    """A level told in steps 75 times a second rises as a line; 5 % of a step is far below a JND."""
+    glide, step = Glide(), 0.01
+    parts = [np.asarray(glide.follow(step * told, 640, RATE_HZ)) for told in range(1, 76)]
+    settled = np.concatenate(parts)[RATE_HZ // 4 :]
+    at = np.arange(settled.size)
+    ripple = settled - np.polyval(np.polyfit(at, settled, 1), at)
+    assert np.abs(ripple).max() < 0.05 * step

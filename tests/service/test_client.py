@@ -1,0 +1,133 @@
+"""The Python client and the example, against the real service."""
+
+import asyncio
+import json
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+import msgpack
+import pytest
+from websockets.asyncio.server import serve
+from websockets.exceptions import ConnectionClosed
+
+from hapticvlm.client import Refused, connect
+
+ROOT = Path(__file__).parents[2]
+
+
+async def test_a_researcher_touches_an_object_and_reads_the_decision(service):
+    async with connect(service.url, name="study") as client:
+        assert client.welcome["owner"]
+        await client.scene([{"object_id": "pane", "name": "GlassPane"}], ambient_c=20.0)
+        await client.touch("release")
+        assert (await client.touch("contact", "pane", speed_mps=0.2))["type"] == "ok"
+        async with asyncio.timeout(2.0):
+            while (event := await client.events.get())["type"] != "decision":
+                pass
+        assert event["material"] == "glass"
+        assert (await client.stop())["type"] == "ok"
+        await client.touch("release")
+
+
+async def test_a_refused_request_raises_with_code_and_path(service):
+    async with connect(service.url) as client:
+        with pytest.raises(Refused) as refused:
+            await client.scene([{"object_id": "x", "material": "wodo"}])
+    assert refused.value.path == "$.objects[0].material"
+    assert "wood" in str(refused.value)
+
+
+async def test_a_token_that_nobody_asked_for_does_no_harm(service):
+    async with connect(service.url, token="anything") as client:
+        assert client.welcome["type"] == "welcome"
+
+
+async def test_a_request_on_a_closed_connection_raises(service):
+    async with connect(service.url) as client:
+        waiting = await client.send("touch", phase="release", hand="left")
+        assert (await waiting)["code"] == "message"
+        await client.close()
+        with pytest.raises(ConnectionClosed):
+            await client.stop()
+
+
+async def test_a_service_that_talks_nonsense_leaves_no_request_waiting_for_ever():
+    async def handle(socket):
+        await socket.recv()
+        await socket.send(msgpack.packb({"type": "welcome", "id": 1}))
+        await socket.send(b"\xc1")
+        await socket.wait_closed()
+
+    async with serve(handle, "127.0.0.1", 0) as server:
+        url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}/"
+        with pytest.raises(msgpack.FormatError):
+            await asking_until_closed(url)
+
+
+async def asking_until_closed(url):
+    async with connect(url) as client, asyncio.timeout(10.0):
+        with suppress(ConnectionClosed, ConnectionError):
+            while True:
+                await client.stop()
+
+
+def test_the_scripted_example_runs_in_under_80_lines(service):
+    example = ROOT / "examples/touch.py"
+    assert len(example.read_text().splitlines()) < 80
+    done = subprocess.run(
+        [sys.executable, str(example), service.url],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    for expected in ("table: wood", "window: glass", "curtain: fabric", "kettle: metal"):
+        assert expected in done.stdout
+
+
+def streamed(service, *arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "hapticvlm", "stream", *arguments, "--url", service.url],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def test_streaming_a_capture_prints_decisions_and_answers_everything(service, tmp_path):
+    from test_server import picture
+
+    lines = [
+        {"t_s": 0.0, "type": "scene", "objects": [{"object_id": "a", "name": "Oak"}]},
+        {"t_s": 0.1, "type": "touch", "phase": "contact", "object_id": "a", "hand": "left"},
+        {"t_s": 0.2, "type": "frame", "object_id": "b", "file": "f.jpg", "truth": "wood"},
+    ]
+    lines[0]["replace"] = True
+    lines[1] |= {"speed_mps": 0.1, "force_n": 1.0, "captured_at": 0.1}
+    lines[2] |= {"format": "jpeg", "width": 64, "height": 64, "origin": "top", "captured_at": 0.2}
+    (tmp_path / "capture.jsonl").write_text("\n".join(json.dumps(line) for line in lines))
+    (tmp_path / "f.jpg").write_bytes(picture())
+    done = streamed(service, str(tmp_path), "--json")
+    decisions = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [decision["truth"] for decision in decisions] == ["wood"]
+    assert "unanswered: 0" in " ".join(done.stderr.split())
+    fast = streamed(service, str(tmp_path), "--fast")
+    assert "unanswered: 0" in " ".join(fast.stdout.split())
+
+
+def test_streaming_to_nobody_says_how_to_start_a_service(tmp_path):
+    (tmp_path / "capture.jsonl").write_text("")
+    done = subprocess.run(
+        [sys.executable, "-m", "hapticvlm", "stream", str(tmp_path), "--url", "ws://127.0.0.1:9/"],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "hapticvlm serve" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,285 @@
+"""What `pip install` of the built package gives: built, installed and run outside the checkout."""
+
+import email
+import json
+import os
+import re
+import subprocess
+import sys
+import tarfile
+import time
+import tomllib
+import urllib.request
+import venv
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from conftest import peer
+
+from hapticvlm.commands.local_service import Service
+
+ROOT = Path(__file__).parents[2]
+SOURCES = ROOT / "service" / "hapticvlm"
+FRAME = ROOT / "examples" / "captures" / "living_room" / "frames" / "0050.jpg"
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+BINARY = frozenset({".onnx", ".safetensors", ".npz"})
+TEXT = frozenset({".py", ".typed", ".html", ".css", ".js", ".svg", ".json", ".toml", ".md"})
+# A place on the machine of whoever built it.
+MACHINE_PATH = re.compile(r"(?<![\w.:/])/(?:work|home|root|Users|opt)/\w")
+COPYLEFT = re.compile(r"General Public License|\bA?GPL", re.IGNORECASE)
+WHEEL_MB, SDIST_MB = 4.0, 30.0
+INSTALL_S, ANSWER_S = 3600.0, 600.0  # seconds; a busy machine starves a niced process
+
+pytestmark = pytest.mark.slow
+
+
+@dataclass(frozen=True)
+class Built:
+    """The two archives, and how long each took in seconds."""
+
+    sdist: Path
+    wheel: Path
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Installed:
+    """A fresh environment with the wheel in it, and an empty folder to be in."""
+
+    python: Path
+    folder: Path
+    seconds: float
+
+    def run(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """Run its `hapticvlm` as a user would."""
+        return self.run_file(self.python.with_name("hapticvlm"), *arguments)
+
+    def run_file(self, program: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [program, *arguments],
+            cwd=self.folder,
+            env=outside(),
+            capture_output=True,
+            text=True,
+            timeout=ANSWER_S,
+            check=False,
+        )
+
+
+def outside(**more: str) -> dict[str, str]:
+    """The environment without what would let Python find the checkout."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    return kept | more
+
+
+def pip(*arguments: str) -> None:
+    command = [sys.executable, "-m", "pip", *arguments]
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=INSTALL_S, env=outside(), check=False
+    )
+    if done.returncode == 0:
+        return
+    reason = f"pip cannot install: {done.stderr.strip().splitlines()[-1:]}"
+    if os.environ.get("CI"):
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+def build(builder: Path, source: Path, target: str, folder: Path) -> Path:
+    command = [sys.executable, "-m", "hatchling", "build", "-t", target, "-d", str(folder)]
+    subprocess.run(
+        command, cwd=source, env=outside(PYTHONPATH=str(builder)), check=True, timeout=INSTALL_S
+    )
+    (built,) = folder.iterdir()
+    return built
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
+    """The source archive, and the wheel built from that archive alone."""
+    folder = tmp_path_factory.mktemp("built")
+    pip("install", "--quiet", "--target", str(folder / "builder"), "hatchling")
+    started = time.monotonic()
+    sdist = build(folder / "builder", ROOT, "sdist", folder / "sdist")
+    with tarfile.open(sdist) as archive:
+        # The safe way where Python has it (3.11.4 and later); the archive is our own.
+        archive.extraction_filter = getattr(tarfile, "data_filter", lambda member, _: member)
+        archive.extractall(folder / "unpacked")
+    (unpacked,) = (folder / "unpacked").iterdir()
+    wheel = build(folder / "builder", unpacked, "wheel", folder / "wheel")
+    return Built(sdist, wheel, time.monotonic() - started)
+
+
+@pytest.fixture(scope="module")
+def installed(built: Built, tmp_path_factory: pytest.TempPathFactory) -> Installed:
+    folder = tmp_path_factory.mktemp("installed")
+    started = time.monotonic()
+    venv.create(folder / "venv", with_pip=False, symlinks=True)
+    python = folder / "venv" / ("Scripts" if os.name == "nt" else "bin") / "python"
+    constraints = ["-c", str(ROOT / "constraints.txt")]
+    pip("--python", str(python), "install", "--quiet", *constraints, str(built.wheel))
+    (folder / "empty").mkdir()
+    return Installed(python, folder / "empty", time.monotonic() - started)
+
+
+@contextmanager
+def serving(installed: Installed) -> Iterator[Service]:
+    """Start the installed service on a free port."""
+    process = subprocess.Popen(
+        [installed.python.with_name("hapticvlm"), "serve", "--port", "0"],
+        cwd=installed.folder,
+        env=outside(PYTHONUNBUFFERED="1"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    service = Service(process, "", 0.0)
+    assert process.stdout is not None
+    try:
+        for line in process.stdout:
+            service.said.append(line)
+            if found := re.search(r"ready on (ws://\S+)", line):
+                service.url = found.group(1)
+                break
+        assert service.url, "".join(service.said)
+        yield service
+    finally:
+        service.stop()
+        process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def service(installed: Installed) -> Iterator[Service]:
+    with serving(installed) as service:
+        yield service
+
+
+def texts(archive: zipfile.ZipFile) -> dict[str, str]:
+    names = [name for name in archive.namelist() if Path(name).suffix not in BINARY]
+    return {name: archive.read(name).decode() for name in names}
+
+
+def test_the_wheel_is_the_package_and_nothing_else(built):
+    with zipfile.ZipFile(built.wheel) as archive:
+        names = archive.namelist()
+    metadata = f"hapticvlm-{PROJECT['version']}.dist-info/"
+    packed = {name for name in names if not name.startswith(metadata)}
+    files = (path for path in SOURCES.rglob("*") if path.is_file() and path.suffix != ".pyc")
+    assert packed == {path.relative_to(SOURCES.parent).as_posix() for path in files}
+    assert {Path(name).suffix for name in packed} <= BINARY | TEXT
+    assert not [name for name in names if re.search(r"(^|/)(tests?|firmware|build|shared)/", name)]
+    megabytes = built.wheel.stat().st_size / 1e6
+    print(f"wheel {megabytes:.1f} MB, {len(names)} files")
+    assert megabytes < WHEEL_MB
+
+
+def test_the_wheel_names_no_machine_and_no_licence_but_its_own(built):
+    with zipfile.ZipFile(built.wheel) as archive:
+        for name, text in texts(archive).items():
+            assert not MACHINE_PATH.search(text), name
+            assert not COPYLEFT.search(text), name
+        licences = [name for name in archive.namelist() if name.endswith("LICENSE")]
+        assert [archive.read(name) for name in licences] == [(ROOT / "LICENSE").read_bytes()]
+
+
+def test_the_metadata_says_licence_python_and_addresses_anyone_can_open(built):
+    with zipfile.ZipFile(built.wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith("/METADATA"))
+        said = email.message_from_bytes(archive.read(name))
+    assert said["License-Expression"] == "MIT"
+    assert said["Version"] == PROJECT["version"]
+    assert said["Requires-Python"] == PROJECT["requires-python"]
+    assert said.get_all("Classifier") == sorted(PROJECT["classifiers"])
+    for address in said.get_all("Project-URL", []):
+        assert re.fullmatch(r"[^,]+, https://[\w.-]+/\S*", address)
+    extras = {"charts", "video", "models", "train", "study", "dev"}
+    assert set(said.get_all("Provides-Extra", [])) == extras
+
+
+def test_the_source_archive_holds_what_is_needed_to_test_it_and_nothing_built(built):
+    with tarfile.open(built.sdist) as archive:
+        names = {name.split("/", 1)[1] for name in archive.getnames()}
+    needed = ("Makefile", "constraints.txt", "LICENSE", "tests/service/test_install.py")
+    further = ("firmware/avr/Makefile", "unity_client/package.json", "schemas/asyncapi.yaml")
+    assert not {*needed, *further} - names
+    unwanted = r"(^|/)(\.venv|\.work|node_modules|__pycache__|build|demo-output|shared)/"
+    assert not [name for name in names if re.search(unwanted, name)]
+    assert not [name for name in names if Path(name).suffix in {".elf", ".hex", ".o", ".pyc"}]
+    megabytes = built.sdist.stat().st_size / 1e6
+    print(f"source archive {megabytes:.1f} MB, {len(names)} files")
+    assert megabytes < SDIST_MB
+
+
+def test_it_installs_where_no_checkout_is_seen(installed):
+    where = "import hapticvlm, sys; print(hapticvlm.__file__, *sys.path, sep='\\n')"
+    said = installed.run_file(installed.python, "-c", where)
+    assert said.returncode == 0, said.stderr
+    module, *folders = said.stdout.splitlines()
+    assert Path(module).is_relative_to(installed.python.parents[1])
+    assert not [folder for folder in folders if folder and Path(folder).is_relative_to(ROOT)]
+    print(f"installed in {installed.seconds:.0f} s")
+
+
+def test_its_command_line_says_its_version_and_every_command(installed):
+    assert PROJECT["version"] in installed.run("--version").stdout
+    said = installed.run("--help")
+    assert said.returncode == 0, said.stderr
+    for command in ("serve", "stream", "record", "replay", "recognise", "gallery", "study"):
+        assert re.search(rf"^    {command} ", said.stdout, re.MULTILINE), command
+
+
+def test_wood_can_be_felt(installed):
+    said = installed.run("feel", "wood", "--json")
+    assert said.returncode == 0, said.stderr
+    assert json.loads(said.stdout)["thermal"]["material"] == "wood"
+
+
+def test_what_is_not_installed_is_said_with_the_line_that_installs_it(installed):
+    for arguments, extra in (
+        (("demo", "--capture", str(FRAME.parents[1])), "charts"),
+        (("recognise", str(FRAME), "--encoder", "some/model"), "models"),
+    ):
+        said = installed.run(*arguments)
+        assert said.returncode == 2, said.stderr
+        assert f"pip install 'hapticvlm[{extra}]'" in said.stderr
+        assert "Traceback" not in said.stderr
+
+
+@pytest.mark.parametrize("command", ["chart", "stability", "measure"])
+def test_a_command_of_the_laboratory_says_that_it_comes_with_the_repository(installed, command):
+    said = installed.run(command, "thermal", "--out", "there")
+    assert said.returncode == 2, said.stderr
+    (line,) = said.stderr.splitlines()
+    assert line.startswith(f"hapticvlm {command}: comes with the repository")
+
+
+def test_the_scripted_client_gets_its_decisions_through_object_ids(installed, service):
+    said = installed.run_file(installed.python, str(ROOT / "examples" / "touch.py"), service.url)
+    assert said.returncode == 0, said.stderr
+    assert "table: wood" in said.stdout
+    assert "kettle: metal" in said.stdout
+
+
+async def test_a_frame_is_looked_at_by_the_encoder_in_the_wheel(service):
+    async with peer(service) as client:
+        await client.hello()
+        await client.ask(type="scene", objects=[{"object_id": "thing"}], replace=True)
+        picture = {"format": "jpeg", "width": 448, "height": 448, "origin": "top"}
+        region = {"x": 0.25, "y": 0.25, "w": 0.5, "h": 0.5}
+        frame = {**picture, "region": region, "image": FRAME.read_bytes(), "object_id": "thing"}
+        answer = await client.ask(type="frame", captured_at=time.monotonic(), **frame)
+    assert answer["type"] == "decision"
+    assert "encoder" in {evidence["rung"] for evidence in answer["evidence"]}
+
+
+def test_the_pages_are_in_the_wheel(service):
+    with urllib.request.urlopen(service.page, timeout=ANSWER_S) as answer:
+        page = answer.read().decode()
+    for name in re.findall(r'(?:src|href)="/?([\w.]+\.(?:js|css|svg))"', page):
+        with urllib.request.urlopen(service.page + name, timeout=ANSWER_S) as answer:
+            assert answer.read() == (SOURCES / "pages" / name).read_bytes()
+    assert "dashboard.js" in page

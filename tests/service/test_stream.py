@@ -1,0 +1,119 @@
+"""`hapticvlm stream` of a headset's screen recording, against the real service."""
+
+import asyncio
+import json
+import subprocess
+import sys
+import time
+import types
+from pathlib import Path
+
+import pytest
+import tiny_video
+from conftest import peer
+
+from hapticvlm import captures
+from hapticvlm.client import connect
+from hapticvlm.client.sending import stream
+
+FRAMES = Path(__file__).parents[2] / "examples" / "captures" / "living_room" / "frames"
+PATIENCE_S = 300.0
+
+
+def recording(path, count=20):
+    """A screen recording of two seconds, made of the project's own rendered frames."""
+    cv2 = pytest.importorskip("cv2")
+    pictures = [cv2.imread(str(FRAMES / f"{60 + n:04}.jpg")) for n in range(count)]
+    return tiny_video.write(path, pictures)
+
+
+def streamed(path, service, *options):
+    return subprocess.run(
+        [sys.executable, "-m", "hapticvlm", "stream", str(path), "--url", service.url, *options],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+
+
+def test_the_middle_of_a_recording_is_decided_and_every_message_answered(service, tmp_path):
+    done = streamed(recording(tmp_path / "quest.mp4"), service, "--json", "--centre", "0.5")
+    assert done.returncode == 0, done.stderr
+    decisions = [json.loads(line) for line in done.stdout.splitlines()]
+    assert decisions
+    assert {decision["object_id"] for decision in decisions} == {captures.CENTRE}
+    assert decisions == sorted(decisions, key=lambda decision: decision["t_s"])
+    said = " ".join(done.stderr.split())
+    assert "20 frame" in said
+    assert "unanswered: 0" in said
+    assert "error" not in said
+
+
+async def test_the_middle_is_felt_from_the_first_frame_to_the_last(service, tmp_path):
+    capture = captures.read(recording(tmp_path / "quest.mp4"))
+    touches, leases = [], []
+
+    def seen(line, answer):
+        if line.type == "touch":
+            assert answer["type"] == "ok", answer
+            touches.append(line)
+
+    async with peer(service) as observer:
+        await observer.hello("observer")
+        async with connect(service.url) as client:
+            await client.touch("release")
+            sending = asyncio.create_task(stream(client, capture, seen=seen))
+            while not sending.done():
+                leases.append((await observer.telemetry())["leases"])
+            outcome = await sending
+            await asyncio.sleep(0.2)
+            ended = await observer.telemetry()
+    phases = [line.fields["phase"] for line in touches]
+    assert (phases[0], phases[-1]) == ("contact", "release")
+    assert set(phases[1:-1]) == {"slide"}
+    assert max(leases) == 1
+    assert ended["leases"] == 0
+    assert outcome.sent["touch"] == len(touches)
+    assert touches[-1].t_s > 1.9
+
+
+class SlowlyDecoded(captures.Capture):
+    """A recording whose frames take a second each; lines that need no picture stand for them."""
+
+    def lines(self):
+        for number in range(3):
+            time.sleep(1.0)
+            yield captures.Line(number / 30.0, "set", {"ambient_c": 21.0})
+
+
+async def test_touches_are_renewed_however_slowly_a_video_is_decoded(service, tmp_path):
+    touches = []
+
+    def seen(line, answer):
+        assert answer["type"] == "ok"
+        touches.append(line.type == "touch")
+
+    slow = SlowlyDecoded(tmp_path / "slow.mp4", 0.1, 3, captures.Touched())
+    async with connect(service.url) as client:
+        outcome = await stream(client, slow, seen=seen)
+    assert sum(touches) > 20  # 75 on a machine with nothing else to do; 2 if they waited in line
+    assert outcome.late_s > 1.0
+
+
+def test_a_share_that_is_none_is_refused(tmp_path):
+    address = types.SimpleNamespace(url="ws://127.0.0.1:9/")
+    for share in ("0", "1.5", "-1"):
+        done = streamed(tmp_path, address, f"--centre={share}")
+        assert done.returncode == 2
+        assert "a share of the picture" in done.stderr
+
+
+def test_a_video_that_shows_nothing_is_told_in_one_line(tmp_path):
+    path = tiny_video.write(tmp_path / "quest.mp4", tiny_video.shades(3))
+    tiny_video.blank(path)
+    done = streamed(path, types.SimpleNamespace(url="ws://127.0.0.1:9/"))
+    assert done.returncode == 2
+    assert done.stderr.strip().splitlines() == [
+        f"hapticvlm stream: {path}: no frame of it can be decoded; is it whole?"
+    ]

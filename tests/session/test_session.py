@@ -1,0 +1,737 @@
+"""The session's state machine: messages and times in, actions out; no socket, no clock."""
+
+import dataclasses
+import io
+
+import numpy as np
+import pytest
+import simplejpeg
+from PIL import Image
+
+from hapticvlm.messages import (
+    Decision,
+    Error,
+    Frame,
+    Hello,
+    MessageError,
+    Ok,
+    Party,
+    ProtocolVersion,
+    Region,
+    Scene,
+    SceneObject,
+    Set,
+    Shader,
+    Skipped,
+    Stop,
+    Touch,
+)
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.recognition.ladder import Evidence
+from hapticvlm.rendering.thermal import PlateReading
+from hapticvlm.session.actions import Feel, Heat, HoldAtRest, LetGo, LookAt, Reply, RestPlate
+from hapticvlm.session.clock import WINDOW_S, ClockOffset, FrameRate
+from hapticvlm.session.hands import LEASE_S, Hold
+from hapticvlm.session.plate_target import NEUTRAL_HOLD_S
+from hapticvlm.session.session import SceneSession
+
+READING = PlateReading(
+    plate_c=NEUTRAL_C,
+    sink_c=23.0,
+    setpoint_c=NEUTRAL_C,
+    duty=0.0,
+    current_limited=False,
+    dose_cem43=0.0,
+    heated_s=0.0,
+    faults=(),
+)
+PIXEL = simplejpeg.encode_jpeg(np.full((32, 32, 3), 90, np.uint8))
+WOOD = Evidence("encoder", (("wood", 0.9),))
+GLASS = Evidence("encoder", (("glass", 0.9),))
+METAL = Evidence("encoder", (("metal", 0.9),))
+
+
+def touch(phase="contact", object_id="table", at=0.0, **fields):
+    given = {"id": 7, "hand": "right", "speed_mps": 0.3, "force_n": 1.0, "captured_at": at}
+    return Touch(phase=phase, object_id=object_id, **{**given, **fields})
+
+
+def frame(id=5, object_id="thing", at=0.0, **fields):
+    given = {"format": "jpeg", "width": 32, "height": 32, "origin": "top", "image": PIXEL}
+    return Frame(id=id, captured_at=at, object_id=object_id, **{**given, **fields})
+
+
+def scene(*objects, replace=True, **fields):
+    return Scene(id=2, objects=list(objects), replace=replace, **fields)
+
+
+def owner(*objects, **fields):
+    session = SceneSession(owner=True)
+    session.receive(scene(*objects, **fields), 0.0)
+    return session
+
+
+def only(actions, kind):
+    return [action for action in actions if isinstance(action, kind)]
+
+
+def replies(actions, kind):
+    return [a.message for a in only(actions, Reply) if isinstance(a.message, kind)]
+
+
+def looked(session, message, evidence, now=1.1, stages=None):
+    """Send a frame, take the look it asks for, and return what its answer leads to."""
+    look = only(session.receive(message, now), LookAt)[-1]
+    return session.recognised(look, evidence, stages or {}, now)
+
+
+TABLE = SceneObject(object_id="table", material="wood")
+PANE = SceneObject(object_id="pane", name="GlassPane")
+BLOB = SceneObject(object_id="blob", name="Object_07")
+
+
+def test_a_first_contact_starts_an_impact_and_is_answered_ok_before_the_decision():
+    actions = owner(TABLE).receive(touch(), 1.0)
+    command = only(actions, Feel)[0].command
+    assert (command.material, command.interaction, command.onset) == ("wood", "strike", True)
+    assert command.expires_at == pytest.approx(1.0 + LEASE_S)
+    messages = [action.message for action in only(actions, Reply)]
+    assert isinstance(messages[0], Ok)
+    assert isinstance(messages[1], Decision)
+    assert messages[1].pattern == "wood strike"
+
+
+def test_a_contact_that_lapsed_on_its_way_makes_no_impact_and_is_counted():
+    session = owner(TABLE)
+    session.receive(touch(at=50.0), 1.0)
+    session.receive(touch("release", at=51.0), 2.0)
+    actions = session.receive(touch(at=51.0), 2.0 + LEASE_S + 0.01)
+    assert only(actions, Feel) == []
+    assert replies(actions, Ok)
+    assert session.late_contacts == 1
+    assert session.leases == 1
+    (feel,) = only(session.receive(touch("slide", at=51.3), 2.3), Feel)
+    assert not feel.command.onset
+
+
+def test_a_late_slide_that_begins_a_contact_rubs_without_its_impact():
+    session = owner(TABLE)
+    session.receive(touch(at=50.0), 1.0)
+    session.receive(touch("release", at=51.0), 2.0)
+    (feel,) = only(session.receive(touch(at=51.0, interaction="slide"), 3.0), Feel)
+    assert (feel.command.onset, session.late_contacts) == (False, 1)
+
+
+def test_a_contact_within_a_lease_strikes_and_so_does_one_of_a_client_without_a_clock():
+    for ats in ((50.0, 51.0, 51.0), (0.0, 0.0, 0.0)):
+        session = owner(TABLE)
+        session.receive(touch(at=ats[0]), 1.0)
+        session.receive(touch("release", at=ats[1]), 2.0)
+        later = 2.0 + (LEASE_S - 0.01 if ats[0] else 5.0)
+        (feel,) = only(session.receive(touch(at=ats[2]), later), Feel)
+        assert (feel.command.onset, session.late_contacts) == (True, 0)
+
+
+def test_further_contacts_and_slides_renew_without_another_impact():
+    session = owner(TABLE)
+    session.receive(touch(), 1.0)
+    for phase, now in (("contact", 1.1), ("slide", 1.2)):
+        (feel,) = only(session.receive(touch(phase), now), Feel)
+        assert not feel.command.onset
+        assert feel.command.expires_at == pytest.approx(now + LEASE_S)
+
+
+def test_an_unchanged_decision_is_announced_once():
+    session = owner(TABLE)
+    assert replies(session.receive(touch(), 1.0), Decision)
+    assert not replies(session.receive(touch("slide"), 1.1), Decision)
+
+
+def test_a_strike_that_is_held_stays_a_strike_and_a_slide_rubs_whatever_it_is_called():
+    session = owner(TABLE)
+    session.receive(touch(interaction="strike"), 1.0)
+    for phase, manner in (("contact", "strike"), ("slide", "slide"), ("contact", "strike")):
+        (felt,) = only(session.receive(touch(phase, interaction="strike"), 1.1), Feel)
+        assert (felt.command.interaction, felt.command.onset) == (manner, False)
+
+
+def test_a_slide_to_another_object_changes_the_material_without_an_impact():
+    session = owner(TABLE, PANE)
+    session.receive(touch(), 1.0)
+    (feel,) = only(session.receive(touch("slide", "pane"), 1.1), Feel)
+    assert (feel.command.material, feel.command.onset) == ("glass", False)
+
+
+def test_a_lapsed_lease_lets_go_and_returns_the_plate_to_neutral():
+    session = owner(SceneObject(object_id="table", material="metal"), ambient_c=20.0)
+    session.receive(touch(), 1.0)
+    assert only(session.tick(1.02, READING), Heat)
+    cooled = only(session.tick(1.0 + LEASE_S, READING), Heat)[0].setpoint_c
+    later = session.tick(1.0 + LEASE_S + 0.02, READING)
+    assert only(later, LetGo)
+    assert session.leases == 0
+    assert only(later, Heat)[0].setpoint_c > cooled
+
+
+def test_a_contact_after_a_lapse_is_a_new_onset():
+    session = owner(TABLE)
+    session.receive(touch(), 1.0)
+    session.tick(2.0, READING)
+    (feel,) = only(session.receive(touch(), 2.1), Feel)
+    assert feel.command.onset
+
+
+def test_a_release_ends_the_lease_at_once():
+    session = owner(TABLE)
+    session.receive(touch(), 1.0)
+    actions = session.receive(touch("release"), 1.1)
+    assert only(actions, LetGo)
+    assert session.leases == 0
+
+
+def test_an_approach_preconditions_the_plate_but_makes_no_vibration():
+    session = owner(SceneObject(object_id="table", material="metal"), ambient_c=20.0)
+    assert not only(session.receive(touch("approach"), 1.0), Feel)
+    session.tick(1.02, READING)
+    (heat,) = only(session.tick(1.2, READING), Heat)
+    assert heat.setpoint_c < NEUTRAL_C
+
+
+def test_a_swing_needs_no_contact_and_no_target():
+    actions = owner().receive(touch("approach", None, interaction="swing"), 1.0)
+    assert not replies(actions, Error)
+    session = owner(SceneObject(object_id="sword", material="metal"))
+    (feel,) = only(session.receive(touch("approach", "sword", interaction="swing"), 1.0), Feel)
+    assert feel.command.interaction == "swing"
+
+
+def test_an_unknown_object_feels_like_nothing():
+    session = owner(BLOB)
+    actions = session.receive(touch(object_id="blob"), 1.0)
+    assert only(actions, Feel)[0].command.material is None
+    (decision,) = replies(actions, Decision)
+    assert decision.material == "unknown"
+    assert decision.setpoint_c == NEUTRAL_C
+    assert decision.contact_c is None
+    assert only(session.tick(1.02, READING), Heat)[0].setpoint_c == NEUTRAL_C
+
+
+def test_between_touches_the_plate_is_kept_neutral_and_then_rests():
+    session = owner(SceneObject(object_id="table", material="metal"))
+    session.receive(touch(), 1.0)
+    session.receive(touch("release"), 1.1)
+    for now in (1.2, 5.0, 1.0 + NEUTRAL_HOLD_S):
+        assert only(session.tick(now, READING), Heat)
+    assert only(session.tick(1.1 + NEUTRAL_HOLD_S, READING), RestPlate)
+    assert session.tick(1.2 + NEUTRAL_HOLD_S, READING) == []
+
+
+def test_the_plate_follows_the_latest_contact_of_two_hands():
+    cold = SceneObject(object_id="cold", material="metal", temperature_c=5.0)
+    hot = SceneObject(object_id="hot", material="metal", temperature_c=60.0)
+    session = owner(cold, hot)
+    session.receive(touch(object_id="cold", hand="left"), 1.0)
+    session.receive(touch(object_id="hot", hand="right"), 1.05)
+    session.tick(1.06, READING)
+    (heat,) = only(session.tick(1.2, READING), Heat)
+    assert heat.setpoint_c > NEUTRAL_C
+    assert session.leases == 2
+
+
+def test_a_slide_to_another_object_takes_the_cold_of_the_first_along():
+    sword = SceneObject(object_id="sword", material="metal")
+    hilt = SceneObject(object_id="hilt", material="wood")
+
+    def setpoint_c(first: str) -> float:
+        session, reached_c = owner(sword, hilt), NEUTRAL_C
+        for step in range(50):
+            now = 1.0 + 0.02 * step
+            session.receive(touch("slide", first if step < 25 else "hilt"), now)
+            (heat,) = only(session.tick(now, READING), Heat)
+            reached_c = heat.setpoint_c
+        return reached_c
+
+    assert setpoint_c("sword") < setpoint_c("hilt") - 0.5
+
+
+def test_a_calibrated_contact_resistance_shapes_every_touch():
+    def setpoint_c(contact_resistance: float | None) -> float:
+        session = SceneSession(owner=True, contact_resistance=contact_resistance)
+        table = SceneObject(object_id="table", material="metal")
+        session.receive(Scene(id=1, objects=[table], replace=True), 0.0)
+        reached_c = NEUTRAL_C
+        for step in range(100):
+            now = 1.0 + 0.02 * step
+            session.receive(touch("contact", "table"), now)
+            (heat,) = only(session.tick(now, READING), Heat)
+            reached_c = heat.setpoint_c
+        return reached_c
+
+    assert setpoint_c(1e-4) < setpoint_c(None) < setpoint_c(5e-3) - 2.0
+
+
+def test_another_material_under_the_hand_in_a_frame_is_another_object():
+    region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
+
+    def setpoint_c(first: Evidence) -> float:
+        session, reached_c = owner(), NEUTRAL_C
+        for step in range(100):
+            now = 1.0 + 0.02 * step
+            session.receive(touch("slide", None, region=region), now)
+            if step == 0 or step >= 50:
+                looks = only(session.receive(frame(id=0, object_id=None), now), LookAt)
+                (look,) = [one for one in looks if one.key is not None]
+                session.recognised(look, first if step < 50 else WOOD, {}, now)
+            (heat,) = only(session.tick(now, READING), Heat)
+            reached_c = heat.setpoint_c
+        return reached_c
+
+    assert setpoint_c(METAL) < setpoint_c(WOOD) - 0.5
+
+
+def test_the_setpoint_never_moves_faster_than_the_slew_limit():
+    session = owner(SceneObject(object_id="table", material="metal", temperature_c=-20.0))
+    now, before = 1.0, NEUTRAL_C
+    session.tick(now, READING)
+    for _ in range(100):
+        session.receive(touch(), now)
+        now += 0.02
+        for heat in only(session.tick(now, READING), Heat):
+            assert abs(heat.setpoint_c - before) <= 5.0 * 0.02 + 1e-9
+            assert 18.0 <= heat.setpoint_c <= 40.0
+            before = heat.setpoint_c
+    assert before < 25.0
+
+
+def test_physics_outside_the_limits_is_limited_labelled_and_shown_beside():
+    session = owner(SceneObject(object_id="table", material="metal", temperature_c=-20.0))
+    (decision,) = replies(session.receive(touch(), 1.0), Decision)
+    assert decision.setpoint_c == 18.0
+    assert decision.limited_by == "setpoint"
+    assert decision.unlimited_c < 0.0
+
+
+def test_a_scene_at_skin_temperature_carries_no_thermal_cue():
+    session = owner(TABLE, ambient_c=NEUTRAL_C)
+    (decision,) = replies(session.receive(touch(), 1.0), Decision)
+    assert not decision.thermal_cue
+
+
+def test_only_the_owner_touches():
+    session = SceneSession(owner=False)
+    with pytest.raises(MessageError) as refused:
+        session.receive(touch(), 1.0)
+    assert refused.value.code == "not_owner"
+    assert session.leases == 0
+
+
+def test_a_touch_without_a_target_is_refused_with_its_path():
+    with pytest.raises(MessageError) as refused:
+        owner().receive(touch(object_id=None), 1.0)
+    assert refused.value.path == "$.object_id"
+
+
+def test_stop_holds_until_release_and_a_new_contact():
+    hold = Hold()
+    session = SceneSession(owner=True, hold=hold)
+    session.receive(scene(TABLE), 0.0)
+    session.receive(touch(), 1.0)
+    assert only(session.receive(Stop(id=3, scope="all"), 1.1), HoldAtRest)
+    hold.stop("all")
+    session.rest()
+    for phase in ("contact", "slide", "approach"):
+        with pytest.raises(MessageError) as refused:
+            session.receive(touch(phase), 1.2)
+        assert refused.value.code == "unsafe"
+    session.receive(touch("release"), 1.3)
+    assert only(session.receive(touch(), 1.4), Feel)
+
+
+def test_a_held_speaker_leaves_the_plate_working():
+    hold = Hold()
+    session = SceneSession(owner=True, hold=hold)
+    session.receive(scene(SceneObject(object_id="table", material="metal")), 0.0)
+    hold.stop("speaker")
+    assert not only(session.receive(touch(), 1.0), Feel)
+    assert only(session.tick(1.02, READING), Heat)
+
+
+def test_a_held_plate_rests_while_the_hand_keeps_touching():
+    hold = Hold()
+    session = SceneSession(owner=True, hold=hold)
+    session.receive(scene(SceneObject(object_id="table", material="metal")), 0.0)
+    session.receive(touch(), 1.0)
+    session.tick(1.02, READING)
+    session.tick(1.04, READING)
+    hold.stop("peltier")
+    assert only(session.tick(1.06, READING), RestPlate)
+    assert not only(session.tick(1.08, READING), Heat)
+
+
+def test_a_frame_of_an_object_the_scene_has_named_is_answered_without_a_look():
+    session = owner(TABLE)
+    actions = session.receive(frame(object_id="table"), 1.0)
+    assert not only(actions, LookAt)
+    (decision,) = replies(actions, Decision)
+    assert (decision.id, decision.material, decision.source) == (5, "wood", "scene")
+
+
+def test_a_frame_of_an_unsure_object_is_looked_at_and_then_decided():
+    session = owner(BLOB)
+    answers = looked(session, frame(object_id="blob"), WOOD, stages={"encode": 2.0})
+    (decision,) = replies(answers, Decision)
+    assert (decision.id, decision.material, decision.source) == (5, "wood", "encoder")
+    assert decision.stages_ms == {"encode": 2.0}
+    (later,) = replies(session.receive(touch(object_id="blob"), 1.2), Decision) or [decision]
+    assert later.material == "wood"
+
+
+def test_an_unchanged_picture_is_skipped_as_unchanged():
+    session = owner(BLOB)
+    (answer,) = replies(looked(session, frame(object_id="blob"), None), Skipped)
+    assert answer.reason == "unchanged"
+
+
+def test_a_decision_that_arrives_under_a_hand_changes_what_it_feels_without_an_impact():
+    session = owner(BLOB)
+    session.receive(touch(object_id="blob"), 1.0)
+    session.receive(touch("slide", "blob"), 1.05)
+    (feel,) = only(looked(session, frame(object_id="blob"), WOOD), Feel)
+    assert (feel.command.material, feel.command.onset) == ("wood", False)
+
+
+def test_a_touched_region_has_the_newest_frame_looked_at():
+    session = owner()
+    session.receive(frame(object_id=None), 1.0)
+    region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
+    actions = session.receive(touch(object_id=None, region=region), 1.1)
+    (look,) = only(actions, LookAt)
+    assert (look.frame.id, look.frame.region) == (0, region)
+    assert session.wants_anew(look)
+    assert replies(session.recognised(look, GLASS, {}, 1.2), Decision)[0].id == 0
+    (feel,) = only(session.receive(touch("slide", None, region=region), 1.25), Feel)
+    assert feel.command.material == "glass"
+
+
+def test_enrolled_views_of_one_object_are_fused():
+    session = owner(BLOB)
+    for number, seen in enumerate((WOOD, GLASS, WOOD, WOOD)):
+        view = frame(id=number + 1, object_id="blob", purpose="enrol")
+        actions = looked(session, view, seen)
+    assert replies(actions, Decision)[0].material == "wood"
+
+
+def test_more_frames_than_the_limit_are_skipped_for_their_rate():
+    session = owner(BLOB)
+    answers = [session.receive(frame(id=i + 1), 1.0 + i * 0.001) for i in range(100)]
+    skipped = [answer for answer in answers if replies(answer, Skipped)]
+    assert len(skipped) == 10
+    assert replies(skipped[0], Skipped)[0].reason == "rate"
+
+
+def test_a_frame_that_lies_about_its_size_is_refused_before_it_is_decoded():
+    with pytest.raises(MessageError) as refused:
+        owner().receive(frame(width=64), 1.0)
+    assert refused.value.id == 5
+
+
+def test_a_frame_older_than_its_own_limit_is_stale():
+    session = owner(BLOB)
+    session.receive(frame(at=100.0), 1.0)
+    old = frame(at=100.0, max_age_ms=50.0)
+    assert not session.is_stale(old, 1.04)
+    assert session.is_stale(old, 1.06)
+
+
+def test_an_unknown_material_names_the_nearest_and_changes_nothing():
+    session = owner(TABLE)
+    with pytest.raises(MessageError) as refused:
+        session.receive(scene(SceneObject(object_id="x", material="wodo")), 1.0)
+    assert "wood" in refused.value.text
+    assert refused.value.path == "$.objects[0].material"
+    assert refused.value.id == 2
+    (feel,) = only(session.receive(touch(), 1.1), Feel)
+    assert feel.command.material == "wood"
+
+
+def test_replace_forgets_the_objects_not_listed():
+    session = owner(TABLE)
+    session.receive(scene(PANE), 1.0)
+    assert only(session.receive(touch(), 1.1), Feel)[0].command.material in (None, "wood")
+    (decision,) = replies(session.receive(touch("slide", "pane"), 1.2), Decision)
+    assert decision.material == "glass"
+
+
+def test_a_new_scene_changes_what_a_touching_hand_feels():
+    session = owner(TABLE)
+    session.receive(touch(), 1.0)
+    session.receive(touch("slide"), 1.05)
+    metal = SceneObject(object_id="table", material="metal")
+    actions = session.receive(scene(metal, replace=False), 1.1)
+    assert only(actions, Feel)[0].command.material == "metal"
+    assert replies(actions, Decision)[0].material == "metal"
+
+
+def test_a_shader_alone_can_decide():
+    chrome = SceneObject(object_id="x", name="Cube.003", shader=Shader(metallic=1.0, roughness=0.1))
+    (decision,) = replies(owner(chrome).receive(touch(object_id="x"), 1.0), Decision)
+    assert (decision.material, decision.source) == ("metal", "shader")
+
+
+def test_observers_send_no_frames_and_no_scenes():
+    session = SceneSession(owner=False, observer=True)
+    for message in (frame(), scene(TABLE)):
+        with pytest.raises(MessageError) as refused:
+            session.receive(message, 1.0)
+        assert refused.value.code == "protocol"
+
+
+def test_only_observers_watch_and_only_the_owner_sets_gains():
+    with pytest.raises(MessageError):
+        owner().receive(Set(id=3, watch=["log"]), 1.0)
+    with pytest.raises(MessageError) as refused:
+        SceneSession(owner=False).receive(Set(id=3, thermal_gain=0.5), 1.0)
+    assert refused.value.code == "not_owner"
+
+
+def test_thermal_gain_scales_the_deviation_from_neutral():
+    session = owner(SceneObject(object_id="table", material="glass", temperature_c=23.0))
+    (full,) = replies(session.receive(touch(), 1.0), Decision)
+    (half,) = replies(session.receive(Set(id=3, thermal_gain=0.5), 1.1), Decision)
+    assert half.unlimited_c - NEUTRAL_C == pytest.approx(0.5 * (full.unlimited_c - NEUTRAL_C))
+
+
+def test_a_second_hello_is_refused():
+    hello = Hello(
+        id=9,
+        client=Party(name="x", version="1"),
+        protocol=ProtocolVersion(major=1, minor=0),
+        role="scene",
+    )
+    with pytest.raises(MessageError) as refused:
+        owner().receive(hello, 1.0)
+    assert refused.value.code == "protocol"
+
+
+def test_a_client_clock_that_jumps_back_is_believed_again_after_the_window():
+    clock = ClockOffset()
+    clock.observe(5000.0, 0.0)
+    assert clock.age_s(5000.0, 0.1) == pytest.approx(0.1)
+    for second in range(1, int(3 * WINDOW_S)):
+        clock.observe(float(second), float(second))
+    assert clock.age_s(3 * WINDOW_S, 3 * WINDOW_S) == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("wrong", [touch("release", at=1e12), frame(at=1e12)])
+def test_one_capture_time_from_the_far_future_costs_no_later_impact(wrong):
+    session = owner(TABLE)
+    session.receive(touch(at=50.0), 1.0)
+    session.receive(touch("release", at=50.1), 1.1)
+    session.receive(wrong, 1.1)
+    session.receive(frame(at=50.2), 1.2)
+    (feel,) = only(session.receive(touch(at=50.5), 1.5), Feel)
+    assert (feel.command.onset, session.late_contacts) == (True, 0)
+    assert not session.is_stale(frame(at=50.5, max_age_ms=50.0), 1.51)
+
+
+def test_a_client_clock_that_jumps_ahead_is_never_younger_than_now():
+    clock = ClockOffset()
+    clock.observe(0.0, 0.0)
+    clock.observe(9000.0, 1.0)
+    assert clock.age_s(9000.0, 1.0) == 0.0
+
+
+def test_a_service_clock_that_jumps_back_does_not_block_frames():
+    rate = FrameRate(2)
+    assert rate.admits(100.0)
+    assert rate.admits(100.1)
+    assert not rate.admits(100.2)
+    assert rate.admits(50.0)
+
+
+def test_undeclared_objects_are_bounded():
+    session = owner(TABLE)
+    for number in range(9000):
+        session.receive(touch("slide", f"o{number}"), 1.0)
+    assert len(session._world.objects._known) <= 8192
+    assert only(session.receive(touch(), 1.1), Feel)[0].command.material == "wood"
+
+
+def test_pictures_of_another_format_are_told_apart():
+    buffer = io.BytesIO()
+    Image.new("RGB", (32, 32)).save(buffer, "PNG")
+    with pytest.raises(MessageError):
+        owner().receive(frame(image=buffer.getvalue()), 1.0)
+
+
+def test_the_first_contact_is_not_called_cached_and_names_how_it_is_touched():
+    session = owner(TABLE, PANE)
+    (first,) = replies(session.receive(touch(), 1.0), Decision)
+    assert (first.cached, first.pattern) == (False, "wood strike")
+    (second,) = replies(session.receive(touch("slide", "pane"), 1.1), Decision)
+    assert second.pattern == "glass slide"
+
+
+def test_a_stop_is_not_undone_by_the_other_hand():
+    hold = Hold()
+    session = SceneSession(owner=True, hold=hold)
+    session.receive(scene(TABLE), 0.0)
+    session.receive(touch(hand="left"), 1.0)
+    session.receive(touch(hand="right"), 1.0)
+    hold.stop("all")
+    session.rest()
+    session.receive(touch("release", hand="left"), 1.1)
+    for phase in ("contact", "slide"):
+        with pytest.raises(MessageError):
+            session.receive(touch(phase, hand="right"), 1.2)
+    assert only(session.receive(touch(hand="left"), 1.3), Feel)
+    with pytest.raises(MessageError):
+        session.receive(touch(hand="right"), 1.4)
+
+
+def test_the_plate_stays_with_the_latest_contact_while_the_other_hand_renews_or_approaches():
+    cold = SceneObject(object_id="cold", material="metal", temperature_c=0.0)
+    hot = SceneObject(object_id="hot", material="metal", temperature_c=60.0)
+    session = owner(cold, hot)
+    now = 1.0
+    session.receive(touch(object_id="cold", hand="left"), now)
+    session.receive(touch(object_id="hot", hand="right"), now + 0.01)
+    setpoints = []
+    for step in range(60):
+        now += 0.02
+        renewing = touch("slide", "cold", hand="left") if step % 2 else touch("slide", "hot")
+        session.receive(renewing, now)
+        setpoints += [heat.setpoint_c for heat in only(session.tick(now, READING), Heat)]
+    assert setpoints == sorted(setpoints)
+    session.receive(touch("release", hand="left"), now)
+    session.receive(touch("approach", "cold", hand="left"), now)
+    (heat,) = only(session.tick(now + 0.02, READING), Heat)
+    assert heat.setpoint_c >= setpoints[-1]
+
+
+def test_a_setting_or_a_late_look_during_an_impact_starts_no_rubbing():
+    session = owner(BLOB, TABLE)
+    session.receive(touch(), 1.0)
+    assert not only(session.receive(Set(id=3, ambient_c=10.0), 1.05), Feel)
+    session.receive(touch("slide"), 1.1)
+    assert only(session.receive(Set(id=4, ambient_c=12.0), 1.15), Feel)
+    other = owner(BLOB)
+    other.receive(touch(object_id="blob"), 1.0)
+    assert not only(looked(other, frame(object_id="blob"), WOOD), Feel)
+
+
+def test_the_regions_of_two_hands_are_decided_apart_and_from_other_frames():
+    session = owner()
+    session.receive(frame(object_id=None), 1.0)
+    regions = [Region(x=x, y=0.1, w=0.2, h=0.2) for x in (0.1, 0.7)]
+    looks = []
+    for hand, region in zip(("left", "right"), regions, strict=True):
+        answers = session.receive(touch(object_id=None, region=region, hand=hand), 1.1)
+        looks += only(answers, LookAt)
+    assert looks[0].key != looks[1].key
+    session.recognised(looks[0], WOOD, {}, 1.15)
+    whole = session.receive(frame(id=9, object_id=None), 1.16)
+    session.recognised(only(whole, LookAt)[-1], GLASS, {}, 1.17)
+    for hand, region, expected in zip(("left", "right"), regions, ("wood", None), strict=True):
+        again = touch("slide", None, region=region, hand=hand)
+        (feel,) = only(session.receive(again, 1.2), Feel)
+        assert feel.command.material == expected
+
+
+def test_a_touched_region_is_looked_at_again_in_every_newer_frame():
+    session = owner()
+    region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
+    assert not only(session.receive(touch(object_id=None, region=region), 1.0), LookAt)
+    looks = only(session.receive(frame(object_id=None), 1.1), LookAt)
+    assert [look.frame.id for look in looks] == [0, 5]
+
+
+def test_an_answer_for_a_scene_since_replaced_is_not_believed():
+    session = owner(BLOB)
+    (look,) = only(session.receive(frame(object_id="blob"), 1.0), LookAt)
+    session.receive(scene(BLOB), 1.05)
+    (answer,) = replies(session.recognised(look, WOOD, {}, 1.1), Skipped)
+    assert answer.reason == "superseded"
+    assert replies(session.receive(touch(object_id="blob"), 1.2), Decision)[0].material == "unknown"
+
+
+def test_an_answer_for_the_region_of_a_contact_since_ended_is_not_believed():
+    session = owner()
+    session.receive(frame(object_id=None), 1.0)
+    regions = [Region(x=x, y=0.1, w=0.2, h=0.2) for x in (0.1, 0.7)]
+    (early,) = only(session.receive(touch(object_id=None, region=regions[0]), 1.1), LookAt)
+    session.receive(touch("release"), 1.15)
+    (look,) = only(session.receive(touch(object_id=None, region=regions[1]), 1.2), LookAt)
+    assert session.recognised(early, METAL, {}, 1.25) == []
+    session.recognised(look, WOOD, {}, 1.3)
+    (feel,) = only(session.receive(touch("slide", None, region=regions[1]), 1.35), Feel)
+    assert feel.command.material == "wood"
+
+
+def test_a_swing_ends_when_the_hand_only_approaches():
+    session = owner(SceneObject(object_id="sword", material="metal"))
+    session.receive(touch("approach", "sword", interaction="swing"), 1.0)
+    assert only(session.receive(touch("approach", "sword"), 1.1), LetGo)
+
+
+def test_a_decision_says_when_the_heat_of_the_session_is_used_up():
+    session = owner(SceneObject(object_id="table", material="metal", temperature_c=60.0))
+    session.tick(0.5, dataclasses.replace(READING, dose_cem43=2.5))
+    (decision,) = replies(session.receive(touch(), 1.0), Decision)
+    assert (decision.setpoint_c, decision.limited_by) == (NEUTRAL_C, "dose")
+    assert decision.unlimited_c > 40.0
+
+
+def test_restating_the_same_objects_is_no_overflow_and_declared_ones_are_never_forgotten():
+    many = [SceneObject(object_id=f"o{number}") for number in range(4096)]
+    session = owner(*many)
+    for number in range(5000):
+        session.receive(touch("slide", f"undeclared{number}"), 1.0)
+    session.receive(scene(*many, replace=False), 1.1)
+    assert session._world.objects.facts("o0") is not None
+    assert len(session._world.objects._known) <= 8192
+
+
+def test_observers_set_no_ambient():
+    with pytest.raises(MessageError) as refused:
+        SceneSession(owner=False, observer=True).receive(Set(id=3, ambient_c=20.0), 1.0)
+    assert refused.value.path == "$.ambient_c"
+
+
+def test_live_looks_and_views_to_enrol_of_one_object_are_fused():
+    session = owner(BLOB)
+    for number, seen in enumerate((WOOD, WOOD, WOOD)):
+        looked(session, frame(id=number + 1, object_id="blob", purpose="enrol"), seen)
+    for number in range(3):
+        (decision,) = replies(
+            looked(session, frame(id=number + 7, object_id="blob"), GLASS), Decision
+        )
+        assert decision.material == "wood"
+    (decision,) = replies(looked(session, frame(id=10, object_id="blob"), GLASS), Decision)
+    assert (decision.material, decision.runner_up) == ("glass", None)
+
+
+def test_a_wrong_first_look_is_corrected_by_later_ones():
+    session = owner(BLOB)
+    said = []
+    for number, seen in enumerate((GLASS, WOOD, WOOD, WOOD)):
+        answers = looked(session, frame(id=number + 1, object_id="blob"), seen)
+        said += [decision.material for decision in replies(answers, Decision)]
+    assert said[0] == "glass"
+    assert said[-1] == "wood"
+
+
+def test_frames_without_an_object_id_are_decided_one_by_one():
+    session = owner()
+    for number, seen in enumerate((WOOD, GLASS, WOOD, GLASS)):
+        answers = looked(session, frame(id=number + 1, object_id=None), seen)
+        (decision,) = replies(answers, Decision)
+        assert decision.material == seen.material
+
+
+def test_what_was_seen_of_an_object_outlives_its_being_stated_anew():
+    session = owner(BLOB)
+    looked(session, frame(object_id="blob"), WOOD)
+    session.receive(scene(BLOB, replace=False), 1.2)
+    (feel,) = only(session.receive(touch(object_id="blob"), 1.3), Feel)
+    assert feel.command.material == "wood"

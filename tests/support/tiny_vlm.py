@@ -1,0 +1,96 @@
+"""A Qwen2-VL of the real architecture, small enough to build in a test, in a folder of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from hapticvlm import materials
+from hapticvlm.recognition.vlm import prompts
+from hapticvlm.recognition.vlm.local import LocalVlm
+from hapticvlm_lab.bench.ambient import random_model
+
+Pixels = NDArray[np.uint8]
+
+ASKED = (
+    prompts.about_ambient(prompts.MOST_WORDINGS),
+    prompts.about_material(tuple(materials.MATERIALS)),
+)
+SD = 0.15  # of the weights: with the usual 0.02 an answer hangs on its last token alone
+SPLIT = ("ceramic", "foliage")  # names that the tokenizer is to know in parts only
+
+
+def write_tiny_vlm(folder: Path, seed: int = 0) -> Path:
+    """Write network (float32), tokenizer, chat template and image processor; takes a second."""
+    texts = " ".join(text for asked in ASKED for text in (asked.instruction, *asked.questions))
+    for name in SPLIT:
+        texts = texts.replace(name, "")
+    tokenizer = random_model.stand_in_tokenizer([texts])
+    configuration = random_model.config(random_model.TINY, tokenizer)
+    model = random_model.random_network(configuration, "float32", seed, sd=SD)
+    random_model.save(folder, model, tokenizer)
+    return folder
+
+
+def picture(seed: int = 0, height: int = 90, width: int = 160) -> Pixels:
+    """Draw a picture of random blocks: (height, width, 3) uint8."""
+    blocks = np.random.default_rng(seed).integers(0, 255, (height // 10, width // 10, 3), np.uint8)
+    large: Pixels = np.kron(blocks, np.ones((10, 10, 1), np.uint8))
+    return large
+
+
+def rewrite(folder: Path, change: Callable[[str, torch.Tensor], torch.Tensor | None]) -> None:
+    """Change the weights in a folder; None leaves one out."""
+    from safetensors.torch import load_file, save_file
+
+    file = folder / "model.safetensors"
+    changed = {name: change(name, tensor) for name, tensor in load_file(file).items()}
+    kept = {name: tensor for name, tensor in changed.items() if tensor is not None}
+    save_file(kept, file, {"format": "pt"})
+
+
+@contextmanager
+def planting(vlm: LocalVlm, text: str) -> Iterator[None]:
+    """Make a network sure of one answer and its end, whatever it is shown.
+
+    What was answered so far is what each row sees behind the prompt, so a wrong mask shows.
+    """
+    answer = [*vlm.chat.encode(text), min(vlm.network.ends)]
+    begun: list[list[int]] = []
+
+    def look(_module: object, _inputs: object, given: dict[str, Any]) -> None:
+        ids, mask = given["input_ids"][0], given.get("attention_mask")
+        if mask is None:
+            begun[:] = [answer[: len(begun[0]) + 1]] if len(ids) == 1 else []
+            return
+        seen = [ids[mask[0, 0, row, -len(ids) :] == 0] for row in given["logits_to_keep"]]
+        begun[:] = [_answered(vlm, row.tolist()) for row in seen]
+
+    def speak(_module: object, _inputs: object, outputs: Any) -> None:
+        for row, text in enumerate(begun):
+            is_on_its_way = text == answer[: len(text)] and len(text) < len(answer)
+            outputs.logits[0, row] = -40.0
+            outputs.logits[0, row, answer[len(text)] if is_on_its_way else answer[-1]] = 40.0
+
+    model = vlm.network.model
+    hooks = [
+        model.register_forward_pre_hook(look, with_kwargs=True),
+        model.register_forward_hook(speak),
+    ]
+    try:
+        yield
+    finally:
+        for hook in hooks:
+            hook.remove()
+
+
+def _answered(vlm: LocalVlm, seen: list[int]) -> list[int]:
+    opening = vlm.chat.encode("<|im_start|>assistant\n")
+    starts = [at for at in range(len(seen)) if seen[at : at + len(opening)] == opening]
+    return seen[starts[-1] + len(opening) :]
