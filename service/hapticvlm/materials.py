@@ -3,9 +3,8 @@
 Knows facts and their sources only; nothing here measures, decides or renders. MATERIALS is the
 built-in table and never changes; a material of the user's own is derived from one of its classes,
 and whoever uses such materials is handed a table that has them too. Thermal figures are
-handbook values at room temperature as collected in the project's physics reference, section 1.2
-(plywood, hardwood and softwood: Mechanical Engineers' Handbook vol. 4; the others from memory of
-handbooks, so parameters and not claims). Effusivity e = sqrt(k rho c) follows from them.
+handbook values at room temperature; docs/physics.md 1.2 has their sources and which of them were
+read. Effusivity e = sqrt(k rho c) follows from them.
 """
 
 from __future__ import annotations
@@ -105,13 +104,13 @@ _THERMAL = {
     "paper": Thermal(0.08, 700, 1340),  # cardboard
     "leather": Thermal(0.16, 900, 1500),
     "rubber": Thermal(0.16, 1100, 1900),
-    "foliage": Thermal(0.4, 700, 3500),  # fresh leaf, mostly water; from memory, no source found
+    "foliage": Thermal(0.4, 700, 3500),  # fresh leaf, mostly water; no source found
 }
 
 # Modes: wood 100 / 80, rubber 30 / 60 and metal (aluminium) 300 / 90 as Okamura, Cutkosky and
-# Dennerlein, from memory; glass transposes a ringing preset (partials 1 : 1.86) into the band of
-# touch; all others are our choice; the first four are set apart by more than the 18-30 % that
-# frequencies must differ (physics reference 4.2, 4.3). Metal's close pair beats, as struck metal
+# Dennerlein (physics.md 4.3); glass transposes a ringing preset (partials 1 : 1.86) into the band
+# of touch; all others are our choice; the first four are set apart by more than the 18-30 % that
+# frequencies must differ (physics.md 4.2). Metal's close pair beats, as struck metal
 # does. A row ends where nobody feels what a struck body's might have beyond it (`hapticvlm chart
 # vibration`); the third modes of fabric and leather and the last two of rubber are there for that,
 # in the ratios of the glass preset, fabric's weaker, or struck cloth would be too near to wood.

@@ -7,14 +7,14 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-NEUTRAL_C = 32.0  # degC, resting palm and QST baseline (physics reference 1.1)
-THERMAL_FLOOR_C = 0.2  # degC, thenar warm threshold, the larger of the two (1.3, from memory)
-SPEAKER_RESONANCE_HZ = 40.0  # a palm speaker is usable from 40-60 Hz up (4.3, from memory)
+NEUTRAL_C = 32.0  # degC, resting palm and QST baseline (docs/physics.md 1.1)
+THERMAL_FLOOR_C = 0.2  # degC, thenar warm threshold, the larger of the two (physics.md 1.3)
+SPEAKER_RESONANCE_HZ = 40.0  # a palm speaker is usable from 40-60 Hz up (physics.md 4.1)
 
 # Detection threshold at the thenar eminence, large contactor: Hz and dB re 1 um peak displacement.
 # Shape (flat to 40 Hz, then 12 dB per octave down to 250 Hz): Gescheider and Verrillo. Anchor
-# (0.1 um at 250 Hz) and everything above 250 Hz: from memory, +-5 dB (physics reference 4.1). The
-# reference gives 1000 Hz only as "not felt at ordinary levels"; +20 dB is our reading of that.
+# (0.1 um at 250 Hz) and everything above 250 Hz are unchecked, +-5 dB; that 1000 Hz is "not felt at
+# ordinary levels" we take for +20 dB (physics.md 4.1).
 _THRESHOLD_HZ = np.array([40.0, 60, 80, 100, 125, 160, 200, 250, 500, 1000])
 _THRESHOLD_DB = np.array([12.0, 4.7, -0.3, -4.1, -8.0, -12.3, -16.1, -20.0, -9.0, 20.0])
 _THRESHOLD_LOG_HZ = np.log(_THRESHOLD_HZ)

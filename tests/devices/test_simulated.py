@@ -1,4 +1,4 @@
-"""The plant against the reference's figures, and the simulated plate's control and guards."""
+"""The plant against docs/physics.md, and the simulated plate's control and guards."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def plate_c(reading: PlateReading) -> float:
     return reading.plate_c
 
 
-# Physics reference 2.3: face after 1, 2 and 10 s from 33 degC, sink from 28 degC on 2 K/W.
+# docs/physics.md 2.2: face after 1, 2 and 10 s from 33 degC, sink from 28 degC on 2 K/W.
 @pytest.mark.parametrize(
     ("current_a", "after_1_s", "after_2_s", "after_10_s", "skin_after_1_s"),
     [
@@ -61,7 +61,7 @@ def test_the_face_follows_the_reference_step_responses(
 
     plant.step(current_a, 1.0)
     assert plant.plate_c == pytest.approx(after_1_s, abs=0.15)
-    # The reference's skin figure lies deeper than our surface, hence the wider tolerance.
+    # That skin figure lies deeper than our surface, hence the wider tolerance.
     assert plant.skin_c == pytest.approx(skin_after_1_s, abs=0.45)
     plant.step(current_a, 1.0)
     assert plant.plate_c == pytest.approx(after_2_s, abs=0.15)
@@ -69,7 +69,7 @@ def test_the_face_follows_the_reference_step_responses(
     assert plant.plate_c == pytest.approx(after_10_s, abs=0.35)
 
 
-# Physics reference 2.4: steady face with the skin on; past the optimum, cooling heats.
+# docs/physics.md 2.3: steady face with the skin on; past the optimum, cooling heats.
 @pytest.mark.parametrize(
     ("sink_k_per_w", "current_a", "steady_c", "tolerance_c"),
     [(5, 3, 9, 1), (5, 5, 20, 1), (5, 8, 65, 2), (8, 4, 30, 1), (8, 8, 135, 5)],
@@ -385,7 +385,7 @@ def test_used_up_heat_leaves_the_plate_at_neutral() -> None:
     assert hold(plate, 25.0, 5.0, begin_s=8.0)[-1].setpoint_c == 25.0
 
 
-# Physics reference 3.1: time to 2 CEM43 is 32, 8, 2, 1 and 0.5 min at 41, 42, 43, 44 and 45 degC.
+# docs/physics.md 3.1: time to 2 CEM43 is 32, 8, 2, 1 and 0.5 min at 41, 42, 43, 44 and 45 degC.
 @pytest.mark.parametrize(
     ("skin_c", "minutes"), [(41.0, 32.0), (42.0, 8.0), (43.0, 2.0), (44.0, 1.0), (45.0, 0.5)]
 )

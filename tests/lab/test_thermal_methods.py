@@ -77,7 +77,7 @@ def test_more_exponentials_and_more_cells_err_less():
 
 
 def test_fits_on_log_spaced_times_reproduce_the_reference_table():
-    # Physics reference 1.5: 3 exponentials miss aluminium at 5e-4 m2 K/W by 0.047 degC after 0.1 s.
+    # docs/physics.md 1.4: 3 exponentials miss aluminium at 5e-4 m2 K/W by 0.047 degC after 0.1 s.
     contact = thermal_contact(ALUMINIUM, 23.0, contact_resistance=5e-4, skin_c=33.0)
     end, heights, rates = fitted(contact, 3)
     times = np.geomspace(0.1, 10.0, 200)

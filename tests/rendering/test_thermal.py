@@ -161,7 +161,7 @@ def test_contact_temperatures_are_those_of_the_reference_table(
 
 
 def test_the_transient_has_the_published_size_one_second_in() -> None:
-    # Physics reference 2.3: skin -4.5 degC for glass and -6.8 for aluminium at 5e-4 m2 K/W.
+    # docs/physics.md 2.2: skin -4.5 degC for glass and -6.8 for aluminium at 5e-4 m2 K/W.
     for thermal, fall_c in ((MATERIALS["glass"].thermal, 4.5), (ALUMINIUM, 6.8)):
         contact = thermal_contact(thermal, 23.0, contact_resistance=5e-4, skin_c=33.0)
         assert 33.0 - skin_surface_c(contact, 1.0) == pytest.approx(fall_c, abs=0.1)

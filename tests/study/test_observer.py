@@ -88,7 +88,7 @@ def test_a_weak_neighbour_of_a_strong_tone_is_masked_and_a_far_one_is_not():
 
 
 def test_low_frequencies_a_fifth_apart_differ_by_more_than_a_step():
-    # People need 18-30 % (physics reference 4.2); drive is equally strong from 40 to 250 Hz.
+    # People need 18-30 % (docs/physics.md 4.2); drive is equally strong from 40 to 250 Hz.
     assert steps_between(tone(100.0, 0.3), tone(120.0, 0.3)) > 1.0
 
 

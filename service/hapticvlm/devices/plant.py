@@ -1,6 +1,6 @@
 """The project's one plant model: a Peltier element between a face with a palm on it and a sink.
 
-The plant is a lumped TEC1-03108 (Lineykin and Ben-Yaakov; physics reference 2.2) between a face and
+The plant is a lumped TEC1-03108 (Lineykin and Ben-Yaakov; docs/physics.md 2.1) between a face and
 a sink, with a palm on the face. With current I > 0 heating the face, temperatures in kelvin,
 
     Cf dTf/dt = a I Tf + I^2 R / 2 + K (Ts - Tf) + heat from the skin
@@ -8,8 +8,8 @@ a sink, with a palm on the face. With current I > 0 heating the face, temperatur
 
 and the skin is graded cells down to a core at 35 degC. Steps are backward Euler, sub-stepped to
 10 ms: the current multiplies a temperature, so no fixed matrix serves; face and fine skin are too
-stiff for an explicit step (1.6); an implicit one is stable, does not ring and stays within 0.02
-degC of a ten times finer one. Pellet dynamics below 0.3 s are left out.
+stiff for an explicit step (physics.md 1.4); an implicit one is stable, does not ring and stays
+within 0.02 degC of a ten times finer one. Pellet dynamics below 0.3 s are left out.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import SKIN
 
-SEEBECK, RESISTANCE, CONDUCTANCE = 0.01267, 0.367, 0.173  # V/K, ohm, W/K (reference 2.2)
-FACE_J_PER_K, SINK_J_PER_K = 1.0, 50.0  # reference 2.3; sink with 2 K/W: 100 s
+SEEBECK, RESISTANCE, CONDUCTANCE = 0.01267, 0.367, 0.173  # V/K, ohm, W/K (physics.md 2.1)
+FACE_J_PER_K, SINK_J_PER_K = 1.0, 50.0  # physics.md 2.1; sink with 2 K/W: 100 s
 AREA_M2 = 4e-4  # 20 x 20 mm
-PALM_RESISTANCE = 2e-4  # m2 K/W, palm resting on the ceramic face (reference 2.3)
+PALM_RESISTANCE = 2e-4  # m2 K/W, palm resting on the ceramic face (physics.md 2.1)
 AMBIENT_C, SINK_K_PER_W, CORE_C = 23.0, 2.0, 35.0
-_CELLS_M = 5e-5 * 1.55 ** np.arange(8.0)  # 2.9 mm in all: reproduces the reference's 2.3 and 2.4
+_CELLS_M = 5e-5 * 1.55 ** np.arange(8.0)  # 2.9 mm in all: reproduces physics.md 2.2 and 2.3
 _LONGEST_STEP_S, _KELVIN = 0.01, 273.15
 _FEW_STEPS = 8  # more are cheaper by a matrix power
 

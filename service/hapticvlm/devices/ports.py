@@ -12,7 +12,7 @@ from hapticvlm.devices.plate_protocol import BAUD
 AUTO = "auto"
 READ_S, WRITE_S = 0.02, 0.2
 
-# USB vendors of boards and of the serial chips on their copies, from memory.
+# USB vendors of boards and of the serial chips on their copies; our list.
 _VENDORS = {
     0x2341: "Arduino",
     0x2A03: "Arduino",

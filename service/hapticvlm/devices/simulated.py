@@ -14,7 +14,10 @@ from hapticvlm.rendering.thermal import PlateReading
 
 __all__ = ["AMBIENT_C", "REST_S", "Plant", "SimulatedPlate"]
 
-HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # heat stuck on stays below 43 degC at 23 (reference 3.4)
+HEAT_LIMIT_A, COOL_LIMIT_A = (
+    0.75,
+    2.0,
+)  # heat stuck on stays below 43 degC at 23 (docs/physics.md 3.3)
 _HEAT_GAINS, _COOL_GAINS = (1.5, 0.6), (2.5, 1.5)  # A/K and A/(K s)
 _LEAD_C = 0.4  # how far the target may be ahead of a plate at its current limit
 _TICK_S = 0.02
@@ -182,7 +185,7 @@ class SimulatedPlate:
 
     def _account(self, dt_s: float) -> None:
         skin_c = self._plant.skin_c
-        halving = 0.5 if skin_c >= 43.0 else 0.25  # CEM43 (reference 3.1, from memory)
+        halving = 0.5 if skin_c >= 43.0 else 0.25  # CEM43 (physics.md 3.1)
         self._dose_cem43 += dt_s / 60.0 * halving ** (43.0 - skin_c)
         if self._on and self._target_c > NEUTRAL_C + THERMAL_FLOOR_C:
             self._heated_s += dt_s

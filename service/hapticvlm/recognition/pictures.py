@@ -1,7 +1,7 @@
 """Frames to crops: header checks, decoding, cutting, resizing, and "has it changed".
 
 JPEG is decoded at the largest power-of-two reduction that leaves the wanted side in the region,
-which is exact and cheap (latency reference 2); only then is it flipped, cut and resized. Nothing is
+which is exact and cheap; only then is it flipped, cut and resized. Nothing is
 decoded before `check_header` has compared the declared size with the picture's own header, so a
 small file cannot unfold into gigabytes. Knows no material.
 """
@@ -27,7 +27,7 @@ Box = tuple[
 CENTRE = 0.5  # share of the frame's sides looked at when nothing says where the object is
 CENTRAL_DISC = 0.8  # diameter of the central mask over the crop's side
 MARGIN = 0.05  # of the mask's bounding box, kept around it: surroundings tell glass from paint
-REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than none (latency reference 2)
+REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than none
 MAX_SCANS = 32  # a JPEG of thousands of empty scans keeps a decoder busy for minutes; common: <= 10
 CELLS = 8  # cells a side of a signature
 MEAN_CHANGE = 4.0  # grey levels, root mean square over the cells, that count as another picture

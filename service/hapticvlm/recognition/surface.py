@@ -2,7 +2,7 @@
 
 The rungs are climbed in that order and each may say nothing (None); the last always speaks, so that
 an object of which nothing is known is as warm as its surroundings. In the sun an object is warmer
-than the air by the sol-air rule (ASHRAE Handbook of Fundamentals; from memory, like its figures):
+than the air by the sol-air rule (ASHRAE Handbook of Fundamentals; docs/physics.md 7.2):
     rise = a G / (h + k) - s
 with a the absorptance, G the sun's power on it, h the heat transfer to air and sky, k what a body
 leads into its depth or evaporates, s the loss to a clear sky. It is a steady state on a clear day:
@@ -20,7 +20,7 @@ from hapticvlm.recognition.ambient import Ambient
 LEAST_C, MOST_C = -100.0, 400.0  # what `temperature_c` may be on the wire; a test compares them
 HEATED_ROOM_C = 25.0  # above this nobody heats: a radiator says nothing; our choice
 
-SUN_W_M2 = (400.0, 800.0, 1000.0)  # low sun, usual clear day, at right angles; from memory
+SUN_W_M2 = (400.0, 800.0, 1000.0)  # low sun, usual clear day, at right angles (physics.md 7.2)
 AIR_W_M2_K = 17.0  # h of the sol-air rule in a light wind (3.4 m/s); calm air gives about 10
 SKY_K = (4.0, 4.0, 0.0)  # s of a horizontal surface, and of a vertical one
 
@@ -51,7 +51,7 @@ class Surface:
 
 @dataclass(frozen=True, slots=True)
 class _Sunning:
-    """Absorptance least, usual, most; and k in W/(m2 K). All from memory of handbooks."""
+    """Absorptance least, usual, most; and k in W/(m2 K). Sources: physics.md 7.2."""
 
     absorptance: tuple[float, float, float]
     depth_w_m2_k: float = 0.0

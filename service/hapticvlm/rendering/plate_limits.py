@@ -12,12 +12,10 @@ from typing import Literal
 
 from hapticvlm.perception import NEUTRAL_C
 
-SETPOINT_MIN_C, SETPOINT_MAX_C = (
-    18.0,
-    40.0,
-)  # degC, this and what has no note: physics reference 3.3
+# Where no other section is named: docs/physics.md 3.2.
+SETPOINT_MIN_C, SETPOINT_MAX_C = 18.0, 40.0  # degC
 SLEW_C_PER_S = 5.0
-DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, the limit for impaired skin (van Rhoon 2013, from memory)
+DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, for healthy people without supervision (physics.md 3.1)
 HEAT_LIMIT_S = 900.0
 SINK_TRIP_C = 46.0  # ours: a hotter one heats skin through an open bridge beyond 43, fan dead
 PLATE_TRIP_HIGH_C = 43.0

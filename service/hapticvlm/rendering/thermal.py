@@ -1,6 +1,6 @@
 """What a hand would feel when it meets an object: the surface of the skin over time. Pure.
 
-The model (Ho and Jones; physics reference 1.1): skin and object are semi-infinite bodies that meet
+The model (Ho and Jones; docs/physics.md 1.1): skin and object are semi-infinite bodies that meet
 through a contact resistance R''. With effusivities e, temperatures T and time t the skin surface is
 
     T(t) = Ts + (To - Ts) share(t)
@@ -41,9 +41,9 @@ from hapticvlm.rendering.plate_limits import limit as limit
 from hapticvlm.rendering.plate_limits import settle as settle
 from hapticvlm.rendering.plate_limits import within_range as within_range
 
-LEAD_S = 0.25  # s, heat before vibration is felt as simultaneous: 242 ms best (NSF 2006152)
+LEAD_S = 0.25  # s, heat before vibration is felt as simultaneous: 242 ms best (physics.md 1.3)
 
-SKIN = Thermal(0.37, 1000, 3770)  # from memory; e 1181 is inside the published 1090-1281
+SKIN = Thermal(0.37, 1000, 3770)  # e 1181, inside the published 1090-1281 (physics.md 1.1)
 _SMALLEST = 1e-300  # keeps a vanishing thickness from dividing by zero
 _TERMS = 8  # of Gaver and Stehfest's sum: 6 are five times less exact, 10 cost a fifth more
 
@@ -69,7 +69,7 @@ def thermal_contact(
 ) -> ThermalContact:
     """Describe a contact; the contact resistance defaults to the fit of Ho and Jones.
 
-    The fit (0.37 + k) / (1870 k) m2 K/W is from memory and predicts larger changes than one
+    The fit (0.37 + k) / (1870 k) m2 K/W (physics.md 1.1) predicts larger changes than one
     measured anchor (copper at 10 s would need 2-3.5e-3): calibrate it where it matters.
     """
     if contact_resistance is None:

@@ -27,8 +27,8 @@ BRIEF_LIFT_S = 0.15  # s, about the lift of a quick tap; our choice
 class Course:
     """One palm's past and present; begin with Course() and go on with what the methods return.
 
-    `lead_s` lets heat run ahead of vibration (DESIGN 6): an approach waits where the skin would be
-    that long after contact and contact goes on from there; 0 tells what a real object would do.
+    `lead_s` lets heat run ahead of vibration (docs/physics.md 1.3): an approach waits where the
+    skin would be that long after contact and contact goes on from there; 0 is a real object.
     """
 
     lead_s: float = LEAD_S

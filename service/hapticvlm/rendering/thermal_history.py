@@ -10,7 +10,7 @@ one height in degC per rate, however many contacts it had. In the Laplace domain
 takes the share X of whatever the surface would do without it, so a past P(s) = sum h / (s + l)
 fades as (1 - X) P, and a contact with contrast G adds sqrt(s) X (G / s - P) / (s + l) to the height
 of rate l. Both go back to time by a sum over four points of a contour around the negative axis
-(Trefethen, Weideman and Schmelzer 2006, from memory; checked in the tests), which is exact to 5e-5.
+(Trefethen, Weideman and Schmelzer 2006; docs/physics.md 1.4), which is exact to 5e-5 in the tests.
 A fading is tabled when a contact begins and then only looked up.
 """
 

@@ -1,6 +1,6 @@
 """What lies above the band of touch, moved into it. Pure.
 
-Struck glass and small struck metal ring above 1 kHz, where a palm feels nothing (physics reference
+Struck glass and small struck metal ring above 1 kHz, where a palm feels nothing (docs/physics.md
 4.3). `transpose` slows such a row of modes down as a whole, like a tape: the ratios between them,
 by which one ringing thing differs from another, stay. The same is done to textures: a hand that
 crosses 0.5 mm of weave at 1 m/s makes 2 kHz, which nobody feels, so `felt_hz` bends what exceeds
@@ -13,12 +13,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-BEST_HZ = 250.0  # Hz, where a palm is most sensitive (physics reference 4.1)
+BEST_HZ = 250.0  # Hz, where a palm is most sensitive (physics.md 4.1)
 HIGHEST_HZ = 360.0  # Hz, needs 12 dB more drive than 250 Hz (perception.drive_threshold_db)
 BEND_HZ = 150.0  # Hz, our choice: 286 and 400 Hz stay 17 % apart, about one step of frequency
 BAND_END_HZ = 1000.0
 
-# Modes of a published glass preset, Hz (physics reference 4.3); its decays, 4-18 per s, are of a
+# Modes of a published glass preset, Hz (physics.md 4.3); its decays, 4-18 per s, are of a
 # glass that stands free, and a glass in a hand rings shorter.
 GLASS_HZ = (1206.0, 2240.0, 3919.0, 5965.0)
 GLASS_LOWEST_HZ = 350.0  # where its lowest mode is moved to: our choice, above the other classes

@@ -33,13 +33,13 @@ FRAME_S = 0.05  # s, of one spectrum: the shortest window
 # dB that a full-scale sine of 250 Hz is above its threshold: where the psychohaptic model of MPEG
 # (ISO/IEC 23090-31) has it. A real speaker's level is one figure to change here.
 FULL_SCALE_DB = 45.0
-SUMMATION_S = 0.2  # s, P alone sums time, over 0.2-1 s (physics reference 5)
+SUMMATION_S = 0.2  # s, P alone sums time, over 0.2-1 s (docs/physics.md 5)
 # dB, one Weber step of amplitude at the thenar: 0.20 at 125 Hz and 0.58 at 10 Hz (Forta, Griffin
 # and Morioka 2012). NP II and NP III were not measured there and get the larger one.
 WEBER_DB = np.array([1.6, 4.0, 4.0, 4.0])
 
-# Channel thresholds, dB re 1 um peak, and slopes, dB per octave, from memory of Gescheider and
-# Bolanowski, +-5 dB: NP I is flat to 40 Hz, NP II best at 300 Hz, NP III flat to 3 Hz.
+# Channel thresholds, dB re 1 um peak, and slopes, dB per octave (physics.md 5; Gescheider,
+# Bolanowski; unchecked, +-5 dB): NP I is flat to 40 Hz, NP II best at 300 Hz, NP III flat to 3 Hz.
 _NP_I_DB, _NP_I_HZ = 12.0, 40.0
 _NP_II_DB, _NP_II_HZ = 10.0, 300.0
 _NP_III_DB, _NP_III_HZ = 28.0, 3.0

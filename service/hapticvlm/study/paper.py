@@ -1,7 +1,7 @@
 """The study of the paper HapticVLM (arXiv 2505.02569): nine people, ten patterns, 450 trials.
 
 The paper prints proportions with two decimals; each row maps to integers that sum to 45 without a
-remainder (physics reference 6.3), and those are kept here. Trials of single people are unpublished.
+remainder (docs/physics.md 6.1), and those are kept here. Trials of single people are unpublished.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ for each other as often as nine people took the paper's, that of vibration so th
 recognised as often. What that proves: a set that this observer confuses leaves little in these
 channels to tell its patterns apart by, and one set leaves more than another. What it does not:
 that people reach the figure. The paper's recordings, levels and temperatures are unpublished, so
-the set like it is a guess; channel slopes and the speaker's level are partly from memory; nothing
-is learnt, forgotten or pressed by mistake; and rhythm is not counted.
+the set like it is a guess; channel slopes and the speaker's level are partly unchecked
+(docs/physics.md 5); nothing is learnt, forgotten or pressed by mistake; and rhythm is not counted.
 """
 
 from __future__ import annotations

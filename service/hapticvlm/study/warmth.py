@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from hapticvlm.perception import THERMAL_FLOOR_C
 
 WEBER = 0.43
-EARLY_S = 0.5  # s from the plate's start, about a cold reaction time (reference 1.3, from memory)
-RATE_FLOOR_C_PER_S = 0.1  # below it thresholds rise steeply (reference 1.3)
+EARLY_S = 0.5  # s from the plate's start, about a cold reaction time (docs/physics.md 1.3)
+RATE_FLOOR_C_PER_S = 0.1  # below it thresholds rise steeply (physics.md 1.3)
 
 
 def warmth_steps(skin_c: NDArray[np.float64], step_s: float) -> NDArray[np.float64]:

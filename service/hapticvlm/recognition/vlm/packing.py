@@ -4,7 +4,7 @@ After the part that all share come, one behind the other, each wording's tail an
 tree of candidates. A mask lets a token see what it would see if its wording and its beginning of a
 candidate stood alone, and its position counts from the shared part, so the pass gives the very
 next-token distributions that asking each text by itself would give (tree attention: Miao et al.,
-SpecInfer, ASPLOS 2024, arXiv 2305.09781; from memory).
+SpecInfer, ASPLOS 2024, arXiv 2305.09781).
 """
 
 from __future__ import annotations

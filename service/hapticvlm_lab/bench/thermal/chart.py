@@ -31,7 +31,7 @@ from hapticvlm_lab.bench.thermal.reference import (
 )
 
 NAME = "chart-thermal"
-FINEST_C = 0.1  # degC, cool threshold at the thenar (physics reference 1.3, from memory)
+FINEST_C = 0.1  # degC, cool threshold at the thenar (docs/physics.md 1.3)
 MOST_US = 5.0
 OBJECT_C = 22.0
 SECONDS = 10.0

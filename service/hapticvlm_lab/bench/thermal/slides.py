@@ -17,7 +17,7 @@ from hapticvlm_lab.bench.thermal.methods import Closed, Forgetful, Skin
 from hapticvlm_lab.bench.thermal.reference import SETTLED_S, Stage, skin_surface
 from hapticvlm_lab.bench.thermal.traces import Traced
 
-FELT_C = 0.1  # degC, what a slide may err by: the cool threshold (reference 1.3, from memory)
+FELT_C = 0.1  # degC, what a slide may err by: the cool threshold (docs/physics.md 1.3)
 SLIDE_S = 6.0
 
 

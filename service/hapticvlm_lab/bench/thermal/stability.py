@@ -1,7 +1,7 @@
 """`hapticvlm stability thermal`: where each way to follow the skin, or the plate, breaks.
 
 Each row is one trial: what was tried, what the theory says should happen, what did, and whether the
-product's own way survives the same trial (physics reference 1.6). The picture shows four of them.
+product's own way survives the same trial (docs/physics.md 1.4). The picture shows four of them.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from hapticvlm_lab.bench.vibration.methods import Row
 
 NAME = "chart-vibration"
 EVEN = 1.1  # what costs so little more costs the same: clocks tell no finer here
-NOTICED_MS = 5.5  # of a tap's delay (physics reference 4.4)
+NOTICED_MS = 5.5  # of a tap's delay (docs/physics.md 4.4)
 
 
 def run(out: Path, *, as_json: bool) -> int:

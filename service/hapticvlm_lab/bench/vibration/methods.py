@@ -23,8 +23,8 @@ Wave = NDArray[np.float32]
 
 NAMES = ("wood", "glass", "fabric", "metal")
 # A struck body has more modes than a table holds. Those it might have beyond are put on in the
-# ratios of the glass preset (physics reference 4.3), then as that row goes on. One loss factor
-# makes decays rise with frequency (4.3, from memory), an equal push makes amplitudes fall with it.
+# ratios of the glass preset (docs/physics.md 4.3), then as that row goes on. One loss factor
+# makes decays rise with frequency (physics.md 4.3), an equal push makes amplitudes fall with it.
 RATIOS = (1.0, 1.857, 3.25, 4.946, 6.7, 8.6)
 MODES = (1, 2, 3, 4, 6)
 SHIPPED = "as shipped"
