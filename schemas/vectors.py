@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import msgpack
+import msgspec
 
 from hapticvlm.messages import (
     Decision,
@@ -25,6 +26,8 @@ from hapticvlm.messages import (
     SetpointRange,
     Skipped,
     Telemetry,
+    Transient,
+    Vibration,
     View,
     Welcome,
     decode,
@@ -93,11 +96,16 @@ def client_messages() -> Iterator[tuple[str, Json]]:
         yield f"touch {phase}", {**TOUCH, "phase": phase}
     for interaction in ("tap", "strike", "press", "slide", "carve", "swing"):
         yield f"touch {interaction}", {**TOUCH, "interaction": interaction}
+    near = {"phase": "approach", "distance_m": 0.05, "closing_mps": 0.5}
+    yield "touch approach, with its distance", {**TOUCH, **near}
     region = {"x": 0.0, "y": 0.0, "w": 1.0, "h": 1.0}
     yield "touch of a region", {**_without(TOUCH, "object_id"), "region": region}
     yield "touch with whole numbers", {**TOUCH, "speed_mps": 0, "force_n": 2, "captured_at": 12}
     yield "set", {"type": "set", "id": 3, "vibration_gain": 0.5, "thermal_gain": 1.0}
     yield "set watch", {"type": "set", "id": 3, "watch": ["frames", "waveform", "log"]}
+    forms = {"left": "amplitude", "right": "parametric"}
+    yield "set feel", {"type": "set", "id": 3, "feel": forms}
+    yield "set feel of no hand", {"type": "set", "id": 3, "feel": {}}
     for scope in ("all", "speaker", "peltier"):
         yield f"stop {scope}", {"type": "stop", "id": 4, "scope": scope}
 
@@ -175,6 +183,8 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
         frame_age_ms=12.5,
     )
     yield "decision", decision
+    cork = msgspec.structs.replace(decision, sub_material="cork", thickness_m=0.005)
+    yield "decision on a thing with a sub-material and a thickness", cork
     yield (
         "decision on an unknown object",
         Decision(
@@ -218,6 +228,21 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
         "error",
         Error(id=7, code="limit", text="$.speed_mps: Expected `float` <= 20.0", path="$.speed_mps"),
     )
+    yield (
+        "vibration",
+        Vibration(
+            id=0,
+            hand="right",
+            period_ms=4.0,
+            amplitude=[0.5, 0.25],
+            frequency_hz=[100.0, 80.0],
+            transients=[Transient(at_ms=0.0, amplitude=0.75, frequency_hz=150.0)],
+        ),
+    )
+    plain = Vibration(id=0, hand="left", period_ms=12.5, amplitude=[0.0, 1.0])
+    yield "vibration, amplitude alone", plain
+    stopped = Vibration(id=0, hand="left", period_ms=12.5, stopped=True)
+    yield "vibration that a stop ended", stopped
     yield "view of the waveform", View(id=0, kind="waveform", rate_hz=3000.0, samples=[0.0, 0.5])
     yield "view of a frame", View(id=0, kind="frames", format="jpeg", image=b"\xff\xd8")
 
@@ -250,6 +275,10 @@ def _wrong_values() -> Iterator[tuple[str, Any]]:
     yield "a frame of an unknown format", {**FRAME, "format": "bmp"}
     yield "an unknown scope", {"type": "stop", "id": 4, "scope": "world"}
     yield "a gain above one", {"type": "set", "id": 3, "vibration_gain": 1.5}
+    yield "a distance below nothing", {**TOUCH, "distance_m": -0.01}
+    yield "a closing speed too high", {**TOUCH, "closing_mps": 20.5}
+    yield "an unknown form to feel", {"type": "set", "id": 3, "feel": {"left": "pcm"}}
+    yield "a third hand to feel", {"type": "set", "id": 3, "feel": {"both": "amplitude"}}
     yield "a version that is a text", {**HELLO, "protocol": "1.0"}
 
 

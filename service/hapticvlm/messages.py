@@ -40,6 +40,7 @@ AmbientSource = Literal["scene", "vlm", "default"]
 Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
 SurfaceSource = Literal["scene", "name", "sun", "ambient"]
 SkipReason = Literal["superseded", "stale", "unchanged", "rate"]
+FeelForm = Literal["amplitude", "parametric"]
 
 
 class MessageError(Exception):
@@ -141,7 +142,11 @@ class Frame(Wire, frozen=True, tag="frame", tag_field="type"):
 
 
 class Touch(Wire, frozen=True, tag="touch", tag_field="type"):
-    """What a hand does now; renews that hand's lease unless it is a release."""
+    """What a hand does now; renews that hand's lease unless it is a release.
+
+    `distance_m` to the object and `closing_mps`, the speed at which it shrinks (negative: it
+    grows), say when an approach will become a contact; the plate leads by that time.
+    """
 
     id: RequestId
     phase: Phase
@@ -152,16 +157,30 @@ class Touch(Wire, frozen=True, tag="touch", tag_field="type"):
     object_id: ObjectId | None = None
     region: Region | None = None
     interaction: Interaction | None = None
+    distance_m: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
+    closing_mps: Annotated[float, Meta(ge=-20.0, le=20.0)] | None = None
+
+
+class Feel(Wire, frozen=True):
+    """Which hands get `vibration` events, and in which form; a hand that is absent gets none.
+
+    `amplitude` is one value a display frame, for actuators of one frequency; `parametric` is finer
+    and brings frequencies and transients too.
+    """
+
+    left: FeelForm | None = None
+    right: FeelForm | None = None
 
 
 class Set(Wire, frozen=True, tag="set", tag_field="type"):
-    """Settings of this connection's session."""
+    """Settings of this connection's session; `feel` and gains are the owner's alone."""
 
     id: RequestId
     ambient_c: AmbientCelsius | None = None
     vibration_gain: Share | None = None
     thermal_gain: Share | None = None
     watch: Annotated[list[Literal["frames", "waveform", "log"]], Meta(max_length=3)] | None = None
+    feel: Feel | None = None
 
 
 class Stop(Wire, frozen=True, tag="stop", tag_field="type"):
@@ -244,7 +263,11 @@ class EvidenceItem(Wire, frozen=True):
 
 
 class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
-    """What an object is and how it will feel; id 0 when it is an event."""
+    """What an object is and how it will feel; id 0 when it is an event.
+
+    `sub_material` is what its name says it is made of more exactly, with bulk values of its own;
+    `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.
+    """
 
     id: int
     material: str
@@ -271,6 +294,8 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     pattern: str | None = None
     stages_ms: dict[str, float] = {}
     frame_age_ms: float | None = None
+    sub_material: str | None = None
+    thickness_m: float | None = None
 
 
 class Telemetry(Wire, frozen=True, tag="telemetry", tag_field="type"):
@@ -305,6 +330,32 @@ class View(Wire, frozen=True, tag="view", tag_field="type"):
     text: str | None = None
 
 
+class Transient(Wire, frozen=True):
+    """A short pulse within a plan, `at_ms` after the plan begins."""
+
+    at_ms: float
+    amplitude: Share
+    frequency_hz: float
+
+
+class Vibration(Wire, frozen=True, tag="vibration", tag_field="type"):
+    """What one hand feels from now on: a short plan that replaces the one before. An event.
+
+    `amplitude` holds one value for each `period_ms`, 1 for the strongest vibration; after the last
+    value there is silence, so a lost link ends within 100 ms. `frequency_hz` is as long or, in the
+    form `amplitude`, empty; a transient is part of the amplitude too. An empty plan means silence
+    now; `stopped` says that a `stop`, perhaps of another connection, holds the vibration.
+    """
+
+    id: int
+    hand: HandName
+    period_ms: float
+    amplitude: list[Share] = []
+    frequency_hz: list[float] = []
+    transients: list[Transient] = []
+    stopped: bool = False
+
+
 class Skipped(Wire, frozen=True, tag="skipped", tag_field="type"):
     """A frame that was not looked at, and why."""
 
@@ -327,7 +378,7 @@ class Error(Wire, frozen=True, tag="error", tag_field="type"):
     path: str | None = None
 
 
-ServiceMessage = Welcome | Decision | Telemetry | View | Skipped | Ok | Error
+ServiceMessage = Welcome | Decision | Telemetry | View | Vibration | Skipped | Ok | Error
 
 _msgpack_decoder: msgspec.msgpack.Decoder[ClientMessage] = msgspec.msgpack.Decoder(ClientMessage)
 _json_decoder: msgspec.json.Decoder[ClientMessage] = msgspec.json.Decoder(ClientMessage)
@@ -344,6 +395,8 @@ _CHOICES = {
     "origin": ("top", "bottom"),
     "purpose": ("live", "enrol"),
     "watch": ("frames", "waveform", "log"),
+    "left": get_args(FeelForm),
+    "right": get_args(FeelForm),
 }
 
 

@@ -199,6 +199,9 @@ class SceneSession:
 
     def _set(self, wanted: Set) -> list[Action]:
         roles.check_set(wanted, owner=self.owner, observer=self.observer)
+        if wanted.feel is not None:
+            text = "$.feel: this service sends no vibration events yet"
+            raise MessageError("message", text, path="$.feel", id=wanted.id)
         actions: list[Action] = []
         if wanted.watch is not None:
             actions.append(Watch(frozenset(wanted.watch)))

@@ -50,6 +50,27 @@ namespace HapticVLM.Wire
         }
     }
 
+    public enum FeelForm { Other, Amplitude, Parametric }
+
+    internal static class FeelFormWire
+    {
+        static readonly byte[][] Texts =
+        {
+            MsgPackWriter.Encoded("amplitude"),
+            MsgPackWriter.Encoded("parametric"),
+        };
+
+        public static FeelForm Read(ref MsgPackReader r)
+        {
+            return (FeelForm)Choice.Read(ref r, Texts);
+        }
+
+        public static void Write(MsgPackWriter w, FeelForm value)
+        {
+            Choice.Write(w, Texts, (int)value, "FeelForm");
+        }
+    }
+
     public enum FrameFormat { Other, Jpeg, Png, Rgb8, Rgba8 }
 
     internal static class FrameFormatWire

@@ -5,7 +5,7 @@ using System.Collections.Generic;
 namespace HapticVLM.Wire
 {
     /// <summary>What a message is.</summary>
-    public enum Kind { Other, Hello, Scene, Frame, Touch, Set, Stop, Welcome, Decision, Telemetry, View, Skipped, Ok, Error }
+    public enum Kind { Other, Hello, Scene, Frame, Touch, Set, Stop, Welcome, Decision, Telemetry, View, Vibration, Skipped, Ok, Error }
 
     public static class Protocol
     {
@@ -29,6 +29,7 @@ namespace HapticVLM.Wire
             MsgPackWriter.Encoded("decision"),
             MsgPackWriter.Encoded("telemetry"),
             MsgPackWriter.Encoded("view"),
+            MsgPackWriter.Encoded("vibration"),
             MsgPackWriter.Encoded("skipped"),
             MsgPackWriter.Encoded("ok"),
             MsgPackWriter.Encoded("error"),
@@ -55,7 +56,10 @@ namespace HapticVLM.Wire
         }
     }
 
-    /// <summary>What an object is and how it will feel; id 0 when it is an event.</summary>
+    /// <summary>What an object is and how it will feel; id 0 when it is an event.
+    ///
+    /// `sub_material` is what its name says it is made of more exactly, with bulk values of its own;
+    /// `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.</summary>
     public sealed class Decision
     {
         public long Id;
@@ -84,6 +88,8 @@ namespace HapticVLM.Wire
         public string Pattern;
         public Dictionary<string, double> StagesMs = new Dictionary<string, double>();
         public double? FrameAgeMs;
+        public string SubMaterial;
+        public double? ThicknessM;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
@@ -95,6 +101,8 @@ namespace HapticVLM.Wire
             if (Pattern != null) count++;
             if (StagesMs != null && StagesMs.Count > 0) count++;
             if (FrameAgeMs != null) count++;
+            if (SubMaterial != null) count++;
+            if (ThicknessM != null) count++;
             w.MapHeader(count);
             w.Raw(DecisionKeys.Type);
             w.Raw(DecisionKeys.Tag);
@@ -175,6 +183,16 @@ namespace HapticVLM.Wire
             {
                 w.Raw(DecisionKeys.FrameAgeMs);
                 w.Double(FrameAgeMs.Value);
+            }
+            if (SubMaterial != null)
+            {
+                w.Raw(DecisionKeys.SubMaterial);
+                w.Str(SubMaterial);
+            }
+            if (ThicknessM != null)
+            {
+                w.Raw(DecisionKeys.ThicknessM);
+                w.Double(ThicknessM.Value);
             }
         }
 
@@ -329,6 +347,20 @@ namespace HapticVLM.Wire
                         FrameAgeMs = r.Double();
                     }
                 }
+                else if (r.TryKey(DecisionKeys.SubMaterial))
+                {
+                    if (!r.TryNil())
+                    {
+                        SubMaterial = r.Str(pool);
+                    }
+                }
+                else if (r.TryKey(DecisionKeys.ThicknessM))
+                {
+                    if (!r.TryNil())
+                    {
+                        ThicknessM = r.Double();
+                    }
+                }
                 else
                 {
                     r.Skip();
@@ -366,6 +398,8 @@ namespace HapticVLM.Wire
             Pattern = default(string);
             StagesMs.Clear();
             FrameAgeMs = default(double?);
+            SubMaterial = default(string);
+            ThicknessM = default(double?);
         }
     }
 
@@ -397,6 +431,8 @@ namespace HapticVLM.Wire
         public static readonly byte[] Pattern = MsgPackWriter.Encoded("pattern");
         public static readonly byte[] StagesMs = MsgPackWriter.Encoded("stages_ms");
         public static readonly byte[] FrameAgeMs = MsgPackWriter.Encoded("frame_age_ms");
+        public static readonly byte[] SubMaterial = MsgPackWriter.Encoded("sub_material");
+        public static readonly byte[] ThicknessM = MsgPackWriter.Encoded("thickness_m");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("decision");
     }
 
@@ -654,6 +690,70 @@ namespace HapticVLM.Wire
         public static readonly byte[] Rung = MsgPackWriter.Encoded("rung");
         public static readonly byte[] Material = MsgPackWriter.Encoded("material");
         public static readonly byte[] Confidence = MsgPackWriter.Encoded("confidence");
+    }
+
+    /// <summary>Which hands get `vibration` events, and in which form; a hand that is absent gets none.
+    ///
+    /// `amplitude` is one value a display frame, for actuators of one frequency; `parametric` is finer
+    /// and brings frequencies and transients too.</summary>
+    public struct Feel
+    {
+        public FeelForm? Left;
+        public FeelForm? Right;
+
+        /// <summary>Appends this one; throws WireException if a field is missing.</summary>
+        public void Write(MsgPackWriter w)
+        {
+            int count = 0;
+            if (Left != null) count++;
+            if (Right != null) count++;
+            w.MapHeader(count);
+            if (Left != null)
+            {
+                w.Raw(FeelKeys.Left);
+                FeelFormWire.Write(w, Left.Value);
+            }
+            if (Right != null)
+            {
+                w.Raw(FeelKeys.Right);
+                FeelFormWire.Write(w, Right.Value);
+            }
+        }
+
+        /// <summary>Reads one; fields it does not know are passed over.</summary>
+        public static Feel Read(ref MsgPackReader r, StringPool pool)
+        {
+            var it = default(Feel);
+            for (int left = r.MapHeader(); left > 0; left--)
+            {
+                if (r.TryKey(FeelKeys.Left))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Left = FeelFormWire.Read(ref r);
+                    }
+                }
+                else if (r.TryKey(FeelKeys.Right))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Right = FeelFormWire.Read(ref r);
+                    }
+                }
+                else
+                {
+                    r.Skip();
+                    r.Skip();
+                }
+            }
+            return it;
+        }
+    }
+
+    internal static class FeelKeys
+    {
+        public static readonly byte[] Left = MsgPackWriter.Encoded("left");
+        public static readonly byte[] Right = MsgPackWriter.Encoded("right");
     }
 
     /// <summary>One rendered frame; `mask` is an 8-bit PNG of the frame's size, nonzero = object.</summary>
@@ -1595,7 +1695,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Sunlit = MsgPackWriter.Encoded("sunlit");
     }
 
-    /// <summary>Settings of this connection's session.</summary>
+    /// <summary>Settings of this connection's session; `feel` and gains are the owner's alone.</summary>
     public struct Set
     {
         public long Id;
@@ -1607,6 +1707,7 @@ namespace HapticVLM.Wire
         public double? ThermalGain;
         public const double ThermalGainMax = 1.0;
         public List<Watch> Watch;
+        public Feel? Feel;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
@@ -1616,6 +1717,7 @@ namespace HapticVLM.Wire
             if (VibrationGain != null) count++;
             if (ThermalGain != null) count++;
             if (Watch != null) count++;
+            if (Feel != null) count++;
             w.MapHeader(count);
             w.Raw(SetKeys.Type);
             w.Raw(SetKeys.Tag);
@@ -1641,6 +1743,11 @@ namespace HapticVLM.Wire
                 w.Raw(SetKeys.Watch);
                 w.ArrayHeader(Watch.Count);
                 for (int i = 0; i < Watch.Count; i++) WatchWire.Write(w, Watch[i]);
+            }
+            if (Feel != null)
+            {
+                w.Raw(SetKeys.Feel);
+                Feel.Value.Write(w);
             }
         }
 
@@ -1686,6 +1793,13 @@ namespace HapticVLM.Wire
                             it.Watch.Add(WatchWire.Read(ref r));
                     }
                 }
+                else if (r.TryKey(SetKeys.Feel))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Feel = HapticVLM.Wire.Feel.Read(ref r, pool);
+                    }
+                }
                 else
                 {
                     r.Skip();
@@ -1706,6 +1820,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] VibrationGain = MsgPackWriter.Encoded("vibration_gain");
         public static readonly byte[] ThermalGain = MsgPackWriter.Encoded("thermal_gain");
         public static readonly byte[] Watch = MsgPackWriter.Encoded("watch");
+        public static readonly byte[] Feel = MsgPackWriter.Encoded("feel");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("set");
     }
 
@@ -2131,7 +2246,10 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("telemetry");
     }
 
-    /// <summary>What a hand does now; renews that hand's lease unless it is a release.</summary>
+    /// <summary>What a hand does now; renews that hand's lease unless it is a release.
+    ///
+    /// `distance_m` to the object and `closing_mps`, the speed at which it shrinks (negative: it
+    /// grows), say when an approach will become a contact; the plate leads by that time.</summary>
     public struct Touch
     {
         public long Id;
@@ -2148,6 +2266,10 @@ namespace HapticVLM.Wire
         public const int ObjectIdMaxLength = 128;
         public Region? Region;
         public Interaction? Interaction;
+        public double? DistanceM;
+        public const double DistanceMMax = 100.0;
+        public double? ClosingMps;
+        public const double ClosingMpsMax = 20.0;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
@@ -2156,6 +2278,8 @@ namespace HapticVLM.Wire
             if (ObjectId != null) count++;
             if (Region != null) count++;
             if (Interaction != null) count++;
+            if (DistanceM != null) count++;
+            if (ClosingMps != null) count++;
             w.MapHeader(count);
             w.Raw(TouchKeys.Type);
             w.Raw(TouchKeys.Tag);
@@ -2185,6 +2309,16 @@ namespace HapticVLM.Wire
             {
                 w.Raw(TouchKeys.Interaction);
                 InteractionWire.Write(w, Interaction.Value);
+            }
+            if (DistanceM != null)
+            {
+                w.Raw(TouchKeys.DistanceM);
+                w.Double(DistanceM.Value);
+            }
+            if (ClosingMps != null)
+            {
+                w.Raw(TouchKeys.ClosingMps);
+                w.Double(ClosingMps.Value);
             }
         }
 
@@ -2246,6 +2380,20 @@ namespace HapticVLM.Wire
                         it.Interaction = InteractionWire.Read(ref r);
                     }
                 }
+                else if (r.TryKey(TouchKeys.DistanceM))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.DistanceM = r.Double();
+                    }
+                }
+                else if (r.TryKey(TouchKeys.ClosingMps))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.ClosingMps = r.Double();
+                    }
+                }
                 else
                 {
                     r.Skip();
@@ -2270,7 +2418,208 @@ namespace HapticVLM.Wire
         public static readonly byte[] ObjectId = MsgPackWriter.Encoded("object_id");
         public static readonly byte[] Region = MsgPackWriter.Encoded("region");
         public static readonly byte[] Interaction = MsgPackWriter.Encoded("interaction");
+        public static readonly byte[] DistanceM = MsgPackWriter.Encoded("distance_m");
+        public static readonly byte[] ClosingMps = MsgPackWriter.Encoded("closing_mps");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("touch");
+    }
+
+    /// <summary>A short pulse within a plan, `at_ms` after the plan begins.</summary>
+    public struct Transient
+    {
+        public double AtMs;
+        public double Amplitude;
+        public const double AmplitudeMax = 1.0;
+        public double FrequencyHz;
+
+        /// <summary>Appends this one; throws WireException if a field is missing.</summary>
+        public void Write(MsgPackWriter w)
+        {
+            int count = 3;
+            w.MapHeader(count);
+            w.Raw(TransientKeys.AtMs);
+            w.Double(AtMs);
+            w.Raw(TransientKeys.Amplitude);
+            w.Double(Amplitude);
+            w.Raw(TransientKeys.FrequencyHz);
+            w.Double(FrequencyHz);
+        }
+
+        /// <summary>Reads one; fields it does not know are passed over.</summary>
+        public static Transient Read(ref MsgPackReader r, StringPool pool)
+        {
+            long seen = 0;
+            var it = default(Transient);
+            for (int left = r.MapHeader(); left > 0; left--)
+            {
+                if (r.TryKey(TransientKeys.AtMs))
+                {
+                    it.AtMs = r.Double();
+                    seen |= 1L;
+                }
+                else if (r.TryKey(TransientKeys.Amplitude))
+                {
+                    it.Amplitude = r.Double();
+                    seen |= 2L;
+                }
+                else if (r.TryKey(TransientKeys.FrequencyHz))
+                {
+                    it.FrequencyHz = r.Double();
+                    seen |= 4L;
+                }
+                else
+                {
+                    r.Skip();
+                    r.Skip();
+                }
+            }
+            if ((seen & 7L) != 7L)
+                throw new WireException("transient: a required field is missing");
+            return it;
+        }
+    }
+
+    internal static class TransientKeys
+    {
+        public static readonly byte[] AtMs = MsgPackWriter.Encoded("at_ms");
+        public static readonly byte[] Amplitude = MsgPackWriter.Encoded("amplitude");
+        public static readonly byte[] FrequencyHz = MsgPackWriter.Encoded("frequency_hz");
+    }
+
+    /// <summary>What one hand feels from now on: a short plan that replaces the one before. An event.
+    ///
+    /// `amplitude` holds one value for each `period_ms`, 1 for the strongest vibration; after the last
+    /// value there is silence, so a lost link ends within 100 ms. `frequency_hz` is as long or, in the
+    /// form `amplitude`, empty; a transient is part of the amplitude too. An empty plan means silence
+    /// now; `stopped` says that a `stop`, perhaps of another connection, holds the vibration.</summary>
+    public sealed class Vibration
+    {
+        public long Id;
+        public HandName Hand;
+        public double PeriodMs;
+        public List<double> Amplitude = new List<double>();
+        public List<double> FrequencyHz = new List<double>();
+        public List<Transient> Transients = new List<Transient>();
+        public bool? Stopped;
+
+        /// <summary>Appends this one; throws WireException if a field is missing.</summary>
+        public void Write(MsgPackWriter w)
+        {
+            int count = 4;
+            if (Amplitude != null && Amplitude.Count > 0) count++;
+            if (FrequencyHz != null && FrequencyHz.Count > 0) count++;
+            if (Transients != null && Transients.Count > 0) count++;
+            if (Stopped != null) count++;
+            w.MapHeader(count);
+            w.Raw(VibrationKeys.Type);
+            w.Raw(VibrationKeys.Tag);
+            w.Raw(VibrationKeys.Id);
+            w.Int(Id);
+            w.Raw(VibrationKeys.Hand);
+            HandNameWire.Write(w, Hand);
+            w.Raw(VibrationKeys.PeriodMs);
+            w.Double(PeriodMs);
+            if (Amplitude != null && Amplitude.Count > 0)
+            {
+                w.Raw(VibrationKeys.Amplitude);
+                w.ArrayHeader(Amplitude.Count);
+                for (int i = 0; i < Amplitude.Count; i++) w.Double(Amplitude[i]);
+            }
+            if (FrequencyHz != null && FrequencyHz.Count > 0)
+            {
+                w.Raw(VibrationKeys.FrequencyHz);
+                w.ArrayHeader(FrequencyHz.Count);
+                for (int i = 0; i < FrequencyHz.Count; i++) w.Double(FrequencyHz[i]);
+            }
+            if (Transients != null && Transients.Count > 0)
+            {
+                w.Raw(VibrationKeys.Transients);
+                w.ArrayHeader(Transients.Count);
+                for (int i = 0; i < Transients.Count; i++) Transients[i].Write(w);
+            }
+            if (Stopped != null)
+            {
+                w.Raw(VibrationKeys.Stopped);
+                w.Bool(Stopped.Value);
+            }
+        }
+
+        /// <summary>Reads one; fields it does not know are passed over.</summary>
+        public void Read(ref MsgPackReader r, StringPool pool)
+        {
+            long seen = 0;
+            Clear();
+            for (int left = r.MapHeader(); left > 0; left--)
+            {
+                if (r.TryKey(VibrationKeys.Id))
+                {
+                    Id = r.Int();
+                    seen |= 1L;
+                }
+                else if (r.TryKey(VibrationKeys.Hand))
+                {
+                    Hand = HandNameWire.Read(ref r);
+                    seen |= 2L;
+                }
+                else if (r.TryKey(VibrationKeys.PeriodMs))
+                {
+                    PeriodMs = r.Double();
+                    seen |= 4L;
+                }
+                else if (r.TryKey(VibrationKeys.Amplitude))
+                {
+                    Amplitude.Clear();
+                    for (int items = r.ArrayHeader(); items > 0; items--)
+                        Amplitude.Add(r.Double());
+                }
+                else if (r.TryKey(VibrationKeys.FrequencyHz))
+                {
+                    FrequencyHz.Clear();
+                    for (int items = r.ArrayHeader(); items > 0; items--)
+                        FrequencyHz.Add(r.Double());
+                }
+                else if (r.TryKey(VibrationKeys.Transients))
+                {
+                    Transients.Clear();
+                    for (int items = r.ArrayHeader(); items > 0; items--)
+                        Transients.Add(HapticVLM.Wire.Transient.Read(ref r, pool));
+                }
+                else if (r.TryKey(VibrationKeys.Stopped))
+                {
+                    Stopped = r.Bool();
+                }
+                else
+                {
+                    r.Skip();
+                    r.Skip();
+                }
+            }
+            if ((seen & 7L) != 7L)
+                throw new WireException("vibration: a required field is missing");
+        }
+
+        void Clear()
+        {
+            Id = default(long);
+            Hand = default(HandName);
+            PeriodMs = default(double);
+            Amplitude.Clear();
+            FrequencyHz.Clear();
+            Transients.Clear();
+            Stopped = default(bool?);
+        }
+    }
+
+    internal static class VibrationKeys
+    {
+        public static readonly byte[] Type = MsgPackWriter.Encoded("type");
+        public static readonly byte[] Id = MsgPackWriter.Encoded("id");
+        public static readonly byte[] Hand = MsgPackWriter.Encoded("hand");
+        public static readonly byte[] PeriodMs = MsgPackWriter.Encoded("period_ms");
+        public static readonly byte[] Amplitude = MsgPackWriter.Encoded("amplitude");
+        public static readonly byte[] FrequencyHz = MsgPackWriter.Encoded("frequency_hz");
+        public static readonly byte[] Transients = MsgPackWriter.Encoded("transients");
+        public static readonly byte[] Stopped = MsgPackWriter.Encoded("stopped");
+        public static readonly byte[] Tag = MsgPackWriter.Encoded("vibration");
     }
 
     /// <summary>What an observer asked to watch; nobody else gets it.</summary>
