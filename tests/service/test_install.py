@@ -20,6 +20,7 @@ from pathlib import Path
 import pytest
 from conftest import peer
 
+from hapticvlm import __version__
 from hapticvlm.commands.local_service import Service
 
 ROOT = Path(__file__).parents[2]
@@ -166,7 +167,7 @@ def texts(archive: zipfile.ZipFile) -> dict[str, str]:
 def test_the_wheel_is_the_package_and_nothing_else(built):
     with zipfile.ZipFile(built.wheel) as archive:
         names = archive.namelist()
-    metadata = f"hapticvlm-{PROJECT['version']}.dist-info/"
+    metadata = f"hapticvlm-{__version__}.dist-info/"
     packed = {name for name in names if not name.startswith(metadata)}
     files = (path for path in SOURCES.rglob("*") if path.is_file() and path.suffix != ".pyc")
     assert packed == {path.relative_to(SOURCES.parent).as_posix() for path in files}
@@ -191,7 +192,7 @@ def test_the_metadata_says_licence_python_and_addresses_anyone_can_open(built):
         (name,) = (name for name in archive.namelist() if name.endswith("/METADATA"))
         said = email.message_from_bytes(archive.read(name))
     assert said["License-Expression"] == "MIT"
-    assert said["Version"] == PROJECT["version"]
+    assert said["Version"] == __version__
     assert said["Requires-Python"] == PROJECT["requires-python"]
     assert said.get_all("Classifier") == sorted(PROJECT["classifiers"])
     for address in said.get_all("Project-URL", []):
@@ -225,7 +226,7 @@ def test_it_installs_where_no_checkout_is_seen(installed):
 
 
 def test_its_command_line_says_its_version_and_every_command(installed):
-    assert PROJECT["version"] in installed.run("--version").stdout
+    assert __version__ in installed.run("--version").stdout
     said = installed.run("--help")
     assert said.returncode == 0, said.stderr
     for command in ("serve", "stream", "record", "replay", "recognise", "gallery", "study"):

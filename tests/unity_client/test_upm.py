@@ -1,6 +1,6 @@
-"""What Unity gets from `.../hapticvlm.git?path=/unity_client#v0.1.0`, and from a packed tarball.
+"""What Unity gets from `REPOSITORY?path=/unity_client`, and from a packed tarball.
 
-Unity clones the repository at the tag and takes the folder as the package's root. Done here with
+Unity clones the repository and takes the folder as the package's root. Done here with
 git itself on a repository made of the working tree; the editor's part of it is not.
 """
 
@@ -11,14 +11,13 @@ import shutil
 import subprocess
 import sys
 import tarfile
-import tomllib
 
 import mono
 import pytest
 
+from hapticvlm import __version__
+
 ROOT = mono.PACKAGE.parent
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-TAG = f"v{PROJECT['version']}"
 # Assemblies that Unity itself brings.
 UNITYS = frozenset({"UnityEngine.TestRunner", "UnityEditor.TestRunner"})
 WAIT_S = 600.0
@@ -46,7 +45,7 @@ def files(folder):
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    """The package as Unity extracts it: a clone of a bare repository at the tag, and its folder."""
+    """The package as Unity extracts it: a clone of a bare repository, and its folder."""
     need("git")
     folder = tmp_path_factory.mktemp("upm")
     made = folder / "made"
@@ -56,10 +55,9 @@ def package(tmp_path_factory):
     git("init", "--quiet", cwd=made)
     git("add", ".", cwd=made)
     git("commit", "--quiet", "-m", "All of it", cwd=made)
-    git("tag", TAG, cwd=made)
     git("clone", "--quiet", "--bare", str(made), str(folder / "hapticvlm.git"), cwd=folder)
     address = (folder / "hapticvlm.git").as_uri()
-    git("clone", "--quiet", "--depth", "1", "--branch", TAG, address, "clone", cwd=folder)
+    git("clone", "--quiet", "--depth", "1", address, "clone", cwd=folder)
     shutil.copytree(folder / "clone" / "unity_client", folder / "alone" / "com.hapticvlm.client")
     shutil.rmtree(folder / "clone")
     return folder / "alone" / "com.hapticvlm.client"
@@ -73,11 +71,11 @@ def test_no_file_of_the_package_is_lost_on_the_way_through_git(package):
     assert files(package) == files(mono.PACKAGE)
 
 
-def test_tag_package_and_service_are_of_one_version_which_the_changelog_tells(package):
-    assert manifest(package)["version"] == PROJECT["version"] == TAG.removeprefix("v")
+def test_package_and_service_are_of_one_version_which_the_changelog_tells(package):
+    assert manifest(package)["version"] == __version__
     newest = re.search(r"^## \[(.+?)\]", (package / "CHANGELOG.md").read_text(), re.MULTILINE)
     assert newest
-    assert newest.group(1) == PROJECT["version"]
+    assert newest.group(1) == __version__
 
 
 def test_every_file_and_folder_unity_imports_has_its_meta_file_with_a_guid_of_its_own(package):
@@ -136,14 +134,16 @@ def test_the_packed_tarball_holds_every_file_of_the_package(package, tmp_path):
     need("npm")
     command = ["npm", "pack", "--silent", "--offline", "--pack-destination", str(tmp_path)]
     subprocess.run(command, cwd=package, check=True, capture_output=True, timeout=WAIT_S)
-    tarball = tmp_path / f"com.hapticvlm.client-{PROJECT['version']}.tgz"
+    tarball = tmp_path / f"com.hapticvlm.client-{__version__}.tgz"
     with tarfile.open(tarball) as archive:
         packed = {name.removeprefix("package/") for name in archive.getnames()}
     assert packed == files(package)
 
 
-def test_the_readme_gives_both_ways_to_install_this_version(package):
+def test_the_readme_gives_every_way_to_install_this_version_and_none_needs_a_tag(package):
     text = (package / "README.md").read_text()
-    assert f"hapticvlm.git?path=/unity_client#{TAG}" in text
+    assert "choose `unity_client/package.json`" in text
+    assert '"$(git remote get-url origin)?path=/unity_client"' in text
+    assert "#v" not in text
     assert "npm pack" in text
-    assert f"com.hapticvlm.client-{PROJECT['version']}.tgz" in text
+    assert f"com.hapticvlm.client-{__version__}.tgz" in text

@@ -9,7 +9,7 @@ namespace HapticVLM
         public Uri Url = new Uri("ws://127.0.0.1:8790/");
         public string Token;
         public string ClientName = "unity";
-        public string ClientVersion = "0.1.0";
+        public string ClientVersion = "0.2.0";
         public HelloRole Role = HelloRole.Scene;
         public int ConnectTimeoutMs = 3000;
         public int SendTimeoutMs = 5000;
