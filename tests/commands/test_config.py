@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from hapticvlm.commands import config_file, serve_options
+from hapticvlm.commands import config_file, serve
 from hapticvlm.commands.local_service import running
 from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option, Serving
 
@@ -19,8 +19,8 @@ SECRET = "a-secret-nobody-prints"
 
 def settled(*flags: str, **environment: str) -> Serving:
     parser = argparse.ArgumentParser()
-    serve_options.add(parser)
-    return serve_options.settle(parser.parse_args(flags), environment)
+    serve.add_flags(parser)
+    return serve.settle(parser.parse_args(flags), environment)
 
 
 def file(folder: Path, text: str) -> Path:

@@ -7,9 +7,9 @@ import json
 
 import pytest
 
-from hapticvlm.commands import serve_options
+from hapticvlm.commands import serve
 from hapticvlm.commands.main import main
-from hapticvlm.commands.palm import contact_resistance
+from hapticvlm.commands.serve_config import contact_resistance
 
 
 def test_a_number_is_itself():
@@ -61,10 +61,10 @@ def test_serve_takes_the_file_too(tmp_path):
     path = tmp_path / "palm.json"
     path.write_text('{"calibrate": "thermal", "contact_resistance": 2e-3}')
     parser = argparse.ArgumentParser()
-    serve_options.add(parser)
+    serve.add_flags(parser)
 
     for given in (str(path), "2e-3"):
-        serving = serve_options.settle(parser.parse_args(["--contact-resistance", given]), {})
+        serving = serve.settle(parser.parse_args(["--contact-resistance", given]), {})
         assert serving.contact_resistance == 2e-3
 
 

@@ -23,11 +23,10 @@ from hapticvlm import materials
 from hapticvlm.recognition.ladder import SURE, decide
 from hapticvlm.recognition.vlm import generation, prompts, weights
 from hapticvlm.recognition.vlm.answers import Vlm, VlmError, VlmSettings
-from hapticvlm.recognition.vlm.choices import beliefs
 from hapticvlm.recognition.vlm.load import PASSIVE, load_vlm
 from hapticvlm.recognition.vlm.local import TRUST, LocalVlm, load_local
 from hapticvlm.recognition.vlm.network import Network
-from hapticvlm.recognition.vlm.numbers import CANDIDATES_C, spread
+from hapticvlm.recognition.vlm.numbers import CANDIDATES_C, beliefs, spread
 from hapticvlm_lab.bench.ambient import full_size
 
 NAMES = tuple(materials.MATERIALS)

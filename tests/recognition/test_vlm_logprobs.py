@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hapticvlm.recognition.vlm.endpoint import EndpointError
 from hapticvlm.recognition.vlm.logprobs import (
     Told,
     fit_number,
@@ -15,7 +16,6 @@ from hapticvlm.recognition.vlm.logprobs import (
     read_places,
 )
 from hapticvlm.recognition.vlm.numbers import CANDIDATES_C, spread
-from hapticvlm.recognition.vlm.reply import EndpointError
 
 END = "<|im_end|>"
 

@@ -10,11 +10,18 @@ from numpy.typing import NDArray
 
 from hapticvlm import messages
 from hapticvlm.recognition.vlm.answers import COVERAGE, LEAST_C, MOST_C, VlmError
-from hapticvlm.recognition.vlm.choices import ChoiceTree, beliefs, choice_tree
 from hapticvlm.recognition.vlm.generation import HALF_WIDTH_C, interval, read_celsius
-from hapticvlm.recognition.vlm.highlight import COLOUR, highlight
-from hapticvlm.recognition.vlm.numbers import CANDIDATES_C, number_tree, quantile, spread
-from hapticvlm.recognition.vlm.packing import pack
+from hapticvlm.recognition.vlm.network import pack
+from hapticvlm.recognition.vlm.numbers import (
+    CANDIDATES_C,
+    ChoiceTree,
+    beliefs,
+    choice_tree,
+    number_tree,
+    quantile,
+    spread,
+)
+from hapticvlm.recognition.vlm.prompts import COLOUR, highlight
 
 SIGNS = "-0123456789"
 

@@ -14,10 +14,9 @@ import pytest
 import simplejpeg
 from serving import Reply, Request, endpoint, raw, says, sends, tells
 
-from hapticvlm.recognition.vlm.address import read_address
 from hapticvlm.recognition.vlm.answers import VlmError, VlmSettings
 from hapticvlm.recognition.vlm.breaker import OPEN_S, TRIP
-from hapticvlm.recognition.vlm.endpoint import MOST_BYTES
+from hapticvlm.recognition.vlm.endpoint import MOST_BYTES, read_address
 from hapticvlm.recognition.vlm.remote import RemoteVlm, RestingError
 
 PICTURE = np.random.default_rng(1).integers(0, 255, (90, 160, 3), dtype=np.uint8)

@@ -30,7 +30,7 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.rendering.thermal import PlateReading
 from hapticvlm.session.actions import Feel, Heat, HoldAtRest, LetGo, LookAt, Reply, RestPlate
-from hapticvlm.session.clock import WINDOW_S, ClockOffset, FrameRate
+from hapticvlm.session.frames import WINDOW_S, ClockOffset, FrameRate
 from hapticvlm.session.hands import LEASE_S, Hold
 from hapticvlm.session.plate_target import NEUTRAL_HOLD_S
 from hapticvlm.session.session import SceneSession

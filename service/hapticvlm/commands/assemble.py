@@ -8,12 +8,13 @@ import gc
 import logging
 import os
 import signal
+import socket
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 
-from hapticvlm.commands import ready
+from hapticvlm import __version__
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.devices.audio import AudioSettings
 from hapticvlm.devices.pattern_folder import read_patterns
@@ -32,8 +33,8 @@ from hapticvlm.rendering.equaliser import Correction
 from hapticvlm.server import certificate
 from hapticvlm.server.access import Address
 from hapticvlm.server.certificate import Certificate
-from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.observer_log import ObserverLog
+from hapticvlm.server.gateway import Gateway, ObserverLog
+from hapticvlm.server.http import is_loopback
 from hapticvlm.server.recorder import Recorder
 from hapticvlm.server.websocket import Edge, Offer
 
@@ -88,7 +89,7 @@ async def run(serving: Serving, where: Address) -> None:
             # What was made so far stays: looking through it again would hold up a touch by 40 ms.
             gc.collect()
             gc.freeze()
-            ready.say(serving, port, _devices(parts), has_priority=has_priority)
+            print_ready(serving, port, _devices(parts), has_priority=has_priority)
             await stopping.wait()
             gateway.close()
             for task in running:
@@ -240,3 +241,41 @@ def _take_priority() -> bool:
         os.sched_setscheduler(0, policy, os.sched_param(GATEWAY_PRIORITY))
         return True
     return False
+
+
+def print_ready(serving: Serving, port: int, devices: Devices, *, has_priority: bool) -> None:
+    """Print where the service listens (on `port`) and what it drives."""
+    shown = f"[{serving.host}]" if ":" in serving.host else serving.host
+    s = "" if serving.tls_cert is None else "s"
+    print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
+    print(f"  status page  http{s}://{shown}:{port}/")
+    for line in _network(serving, f"ws{s}", port):
+        print(line)
+    for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
+        print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
+    print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
+    if serving.vlm_url is not None:
+        print(f"  vlm          {serving.vlm_url}: frames are sent there", flush=True)
+    elif serving.vlm is not None:
+        print(f"  vlm          {serving.vlm or 'the default'}, loading", flush=True)
+
+
+def _network(serving: Serving, scheme: str, port: int) -> Iterator[str]:
+    """Say what others on the network use, how they see pages, and who can read along."""
+    if is_loopback(serving.host):
+        return
+    own = _own_address() if serving.host in ("0.0.0.0", "::") else None
+    if own is not None:
+        yield f"  from others  {scheme}://{own}:{port}/"
+    if serving.pages_from == "lan":
+        yield "  pages        for the local network too: any name, the token as password"
+    if serving.tls_cert is None:
+        yield "  unencrypted  the network can read along, the token too: see --tls-cert"
+
+
+def _own_address() -> str | None:
+    """Return the address the network knows this machine by, without sending anything."""
+    with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect(("192.0.2.1", 9))  # of TEST-NET-1, RFC 5737; UDP only picks the interface
+        return str(probe.getsockname()[0])
+    return None

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.feel import playing
+from hapticvlm.commands import voice_options
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -34,7 +34,7 @@ def add(commands: Commands) -> None:
         help="look at the kept frames anew and report what differs",
     )
     replay.add_argument("--wav", type=Path, help="write the vibration to this file")
-    playing.add_options(replay)
+    voice_options.add_options(replay)
     replay.add_argument("--json", action="store_true", help="print the JSON line only")
 
 
@@ -51,7 +51,7 @@ def _replay(options: argparse.Namespace) -> int:
         if options.wav is not None:
             from hapticvlm.devices.audio import write_wav
 
-            write_wav(options.wav, replay.waveform(outcome, playing.voices(options, table)))
+            write_wav(options.wav, replay.waveform(outcome, voice_options.voices(options, table)))
     except (replay.TapeError, EncoderError, GalleryError, OSError, ValueError) as error:
         print(f"hapticvlm replay: {error}", file=sys.stderr)
         return 2

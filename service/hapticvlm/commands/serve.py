@@ -1,13 +1,19 @@
-"""`hapticvlm serve`: runs the service a scene connects to."""
+"""`hapticvlm serve`: runs the service a scene connects to, with its flags.
+
+A flag wins over the environment, that over the config file, that over the default.
+"""
 
 from __future__ import annotations
 
 import argparse
 import logging
+import os
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from hapticvlm.commands import serve_options
+from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option, Serving, check_ranges
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -22,7 +28,7 @@ def add(commands: Commands) -> None:
 def add_options(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:
     """Have the command run the service, with all options `but` those it declares itself."""
     parser.set_defaults(run=_serve)
-    serve_options.add(parser, but=but)
+    add_flags(parser, but=but)
 
 
 def _serve(options: argparse.Namespace) -> int:
@@ -36,9 +42,60 @@ def _serve(options: argparse.Namespace) -> int:
         logging.getLogger("hapticvlm").setLevel(logging.INFO)
     logging.getLogger("websockets").setLevel(logging.WARNING)
     try:
-        serving = serve_options.settle(options)
+        serving = settle(options)
         asyncio.run(assemble.run(serving, assemble.address(serving)))
     except (ValueError, OSError, ChildError, DeviceError) as error:
         print(f"hapticvlm serve: {error}", file=sys.stderr)
         return 2
     return 0
+
+
+def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:
+    """Declare --config and a flag for each option `but` those the parser has by itself."""
+    parser.add_argument(
+        "--config",
+        type=Path,
+        metavar="FILE",
+        help="take options from this TOML file, named as the flags; a flag wins over it",
+    )
+    for group, title in GROUPS.items():
+        shown = [one for one in OPTIONS if one.told.group == group and one.field not in but]
+        if shown:
+            flags = parser.add_argument_group(title)
+            for option in shown:
+                flags.add_argument(option.flag, **_argument(option))
+
+
+def settle(given: argparse.Namespace, environment: Mapping[str, str] = os.environ) -> Serving:
+    """Return what is to be run. Raises ValueError, naming the flag or the file and its field."""
+    from hapticvlm.commands import config_file
+
+    told = config_file.read(given.config) if given.config is not None else {}
+    told |= {
+        one.field: environment[one.told.env]
+        for one in OPTIONS
+        if one.told.env and environment.get(one.told.env)
+    }
+    flags = {one.field: getattr(given, one.field) for one in OPTIONS if hasattr(given, one.field)}
+    check_ranges(flags)
+    return Serving(**_frozen(told | flags))
+
+
+def _argument(option: Option) -> dict[str, Any]:
+    """Return what argparse is to know; a flag that is not given leaves no trace."""
+    text = option.told.help.replace("%(default)s", str(option.default))
+    told: dict[str, Any] = {"default": argparse.SUPPRESS, "help": text}
+    if option.kind is bool:
+        return told | {"action": "store_true"}
+    told["metavar"] = option.told.metavar
+    if option.choices:
+        return told | {"choices": option.choices}
+    if option.kind == tuple[str, ...]:
+        return told | {"action": "append"}
+    if option.told.bare is not None:
+        told |= {"nargs": "?", "const": option.told.bare}
+    return told | {"type": option.told.read or option.kind}
+
+
+def _frozen(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}

@@ -170,7 +170,7 @@ def run_onlooker(
 def answer(vlm: Vlm, number: int, question: Question) -> Answer:
     """Ask the model; an error of any kind is an answer."""
     from hapticvlm.recognition import pictures
-    from hapticvlm.recognition.vlm.highlight import highlight
+    from hapticvlm.recognition.vlm.prompts import highlight
 
     started = time.monotonic()
     try:

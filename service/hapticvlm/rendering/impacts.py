@@ -10,7 +10,11 @@ and y(T) e^(s(t-T)) afterwards. Im(s y / |s|) has no constant push; the smooth p
 
 What a pulse excites depends on its length, so strengths are levelled at each length: at any speed
 all materials are equally strong, and only their pitch, ring and brightness differ. A user's
-material whose modes would leave the band of touch all the same is filtered (band.py).
+material whose modes would leave the band of touch all the same is filtered.
+
+Modes above 500 Hz or so, or quickly damped ones above 300, ring past the band's end however softly
+they are struck. The filter is causal, so it moves what it filters by about a millisecond; only
+materials that need it get it, and none of the built-in ones does.
 """
 
 from __future__ import annotations
@@ -20,15 +24,20 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 
 from hapticvlm.materials import Mode, Vibration
-from hapticvlm.rendering.band import BAND_DB, above_band_db, limited
 from hapticvlm.rendering.equaliser import NOMINAL, Playback
 from hapticvlm.rendering.interactions import RATE_HZ, Stroke
 from hapticvlm.rendering.perceived_level import felt
 
-_Complex = NDArray[np.complex128]
+BAND_END_HZ = 1050.0
+BAND_DB = -50.5  # of an event's energy may lie above; half a dB for what a seed varies
+_ORDER, _RIPPLE_DB, _STOP_DB, _EDGE_HZ = 7, 0.5, 70.0, 800.0  # our choice: flat to 800 Hz
+
 _Floats = NDArray[np.float64]
+
+_Complex = NDArray[np.complex128]
 
 # Where no source is named a figure is our choice, to be tuned by hand on real speakers.
 _CONTACT_S = {"tap": 3.2e-3, "strike": 2.7e-3, "press": 6.0e-3}  # s, pulse length at 1 m/s, 0 N
@@ -42,6 +51,26 @@ _LOUD_SPEED_MPS = 0.5  # m/s, an impact reaches 63 % of its level here
 _LOUD_FORCE_N = 3.0  # N, the same for a press
 _LONGEST_IMPACT_S, _END_FADE_S = 0.4, 0.01
 _LENGTHS_S = np.geomspace(_SHORTEST_S, _LONGEST_S, 7)  # pulse lengths at which it is levelled
+
+
+def above_band_db(wave: _Floats, rate_hz: int) -> float:
+    """Energy above BAND_END_HZ of the whole event's (N,), through a Hann window around it, dB."""
+    padded = np.pad(wave, wave.size // 2)
+    power = np.abs(np.fft.rfft(padded * np.hanning(padded.size))) ** 2
+    first = int(BAND_END_HZ * padded.size / rate_hz) + 1
+    return float(10.0 * np.log10((power[first:].sum() + 1e-300) / (power.sum() + 1e-300)))
+
+
+def limited(wave: _Floats, rate_hz: int) -> _Floats:
+    """Return the wave (N,) without what lies above the band."""
+    return np.asarray(signal.sosfilt(_filter(rate_hz), wave))
+
+
+@lru_cache(maxsize=8)
+def _filter(rate_hz: int) -> _Floats:
+    return np.asarray(
+        signal.ellip(_ORDER, _RIPPLE_DB, _STOP_DB, _EDGE_HZ, fs=rate_hz, output="sos")
+    )
 
 
 def impact(

@@ -11,7 +11,8 @@ import asyncio
 import logging
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Any
 
 import msgspec
@@ -46,6 +47,24 @@ TICK_S = 0.02
 TELEMETRY_S = 0.1
 
 logger = logging.getLogger(__name__)
+
+
+class ObserverLog(logging.Handler):
+    """Passes log lines on, always on the event loop: other threads log too.
+
+    Make it where the event loop runs; `show` is called there with one line.
+    """
+
+    def __init__(self, show: Callable[[str], None]) -> None:
+        super().__init__()
+        self._show = show
+        self._loop = asyncio.get_running_loop()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show one line, soon."""
+        text = self.format(record).encode("utf-8", "replace").decode()  # a path may be no text
+        with suppress(RuntimeError):  # the loop has closed
+            self._loop.call_soon_threadsafe(self._show, text)
 
 
 class Gateway:

@@ -1,7 +1,8 @@
 """SceneSession: the protocol's state machine for one connection. Does no I/O and reads no clock.
 
 Feed it messages, looks and ticks with the time; carry out the actions it returns, in order. A
-message that is wrong raises MessageError before anything has changed.
+message that is wrong raises MessageError before anything has changed. An observer describes no
+scene, and only the owner moves outputs.
 """
 
 from __future__ import annotations
@@ -29,7 +30,6 @@ from hapticvlm.recognition.ambient import Sight
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
-from hapticvlm.session import roles
 from hapticvlm.session.actions import (
     Action,
     Ask,
@@ -46,6 +46,39 @@ from hapticvlm.session.hands import Hold
 from hapticvlm.session.plate_target import AT_REST
 from hapticvlm.session.scene_model import World
 from hapticvlm.session.touch import Touching
+
+
+def check_describes(message: Frame | Scene, *, observer: bool) -> None:
+    """Refuse a frame or a scene of an observer. Raises MessageError."""
+    if not observer:
+        return
+    what = "send no frames" if isinstance(message, Frame) else "describe no scene"
+    text = f"observers {what}; connect with role scene"
+    raise MessageError("protocol", text, path="$.type", id=message.id)
+
+
+def check_touch(touch: Touch, *, owner: bool) -> None:
+    """Refuse a touch of another than the owner, and one of nothing. Raises MessageError."""
+    if not owner:
+        text = "another scene owns the outputs; this connection may watch and recognise only"
+        raise MessageError("not_owner", text, path="$.type", id=touch.id)
+    needs_target = touch.phase != "release" and touch.interaction != "swing"
+    if needs_target and touch.object_id is None and touch.region is None:
+        text = "$: a touch needs `object_id` or `region`; add one"
+        raise MessageError("message", text, path="$.object_id", id=touch.id)
+
+
+def check_set(wanted: Set, *, owner: bool, observer: bool) -> None:
+    """Refuse settings that are not this connection's. Raises MessageError."""
+    if wanted.watch is not None and not observer:
+        text = "$.watch: only observers watch; connect with role observer"
+        raise MessageError("protocol", text, path="$.watch", id=wanted.id)
+    if wanted.ambient_c is not None and observer:
+        text = "$.ambient_c: observers have no scene; connect with role scene"
+        raise MessageError("protocol", text, path="$.ambient_c", id=wanted.id)
+    if not owner and (wanted.vibration_gain, wanted.thermal_gain) != (None, None):
+        text = "another scene owns the outputs; only their owner sets gains"
+        raise MessageError("not_owner", text, path="$", id=wanted.id)
 
 
 class SceneSession:
@@ -89,7 +122,7 @@ class SceneSession:
         self._world.surroundings.follow(now)
         match message:
             case Touch():
-                roles.check_touch(message, owner=self.owner)
+                check_touch(message, owner=self.owner)
                 return self._touching.follow(message, now)
             case Frame():
                 return self._frame(message, now)
@@ -171,7 +204,7 @@ class SceneSession:
         """Note that outputs were stopped; the hold itself is shared by all sessions."""
 
     def _frame(self, frame: Frame, now: float) -> list[Action]:
-        roles.check_describes(frame, observer=self.observer)
+        check_describes(frame, observer=self.observer)
         if not self._frames.admits(frame, now):
             return self.skipped(frame, "rate")
         touched: list[Action] = []
@@ -193,12 +226,12 @@ class SceneSession:
         return [Reply(told)]
 
     def _scene(self, scene: Scene) -> list[Action]:
-        roles.check_describes(scene, observer=self.observer)
+        check_describes(scene, observer=self.observer)
         self._world.declare(scene)
         return [Reply(Ok(id=scene.id)), *self._touching.renew()]
 
     def _set(self, wanted: Set) -> list[Action]:
-        roles.check_set(wanted, owner=self.owner, observer=self.observer)
+        check_set(wanted, owner=self.owner, observer=self.observer)
         if wanted.feel is not None:
             text = "$.feel: this service sends no vibration events yet"
             raise MessageError("message", text, path="$.feel", id=wanted.id)

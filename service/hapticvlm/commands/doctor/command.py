@@ -43,7 +43,7 @@ def _doctor(options: argparse.Namespace) -> int:
 
 def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     """Make every check; those that may hang run beside the others."""
-    from hapticvlm.commands import serve_options
+    from hapticvlm.commands import serve
     from hapticvlm.commands.doctor import machine as machine
     from hapticvlm.commands.doctor.findings import Finding, Later
     from hapticvlm.commands.serve_config import Serving
@@ -55,7 +55,7 @@ def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     from hapticvlm.commands.doctor import network as network
 
     try:
-        serving = serve_options.settle(options)
+        serving = serve.settle(options)
     except ValueError as error:
         first.append(Finding("config", "wrong", str(error)))
         serving = Serving()

@@ -13,8 +13,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.commands.feel import playing
-from hapticvlm.commands.palm import contact_resistance
+from hapticvlm.commands import voice_options
+from hapticvlm.commands.serve_config import contact_resistance
 
 if TYPE_CHECKING:
     from hapticvlm.commands.feel.heat import Heat, Warmth
@@ -46,7 +46,7 @@ def add(commands: Commands) -> None:
     )
     sound.add_argument("--speed", type=_within(0.0, 20.0), default=0.3, help="m/s (%(default)s)")
     sound.add_argument("--force", type=_within(0.0, 100.0), default=1.0, help="N (%(default)s)")
-    playing.add_options(sound)
+    voice_options.add_options(sound)
     out = feel.add_argument_group("output")
     out.add_argument("--seconds", type=_within(0.02, 60.0), default=5.0, help="(%(default)s)")
     out.add_argument("--plot", type=Path, metavar="FILE", help="picture: .png, .svg or .pdf")
@@ -141,7 +141,7 @@ def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound
 
     stroke = Stroke(options.speed, options.force)
     others = {} if options.patterns is None else MATERIALS  # of which recordings may be, too
-    voices = playing.voices(options, {**others, material.name: material})
+    voices = voice_options.voices(options, {**others, material.name: material})
     return (
         heat(material, _warmth(options), options.seconds),
         sound(material, options.interaction, stroke, options.seconds, voices),

@@ -18,9 +18,8 @@ from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm import generation, prompts, weights
 from hapticvlm.recognition.vlm.answers import Method, Picture, Reading, VlmError, VlmSettings
 from hapticvlm.recognition.vlm.chat import Chat
-from hapticvlm.recognition.vlm.choices import ChoiceTree, beliefs, choice_tree
 from hapticvlm.recognition.vlm.network import Network
-from hapticvlm.recognition.vlm.numbers import number_tree, spread
+from hapticvlm.recognition.vlm.numbers import ChoiceTree, beliefs, choice_tree, number_tree, spread
 
 METHODS: tuple[Method, ...] = ("readout", "generation")
 # What a model says of materials is not calibrated, so it never reaches the ladder's SURE by itself;

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.recognition.vlm.endpoint import EndpointError, Json
 from hapticvlm.recognition.vlm.numbers import CANDIDATES_C
-from hapticvlm.recognition.vlm.reply import EndpointError, Json
 
 TOP = 20  # tokens a place, the most that OpenAI and vLLM give; first signs and digits are 11
 SLACK = 0.01  # by which the probabilities of one place may exceed 1, for rounding

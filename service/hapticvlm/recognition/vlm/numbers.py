@@ -1,24 +1,99 @@
-"""From beliefs in whole degrees to a temperature with its interval. Pure; knows no model.
+"""Exact probabilities of candidate answers, and from those of whole degrees a temperature. Pure.
+
+The belief in a candidate is the probability that the answer begins with it and with no longer
+candidate: "2" is believed when a 2 comes and nothing that makes it 20 or -2. For a text x of tokens
+x_1..x_n it is
+  b(x) = prod_i p(x_i | x_1..x_i-1) * (1 - sum of p(t | x) over t that lead on to a candidate),
+so what a model appends (an end, a degree sign, a full stop) does not matter, and every candidate is
+scored from the distributions after the texts that lead on: the tree's nodes. For whole numbers from
+-30 to 60 by single digits these are ten beside the root. A text counts as its tokenizer's own
+split of it; other splits of the same text do not.
 
 A belief in n degC is spread evenly over n - 0.5 to n + 0.5, so quantiles are continuous and a model
-that is sure of one number still leaves the degree it rounds to.
+that is sure of one number still leaves the degree it rounds to. Knows no model.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.recognition.vlm.answers import COVERAGE, LEAST_C, MOST_C, VlmError
-from hapticvlm.recognition.vlm.choices import ChoiceTree, Encode, choice_tree
+
+Encode = Callable[[str], Sequence[int]]
+Text = tuple[int, ...]
 
 CANDIDATES_C = np.arange(LEAST_C, MOST_C + 1)  # degC
 LEAST_SHARE = 1e-6  # probability of any number at all below which a readout is rounding noise
 
 Beliefs = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceTree:
+    """Candidate token texts, and the beginnings of them after which a model must be asked.
+
+    nodes: the root () first, then every beginning that leads on, parents before children.
+    texts: (tokens, answer) pairs; several texts may mean one answer. answers: how many there are.
+    """
+
+    nodes: tuple[Text, ...]
+    texts: tuple[tuple[Text, int], ...]
+    answers: int
+
+    def parent(self, node: int) -> int:
+        """Return the index of the node one token shorter; the root has none."""
+        return self.nodes.index(self.nodes[node][:-1])
+
+
+def choice_tree(spellings: Mapping[str, int], encode: Encode) -> ChoiceTree:
+    """Build the tree of spellings, each with the index of the answer it means.
+
+    Raises ValueError where the tokenizer has no tokens for one, or two answers share their tokens.
+    """
+    texts: dict[Text, int] = {}
+    for spelling, answer in spellings.items():
+        tokens = tuple(encode(spelling))
+        if not tokens or texts.get(tokens, answer) != answer:
+            raise ValueError(f"the tokenizer does not tell `{spelling}` from other answers")
+        texts[tokens] = answer
+    inner = {text[:length] for text in texts for length in range(len(text))}
+    nodes = tuple(sorted(inner, key=lambda text: (len(text), text)))
+    return ChoiceTree(nodes, tuple(texts.items()), 1 + max(texts.values()))
+
+
+def beliefs(tree: ChoiceTree, log_probs: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Score every answer: (answers,) float64, summing to at most 1.
+
+    log_probs: (nodes, vocabulary), log-probabilities of the next token after each node.
+    """
+    found = np.zeros(tree.answers)
+    for text, answer in tree.texts:
+        found[answer] += np.exp(_score(tree, log_probs, text))
+    return found
+
+
+def _score(tree: ChoiceTree, log_probs: NDArray[np.float32], text: Text) -> float:
+    score = sum(
+        float(log_probs[tree.nodes.index(text[:place]), token]) for place, token in enumerate(text)
+    )
+    if text not in tree.nodes:
+        return score
+    stopped = log_probs[tree.nodes.index(text)].astype(np.float64)
+    stopped[_leading_on(tree, text)] = -np.inf
+    return score + float(np.logaddexp.reduce(stopped))
+
+
+def _leading_on(tree: ChoiceTree, text: Text) -> list[int]:
+    """List the tokens that make of a text a longer beginning of a candidate."""
+    place = len(text)
+    longer = {
+        other[place] for other, _ in tree.texts if len(other) > place and other[:place] == text
+    }
+    return sorted(longer)
 
 
 @dataclass(frozen=True, slots=True)

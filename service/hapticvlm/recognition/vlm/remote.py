@@ -15,12 +15,16 @@ from typing import TypeVar
 
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm import spoken, wire
-from hapticvlm.recognition.vlm.address import check_token, read_address
 from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, Picture, Reading, VlmError, VlmSettings
 from hapticvlm.recognition.vlm.breaker import Breaker, State
-from hapticvlm.recognition.vlm.endpoint import Endpoint
+from hapticvlm.recognition.vlm.endpoint import (
+    Endpoint,
+    EndpointError,
+    Json,
+    check_token,
+    read_address,
+)
 from hapticvlm.recognition.vlm.prompts import about_ambient, about_material
-from hapticvlm.recognition.vlm.reply import EndpointError, Json
 
 CHAT, MODELS = "/v1/chat/completions", "/v1/models"
 _NO_SUCH_FIELD = (400, 422)  # what an endpoint answers that does not know log-probabilities

@@ -16,10 +16,10 @@ from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm import wire
 from hapticvlm.recognition.vlm.answers import Reading, VlmError
+from hapticvlm.recognition.vlm.endpoint import Json
 from hapticvlm.recognition.vlm.generation import interval, read_celsius
 from hapticvlm.recognition.vlm.logprobs import Fits, Told, fit_number, fit_word, follow, read_places
 from hapticvlm.recognition.vlm.numbers import spread
-from hapticvlm.recognition.vlm.reply import Json
 
 LEAST_TOLD = 0.5  # share of candidates below which log-probabilities are left for the text
 # Belief in a material that was said without a probability: enough to be felt (ladder.KNOWN), not

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from hapticvlm.recognition.vlm.answers import Picture
+from hapticvlm.recognition.vlm.endpoint import EndpointError, Json
 from hapticvlm.recognition.vlm.generation import MOST_TOKENS
 from hapticvlm.recognition.vlm.logprobs import TOP
 from hapticvlm.recognition.vlm.prompts import Asked
-from hapticvlm.recognition.vlm.reply import EndpointError, Json
 
 QUALITY = 90  # of the JPEG
 TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2

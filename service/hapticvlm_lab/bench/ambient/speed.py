@@ -16,9 +16,8 @@ import numpy as np
 from hapticvlm.recognition.vlm import prompts
 from hapticvlm.recognition.vlm.answers import Picture
 from hapticvlm.recognition.vlm.chat import Chat
-from hapticvlm.recognition.vlm.choices import beliefs
 from hapticvlm.recognition.vlm.network import Network
-from hapticvlm.recognition.vlm.numbers import number_tree, spread
+from hapticvlm.recognition.vlm.numbers import beliefs, number_tree, spread
 
 NUMBER_TOKENS = 3  # two digits, or sign and digit, and the end
 SENTENCE_TOKENS = 25
