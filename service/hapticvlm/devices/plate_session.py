@@ -2,9 +2,9 @@
 
 Sans-I/O: whoever owns the port tells of `opened`, `receive` and `lost`, and writes what `outgoing`
 returns, many times a second. Nothing is driven before the board answered a HELLO of our major
-version; a setpoint is sent with what is left of its lease and never after; after a loss, a reset
-of the board or a fault nothing is driven until a fresh command (`drive.py`). What does not fit is
-counted: no bytes whatever raise.
+version; a setpoint is sent with what is left of its lease and never after; after a loss, a reset of
+the board or a fault nothing is driven until a fresh command (`setpoint_lease.py`). What does not
+fit is counted: no bytes whatever raise.
 """
 
 from __future__ import annotations

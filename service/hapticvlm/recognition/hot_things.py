@@ -4,7 +4,7 @@ A thing either says so by itself (an ice cube) or only in a state (a stove that 
 kept per state, "" being the bare name. Figures are of the surface a hand meets, not of the core.
 They are round figures (docs/physics.md 7.3), so each comes with a wide interval.
 Written from general knowledge and the names under data/models; see the training log of the
-laboratory for how often it was wrong elsewhere. Reads no name; that is `hot_names`.
+laboratory for how often it was wrong elsewhere. Reads no name; that is `temperature_words`.
 """
 
 from __future__ import annotations

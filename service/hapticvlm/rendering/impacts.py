@@ -111,7 +111,7 @@ def strength(interaction: str, stroke: Stroke) -> float:
 
 
 def full_strength(interaction: str) -> float:
-    """Return what the hardest impact is levelled to, as strength.felt has it."""
+    """Return what the hardest impact is levelled to, as perceived_level.felt has it."""
     return _LEVEL[interaction] * _FELT_STRIKE
 
 

@@ -2,7 +2,7 @@
 
 Origin: absent (native clients) and loopback are accepted, anything else only if listed. Host: a
 loopback service accepts loopback names only, which stops DNS rebinding. Pages go to loopback only,
-or to the local network for the token (visitors.py).
+or to the local network for the token (lan_pages.py).
 """
 
 from __future__ import annotations
