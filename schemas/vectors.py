@@ -86,6 +86,7 @@ def client_messages() -> Iterator[tuple[str, Json]]:
         "sunlit": True,
     }
     yield "scene with everything", {**SCENE, "objects": [everything], "ambient_c": -5.0}
+    yield "scene of four materials", {**SCENE, "materials": ["wood", "glass", "fabric", "metal"]}
     yield "frame", FRAME
     yield "frame with region", {**FRAME, "region": {"x": 0.25, "y": 0.25, "w": 0.5, "h": 0.5}}
     yield (
@@ -179,6 +180,7 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
         unlimited_c=29.5,
         thermal_cue=True,
         pattern="wood strike",
+        basis="material",
         stages_ms={"encode": 2.5},
         frame_age_ms=12.5,
     )
@@ -270,6 +272,7 @@ def _wrong_values() -> Iterator[tuple[str, Any]]:
     yield "a temperature outside the range", {**SCENE, "objects": [hot]}
     bare = {"object_id": "a", "shader": {"base_color": [0.5, 0.5]}}
     yield "a colour of two numbers", {**SCENE, "objects": [bare]}
+    yield "a scene of no material", {**SCENE, "materials": []}
     yield "a frame too wide", {**FRAME, "width": 4097}
     yield "a frame without pixels", {**FRAME, "image": b""}
     yield "a frame of an unknown format", {**FRAME, "format": "bmp"}

@@ -25,6 +25,7 @@ AmbientCelsius = Annotated[float, Meta(ge=-60.0, le=80.0)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Side = Annotated[int, Meta(ge=1, le=MAX_SIDE_PX)]
 ObjectId = Annotated[str, Meta(min_length=1, max_length=128)]
+MaterialName = Annotated[str, Meta(min_length=1, max_length=64)]
 Label = Annotated[str, Meta(max_length=256)]
 Picture = Annotated[bytes, Meta(min_length=1, max_length=MAX_MESSAGE_BYTES)]
 
@@ -41,6 +42,7 @@ Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
 SurfaceSource = Literal["scene", "name", "sun", "ambient"]
 SkipReason = Literal["superseded", "stale", "unchanged", "rate"]
 FeelForm = Literal["amplitude", "parametric"]
+Basis = Literal["material", "expectation", "neutral"]
 
 
 class MessageError(Exception):
@@ -98,7 +100,7 @@ class SceneObject(Wire, frozen=True):
 
     object_id: ObjectId
     name: Label | None = None
-    material: Annotated[str, Meta(min_length=1, max_length=64)] | None = None
+    material: MaterialName | None = None
     temperature_c: Celsius | None = None
     shader: Shader | None = None
     thickness_m: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
@@ -116,12 +118,16 @@ class Hello(Wire, frozen=True, tag="hello", tag_field="type"):
 
 
 class Scene(Wire, frozen=True, tag="scene", tag_field="type"):
-    """Objects of the scene; `replace` forgets those not listed."""
+    """Objects of the scene; `replace` forgets those not listed.
+
+    `materials` are all that the scene's objects can be made of: recognition considers no other.
+    """
 
     id: RequestId
     objects: Annotated[list[SceneObject], Meta(max_length=4096)]
     replace: bool
     ambient_c: AmbientCelsius | None = None
+    materials: Annotated[list[MaterialName], Meta(min_length=1, max_length=64)] | None = None
 
 
 class Frame(Wire, frozen=True, tag="frame", tag_field="type"):
@@ -267,6 +273,8 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
 
     `sub_material` is what its name says it is made of more exactly, with bulk values of its own;
     `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.
+    `basis` says what the feel is made from: the material, the expectation over all materials
+    believed in while none is sure enough to be named, or neither (neutral).
     """
 
     id: int
@@ -292,6 +300,7 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     runner_up: str | None = None
     limited_by: Limit | None = None
     pattern: str | None = None
+    basis: Basis | None = None
     stages_ms: dict[str, float] = {}
     frame_age_ms: float | None = None
     sub_material: str | None = None

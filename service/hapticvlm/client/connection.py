@@ -70,10 +70,10 @@ class Client:
         return answer
 
     async def scene(
-        self, objects: list[Message], *, ambient_c: float | None = None, replace: bool = True
+        self, objects: list[Message], *, replace: bool = True, **fields: Any
     ) -> Message:
-        """Describe the scene's objects."""
-        return await self.request("scene", objects=objects, ambient_c=ambient_c, replace=replace)
+        """Describe the scene's objects; fields: ambient_c, materials."""
+        return await self.request("scene", objects=objects, replace=replace, **fields)
 
     async def touch(
         self,

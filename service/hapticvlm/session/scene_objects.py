@@ -60,6 +60,8 @@ class SceneObjects:
         """Take in what the scene states; raises MessageError and changes nothing if wrong."""
         for index, stated in enumerate(scene.objects):
             _check_material(stated.material, self._table, f"$.objects[{index}].material")
+        for index, name in enumerate(scene.materials or ()):
+            _check_material(name, self._table, f"$.materials[{index}]")
         declared = {key for key, known in self._known.items() if known.facts and not scene.replace}
         if len(declared | {stated.object_id for stated in scene.objects}) > MAX_KNOWN:
             text = f"$.objects: more than {MAX_KNOWN}; send `replace` true with those in use"

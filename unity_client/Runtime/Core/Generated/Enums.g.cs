@@ -23,6 +23,28 @@ namespace HapticVLM.Wire
         }
     }
 
+    public enum Basis { Other, Expectation, Material, Neutral }
+
+    internal static class BasisWire
+    {
+        static readonly byte[][] Texts =
+        {
+            MsgPackWriter.Encoded("expectation"),
+            MsgPackWriter.Encoded("material"),
+            MsgPackWriter.Encoded("neutral"),
+        };
+
+        public static Basis Read(ref MsgPackReader r)
+        {
+            return (Basis)Choice.Read(ref r, Texts);
+        }
+
+        public static void Write(MsgPackWriter w, Basis value)
+        {
+            Choice.Write(w, Texts, (int)value, "Basis");
+        }
+    }
+
     public enum ErrorCode { Other, Device, Limit, Message, Model, NotOwner, Overload, Protocol, Unsafe }
 
     internal static class ErrorCodeWire

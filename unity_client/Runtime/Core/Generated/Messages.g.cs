@@ -59,7 +59,9 @@ namespace HapticVLM.Wire
     /// <summary>What an object is and how it will feel; id 0 when it is an event.
     ///
     /// `sub_material` is what its name says it is made of more exactly, with bulk values of its own;
-    /// `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.</summary>
+    /// `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.
+    /// `basis` says what the feel is made from: the material, the expectation over all materials
+    /// believed in while none is sure enough to be named, or neither (neutral).</summary>
     public sealed class Decision
     {
         public long Id;
@@ -86,6 +88,7 @@ namespace HapticVLM.Wire
         public string RunnerUp;
         public Limit? LimitedBy;
         public string Pattern;
+        public Basis? Basis;
         public Dictionary<string, double> StagesMs = new Dictionary<string, double>();
         public double? FrameAgeMs;
         public string SubMaterial;
@@ -99,6 +102,7 @@ namespace HapticVLM.Wire
             if (RunnerUp != null) count++;
             if (LimitedBy != null) count++;
             if (Pattern != null) count++;
+            if (Basis != null) count++;
             if (StagesMs != null && StagesMs.Count > 0) count++;
             if (FrameAgeMs != null) count++;
             if (SubMaterial != null) count++;
@@ -168,6 +172,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(DecisionKeys.Pattern);
                 w.Str(Pattern);
+            }
+            if (Basis != null)
+            {
+                w.Raw(DecisionKeys.Basis);
+                BasisWire.Write(w, Basis.Value);
             }
             if (StagesMs != null && StagesMs.Count > 0)
             {
@@ -331,6 +340,13 @@ namespace HapticVLM.Wire
                         Pattern = r.Str(pool);
                     }
                 }
+                else if (r.TryKey(DecisionKeys.Basis))
+                {
+                    if (!r.TryNil())
+                    {
+                        Basis = BasisWire.Read(ref r);
+                    }
+                }
                 else if (r.TryKey(DecisionKeys.StagesMs))
                 {
                     StagesMs.Clear();
@@ -396,6 +412,7 @@ namespace HapticVLM.Wire
             RunnerUp = default(string);
             LimitedBy = default(Limit?);
             Pattern = default(string);
+            Basis = default(Basis?);
             StagesMs.Clear();
             FrameAgeMs = default(double?);
             SubMaterial = default(string);
@@ -429,6 +446,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] RunnerUp = MsgPackWriter.Encoded("runner_up");
         public static readonly byte[] LimitedBy = MsgPackWriter.Encoded("limited_by");
         public static readonly byte[] Pattern = MsgPackWriter.Encoded("pattern");
+        public static readonly byte[] Basis = MsgPackWriter.Encoded("basis");
         public static readonly byte[] StagesMs = MsgPackWriter.Encoded("stages_ms");
         public static readonly byte[] FrameAgeMs = MsgPackWriter.Encoded("frame_age_ms");
         public static readonly byte[] SubMaterial = MsgPackWriter.Encoded("sub_material");
@@ -1468,7 +1486,9 @@ namespace HapticVLM.Wire
         public static readonly byte[] H = MsgPackWriter.Encoded("h");
     }
 
-    /// <summary>Objects of the scene; `replace` forgets those not listed.</summary>
+    /// <summary>Objects of the scene; `replace` forgets those not listed.
+    ///
+    /// `materials` are all that the scene's objects can be made of: recognition considers no other.</summary>
     public struct Scene
     {
         public long Id;
@@ -1477,12 +1497,14 @@ namespace HapticVLM.Wire
         public bool Replace;
         public double? AmbientC;
         public const double AmbientCMax = 80.0;
+        public List<string> Materials;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
         {
             int count = 4;
             if (AmbientC != null) count++;
+            if (Materials != null) count++;
             w.MapHeader(count);
             w.Raw(SceneKeys.Type);
             w.Raw(SceneKeys.Tag);
@@ -1498,6 +1520,12 @@ namespace HapticVLM.Wire
             {
                 w.Raw(SceneKeys.AmbientC);
                 w.Double(AmbientC.Value);
+            }
+            if (Materials != null)
+            {
+                w.Raw(SceneKeys.Materials);
+                w.ArrayHeader(Materials.Count);
+                for (int i = 0; i < Materials.Count; i++) w.Str(Materials[i]);
             }
         }
 
@@ -1532,6 +1560,15 @@ namespace HapticVLM.Wire
                         it.AmbientC = r.Double();
                     }
                 }
+                else if (r.TryKey(SceneKeys.Materials))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Materials = new List<string>();
+                        for (int items = r.ArrayHeader(); items > 0; items--)
+                            it.Materials.Add(r.Str(pool));
+                    }
+                }
                 else
                 {
                     r.Skip();
@@ -1551,6 +1588,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Objects = MsgPackWriter.Encoded("objects");
         public static readonly byte[] Replace = MsgPackWriter.Encoded("replace");
         public static readonly byte[] AmbientC = MsgPackWriter.Encoded("ambient_c");
+        public static readonly byte[] Materials = MsgPackWriter.Encoded("materials");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("scene");
     }
 
