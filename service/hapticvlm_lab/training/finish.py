@@ -1,17 +1,14 @@
-"""From a finished run to what ships.
+"""From a run to what ships: `python -m hapticvlm_lab.training.finish --run R --pool P ...`.
 
-`python -m hapticvlm_lab.training.finish --run R --data D ...`.
-
-Exports the network, chooses references among the training pictures, calibrates on sources kept for
-that (sources.CALIBRATION, and renders of seeds that were not trained on), writes encoder and
-gallery. Touches nothing that is held back.
+Exports the network's average, chooses references among the labelled crops of the pool, calibrates
+on pictures kept for that (sources.CHOICE, sources.CALIBRATION, and shards of renders that taught
+nothing), writes encoder and gallery. Touches nothing that is held back or only reported.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-import json
 import sys
 from pathlib import Path
 
@@ -25,9 +22,12 @@ from hapticvlm.recognition.encoders.encoder import Encoder, load_encoder
 from hapticvlm.recognition.galleries import gallery as galleries
 from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.pictures import Crop, central_mask
-from hapticvlm_lab.training import export, fit, shards, sources
+from hapticvlm_lab.training import export, fit, sources
+from hapticvlm_lab.training.distil import CHECKPOINT
 from hapticvlm_lab.training.fit import Judged
 from hapticvlm_lab.training.network import Network, Shape
+from hapticvlm_lab.training.pool import ANSWERS, CROPS
+from hapticvlm_lab.training.teacher import FILES
 
 MOST_PER_CELL = 400
 SEED = 20250502
@@ -41,42 +41,45 @@ def main() -> int:
     """Read the command line and write the files."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--run", type=Path, required=True)
+    parser.add_argument("--pool", type=Path, required=True)
     parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--shards", type=Path, nargs="+", required=True)
-    parser.add_argument("--calibration", type=Path, required=True, help="folder of shards")
+    parser.add_argument("--renders", type=Path, required=True, help="folder of shards of renders")
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--weights", type=Path, help="folder of the safetensors (--out)")
     parser.add_argument("--name", required=True, help="e.g. material-1")
     parser.add_argument("--side", type=int, default=128)
-    parser.add_argument("--precision", choices=export.PRECISIONS, default="int8")
     chosen = parser.parse_args()
     torch.set_num_threads(1)
-    network = load_run(chosen.run)
-    export.write(network, chosen.name, chosen.side, chosen.out, chosen.precision)
+    export.write(load_run(chosen.run), chosen.name, chosen.side, chosen.out, chosen.weights)
     encoder = load_encoder(str(chosen.out))
-    judged = [
-        _judge_others(encoder, chosen.data),
-        *_judge_renders(encoder, chosen.calibration),
-    ]
-    found = make_gallery(encoder, chosen.shards, judged)
+    judged = [_judge_others(encoder, chosen.data), *_judge_renders(encoder, chosen.renders)]
+    found = make_gallery(encoder, chosen.pool, judged)
     galleries.save_gallery(found, chosen.out / galleries.FILE_NAME)
-    _say(f"{len(found.labels)} references; {found.calibration}")
+    sys.stderr.write(f"{len(found.labels)} references; {found.calibration}\n")
     return 0
 
 
 def load_run(run: Path) -> Network:
-    """Load the averaged network of a run."""
-    fields = json.loads((run / "plan.json").read_text())["shape"]
-    shape = Shape(tuple(fields["depths"]), tuple(fields["widths"]), fields["dimension"])
-    network = Network(shape)
-    held = torch.load(run / "checkpoint.pt", map_location="cpu", weights_only=True)
-    network.load_state_dict(held["average"])
+    """Load the average of a run; its embedding is both teachers' directions, side by side."""
+    held = torch.load(run / CHECKPOINT, map_location="cpu", weights_only=True)["average"]
+    heads = [(held[f"heads.{name}.weight"], held[f"heads.{name}.bias"]) for name in FILES]
+    projection = [torch.cat(parts) for parts in zip(*heads, strict=True)]
+    network = Network(Shape(dimension=len(projection[1])))
+    weights = {
+        key.removeprefix("network."): value
+        for key, value in held.items()
+        if key.startswith("network.")
+    }
+    network.load_state_dict(
+        weights | {"project.weight": projection[0], "project.bias": projection[1]}
+    )
     return network.eval()
 
 
-def make_gallery(encoder: Encoder, folders: list[Path], judged: list[Judged]) -> Gallery:
+def make_gallery(encoder: Encoder, pool: Path, judged: list[Judged]) -> Gallery:
     """Choose references of every material, and of none of them; calibrate."""
     names = (*materials.MATERIALS, materials.UNKNOWN)
-    embeddings, labels, cells = _embed_cells(encoder, folders, names)
+    embeddings, labels, cells = _embed_cells(encoder, pool, names)
     references, of = fit.choose_references(embeddings, labels, cells, SEED)
     blanks = embed(encoder, _blanks(encoder.side))
     references = np.concatenate([references, blanks])
@@ -95,22 +98,22 @@ def _blanks(side: int) -> list[Crop]:
 
 
 def _embed_cells(
-    encoder: Encoder, folders: list[Path], names: tuple[str, ...]
+    encoder: Encoder, pool: Path, names: tuple[str, ...]
 ) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
     taken: dict[str, int] = {}
     crops: list[Crop] = []
     labels: list[int] = []
     keys: list[str] = []
-    for path in shards.paths(folders):
-        shard = shards.read_framed(path)
-        for row, label in enumerate(shard.labels.tolist()):
-            kind = str(shard.kinds[row]) if path.parent.name == "crops" else path.parent.name
-            key = f"{kind}/{label}"
-            barred = label not in names or kind in sources.CALIBRATION
-            if barred or taken.get(key, 0) >= MOST_PER_CELL:
+    for path in sorted(pool.glob(f"*{ANSWERS}")):
+        with np.load(path, allow_pickle=False) as file:
+            known = list(zip(file["label"].tolist(), file["source"].tolist(), strict=True))
+        pixels = np.load(path.with_name(path.name.replace(ANSWERS, CROPS)), mmap_mode="r")
+        for row, (label, source) in enumerate(known):
+            key = f"{source}/{label}"
+            if label not in names or taken.get(key, 0) >= MOST_PER_CELL:
                 continue
             taken[key] = taken.get(key, 0) + 1
-            crops.append(_fitting(shard.images[row], shard.masks[row], encoder.side))
+            crops.append(_fitting(pixels[row, ..., :3], pixels[row, ..., 3], encoder.side))
             labels.append(names.index(label))
             keys.append(key)
     _, cells = np.unique(keys, return_inverse=True)
@@ -118,23 +121,21 @@ def _embed_cells(
 
 
 def _judge_renders(encoder: Encoder, folder: Path) -> tuple[Judged, Judged]:
-    """Embed our own renders that nothing was trained on: as they are, and with one view enrolled.
+    """Embed renders that taught nothing: as they are, and with every fourth one enrolled.
 
     The second way is what similarity means once a user has enrolled pictures of the scene.
     """
     index = {name: number for number, name in enumerate(materials.MATERIALS)}
     crops: list[Crop] = []
     truth: list[int] = []
-    samples: list[str] = []
-    for path in shards.paths([folder]):
-        shard = shards.read_framed(path)
-        pairs = zip(shard.images, shard.masks, strict=True)
-        crops += [_fitting(image, mask, encoder.side) for image, mask in pairs]
-        truth += [index.get(label, -1) for label in shard.labels.tolist()]
-        samples += [f"{path.name}/{number}" for number in shard.instances.tolist()]
+    for path in sorted(folder.glob("shard_*.npz")):
+        if sources.is_calibration_shard(path.stem):
+            with np.load(path, allow_pickle=False) as file:
+                pairs, named = file["big"], file["label"].tolist()
+            crops += [_fitting(pair[..., :3], pair[..., 3], encoder.side) for pair in pairs]
+            truth += [index.get(label, -1) for label in named]
     labels, embeddings = np.array(truth, np.int64), embed(encoder, crops)
-    first = np.zeros(len(labels), np.bool_)
-    first[np.unique(samples, return_index=True)[1]] = True
+    first = np.arange(len(labels)) % 4 == 0
     chosen, rest = first & (labels >= 0), ~first
     enrolled = (embeddings[chosen], labels[chosen])
     return (
@@ -149,7 +150,9 @@ def _judge_others(encoder: Encoder, data: Path) -> Judged:
     crops, truth = [], []
     with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
         rows = [
-            row for row in csv.DictReader(file) if row["path"].split("/")[0] in sources.CALIBRATION
+            row
+            for row in csv.DictReader(file)
+            if row["path"].split("/")[0] in (*sources.CALIBRATION, sources.CHOICE)
         ]
     for row in rows:
         if row["path"].endswith(".jpg"):
@@ -182,10 +185,6 @@ def _fitting(image: NDArray[np.uint8], mask: NDArray[np.uint8], side: int) -> Cr
     resized = Image.fromarray(image).resize(size, Image.Resampling.BILINEAR)
     inside = Image.fromarray(mask).resize(size, Image.Resampling.NEAREST)
     return Crop(np.asarray(resized), np.asarray(inside))
-
-
-def _say(text: str) -> None:
-    sys.stderr.write(text + "\n")
 
 
 if __name__ == "__main__":

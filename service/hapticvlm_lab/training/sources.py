@@ -11,8 +11,27 @@ from zlib import crc32
 
 from hapticvlm import materials
 
-# Labelled pictures that teach.
+# Labelled pictures that teach the probes and galleries of the bench.
 LABELLED = ("ambientcg_tiles", "trashnet", "clothing", "woodboards")
+# Crops of each picture of a source that teaches the student: rarer sources give more.
+ROUNDS = {
+    "unlabelled_caltech101": 6,
+    "unlabelled_mini_imagenet": 4,
+    "imagenet_small": 6,
+    "ccp_garments": 3,
+    "clothing": 6,
+    "clothing_full": 3,
+    "trashnet": 5,
+    "ambientcg_tiles": 8,
+    "woodboards": 6,
+    "coins": 3,
+    "glass_vessels_matsim": 8,
+}
+TEXTURES = frozenset({"ambientcg_tiles", "woodboards"})  # fill the picture
+ON_BOARD = "trashnet"  # objects on a plain board
+# Choose and calibrate; report on: no gradient sees either.
+CHOICE, REPORT = "choose_web", "report_web"
+RENDERED = frozenset({"rooms", "own"})  # sources of the shards of renders
 # Held back whole: photographs, the shapes and the textures with maps.
 HELD_BACK = ("caltech101", "models", "pbr")
 # Calibrate the confidence and nothing else: other people's renders, and scenery of no material.
@@ -20,7 +39,8 @@ CALIBRATION = ("pb_renders", "weather")
 SCENERY = "weather"
 # Pictures without labels; some of the living things among them teach "none of ours", others are
 # held back to measure it.
-UNLABELLED = "unlabelled_caltech101"
+UNLABELLED = ("unlabelled_caltech101", "unlabelled_mini_imagenet")
+UNKNOWN = materials.UNKNOWN
 # Folders of UNLABELLED that show the objects of the held-back caltech101: never looked at.
 SAME_AS_HELD_BACK = frozenset(
     "cup euphonium mandolin metronome saxophone scissors umbrella windsor_chair wrench".split()  # noqa: SIM905
@@ -56,3 +76,8 @@ def is_tile_held_back(path: str) -> bool:
     """
     asset = path.rsplit("/", 1)[-1].split(".")[0].split("_")[0].rstrip("ABCDEFGHM")
     return asset in _ALSO_IN_PBR or crc32(asset.encode()) % _TILES_HELD_BACK == 0
+
+
+def is_calibration_shard(stem: str) -> bool:
+    """Whether a shard of renders, by its name without suffix, calibrates and does not teach."""
+    return stem.endswith("9")
