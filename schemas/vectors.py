@@ -245,7 +245,8 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
     yield "vibration, amplitude alone", plain
     stopped = Vibration(id=0, hand="left", period_ms=12.5, stopped=True)
     yield "vibration that a stop ended", stopped
-    yield "view of the waveform", View(id=0, kind="waveform", rate_hz=3000.0, samples=[0.0, 0.5])
+    waveform = View(id=0, kind="waveform", rate_hz=3000.0, start=120, samples=[0.0, 0.5])
+    yield "view of the waveform", waveform
     yield "view of a frame", View(id=0, kind="frames", format="jpeg", image=b"\xff\xd8")
 
 

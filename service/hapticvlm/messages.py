@@ -275,6 +275,7 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.
     `basis` says what the feel is made from: the material, the expectation over all materials
     believed in while none is sure enough to be named, or neither (neutral).
+    Observers also get its `name`, as the scene gave it.
     """
 
     id: int
@@ -297,6 +298,7 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     unlimited_c: float
     thermal_cue: bool
     object_id: str | None = None
+    name: str | None = None
     runner_up: str | None = None
     limited_by: Limit | None = None
     pattern: str | None = None
@@ -326,7 +328,11 @@ class Telemetry(Wire, frozen=True, tag="telemetry", tag_field="type"):
 
 
 class View(Wire, frozen=True, tag="view", tag_field="type"):
-    """What an observer asked to watch; nobody else gets it."""
+    """What an observer asked to watch; nobody else gets it.
+
+    A waveform comes in pieces that follow each other: `start` is the number of its first sample,
+    counted at `rate_hz` since the audio engine began.
+    """
 
     id: int
     kind: Literal["frames", "waveform", "log"]
@@ -334,7 +340,10 @@ class View(Wire, frozen=True, tag="view", tag_field="type"):
     region: Region | None = None
     format: str | None = None
     image: bytes | None = None
+    mask: bytes | None = None
+    origin: Literal["top", "bottom"] | None = None
     rate_hz: float | None = None
+    start: int | None = None
     samples: list[float] | None = None
     text: str | None = None
 

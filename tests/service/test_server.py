@@ -32,6 +32,12 @@ def picture(seed=0, side=64):
     return buffer.getvalue()
 
 
+def mask(side=64):
+    buffer = io.BytesIO()
+    Image.fromarray(np.pad(np.full((32, 32), 255, np.uint8), (side - 32) // 2)).save(buffer, "PNG")
+    return buffer.getvalue()
+
+
 def frame(seed=0, **fields):
     given = {"format": "jpeg", "width": 64, "height": 64, "origin": "top", "image": picture(seed)}
     return {"type": "frame", "captured_at": time.monotonic(), **given, **fields}
@@ -316,6 +322,30 @@ async def test_only_the_observer_that_asked_sees_frames_waveform_and_log(service
         assert decision["id"] == 0
         await other.telemetry()
         assert not [event for event in other.events if event["type"] == "view"]
+
+
+async def test_waveform_pieces_follow_each_other_without_gap_or_overlap(service):
+    async with peer(service) as client, peer(service) as watching:
+        await owner_of(client)
+        await watching.hello("observer")
+        await watching.ask(type="set", watch=["waveform"])
+        await client.touch("contact", "kettle")
+        pieces = [await watching.event("view", kind="waveform") for _ in range(12)]
+    ends = [piece["start"] + len(piece["samples"]) for piece in pieces]
+    assert [piece["start"] for piece in pieces[1:]] == ends[:-1]
+    assert max(abs(sample) for piece in pieces for sample in piece["samples"]) > 0.001
+    assert all(len(piece["samples"]) / piece["rate_hz"] <= 0.1 for piece in pieces)
+
+
+async def test_observers_get_the_name_and_the_mask_of_what_is_recognised(service):
+    async with peer(service) as client, peer(service) as watching:
+        await owner_of(client)
+        await watching.hello("observer")
+        await watching.ask(type="set", watch=["frames"])
+        await client.ask(**frame(11, object_id="thing", mask=mask()))
+        view = await watching.event("view", kind="frames", object_id="thing")
+        assert view["mask"] == mask()
+        assert (await watching.event("decision", object_id="thing"))["name"] == "Object_07"
 
 
 async def test_a_message_over_the_limit_closes_with_1009_and_is_counted(service):

@@ -85,6 +85,7 @@ async def run(serving: Serving, where: Address) -> None:
             running = [
                 tasks.create_task(gateway.run_ticks()),
                 tasks.create_task(gateway.run_telemetry()),
+                tasks.create_task(gateway.run_waveform()),
             ]
             # What was made so far stays: looking through it again would hold up a touch by 40 ms.
             gc.collect()

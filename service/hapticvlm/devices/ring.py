@@ -186,8 +186,12 @@ class Ring:
 
     def waveform(self, count: int) -> NDArray[np.float32]:
         """Return the newest `count` (<= SAMPLES) samples played."""
+        return self.waveform_until(count)[1]
+
+    def waveform_until(self, count: int) -> tuple[int, NDArray[np.float32]]:
+        """Return how many samples were played since the start, and the newest `count` of them."""
         end = self.status().samples
-        return np.array(self._samples[np.arange(end - count, end) % SAMPLES])
+        return end, np.array(self._samples[np.arange(end - count, end) % SAMPLES])
 
     def _number(self, at: int) -> int:
         number: int = _NUMBER.unpack_from(self._view, at)[0]

@@ -118,6 +118,10 @@ class Speaker:
         """Return the newest samples played."""
         return self._ring.waveform(count)
 
+    def waveform_until(self, count: int) -> tuple[int, NDArray[np.float32]]:
+        """Return how many samples were ever played, and the newest of them."""
+        return self._ring.waveform_until(count)
+
     def supervise(self, now: float) -> str | None:
         """Restart a dead or silent engine; return what happened to it, or to its output."""
         if now - self._watched_at > ASLEEP_S:

@@ -45,6 +45,7 @@ from hapticvlm.session.hands import Hold
 
 TICK_S = 0.02
 TELEMETRY_S = 0.1
+WAVEFORM_S = 0.02  # what is heard in a browser lags by this and what the browser keeps in hand
 
 logger = logging.getLogger(__name__)
 
@@ -182,9 +183,18 @@ class Gateway:
             )
             for connection in self.connections:
                 connection.post(telemetry)
+
+    async def run_waveform(self) -> None:
+        """Pass on what the speaker plays to the observers that watch it, until cancelled."""
+        start = 0
+        while True:
+            await asyncio.sleep(WAVEFORM_S)
             watching = [other for other in self.connections if "waveform" in other.watches]
-            if watching:
-                waveform = status.waveform(self._outputs.speaker)
+            if not watching:
+                continue
+            waveform = status.waveform(self._outputs.speaker, start)
+            start = (waveform.start or 0) + len(waveform.samples or ())
+            if waveform.samples:
                 for connection in watching:
                     connection.post(waveform)
 
@@ -222,9 +232,12 @@ class Gateway:
             self.counts["frames rate"] += 1
         if not isinstance(message, Decision):
             return
+        shown = msgspec.structs.replace(
+            message, id=0, name=connection.session.name(message.object_id)
+        )
         for observer in self.connections:
             if observer is not connection and observer.session.observer:
-                observer.post(msgspec.structs.replace(message, id=0))
+                observer.post(shown)
 
     def _stop(self, scope: Scope) -> None:
         if self._outputs.is_closed:

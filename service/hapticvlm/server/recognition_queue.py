@@ -14,6 +14,7 @@ from hapticvlm.session.actions import Action, LookAt, Reply
 from hapticvlm.session.frames import SURROUNDINGS
 
 VIEW_S = 0.5
+MOST_VIEWED = 256
 
 
 class Desk(Protocol):
@@ -33,7 +34,7 @@ class Looks:
         self._recogniser = recogniser
         self._desk = desk
         self._asked: tuple[Connection, LookAt] | None = None
-        self._viewed_at = 0.0
+        self._viewed_at: dict[str | None, float] = {}
 
     def queue(self, connection: Connection, look: LookAt) -> list[ServiceMessage]:
         """Take in what a session wants looked at; return what to answer at once."""
@@ -118,13 +119,16 @@ class Looks:
         return [Reply(Error(id=look.frame.id, code=code, text=answer.error, path="$.image"))]
 
     def _show(self, look: LookAt) -> None:
-        """Show the frame to the observers that watch frames, twice a second at most."""
+        """Show observers that watch frames those of each object, twice a second at most."""
         now, frame = time.monotonic(), look.frame
-        if frame.format not in ("jpeg", "png") or now - self._viewed_at < VIEW_S:
+        is_new = now - self._viewed_at.get(frame.object_id, -VIEW_S) >= VIEW_S
+        if frame.format not in ("jpeg", "png") or not is_new:
             return
+        if len(self._viewed_at) >= MOST_VIEWED:
+            self._viewed_at.clear()
         for observer in self._desk.connections:
             if "frames" in observer.watches:
-                self._viewed_at = now
+                self._viewed_at[frame.object_id] = now
                 observer.post(
                     View(
                         id=0,
@@ -133,5 +137,7 @@ class Looks:
                         region=frame.region,
                         format=frame.format,
                         image=frame.image,
+                        mask=frame.mask,
+                        origin=frame.origin,
                     )
                 )

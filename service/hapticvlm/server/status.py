@@ -17,6 +17,7 @@ from hapticvlm.session.hands import NAMES
 
 WAITS = 512
 VIEW_SAMPLES, VIEW_STEP = 4800, 16
+VIEW_DIGITS = 5
 
 
 def of_outputs(outputs: Outputs) -> dict[str, Any]:
@@ -94,10 +95,21 @@ def telemetry(outputs: Outputs, *, dropped_frames: int, leases: int) -> Telemetr
     )
 
 
-def waveform(speaker: Speaker) -> View:
-    """Write the newest samples played, thinned out."""
-    samples = speaker.waveform(VIEW_SAMPLES)[::VIEW_STEP]
-    return View(id=0, kind="waveform", rate_hz=48_000 / VIEW_STEP, samples=samples.tolist())
+def waveform(speaker: Speaker, start: int) -> View:
+    """Write the samples played from number `start` (thinned out) on, at most the newest 0.1 s."""
+    end, samples = speaker.waveform_until(VIEW_SAMPLES + VIEW_STEP)
+    first = max(end - VIEW_SAMPLES, 0)
+    if first <= start * VIEW_STEP <= end:
+        first = start * VIEW_STEP
+    first += -first % VIEW_STEP
+    kept = samples[samples.size - (end - first) :][::VIEW_STEP]
+    return View(
+        id=0,
+        kind="waveform",
+        rate_hz=48_000 / VIEW_STEP,
+        start=first // VIEW_STEP,
+        samples=[round(sample, VIEW_DIGITS) for sample in kept.tolist()],
+    )
 
 
 def _of_speaker(speaker: Speaker) -> dict[str, Any]:

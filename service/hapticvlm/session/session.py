@@ -107,6 +107,11 @@ class SceneSession:
         """What this scene's objects may be made of."""
         return self._world.materials
 
+    def name(self, object_id: str | None) -> str | None:
+        """Return what the scene calls this object, if it gave it a name."""
+        facts = None if object_id is None else self._world.objects.facts(object_id)
+        return None if facts is None else facts.name
+
     @property
     def leases(self) -> int:
         """How many hands hold a lease."""

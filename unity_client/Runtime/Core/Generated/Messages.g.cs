@@ -61,7 +61,8 @@ namespace HapticVLM.Wire
     /// `sub_material` is what its name says it is made of more exactly, with bulk values of its own;
     /// `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.
     /// `basis` says what the feel is made from: the material, the expectation over all materials
-    /// believed in while none is sure enough to be named, or neither (neutral).</summary>
+    /// believed in while none is sure enough to be named, or neither (neutral).
+    /// Observers also get its `name`, as the scene gave it.</summary>
     public sealed class Decision
     {
         public long Id;
@@ -85,6 +86,7 @@ namespace HapticVLM.Wire
         public double UnlimitedC;
         public bool ThermalCue;
         public string ObjectId;
+        public string Name;
         public string RunnerUp;
         public Limit? LimitedBy;
         public string Pattern;
@@ -99,6 +101,7 @@ namespace HapticVLM.Wire
         {
             int count = 20;
             if (ObjectId != null) count++;
+            if (Name != null) count++;
             if (RunnerUp != null) count++;
             if (LimitedBy != null) count++;
             if (Pattern != null) count++;
@@ -157,6 +160,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(DecisionKeys.ObjectId);
                 w.Str(ObjectId);
+            }
+            if (Name != null)
+            {
+                w.Raw(DecisionKeys.Name);
+                w.Str(Name);
             }
             if (RunnerUp != null)
             {
@@ -319,6 +327,13 @@ namespace HapticVLM.Wire
                         ObjectId = r.Str(pool);
                     }
                 }
+                else if (r.TryKey(DecisionKeys.Name))
+                {
+                    if (!r.TryNil())
+                    {
+                        Name = r.Str(pool);
+                    }
+                }
                 else if (r.TryKey(DecisionKeys.RunnerUp))
                 {
                     if (!r.TryNil())
@@ -409,6 +424,7 @@ namespace HapticVLM.Wire
             UnlimitedC = default(double);
             ThermalCue = default(bool);
             ObjectId = default(string);
+            Name = default(string);
             RunnerUp = default(string);
             LimitedBy = default(Limit?);
             Pattern = default(string);
@@ -443,6 +459,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] UnlimitedC = MsgPackWriter.Encoded("unlimited_c");
         public static readonly byte[] ThermalCue = MsgPackWriter.Encoded("thermal_cue");
         public static readonly byte[] ObjectId = MsgPackWriter.Encoded("object_id");
+        public static readonly byte[] Name = MsgPackWriter.Encoded("name");
         public static readonly byte[] RunnerUp = MsgPackWriter.Encoded("runner_up");
         public static readonly byte[] LimitedBy = MsgPackWriter.Encoded("limited_by");
         public static readonly byte[] Pattern = MsgPackWriter.Encoded("pattern");
@@ -2660,7 +2677,10 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("vibration");
     }
 
-    /// <summary>What an observer asked to watch; nobody else gets it.</summary>
+    /// <summary>What an observer asked to watch; nobody else gets it.
+    ///
+    /// A waveform comes in pieces that follow each other: `start` is the number of its first sample,
+    /// counted at `rate_hz` since the audio engine began.</summary>
     public sealed class View
     {
         public long Id;
@@ -2669,7 +2689,10 @@ namespace HapticVLM.Wire
         public Region? Region;
         public string Format;
         public ArraySegment<byte> Image;
+        public ArraySegment<byte> Mask;
+        public ViewOrigin? Origin;
         public double? RateHz;
+        public long? Start;
         public List<double> Samples;
         public string Text;
 
@@ -2681,7 +2704,10 @@ namespace HapticVLM.Wire
             if (Region != null) count++;
             if (Format != null) count++;
             if (Image.Array != null) count++;
+            if (Mask.Array != null) count++;
+            if (Origin != null) count++;
             if (RateHz != null) count++;
+            if (Start != null) count++;
             if (Samples != null) count++;
             if (Text != null) count++;
             w.MapHeader(count);
@@ -2711,10 +2737,25 @@ namespace HapticVLM.Wire
                 w.Raw(ViewKeys.Image);
                 w.Bin(Image);
             }
+            if (Mask.Array != null)
+            {
+                w.Raw(ViewKeys.Mask);
+                w.Bin(Mask);
+            }
+            if (Origin != null)
+            {
+                w.Raw(ViewKeys.Origin);
+                ViewOriginWire.Write(w, Origin.Value);
+            }
             if (RateHz != null)
             {
                 w.Raw(ViewKeys.RateHz);
                 w.Double(RateHz.Value);
+            }
+            if (Start != null)
+            {
+                w.Raw(ViewKeys.Start);
+                w.Int(Start.Value);
             }
             if (Samples != null)
             {
@@ -2774,11 +2815,32 @@ namespace HapticVLM.Wire
                         Image = r.Bin();
                     }
                 }
+                else if (r.TryKey(ViewKeys.Mask))
+                {
+                    if (!r.TryNil())
+                    {
+                        Mask = r.Bin();
+                    }
+                }
+                else if (r.TryKey(ViewKeys.Origin))
+                {
+                    if (!r.TryNil())
+                    {
+                        Origin = ViewOriginWire.Read(ref r);
+                    }
+                }
                 else if (r.TryKey(ViewKeys.RateHz))
                 {
                     if (!r.TryNil())
                     {
                         RateHz = r.Double();
+                    }
+                }
+                else if (r.TryKey(ViewKeys.Start))
+                {
+                    if (!r.TryNil())
+                    {
+                        Start = r.Int();
                     }
                 }
                 else if (r.TryKey(ViewKeys.Samples))
@@ -2815,7 +2877,10 @@ namespace HapticVLM.Wire
             Region = default(Region?);
             Format = default(string);
             Image = default(ArraySegment<byte>);
+            Mask = default(ArraySegment<byte>);
+            Origin = default(ViewOrigin?);
             RateHz = default(double?);
+            Start = default(long?);
             Samples = default(List<double>);
             Text = default(string);
         }
@@ -2830,7 +2895,10 @@ namespace HapticVLM.Wire
         public static readonly byte[] Region = MsgPackWriter.Encoded("region");
         public static readonly byte[] Format = MsgPackWriter.Encoded("format");
         public static readonly byte[] Image = MsgPackWriter.Encoded("image");
+        public static readonly byte[] Mask = MsgPackWriter.Encoded("mask");
+        public static readonly byte[] Origin = MsgPackWriter.Encoded("origin");
         public static readonly byte[] RateHz = MsgPackWriter.Encoded("rate_hz");
+        public static readonly byte[] Start = MsgPackWriter.Encoded("start");
         public static readonly byte[] Samples = MsgPackWriter.Encoded("samples");
         public static readonly byte[] Text = MsgPackWriter.Encoded("text");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("view");
