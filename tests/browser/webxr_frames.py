@@ -27,7 +27,8 @@ from webxr_scene import missing, visiting
 
 from hapticvlm.messages import Frame
 from hapticvlm.recognition import pictures
-from hapticvlm.recognition.encoders.encoder import Encoder, load_encoder
+from hapticvlm.recognition.encoders.encoder import Encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import Gallery, load_gallery, with_references
 from hapticvlm.recognition.ladder import decide
 

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 from serving import endpoint, says, sends
 
-from hapticvlm.commands.evaluate.ambient import figures, grade
 from hapticvlm.commands.evaluate.asking import Answered, by_vlm
+from hapticvlm.commands.evaluate.grading import figures, grade
 from hapticvlm.commands.evaluate.pictures import Shot, ShotError, read_picture, read_shots
 from hapticvlm.commands.evaluate.scores import (
     LEVELS,

@@ -11,7 +11,7 @@ from PIL import Image
 from tiny_encoders import Graph, write_onnx
 
 from hapticvlm.commands.main import main
-from hapticvlm.recognition.encoders.encoder import load_encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.enrol import (
     CLOSER,
     Enrolled,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from hapticvlm.devices.audio import AudioSettings, Engine
+from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, Gain, LetGo, RestAll, Ring
 from hapticvlm.devices.speaker import SILENT_S, Speaker

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tiny_capture import SIDE, drawn, write_capture
 
-from hapticvlm.recognition.encoders.encoder import load_encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import load_gallery
 from hapticvlm.recognition.pictures import crop
 from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence

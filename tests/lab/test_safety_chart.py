@@ -14,6 +14,7 @@ from hapticvlm.commands.main import main
 from hapticvlm_lab.bench.safety import chart
 from hapticvlm_lab.bench.safety.core import Core, CoreError, Setting, build, sum_at
 from hapticvlm_lab.bench.safety.rig import Outcome, Phase, Rig
+from hapticvlm_lab.bench.safety.rows import Off
 from hapticvlm_lab.bench.safety.trials import INJECTIONS, STUCK, try_out, try_sound
 from hapticvlm_lab.bench.safety.variations import draw
 
@@ -145,7 +146,7 @@ def test_a_sweep_is_read(tmp_path: Path) -> None:
     ]
     path.write_text("a table\n" + json.dumps({"alone": trials}) + "\n")
 
-    assert chart.read_sweep(path) == [chart.Off("plate A open", 0.03, "firmware, PLATE_A_OPEN")]
+    assert chart.read_sweep(path) == [Off("plate A open", 0.03, "firmware, PLATE_A_OPEN")]
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from hapticvlm_lab.bench.thermal.breaks import ALUMINIUM, FRAME_S
 from hapticvlm_lab.bench.thermal.loop import wind_up
 from hapticvlm_lab.bench.thermal.methods import METHODS, Closed, Method, fitted, uniform_cells
 from hapticvlm_lab.bench.thermal.reference import Stage, contact_surface, sharp, skin_surface
+from hapticvlm_lab.bench.thermal.rows import Row
 
 NAMED = {method.name: method for method in METHODS}
 GLASS, SOFTWOOD = breaks.BULKS["glass"], breaks.BULKS["softwood"]
@@ -172,7 +173,7 @@ def test_every_trial_of_the_product_holds():
 
 def test_the_default_is_named_as_cheapest_below_the_floor_only_when_it_is():
     def row(method, touch_us, felt_c, slide_c, *, is_default=False):
-        return chart.Row(
+        return Row(
             method, "closed", is_default, felt_c, "", slide_c, "", touch_us, 0.0, touch_us, 1.0
         )
 

@@ -10,7 +10,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="extra `train` is not installed")
 
 from hapticvlm import materials  # noqa: E402
-from hapticvlm.recognition.encoders.encoder import load_encoder  # noqa: E402
+from hapticvlm.recognition.encoders.loading import load_encoder  # noqa: E402
 from hapticvlm.recognition.galleries.calibration import surprise  # noqa: E402
 from hapticvlm.recognition.galleries.gallery import believe, score  # noqa: E402
 from hapticvlm.recognition.pictures import Crop  # noqa: E402

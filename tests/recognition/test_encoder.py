@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from tiny_encoders import crop, write_onnx
 
 from hapticvlm.recognition.encoders import encoder as encoders
-from hapticvlm.recognition.encoders.encoder import EncoderError, load_encoder
+from hapticvlm.recognition.encoders import loading
+from hapticvlm.recognition.encoders.encoder import EncoderError
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import load_gallery
 from hapticvlm.recognition.ladder import KNOWN, decide
 from hapticvlm.recognition.pictures import Crop, central_mask
@@ -64,7 +66,7 @@ def test_what_ships_stays_small() -> None:
 def test_an_encoder_in_the_shipped_folder_is_the_one_that_ships(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(encoders, "SHIPPED", write_onnx(tmp_path / "shipped"))
+    monkeypatch.setattr(loading, "SHIPPED", write_onnx(tmp_path / "shipped"))
     assert load_encoder().name == "tiny-1"
     assert load_encoder("tiny-1").dimension == 128
 

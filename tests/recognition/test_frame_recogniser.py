@@ -7,7 +7,8 @@ import simplejpeg
 from tiny_encoders import picture, write_onnx
 
 from hapticvlm.messages import Frame, Region
-from hapticvlm.recognition.encoders.encoder import Encoder, load_encoder
+from hapticvlm.recognition.encoders.encoder import Encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import Eye
 from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
 from hapticvlm.recognition.ladder import Evidence

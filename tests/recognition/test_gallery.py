@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.recognition.encoders.encoder import load_encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import (
     Calibration,
     Gallery,

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from tiny_encoders import Graph, crop, picture, write_onnx
 
-from hapticvlm.recognition.encoders.encoder import BATCH, EncoderError, load_encoder
+from hapticvlm.recognition.encoders.encoder import BATCH, EncoderError
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.encoders.onnx_encoder import OnnxEncoder, load_onnx_encoder
 from hapticvlm.recognition.pictures import Crop, central_mask
 
@@ -167,7 +168,7 @@ def test_a_gpu_is_refused(folder: Path) -> None:
 
 def test_it_imports_no_torch_and_says_nothing(folder: Path) -> None:
     code = (
-        "import sys; from hapticvlm.recognition.encoders.encoder import load_encoder\n"
+        "import sys; from hapticvlm.recognition.encoders.loading import load_encoder\n"
         "load_encoder(sys.argv[1])\n"
         "assert 'onnxruntime' in sys.modules\n"
         "assert not {'torch', 'transformers', 'huggingface_hub'} & set(sys.modules)"

@@ -16,7 +16,8 @@ from tiny_encoders import crop, picture, write_network
 from hapticvlm.commands.local_service import running
 from hapticvlm.messages import Frame
 from hapticvlm.recognition import pictures
-from hapticvlm.recognition.encoders.encoder import BATCH, Encoder, EncoderError, load_encoder
+from hapticvlm.recognition.encoders.encoder import BATCH, Encoder, EncoderError
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import Calibration, Gallery, save_gallery
 from hapticvlm.recognition.pictures import Crop
 

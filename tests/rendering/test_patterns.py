@@ -13,7 +13,7 @@ import soundfile
 from numpy.typing import NDArray
 
 from hapticvlm.commands.main import main
-from hapticvlm.devices.audio import AudioSettings, Engine
+from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.pattern_folder import read_patterns
 from hapticvlm.devices.response import SpeakerResponse, write_response
 from hapticvlm.devices.ring import Ring

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hapticvlm import materials, messages
-from hapticvlm.recognition.encoders.encoder import load_encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import Eye
 from hapticvlm.recognition.galleries.gallery import load_gallery
 from hapticvlm.recognition.ladder import decide

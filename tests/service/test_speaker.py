@@ -10,7 +10,7 @@ import pytest
 from conftest import peer, status
 
 from hapticvlm.commands.local_service import running
-from hapticvlm.devices.audio import AudioSettings, Engine
+from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.output import OutputError, choose
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import Gain, Ring

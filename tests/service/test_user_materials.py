@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hapticvlm.commands.local_service import ServiceError, running
-from hapticvlm.devices.audio import AudioSettings, Engine
+from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.ring import Ring
 from hapticvlm.materials import LIMITS, MATERIALS, MaterialError, Mode, derive
 from hapticvlm.messages import Scene, SceneObject, Touch
-from hapticvlm.recognition.encoders.encoder import load_encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.enrol import enrol, list_pictures
 from hapticvlm.recognition.galleries.user_materials import (
     MAX_OWN,

@@ -16,7 +16,7 @@ from functools import partial
 
 from hapticvlm import __version__
 from hapticvlm.commands.serve_config import Serving
-from hapticvlm.devices.audio import AudioSettings
+from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.pattern_folder import read_patterns
 from hapticvlm.devices.peltier import Peltier
 from hapticvlm.devices.response import read_response

@@ -78,7 +78,7 @@ def _recognise(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hapticvlm.recognition.encoders.encoder import load_encoder
+    from hapticvlm.recognition.encoders.loading import load_encoder
     from hapticvlm.recognition.frame_recogniser import Eye
     from hapticvlm.recognition.galleries.gallery import load_gallery
 

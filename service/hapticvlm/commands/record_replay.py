@@ -62,7 +62,7 @@ def _replay(options: argparse.Namespace) -> int:
 
 
 def _eye(options: argparse.Namespace) -> Eye:
-    from hapticvlm.recognition.encoders.encoder import load_encoder
+    from hapticvlm.recognition.encoders.loading import load_encoder
     from hapticvlm.recognition.frame_recogniser import Eye
     from hapticvlm.recognition.galleries.gallery import load_gallery
 

@@ -9,13 +9,10 @@ from __future__ import annotations
 import math
 import threading
 import time
-from typing import TYPE_CHECKING
 
+from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.output import Output, OutputError, take_priority
 from hapticvlm.rendering.vibration import RATE_HZ
-
-if TYPE_CHECKING:
-    from hapticvlm.devices.audio import AudioSettings, Engine
 
 WATCH_S = 0.05
 RETRY_S = 1.0

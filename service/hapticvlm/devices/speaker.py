@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.audio import AudioSettings, run_engine
+from hapticvlm.devices.audio import run_engine
+from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.peltier import DeviceError
 from hapticvlm.devices.ring import SAMPLES, EngineStatus, Gain, LetGo, RestAll, Ring

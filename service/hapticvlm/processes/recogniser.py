@@ -26,7 +26,7 @@ import numpy as np
 
 from hapticvlm.messages import MAX_MESSAGE_BYTES, Frame
 from hapticvlm.processes.supervised import START_S, Child
-from hapticvlm.recognition.encoders.encoder import load_encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import Eye, Look
 from hapticvlm.recognition.galleries.gallery import load_gallery
 from hapticvlm.recognition.galleries.user_materials import OwnMaterial

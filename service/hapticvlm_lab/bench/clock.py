@@ -8,7 +8,7 @@ import sys
 import time
 from typing import Any
 
-from hapticvlm.devices.audio import AudioSettings
+from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import Stroke
 from hapticvlm.rendering.voices import Command

@@ -19,7 +19,7 @@ from rich.console import Console
 from hapticvlm import __version__
 from hapticvlm.commands.local_service import running
 from hapticvlm.messages import Frame
-from hapticvlm.recognition.encoders.encoder import load_encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import Eye
 from hapticvlm.recognition.galleries.gallery import load_gallery
 from hapticvlm_lab.bench.load import SIDE, pictures

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from hapticvlm.devices.audio import AudioSettings
+from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.output import JACK
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Stroke

@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hapticvlm import __version__
-from hapticvlm.devices.audio import AudioSettings
+from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm_lab.bench import clock, jack

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hapticvlm import materials
-from hapticvlm.recognition.encoders.encoder import Encoder, load_encoder
+from hapticvlm.recognition.encoders.encoder import Encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries import gallery as galleries
 from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.pictures import Crop, central_mask

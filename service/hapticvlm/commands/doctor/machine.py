@@ -149,7 +149,7 @@ def _inference(serving: Serving) -> tuple[str, float]:
     """Return the encoder's name and the median time of an inference, ms."""
     import numpy as np
 
-    from hapticvlm.recognition.encoders.encoder import load_encoder
+    from hapticvlm.recognition.encoders.loading import load_encoder
     from hapticvlm.recognition.galleries.gallery import load_gallery
     from hapticvlm.recognition.pictures import Crop
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hapticvlm.commands.evaluate.ambient import Outcome
+from hapticvlm.commands.evaluate.grading import Outcome
 from hapticvlm.commands.evaluate.scores import TOLERANCE_C
 from hapticvlm.recognition.vlm.answers import COVERAGE
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from hapticvlm.commands.evaluate.ambient import Outcome
+from hapticvlm.commands.evaluate.grading import Outcome
 from hapticvlm.commands.evaluate.scores import PAPER, Score, Share, share
 from hapticvlm.recognition.vlm.answers import COVERAGE
 

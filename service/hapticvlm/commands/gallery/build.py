@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hapticvlm.materials import Material, MaterialError, derive
-from hapticvlm.recognition.encoders.encoder import Encoder, load_encoder
+from hapticvlm.recognition.encoders.encoder import Encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.enrol import (
     EnrolError,
     Enrolled,

@@ -1,4 +1,4 @@
-"""Picture and mask to a unit embedding: what every encoder promises, and how one is had by name.
+"""Picture and mask to a unit embedding: what every encoder promises.
 
 The shipped encoder runs on onnxruntime; any network of transformers runs on torch (extra `models`),
 which is imported only then. All take the same crops, and none hands out anything but finite unit
@@ -15,14 +15,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.pictures import Crop, central_mask
+from hapticvlm.recognition.pictures import Crop
 
 Floats = NDArray[np.float32]
 Pixels = NDArray[np.uint8]
 
 SHIPPED = Path(__file__).parents[1] / "shipped"
 CARD = "encoder.json"  # lies in the folder of every encoder that runs on onnxruntime
-DEVICES = ("cpu", "cuda", "auto")
 BATCH = 8  # crops a pass: bounds memory; more are no faster on one thread (measured: zepto, 128 px)
 UNIT_ERROR = 1e-3  # of an embedding's norm
 
@@ -48,25 +47,6 @@ class Encoder(Protocol):
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
-
-
-def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int = 1) -> Encoder:
-    """Load an encoder and embed with it once, so that the next inference is not a slow first one.
-
-    name: None or its own name = the shipped one; a folder with an encoder.json; or a network of
-    transformers, by folder or by name. device: cpu, cuda or auto, where only those of transformers
-    run on another than the cpu. threads: of one inference. Raises EncoderError.
-    """
-    if device not in DEVICES:
-        raise EncoderError(f"device {device!r} is none of {', '.join(DEVICES)}")
-    if threads < 1:
-        raise EncoderError(f"{threads} threads: an inference needs 1 or more")
-    encoder = _find(name, device, threads)
-    blank = Crop(
-        np.full((encoder.side, encoder.side, 3), 127, np.uint8), central_mask(encoder.side)
-    )
-    encoder.embed([blank])
-    return encoder
 
 
 def embed_all(
@@ -106,19 +86,3 @@ def _require_unit(found: NDArray[np.generic], count: int, encoder: Encoder) -> F
         text = f"`{encoder.name}` gave an embedding that is not finite and of unit norm"
         raise EncoderError(f"{text}: load another encoder")
     return embeddings
-
-
-def _find(name: str | None, device: str, threads: int) -> Encoder:
-    """Load what `name` says; each loader is imported late, with its own heavy library."""
-    from hapticvlm.recognition.encoders.onnx_encoder import load_onnx_encoder, read_card
-
-    shipped = name is None or name == read_card(SHIPPED).name
-    folder = SHIPPED if shipped else Path(str(name)).expanduser()
-    if not shipped and not (folder / CARD).is_file():
-        from hapticvlm.recognition.encoders.transformers_encoder import load_transformers_encoder
-
-        return load_transformers_encoder(str(name), device, threads)
-    if device == "cuda":
-        text = "--device cuda is for networks of transformers; this encoder runs on the cpu"
-        raise EncoderError(f"{text}: leave --device out")
-    return load_onnx_encoder(folder, threads)

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials, messages
-from hapticvlm.recognition.encoders.encoder import CARD, Encoder, EncoderError, load_encoder
+from hapticvlm.recognition.encoders.encoder import CARD, Encoder, EncoderError
+from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import (
     FILE_NAME,
     Calibration,

@@ -22,6 +22,7 @@ from hapticvlm.rendering.thermal import PLATE_TRIP_HIGH_C
 from hapticvlm_lab.bench.safety import plots
 from hapticvlm_lab.bench.safety.core import FULL_SCALE_A, Core, Setting, build
 from hapticvlm_lab.bench.safety.rig import Outcome
+from hapticvlm_lab.bench.safety.rows import Off, Row
 from hapticvlm_lab.bench.safety.trials import INJECTIONS, STUCK, try_out, try_sound
 from hapticvlm_lab.bench.safety.variations import SEED, Variation, draw
 
@@ -39,29 +40,6 @@ class Plan:
     out: Path
     sweep: Path | None
     as_json: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One setting over all plates: thermistors that freeze, and sound plates switched off."""
-
-    window_ms: int
-    duty_cap: float
-    is_default: bool
-    peak_median_c: float
-    peak_worst_c: float
-    above_trip: float
-    false_trips: float
-    false_by: dict[str, int]
-
-
-@dataclass(frozen=True, slots=True)
-class Off:
-    """How long after a fault the plate was off; None is never within the trial."""
-
-    fault: str
-    off_s: float | None
-    guard: str
 
 
 def run(plan: Plan) -> int:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hapticvlm.rendering.thermal import PLATE_TRIP_HIGH_C
-
-if TYPE_CHECKING:
-    from hapticvlm_lab.bench.safety.chart import Off, Row
+from hapticvlm_lab.bench.safety.rows import Off, Row
 
 COLOURS = ("#1b7837", "#2166ac", "#b2182b", "#b35806")
 FAST_S, SLOW_S = 0.15, 1.5

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from itertools import permutations
 from pathlib import Path
 
@@ -21,7 +21,7 @@ from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import THERMAL_FLOOR_C
 from hapticvlm.rendering.thermal import ThermalContact, thermal_contact
 from hapticvlm_lab.bench.thermal import plot, timing
-from hapticvlm_lab.bench.thermal.methods import METHODS, Family, Method
+from hapticvlm_lab.bench.thermal.methods import METHODS, Method
 from hapticvlm_lab.bench.thermal.reference import (
     Floats,
     Stage,
@@ -29,6 +29,7 @@ from hapticvlm_lab.bench.thermal.reference import (
     sharp,
     skin_surface,
 )
+from hapticvlm_lab.bench.thermal.rows import Row
 
 NAME = "chart-thermal"
 FINEST_C = 0.1  # degC, cool threshold at the thenar (docs/physics.md 1.3)
@@ -56,28 +57,6 @@ SLIDES: tuple[tuple[tuple[str, ...], float, float | None], ...] = (
     (("metal", "wood", "metal", "fabric", "metal"), 0.5, None),
 )
 SLIDE_TAIL_S = 5.0
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One method: worst errors in degC and where, cost in us; None is no number at all.
-
-    `felt_c` is the worst on one contact, `slide_c` over slides; `step_us` and `setup_us` are
-    medians, `touch_us` a step of a touch of one second with its share of setting up, `floors`
-    that over a bare evaluation of the closed form in the same run.
-    """
-
-    method: str
-    family: Family
-    is_default: bool
-    felt_c: float | None
-    felt_at: str
-    slide_c: float | None
-    slide_at: str
-    step_us: float
-    setup_us: float
-    touch_us: float
-    floors: float
 
 
 def run(out: Path, *, as_json: bool) -> int:

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm_lab.bench.material.labels import place
+from hapticvlm_lab.bench.thermal.rows import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from hapticvlm_lab.bench.thermal.chart import Row
 
 WIDTH_IN, HEIGHT_IN, DPI = 12.0, 5.6, 80
 LOWEST_C, HIGHEST_C = 1e-3, 100.0  # what lies outside is drawn at the edge

@@ -1,0 +1,46 @@
+"""An encoder by name: the one shipped, a folder's, or a network of transformers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from hapticvlm.recognition.encoders.encoder import CARD, SHIPPED, Encoder, EncoderError
+from hapticvlm.recognition.encoders.onnx_encoder import load_onnx_encoder, read_card
+from hapticvlm.recognition.pictures import Crop, central_mask
+
+DEVICES = ("cpu", "cuda", "auto")
+
+
+def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int = 1) -> Encoder:
+    """Load an encoder and embed with it once, so that the next inference is not a slow first one.
+
+    name: None or its own name = the shipped one; a folder with an encoder.json; or a network of
+    transformers, by folder or by name. device: cpu, cuda or auto, where only those of transformers
+    run on another than the cpu. threads: of one inference. Raises EncoderError.
+    """
+    if device not in DEVICES:
+        raise EncoderError(f"device {device!r} is none of {', '.join(DEVICES)}")
+    if threads < 1:
+        raise EncoderError(f"{threads} threads: an inference needs 1 or more")
+    encoder = _find(name, device, threads)
+    blank = Crop(
+        np.full((encoder.side, encoder.side, 3), 127, np.uint8), central_mask(encoder.side)
+    )
+    encoder.embed([blank])
+    return encoder
+
+
+def _find(name: str | None, device: str, threads: int) -> Encoder:
+    """Load what `name` says; torch is imported only for a network of transformers."""
+    shipped = name is None or name == read_card(SHIPPED).name
+    folder = SHIPPED if shipped else Path(str(name)).expanduser()
+    if not shipped and not (folder / CARD).is_file():
+        from hapticvlm.recognition.encoders.transformers_encoder import load_transformers_encoder
+
+        return load_transformers_encoder(str(name), device, threads)
+    if device == "cuda":
+        text = "--device cuda is for networks of transformers; this encoder runs on the cpu"
+        raise EncoderError(f"{text}: leave --device out")
+    return load_onnx_encoder(folder, threads)
