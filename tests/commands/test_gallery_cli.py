@@ -28,8 +28,12 @@ from hapticvlm.recognition.galleries.gallery import (
     read_gallery,
     save_gallery,
 )
-from hapticvlm.recognition.galleries.leave_one_out import find_twins, fit_roughly, leave_one_out
-from hapticvlm.recognition.galleries.user_materials import read_own
+from hapticvlm.recognition.galleries.leave_one_out import (
+    find_confusable_pairs,
+    fit_roughly,
+    leave_one_out,
+)
+from hapticvlm.recognition.galleries.user_materials import read_material
 
 COLOURS = {
     "wood": (150, 90, 40),
@@ -259,7 +263,7 @@ def test_a_material_is_added_with_class_words_facts_and_references(
     said = capsys.readouterr().out
     assert "obsidian                    3         12" in said
     assert f"serve --gallery {folder}" in said
-    made = read_own(folder / "obsidian.toml")
+    made = read_material(folder / "obsidian.toml")
     assert (made.like, made.encoder) == ("glass", load_encoder().name)
     assert made.material.words == ("obsidian", "lava glass")
     assert made.material.thermal.conductivity == 1.8
@@ -417,8 +421,8 @@ def test_left_out_in_turn_a_picture_is_not_compared_with_itself() -> None:
     assert checked.guess == ("glass", "glass", "wood", "glass")
     assert (checked.counts("wood"), checked.counts("glass")) == ((0, 2), (1, 2))
     assert checked.taken("wood", "glass") == 2
-    (twins,) = find_twins(enrolled, checked)
-    assert (twins.confused, twins.checked) == (3, 4)
+    (pair,) = find_confusable_pairs(enrolled, checked)
+    assert (pair.confused, pair.checked) == (3, 4)
 
 
 def test_a_picture_that_is_alone_cannot_be_checked_but_a_base_helps() -> None:
@@ -435,7 +439,7 @@ def test_materials_that_differ_are_no_twins() -> None:
     enrolled = enrolled_of(
         {"wood": [[1, 0.1, 0], [1, 0, 0.1]], "glass": [[0, 1, 0.1], [0.1, 1, 0]]}
     )
-    assert find_twins(enrolled, leave_one_out(enrolled)) == []
+    assert find_confusable_pairs(enrolled, leave_one_out(enrolled)) == []
 
 
 def test_a_rough_calibration_knows_its_own_and_not_a_stranger() -> None:

@@ -1,4 +1,4 @@
-"""The eye: one frame, or several regions of it, to evidence; a failing encoder is no evidence."""
+"""One frame, or several regions of it, to evidence; a failing encoder is no evidence."""
 
 import msgspec
 import numpy as np
@@ -9,7 +9,7 @@ from tiny_encoders import picture, write_onnx
 from hapticvlm.messages import Frame, Region
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.frame_recogniser import Eye
+from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.pictures import Crop, PictureError
@@ -38,8 +38,8 @@ def frame(seed: int = 1, side: int = 256, **fields: object) -> Frame:
     return Frame(**{**given, **sized, **fields})
 
 
-def look(eye: Eye, shown: Frame, *, anew: bool = True):
-    return eye.look(msgspec.msgpack.encode(shown), "cup", 0.0, anew=anew)
+def recognise(recogniser: FrameRecogniser, shown: Frame, *, anew: bool = True):
+    return recogniser.recognise(msgspec.msgpack.encode(shown), "cup", 0.0, anew=anew)
 
 
 def beliefs(evidence: Evidence) -> list[float]:
@@ -49,10 +49,11 @@ def beliefs(evidence: Evidence) -> list[float]:
 def test_regions_compared_together_give_what_single_looks_give(
     encoder: Encoder, gallery: Gallery
 ) -> None:
-    eye, shown = Eye(encoder, gallery), frame()
-    together = eye.compare(shown, [*REGIONS, None])
+    recogniser, shown = FrameRecogniser(encoder, gallery), frame()
+    together = recogniser.compare(shown, [*REGIONS, None])
     singles = [
-        look(eye, msgspec.structs.replace(shown, region=region)) for region in [*REGIONS, None]
+        recognise(recogniser, msgspec.structs.replace(shown, region=region))
+        for region in [*REGIONS, None]
     ]
     assert len({evidence.beliefs for evidence in together}) > 1
     for one, other in zip(together, singles, strict=True):
@@ -70,28 +71,33 @@ def test_regions_compared_together_decode_the_frame_once(
         "decode_jpeg",
         lambda *a, **k: decoded.append(1) or decode(*a, **k),  # type: ignore[func-returns-value]
     )
-    eye = Eye(encoder, gallery)
-    eye.compare(frame(), REGIONS)
+    recogniser = FrameRecogniser(encoder, gallery)
+    recogniser.compare(frame(), REGIONS)
     assert len(decoded) == 1
     for region in REGIONS:
-        look(eye, frame(region=region))
+        recognise(recogniser, frame(region=region))
     assert len(decoded) == 1 + len(REGIONS)
 
 
 def test_a_region_outside_the_frame_is_refused_by_field(encoder: Encoder, gallery: Gallery) -> None:
     with pytest.raises(PictureError, match=r"\$\.region"):
-        Eye(encoder, gallery).compare(frame(), [REGIONS[0], Region(x=1.0, y=1.0, w=0.1, h=0.1)])
+        FrameRecogniser(encoder, gallery).compare(
+            frame(), [REGIONS[0], Region(x=1.0, y=1.0, w=0.1, h=0.1)]
+        )
 
 
 def test_what_was_seen_while_warming_up_does_not_hide_the_first_picture(
     encoder: Encoder, gallery: Gallery
 ) -> None:
-    eye = Eye(encoder, gallery)
-    eye.warm_up()
+    recogniser = FrameRecogniser(encoder, gallery)
+    recogniser.warm_up()
     grey = simplejpeg.encode_jpeg(np.full((64, 64, 3), 127, np.uint8))
     shown = frame(width=64, height=64, image=grey)
-    assert eye.look(msgspec.msgpack.encode(shown), "", 0.0, anew=False).evidence is not None
-    assert eye.look(msgspec.msgpack.encode(shown), "", 0.0, anew=False).evidence is None
+    assert (
+        recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, anew=False).evidence
+        is not None
+    )
+    assert recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, anew=False).evidence is None
 
 
 def test_an_encoder_that_fails_is_our_fault_and_no_evidence(
@@ -99,7 +105,7 @@ def test_an_encoder_that_fails_is_our_fault_and_no_evidence(
 ) -> None:
     """The tiny encoder has no direction for black."""
     black = simplejpeg.encode_jpeg(np.zeros((64, 64, 3), np.uint8))
-    found = look(Eye(encoder, gallery), frame(width=64, height=64, image=black))
+    found = recognise(FrameRecogniser(encoder, gallery), frame(width=64, height=64, image=black))
     assert found.evidence is None
     assert found.is_our_fault
     assert "finite and of unit norm" in found.error

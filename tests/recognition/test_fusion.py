@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition import ladder
-from hapticvlm.recognition.fusion import CHANGE, MEMORY, Fused, fuse, take_in
+from hapticvlm.recognition.fusion import CHANGE, MEMORY, Fused, fuse, update
 from hapticvlm.recognition.ladder import Evidence, Verdict, decide, prefer
 
 FRAMES = 300
@@ -26,7 +26,7 @@ def felt(looks: list[Evidence], *, fused: bool = True) -> list[str]:
     verdict: Verdict | None = None
     materials = []
     for look in looks:
-        memory = take_in(memory, look) if fused else Fused(look, 1)
+        memory = update(memory, look) if fused else Fused(look, 1)
         verdict = prefer(verdict, decide([memory.evidence]))
         materials.append(verdict.material)
     return materials
@@ -110,11 +110,11 @@ def test_a_real_change_gets_through_in_a_few_looks_however_long_the_past(before:
 def test_after_a_change_looks_are_remembered_as_before() -> None:
     memory: Fused | None = None
     for look in [*[sees(wood=0.9)] * 10, *[sees(metal=0.9)] * CHANGE]:
-        memory = take_in(memory, look)
+        memory = update(memory, look)
     assert memory is not None
     assert memory == Fused(memory.evidence, CHANGE)
     for look in [sees(metal=0.9)] * MEMORY:
-        memory = take_in(memory, look)
+        memory = update(memory, look)
     assert memory == Fused(memory.evidence, MEMORY)
 
 
@@ -184,7 +184,7 @@ def test_what_is_remembered_of_an_object_is_bounded() -> None:
     for number in range(2000):
         names = [f"own {name}" for name in rng.choice(300, 3, replace=False)]
         beliefs = {names[0]: 0.6} if number % 7 else dict(zip(names, (0.3, 0.2, 0.1), strict=True))
-        memory = take_in(memory, sees(**beliefs))
-        assert memory.looks <= MEMORY
-        assert len(memory.objections) < CHANGE
+        memory = update(memory, sees(**beliefs))
+        assert memory.count <= MEMORY
+        assert len(memory.contradicting) < CHANGE
         assert len(memory.evidence.beliefs) <= 300

@@ -19,7 +19,7 @@ from hapticvlm.recognition.galleries.gallery import (
     score,
     with_references,
 )
-from hapticvlm.recognition.galleries.user_materials import OwnMaterial, write_own
+from hapticvlm.recognition.galleries.user_materials import UserMaterial, write_material
 from hapticvlm.recognition.ladder import KNOWN, decide
 
 Floats = NDArray[np.float32]
@@ -243,8 +243,8 @@ def test_a_folder_is_its_file_and_the_materials_of_its_own(tmp_path: Path) -> No
     base = replace(small(encoder.name), references=unit(1, 6, encoder.dimension))
     obsidian = materials.derive("obsidian", "glass")
     seen = unit(31, 2, encoder.dimension)
-    write_own(OwnMaterial(obsidian, "glass", {}, encoder.name, seen), tmp_path)
-    write_own(OwnMaterial(materials.derive("felt-2", "fabric"), "fabric"), tmp_path)
+    write_material(UserMaterial(obsidian, "glass", {}, encoder.name, seen), tmp_path)
+    write_material(UserMaterial(materials.derive("felt-2", "fabric"), "fabric"), tmp_path)
     alone = load_gallery(tmp_path, encoder=encoder)
     assert alone.materials == (*load_gallery(encoder=encoder).materials, "obsidian")
     save_gallery(base, tmp_path / "gallery.npz")
@@ -257,10 +257,12 @@ def test_a_folder_is_its_file_and_the_materials_of_its_own(tmp_path: Path) -> No
 def test_a_material_of_another_encoder_is_refused_naming_its_file(tmp_path: Path) -> None:
     encoder = load_encoder()
     slate = materials.derive("slate", "stone")
-    write_own(OwnMaterial(slate, "stone", {}, "other-7", unit(1, 2, encoder.dimension)), tmp_path)
+    write_material(
+        UserMaterial(slate, "stone", {}, "other-7", unit(1, 2, encoder.dimension)), tmp_path
+    )
     with pytest.raises(GalleryError, match=r"slate\.toml was made with encoder `other-7`"):
         load_gallery(tmp_path, encoder=encoder)
-    write_own(OwnMaterial(slate, "stone", {}, encoder.name, unit(1, 2, 9)), tmp_path)
+    write_material(UserMaterial(slate, "stone", {}, encoder.name, unit(1, 2, 9)), tmp_path)
     with pytest.raises(GalleryError, match=r"slate\.toml: references of 9 numbers"):
         load_gallery(tmp_path, encoder=encoder)
 
@@ -276,7 +278,7 @@ def test_references_of_a_material_nobody_knows_are_refused(tmp_path: Path) -> No
     for path in (tmp_path, tmp_path / "gallery.npz"):
         with pytest.raises(GalleryError, match=r"kryptonite.*kryptonite\.toml beside it"):
             load_gallery(path, encoder=encoder)
-    write_own(OwnMaterial(materials.derive("kryptonite", "stone"), "stone"), tmp_path)
+    write_material(UserMaterial(materials.derive("kryptonite", "stone"), "stone"), tmp_path)
     assert "kryptonite" in load_gallery(tmp_path, encoder=encoder).materials
 
 

@@ -14,7 +14,7 @@ from PIL import Image
 
 from hapticvlm import materials, messages
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.frame_recogniser import Eye
+from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 from hapticvlm.recognition.galleries.gallery import load_gallery
 from hapticvlm.recognition.ladder import decide
 
@@ -133,7 +133,9 @@ def test_the_answer_is_the_one_the_service_gives_to_the_same_frame(folder: Path)
         image=path.read_bytes(),
         origin="top",
     )
-    expected = decide(Eye(encoder, load_gallery(encoder=encoder)).compare(frame, [None]))
+    expected = decide(
+        FrameRecogniser(encoder, load_gallery(encoder=encoder)).compare(frame, [None])
+    )
     (row,) = recognise("--json", path).rows
     assert row["confidence"] == pytest.approx(expected.confidence, abs=1e-3)
     assert (row["material"], row["runner_up"]) == (expected.material, expected.runner_up)

@@ -20,13 +20,13 @@ from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.enrol import enrol, list_pictures
 from hapticvlm.recognition.galleries.user_materials import (
-    MAX_OWN,
-    OwnMaterial,
+    MAX_USER_MATERIALS,
+    UserMaterial,
     read_folder,
-    read_own,
+    read_material,
     table_with,
 )
-from hapticvlm.recognition.galleries.user_materials import write_own as write
+from hapticvlm.recognition.galleries.user_materials import write_material as write
 from hapticvlm.recognition.names import from_name, read_lexicon
 from hapticvlm.rendering import thermal, vibration
 from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Stroke, Texture
@@ -48,10 +48,10 @@ modes = [{ frequency_hz = 300, decay_per_s = 60, gain = 1.0 }]
 """
 
 
-def own(text: str, folder: Path, name: str = "obsidian") -> OwnMaterial:
+def own(text: str, folder: Path, name: str = "obsidian") -> UserMaterial:
     path = folder / f"{name}.toml"
     path.write_text(text, encoding="utf-8")
-    return read_own(path)
+    return read_material(path)
 
 
 def test_facts_that_are_not_given_are_those_of_the_class(tmp_path: Path) -> None:
@@ -81,14 +81,14 @@ def test_a_material_comes_back_as_it_was_written(tmp_path: Path) -> None:
         "vibration": {"modes": [{"frequency_hz": 90, "decay_per_s": 70.5, "gain": 1}]},
     }
     references = np.eye(3, 8, dtype=np.float32)
-    made = OwnMaterial(
+    made = UserMaterial(
         derive("nussbaum", "wood", ["nußbaum", "walnut"], facts),
         "wood",
         facts,
         'a "b" \\',
         references,
     )
-    back = read_own(write(made, tmp_path))
+    back = read_material(write(made, tmp_path))
     assert (back.material, back.like, back.encoder) == (made.material, "wood", 'a "b" \\')
     assert back.facts == facts
     assert np.array_equal(back.references, references)
@@ -173,13 +173,13 @@ def test_a_built_in_name_is_taken(name: str) -> None:
 
 
 def test_a_folder_has_room_for_so_many_and_hidden_files_are_none(tmp_path: Path) -> None:
-    for number in range(MAX_OWN):
+    for number in range(MAX_USER_MATERIALS):
         own('like = "wood"', tmp_path, f"kind-{number}")
     (tmp_path / ".draft.toml").write_text("nothing")
     (tmp_path / "notes.txt").write_text("nothing")
-    assert len(read_folder(tmp_path)) == MAX_OWN
+    assert len(read_folder(tmp_path)) == MAX_USER_MATERIALS
     own('like = "wood"', tmp_path, "one-more")
-    with pytest.raises(MaterialError, match=f"at most {MAX_OWN}"):
+    with pytest.raises(MaterialError, match=f"at most {MAX_USER_MATERIALS}"):
         read_folder(tmp_path)
     assert read_folder(None) == ()
     assert read_folder(tmp_path / "nowhere") == ()
@@ -357,7 +357,7 @@ def gallery_folder(folder: Path) -> Path:
     slate = derive("night-slate", "wood", ["nightslate"], facts)
     encoder = load_encoder()
     seen = enrol(list_pictures("night-slate", [photograph(folder / "slate.jpg")]), encoder)
-    write(OwnMaterial(slate, "wood", facts, encoder.name, seen.embeddings), folder)
+    write(UserMaterial(slate, "wood", facts, encoder.name, seen.embeddings), folder)
     return folder
 
 
@@ -424,7 +424,7 @@ def test_a_broken_material_is_said_in_one_line_at_start(tmp_path: Path) -> None:
 
 def test_references_of_another_encoder_are_said_in_one_line_at_start(tmp_path: Path) -> None:
     slate = derive("slate", "stone")
-    write(OwnMaterial(slate, "stone", {}, "other-7", np.eye(1, 64, dtype=np.float32)), tmp_path)
+    write(UserMaterial(slate, "stone", {}, "other-7", np.eye(1, 64, dtype=np.float32)), tmp_path)
     with (
         pytest.raises(ServiceError, match=r"slate\.toml was made with encoder `other-7`") as caught,
         running(["--gallery", str(tmp_path)]),

@@ -6,7 +6,7 @@ from test_session import READING, TABLE, frame, only, replies, scene, touch
 
 from hapticvlm.messages import Decision, SceneObject
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.recognition.ambient import Sight
+from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.session.actions import AskAmbient, AskMaterial, Heat, LookAt
@@ -21,7 +21,7 @@ GLASS = Evidence("vlm", (("glass", 0.9),))
 
 def sight(seed=0):
     vector = np.random.default_rng(seed).normal(size=128).astype(np.float32)
-    return Sight(vector / np.linalg.norm(vector), 0.5)
+    return SceneView(vector / np.linalg.norm(vector), 0.5)
 
 
 def reading(value_c, half_c=3.0):

@@ -28,7 +28,7 @@ from hapticvlm.messages import (
     encode,
 )
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.recognition.ambient import Sight
+from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import (
@@ -149,7 +149,7 @@ evidence = st.none() | st.builds(
     shares,
 )
 sights = st.none() | st.integers(0, 5).map(
-    lambda number: Sight(np.eye(6, dtype=np.float32)[number], number / 6.0)
+    lambda number: SceneView(np.eye(6, dtype=np.float32)[number], number / 6.0)
 )
 answers = st.none() | st.floats(-60.0, 80.0).map(
     lambda value_c: Reading(value_c, value_c - 2.0, value_c + 2.0, None, "readout", 0.9)
@@ -215,7 +215,7 @@ class Scenes(RuleBasedStateMachine):
     @precondition(lambda self: self.looks)
     @rule(which=st.integers(0, 50), seen=evidence, sight=sights, late_s=st.floats(0.0, 0.5))
     def recogniser_answers(
-        self, which: int, seen: Evidence | None, sight: Sight | None, late_s: float
+        self, which: int, seen: Evidence | None, sight: SceneView | None, late_s: float
     ) -> None:
         session, look = self.looks.pop(which % len(self.looks))
         self.now += late_s

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hapticvlm.recognition.ambient import Sight
+from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.session.surroundings import (
     ASK_EVERY_S,
@@ -19,9 +19,9 @@ from hapticvlm.session.surroundings import (
 )
 
 
-def sight(seed: int, brightness: float = 0.5) -> Sight:
+def sight(seed: int, brightness: float = 0.5) -> SceneView:
     vector = np.random.default_rng(seed).normal(size=128).astype(np.float32)
-    return Sight(vector / np.linalg.norm(vector), brightness)
+    return SceneView(vector / np.linalg.norm(vector), brightness)
 
 
 def reading(value_c: float, half_c: float = 4.0) -> Reading:

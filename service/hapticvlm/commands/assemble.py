@@ -26,7 +26,7 @@ from hapticvlm.materials import Material
 from hapticvlm.messages import Device, Devices, Models
 from hapticvlm.processes.recogniser import Recogniser, RecogniserSettings
 from hapticvlm.processes.vlm import Answer, Onlooker
-from hapticvlm.recognition.frame_recogniser import Look
+from hapticvlm.recognition.frame_recogniser import Recognition
 from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
 from hapticvlm.rendering.equaliser import Correction
@@ -209,7 +209,7 @@ async def _close(parts: Parts) -> None:
     await asyncio.gather(*map(asyncio.to_thread, closing))
 
 
-def _hand_over(loop: asyncio.AbstractEventLoop, gateway: Gateway, look: Look) -> None:
+def _hand_over(loop: asyncio.AbstractEventLoop, gateway: Gateway, look: Recognition) -> None:
     """Pass an answer from the recogniser's reader thread to the event loop."""
     with contextlib.suppress(RuntimeError):  # the loop has closed
         loop.call_soon_threadsafe(gateway.on_look, look)

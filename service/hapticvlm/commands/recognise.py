@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.recognition.frame_recogniser import Eye
+    from hapticvlm.recognition.frame_recogniser import FrameRecogniser
     from hapticvlm.recognition.ladder import Verdict
 
 DIGITS = 4  # of a confidence in JSON
@@ -79,7 +79,7 @@ def _recognise(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     from hapticvlm.recognition.encoders.loading import load_encoder
-    from hapticvlm.recognition.frame_recogniser import Eye
+    from hapticvlm.recognition.frame_recogniser import FrameRecogniser
     from hapticvlm.recognition.galleries.gallery import load_gallery
 
     if options.mask is not None and not options.mask.exists():
@@ -90,7 +90,7 @@ def _run(options: argparse.Namespace) -> int:
         _complain("no picture found; name JPEG, PNG or WebP files, or folders of them")
         return 2
     encoder = load_encoder(options.encoder)
-    eye = Eye(encoder, load_gallery(options.gallery, encoder=encoder))
+    recogniser = FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a file's name may be no text in any encoding
             stream.reconfigure(errors="backslashreplace")
@@ -98,7 +98,7 @@ def _run(options: argparse.Namespace) -> int:
     if not options.json:
         print(_row("picture", ("material", "confidence", "runner-up", "source"), width), flush=True)
     failed = False
-    for answer in _answers(found, options.mask, eye):
+    for answer in _answers(found, options.mask, recogniser):
         failed |= answer.error is not None
         _say(answer, None if options.json else width)
     return 1 if failed else 0
@@ -120,8 +120,10 @@ def _find(paths: Sequence[Path]) -> list[Path]:
     return found
 
 
-def _answers(found: Sequence[Path], masks: Path | None, eye: Eye) -> Iterator[Answer]:
-    """Look at one picture after the other: none may sway another by being in a batch with it."""
+def _answers(
+    found: Sequence[Path], masks: Path | None, recogniser: FrameRecogniser
+) -> Iterator[Answer]:
+    """Recognise one picture after the other: none may sway another by being in a batch with it."""
     from hapticvlm.recognition.files import FileError, read_frame
     from hapticvlm.recognition.ladder import decide
     from hapticvlm.recognition.pictures import PictureError
@@ -129,7 +131,7 @@ def _answers(found: Sequence[Path], masks: Path | None, eye: Eye) -> Iterator[An
     for path in found:
         try:
             frame = read_frame(path, _mask_of(path, masks))
-            yield Answer(path, decide(eye.compare(frame, [None])))
+            yield Answer(path, decide(recogniser.compare(frame, [None])))
         except FileError as error:
             yield Answer(path, error=str(error))
         except PictureError as error:

@@ -13,7 +13,7 @@ from hapticvlm.commands import voice_options
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.commands.replay import Replayed
-    from hapticvlm.recognition.frame_recogniser import Eye
+    from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 
 
 def add(commands: Commands) -> None:
@@ -46,8 +46,8 @@ def _replay(options: argparse.Namespace) -> int:
 
     try:
         table = table_with(read_folder(options.gallery))
-        eye = _eye(options) if options.recognise else None
-        outcome = replay.replay(options.folder, table, eye)
+        recogniser = _recogniser(options) if options.recognise else None
+        outcome = replay.replay(options.folder, table, recogniser)
         if options.wav is not None:
             from hapticvlm.devices.audio import write_wav
 
@@ -61,13 +61,13 @@ def _replay(options: argparse.Namespace) -> int:
     return 0 if outcome.is_same or options.recognise else 1
 
 
-def _eye(options: argparse.Namespace) -> Eye:
+def _recogniser(options: argparse.Namespace) -> FrameRecogniser:
     from hapticvlm.recognition.encoders.loading import load_encoder
-    from hapticvlm.recognition.frame_recogniser import Eye
+    from hapticvlm.recognition.frame_recogniser import FrameRecogniser
     from hapticvlm.recognition.galleries.gallery import load_gallery
 
     encoder = load_encoder(options.encoder)
-    return Eye(encoder, load_gallery(options.gallery, encoder=encoder))
+    return FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
 
 
 def _say(outcome: Replayed, *, recognised: bool) -> None:

@@ -1,7 +1,7 @@
 """Runs a recorded session again, without devices, and compares what it does to the outputs.
 
 What was recognised is taken from the tape, so that the outputs must come out bit for bit the same;
-with an eye the kept frames are looked at anew instead and the differences are counted.
+with a recogniser the kept frames are looked at anew instead and the differences are counted.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from hapticvlm import messages
 from hapticvlm.materials import Material
 from hapticvlm.messages import ClientMessage, Frame, MessageError
-from hapticvlm.recognition.ambient import Sight
-from hapticvlm.recognition.frame_recogniser import Eye
+from hapticvlm.recognition.ambient import SceneView
+from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
@@ -82,15 +82,17 @@ def read_tape(folder: Path) -> Iterator[Line]:
                 raise TapeError(f"{path}:{number}: torn or no JSON") from None
 
 
-def replay(folder: Path, table: Mapping[str, Material], eye: Eye | None = None) -> Replayed:
-    """Run a record again with these materials; an eye recognises anew. Raises TapeError."""
+def replay(
+    folder: Path, table: Mapping[str, Material], recogniser: FrameRecogniser | None = None
+) -> Replayed:
+    """Run a record again with these materials; a recogniser recognises anew. Raises TapeError."""
     lines = read_tape(folder)
     head = next(lines, {}).get("head")
     if not isinstance(head, dict):
         raise TapeError(f"{folder / TAPE}:1: no head; name a folder that `record` made")
     if missing := [name for name in head["materials"] if name not in table]:
         raise TapeError(f"{folder}: recorded with {', '.join(missing)}: give that --gallery too")
-    player = _Player(folder, head, table, eye)
+    player = _Player(folder, head, table, recogniser)
     for line in lines:
         try:
             player.play(line)
@@ -130,10 +132,14 @@ def _sound(voices: Voices, what: Command | LetGo | SetGain) -> None:
 
 class _Player:
     def __init__(
-        self, folder: Path, head: Line, table: Mapping[str, Material], eye: Eye | None
+        self,
+        folder: Path,
+        head: Line,
+        table: Mapping[str, Material],
+        recogniser: FrameRecogniser | None,
     ) -> None:
         self._folder = folder
-        self._eye = eye
+        self._recogniser = recogniser
         self._hold = Hold()
         self._heard: list[Line] = []
         self._session = TapedSession(
@@ -210,7 +216,7 @@ class _Player:
         evidence = None
         if line["evidence"] is not None:
             evidence = msgspec.convert(line["evidence"], Evidence)
-        if self._eye is not None and evidence is not None:
+        if self._recogniser is not None and evidence is not None:
             evidence = self._look_again(look, evidence)
         return self._session.recognised(look, evidence, line["stages_ms"], line["now"])
 
@@ -218,7 +224,7 @@ class _Player:
         look, seen = self._looks.pop(line["number"]), line["sight"]
         sight = None
         if seen is not None:
-            sight = Sight(np.array(seen["embedding"], np.float32), seen["brightness"])
+            sight = SceneView(np.array(seen["embedding"], np.float32), seen["brightness"])
         return self._session.sighted(look, sight, line["now"])
 
     def _play_answer(self, line: Line) -> list[Action]:
@@ -254,9 +260,11 @@ class _Player:
         return instead() if name is None else (self._folder / name).read_bytes()
 
     def _look_again(self, look: LookAt, before: Evidence) -> Evidence:
-        assert self._eye is not None
+        assert self._recogniser is not None
         frame: Frame = msgspec.structs.replace(look.frame, id=1)
-        seen = self._eye.look(msgspec.msgpack.encode(frame), str(look.key), 0.0, anew=True)
+        seen = self._recogniser.recognise(
+            msgspec.msgpack.encode(frame), str(look.key), 0.0, anew=True
+        )
         if seen.evidence is None:
             raise TapeError(f"{self._folder}: {seen.error}; --recognise needs the frames kept")
         self.outcome.counts["looked at anew"] += 1

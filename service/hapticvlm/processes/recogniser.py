@@ -27,9 +27,9 @@ import numpy as np
 from hapticvlm.messages import MAX_MESSAGE_BYTES, Frame
 from hapticvlm.processes.supervised import START_S, Child
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.frame_recogniser import Eye, Look
+from hapticvlm.recognition.frame_recogniser import FrameRecogniser, Recognition
 from hapticvlm.recognition.galleries.gallery import load_gallery
-from hapticvlm.recognition.galleries.user_materials import OwnMaterial
+from hapticvlm.recognition.galleries.user_materials import UserMaterial
 
 MAX_ENROL_PER_OBJECT = 8
 MAX_ENROL_BYTES = 32 * 1024 * 1024
@@ -99,7 +99,7 @@ class RecogniserSettings:
 
     encoder: str | None = None
     gallery: Path | None = None
-    own: tuple[OwnMaterial, ...] = ()
+    own: tuple[UserMaterial, ...] = ()
     device: str = "cpu"
     threads: int = 1
 
@@ -127,7 +127,7 @@ class Recogniser:
         self._child = Child(
             "recogniser", run_recogniser, self._arguments, self._begin, settings.start_s
         )
-        self._answer: Callable[[Look], None] | None = None
+        self._answer: Callable[[Recognition], None] | None = None
         self._asked_at: float | None = None
         self._asked = 0
         self.loaded = Loaded("none", "none")
@@ -148,7 +148,7 @@ class Recogniser:
         """Whether it cannot take a look now: one is under way, or it is not ready."""
         return self._asked_at is not None or self._child.ready_at is None
 
-    def start(self, answer: Callable[[Look], None]) -> None:
+    def start(self, answer: Callable[[Recognition], None]) -> None:
         """Start the process and wait until its models are loaded; raises ChildError if not.
 
         `answer` is called from a thread of ours for each look and must only pass it on.
@@ -168,7 +168,7 @@ class Recogniser:
         with suppress(OSError):
             self._child.control.send((self._asked, len(data), subject, now, anew))
 
-    def done(self, look: Look) -> bool:
+    def done(self, look: Recognition) -> bool:
         """Take note of an answer; false if it is to a question of long ago."""
         if look.number != self._asked or self._asked_at is None:
             return False
@@ -213,8 +213,10 @@ def run_recogniser(
     _lower_priority()
     try:
         encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
-        eye = Eye(encoder, load_gallery(settings.gallery, encoder=encoder, own=settings.own))
-        eye.warm_up()
+        recogniser = FrameRecogniser(
+            encoder, load_gallery(settings.gallery, encoder=encoder, own=settings.own)
+        )
+        recogniser.warm_up()
     except Exception as error:  # noqa: BLE001 - the gateway must hear why, whatever a model threw
         control.send(("failed", f"cannot load the models: {error}"))
         return
@@ -226,10 +228,12 @@ def run_recogniser(
             number, length, subject, asked_at, anew = control.recv()
             waited_ms = (time.monotonic() - asked_at) * 1000.0
             try:
-                look = eye.look(bytes(data[:length]), subject, waited_ms, anew=anew)
+                look = recogniser.recognise(bytes(data[:length]), subject, waited_ms, anew=anew)
             except Exception:  # a picture that trips a bug of ours must not take the others down
                 logger.exception("a look failed")
-                look = Look(None, {}, error="looking at this picture failed", is_our_fault=True)
+                look = Recognition(
+                    None, {}, error="looking at this picture failed", is_our_fault=True
+                )
             control.send(replace(look, number=number))
 
 

@@ -1,8 +1,8 @@
-"""Ambient temperature of a scene, rung by rung: its own word, a VLM, a default. Pure.
+"""Ambient temperature of a scene, rung by rung: stated, read by a VLM, a default. Pure.
 
-A picture tells a kind of climate rather than a number, so every value carries an interval and who
-said it, and a reading that leaves most temperatures open is no reading: the next rung speaks. Knows
-no model; what a place looks like is an embedding and a brightness.
+A picture shows a kind of climate rather than a number, so every value carries an interval and its
+source, and a reading that leaves most temperatures open counts as none: the next rung decides.
+Knows no model; a scene view is an embedding and a brightness.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ WIDEST_C = 40.0  # degC, an interval wider than this tells no climate from anoth
 
 @dataclass(frozen=True, slots=True)
 class Ambient:
-    """An ambient temperature, the interval it is believed to lie in, and who said so; degC."""
+    """An ambient temperature, the interval it is believed to lie in, and its source; degC."""
 
     value_c: float
     low_c: float
@@ -37,31 +37,31 @@ class Ambient:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
-    """What a place looks like: a whole frame's embedding (D,) unit norm, and brightness 0..1."""
+class SceneView:
+    """What a frame shows as a whole: embedding (D,) of unit norm, and brightness 0..1."""
 
     embedding: NDArray[np.float32]
     brightness: float
 
 
 def ambient(scene_c: float | None, readings: Sequence[Reading] = ()) -> Ambient:
-    """Take the scene's value as exact, else what a VLM read, else the default; degC."""
+    """Return the scene's value as exact, else what a VLM read, else the default; degC."""
     if scene_c is not None:
         return Ambient(scene_c, scene_c, scene_c, "scene")
-    told = [reading for reading in readings if tells(reading)]
-    return _mean(told) if told else Ambient(DEFAULT_C, DEFAULT_LOW_C, DEFAULT_HIGH_C, "default")
+    usable = [reading for reading in readings if is_informative(reading)]
+    return _mean(usable) if usable else Ambient(DEFAULT_C, DEFAULT_LOW_C, DEFAULT_HIGH_C, "default")
 
 
-def tells(reading: Reading) -> bool:
-    """Whether a reading says anything: it is a number, and its interval leaves something out."""
+def is_informative(reading: Reading) -> bool:
+    """Whether a reading is a number whose interval leaves something out."""
     numbers = (reading.value_c, reading.low_c, reading.high_c)
     ordered = reading.low_c <= reading.value_c <= reading.high_c
     return all(map(math.isfinite, numbers)) and ordered and numbers[2] - numbers[1] <= WIDEST_C
 
 
-def distance(one: Sight, other: Sight) -> float:
-    """Cosine distance of two places, 0 (alike) to 2."""
-    return 1.0 - float(one.embedding @ other.embedding)
+def distance(first: SceneView, second: SceneView) -> float:
+    """Cosine distance of two scene views, 0 (alike) to 2."""
+    return 1.0 - float(first.embedding @ second.embedding)
 
 
 def _mean(readings: Sequence[Reading]) -> Ambient:

@@ -1,4 +1,4 @@
-"""The eye: one frame to evidence, by decoding, embedding and matching; remembers what it saw.
+"""One frame to evidence: decode, embed, match; pictures seen before are remembered.
 
 Runs in the recogniser process, and wherever pictures are recognised without a service. Knows no
 process and no session.
@@ -17,39 +17,39 @@ from numpy.typing import NDArray
 
 from hapticvlm.messages import Frame, Region
 from hapticvlm.recognition import pictures
-from hapticvlm.recognition.ambient import Sight
+from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.encoders.encoder import Encoder, EncoderError
 from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.ladder import Evidence
 
-MAX_SEEN = 1024
+MAX_REMEMBERED = 1024
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
-    """What came of looking at a frame: evidence, None for an unchanged picture, or an error.
+class Recognition:
+    """The result for one frame: evidence, None for an unchanged picture, or an error.
 
-    `sight` is what was looked at as a place, should it have been a whole frame.
+    `scene_view` is the embedding and brightness of what was recognised, whatever it shows.
     """
 
     evidence: Evidence | None
     stages_ms: dict[str, float]
-    sight: Sight | None = None
+    scene_view: SceneView | None = None
     error: str | None = None
     is_our_fault: bool = False
     number: int = 0
 
 
-class Eye:
-    """Looks at pictures one after the other; remembers what each object looked like."""
+class FrameRecogniser:
+    """Recognises pictures one after the other; remembers the last picture of each object."""
 
     def __init__(self, encoder: Encoder, gallery: Gallery) -> None:
         self._encoder = encoder
         self._gallery = gallery
-        self._seen: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
+        self._signatures: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
 
     def warm_up(self) -> None:
-        """Look at a grey picture, since the first look is slow. Raises EncoderError."""
+        """Recognise a grey picture, since the first one is slow. Raises EncoderError."""
         import simplejpeg
 
         side = 2 * self._encoder.side
@@ -57,10 +57,10 @@ class Eye:
         frame = Frame(
             id=1, captured_at=0.0, format="jpeg", width=side, height=side, image=grey, origin="top"
         )
-        look = self.look(msgspec.msgpack.encode(frame), "", 0.0, anew=True)
-        if look.error is not None:
-            raise EncoderError(look.error)
-        self._seen.clear()
+        found = self.recognise(msgspec.msgpack.encode(frame), "", 0.0, anew=True)
+        if found.error is not None:
+            raise EncoderError(found.error)
+        self._signatures.clear()
 
     def compare(self, frame: Frame, regions: Sequence[Region | None]) -> list[Evidence]:
         """Match several regions of a frame (None = its centre, or all its mask), embedded together.
@@ -70,7 +70,7 @@ class Eye:
         crops = pictures.crops(frame, regions, self._encoder.side)
         return [self._gallery.match(embedding) for embedding in self._encoder.embed(crops)]
 
-    def look(self, data: bytes, subject: str, waited_ms: float, *, anew: bool) -> Look:
+    def recognise(self, data: bytes, subject: str, waited_ms: float, *, anew: bool) -> Recognition:
         """Decode, compare with the last picture of the same object, embed and match."""
         stages = {"queue": waited_ms}
         started = time.perf_counter()
@@ -78,29 +78,29 @@ class Eye:
         try:
             crop = pictures.crop(frame, self._encoder.side)
         except pictures.PictureError as error:
-            return Look(None, stages, error=str(error))
+            return Recognition(None, stages, error=str(error))
         stages["decode"], started = _lap(started)
         unchanged = self._is_unchanged(subject, crop)
         if unchanged and frame.purpose == "live" and not anew:
-            return Look(None, stages)
+            return Recognition(None, stages)
         try:
             embedding = self._encoder.embed([crop])[0]
         except EncoderError as error:
-            return Look(None, stages, error=str(error), is_our_fault=True)
+            return Recognition(None, stages, error=str(error), is_our_fault=True)
         stages["encode"], started = _lap(started)
         evidence = self._gallery.match(embedding)
         stages["match"], _ = _lap(started)
-        return Look(evidence, stages, Sight(embedding, float(crop.image.mean()) / 255.0))
+        return Recognition(evidence, stages, SceneView(embedding, float(crop.image.mean()) / 255.0))
 
     def _is_unchanged(self, subject: str, crop: pictures.Crop) -> bool:
         signature = pictures.signature(crop)
-        before = self._seen.get(subject)
+        before = self._signatures.get(subject)
         if before is not None and not pictures.has_changed(before, signature):
             return True
-        self._seen[subject] = signature
-        self._seen.move_to_end(subject)
-        if len(self._seen) > MAX_SEEN:
-            self._seen.popitem(last=False)
+        self._signatures[subject] = signature
+        self._signatures.move_to_end(subject)
+        if len(self._signatures) > MAX_REMEMBERED:
+            self._signatures.popitem(last=False)
         return False
 
 

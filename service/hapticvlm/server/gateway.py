@@ -23,7 +23,7 @@ from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import Decision, Error, ErrorCode, Scope, ServiceMessage, Skipped, View
 from hapticvlm.processes.recogniser import Recogniser
 from hapticvlm.processes.vlm import Answer, Onlooker
-from hapticvlm.recognition.frame_recogniser import Look
+from hapticvlm.recognition.frame_recogniser import Recognition
 from hapticvlm.rendering.thermal import PlateReading
 from hapticvlm.server import status
 from hapticvlm.server.connection import Connection
@@ -143,7 +143,7 @@ class Gateway:
         """Count a refused message."""
         self.counts[f"refused: {code}"] += 1
 
-    def on_look(self, look: Look) -> None:
+    def on_look(self, look: Recognition) -> None:
         """Take in the recogniser's answer (on the event loop)."""
         self._looks.take(look)
 

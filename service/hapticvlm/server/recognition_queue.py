@@ -8,7 +8,7 @@ from typing import Protocol
 
 from hapticvlm.messages import Error, ErrorCode, ServiceMessage, Skipped, View
 from hapticvlm.processes.recogniser import QueueFull, Recogniser
-from hapticvlm.recognition.frame_recogniser import Look
+from hapticvlm.recognition.frame_recogniser import Recognition
 from hapticvlm.server.connection import Connection
 from hapticvlm.session.actions import Action, LookAt, Reply
 from hapticvlm.session.frames import SURROUNDINGS
@@ -77,7 +77,7 @@ class Looks:
             self._desk.connections.append(connection)
             return
 
-    def take(self, answer: Look) -> None:
+    def take(self, answer: Recognition) -> None:
         """Take in the recogniser's answer; one to a question of long ago is dropped."""
         if not self._recogniser.done(answer):
             self._desk.counts["late answers dropped"] += 1
@@ -105,12 +105,12 @@ class Looks:
                 connection.post(Skipped(id=look.frame.id, reason="stale"))
         return None
 
-    def _learn(self, connection: Connection, look: LookAt, answer: Look) -> list[Action]:
+    def _learn(self, connection: Connection, look: LookAt, answer: Recognition) -> list[Action]:
         if answer.error is None:
             self._desk.counts["looks"] += 1
             session, now = connection.session, time.monotonic()
             if look.key == SURROUNDINGS:
-                return session.sighted(look, answer.sight, now)
+                return session.sighted(look, answer.scene_view, now)
             return session.recognised(look, answer.evidence, answer.stages_ms, now)
         code: ErrorCode = "model" if answer.is_our_fault else "message"
         self._desk.counts[f"refused: {code}"] += 1

@@ -17,7 +17,7 @@ import msgspec
 
 from hapticvlm import __version__, messages
 from hapticvlm.messages import ClientMessage, Frame, Scope
-from hapticvlm.recognition.ambient import Sight
+from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
@@ -61,7 +61,7 @@ class TapedSession(SceneSession):
         self._tell({**line, "evidence": _plain(evidence)}, None)
         return self._told(super().recognised(look, evidence, stages_ms, now))
 
-    def sighted(self, look: LookAt, sight: Sight | None, now: float) -> list[Action]:
+    def sighted(self, look: LookAt, sight: SceneView | None, now: float) -> list[Action]:
         """Take in what the scene as a whole looks like."""
         seen = None
         if sight is not None:

@@ -115,7 +115,7 @@ class SceneObjects:
     def see(self, key: Key, evidence: Evidence) -> Verdict:
         """Take in what the encoder says of a new picture and return the verdict."""
         known = self._entry(key)
-        known.seen = fusion.take_in(None if key is None else known.seen, evidence)
+        known.seen = fusion.update(None if key is None else known.seen, evidence)
         new = ladder.decide(self._evidence(key, known))
         known.verdict = ladder.prefer(known.verdict, new)
         return known.verdict

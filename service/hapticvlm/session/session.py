@@ -26,7 +26,7 @@ from hapticvlm.messages import (
     Stop,
     Touch,
 )
-from hapticvlm.recognition.ambient import Sight
+from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
@@ -141,7 +141,7 @@ class SceneSession:
                 text = "hello was already said; open a new connection to start again"
                 raise MessageError("protocol", text, path="$.type", id=message.id)
 
-    def sighted(self, look: LookAt, sight: Sight | None, now: float) -> list[Action]:
+    def sighted(self, look: LookAt, sight: SceneView | None, now: float) -> list[Action]:
         """Take in what the scene as a whole looks like; None means it has not changed."""
         view = None if sight is None else self._world.surroundings.see(sight, now)
         return [] if view is None else [AskAmbient(look.frame, view)]

@@ -14,7 +14,7 @@ import math
 from collections import OrderedDict
 from dataclasses import dataclass, replace
 
-from hapticvlm.recognition.ambient import Ambient, Sight, ambient, distance, tells
+from hapticvlm.recognition.ambient import Ambient, SceneView, ambient, distance, is_informative
 from hapticvlm.recognition.vlm.answers import Reading
 
 SIGHT_EVERY_S = 0.5
@@ -34,7 +34,7 @@ STEP_C = 0.5  # changes of less are not worth a new decision
 
 @dataclass(slots=True)
 class _View:
-    sight: Sight
+    sight: SceneView
     reading: Reading | None = None
 
 
@@ -47,7 +47,7 @@ class Surroundings:
         self._views: OrderedDict[int, _View] = OrderedDict()
         self._numbers = 0
         self._here: int | None = None
-        self._candidate: tuple[Sight, float] | None = None
+        self._candidate: tuple[SceneView, float] | None = None
         self._sighted_at = self._asked_at = float("-inf")
         self._asking: int | None = None
         self._failures = 0
@@ -64,7 +64,7 @@ class Surroundings:
         self._sighted_at = now
         return True
 
-    def see(self, sight: Sight, now: float) -> int | None:
+    def see(self, sight: SceneView, now: float) -> int | None:
         """Take in what the scene looks like; return the number of the view to ask about, if any."""
         known = self._find(sight)
         if known is not None and known == self._here:
@@ -81,7 +81,7 @@ class Surroundings:
         """Take in the answer to the question about `view`."""
         self._answered(view)
         self._failures = 0
-        if view in self._views and tells(reading):
+        if view in self._views and is_informative(reading):
             self._views[view].reading = reading
             self.follow(now)
             self._believe(view, reading)
@@ -118,13 +118,13 @@ class Surroundings:
             self._felt = replace(wanted, value_c=value_c, low_c=low_c, high_c=high_c)
             self._followed_at = now
 
-    def _find(self, sight: Sight) -> int | None:
+    def _find(self, sight: SceneView) -> int | None:
         for number, view in self._views.items():
             if _is_alike(view.sight, sight):
                 return number
         return None
 
-    def _has_settled(self, sight: Sight, now: float) -> bool:
+    def _has_settled(self, sight: SceneView, now: float) -> bool:
         """Whether this new view has lasted; the very first one need not."""
         if self._here is None and not self._climate:
             return True
@@ -139,7 +139,7 @@ class Surroundings:
         if reading is not None:
             self._believe(view, reading)
 
-    def _question(self, sight: Sight, now: float) -> int | None:
+    def _question(self, sight: SceneView, now: float) -> int | None:
         if self._asking is not None and now - self._asked_at > LATE_S:
             self.fail(self._asking)
         pause_s = min(LONGEST_PAUSE_S, ASK_EVERY_S * 2.0**self._failures)
@@ -175,7 +175,7 @@ class Surroundings:
             self._climate.popitem(last=False)
 
 
-def _is_alike(one: Sight, other: Sight) -> bool:
+def _is_alike(one: SceneView, other: SceneView) -> bool:
     dimmed = abs(one.brightness - other.brightness)
     return distance(one, other) <= NEW_VIEW and dimmed <= NEW_LIGHT
 

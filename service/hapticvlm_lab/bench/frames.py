@@ -20,7 +20,7 @@ from hapticvlm import __version__
 from hapticvlm.commands.local_service import running
 from hapticvlm.messages import Frame
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.frame_recogniser import Eye
+from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 from hapticvlm.recognition.galleries.gallery import load_gallery
 from hapticvlm_lab.bench.load import SIDE, pictures
 
@@ -90,7 +90,7 @@ def _memory_mb(pid: int) -> float:
 
 def _floor_ms() -> dict[str, float]:
     encoder = load_encoder()
-    eye = Eye(encoder, load_gallery(encoder=encoder))
+    recogniser = FrameRecogniser(encoder, load_gallery(encoder=encoder))
     took = []
     for number, image in enumerate(pictures(FLOOR_FRAMES, FRAME_BYTES, seed=1), 1):
         frame = Frame(
@@ -104,7 +104,7 @@ def _floor_ms() -> dict[str, float]:
         )
         data = msgspec.msgpack.encode(frame)
         started = time.perf_counter()
-        eye.look(data, "floor", 0.0, anew=True)
+        recogniser.recognise(data, "floor", 0.0, anew=True)
         took.append((time.perf_counter() - started) * 1000.0)
     return {
         "median": round(float(np.median(took)), 2),

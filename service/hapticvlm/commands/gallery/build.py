@@ -31,17 +31,17 @@ from hapticvlm.recognition.galleries.gallery import (
     with_references,
 )
 from hapticvlm.recognition.galleries.leave_one_out import (
-    Checked,
-    find_twins,
+    LeaveOneOut,
+    find_confusable_pairs,
     fit_roughly,
     leave_one_out,
 )
 from hapticvlm.recognition.galleries.user_materials import (
-    MAX_OWN,
-    OwnMaterial,
+    MAX_USER_MATERIALS,
+    UserMaterial,
     read_folder,
     table_with,
-    write_own,
+    write_material,
 )
 
 
@@ -78,8 +78,8 @@ def add(options: argparse.Namespace) -> int:
     found = list_pictures(material.name, options.pictures)
     enrolled = enrol(found, encoder)
     folder.mkdir(parents=True, exist_ok=True)
-    made = OwnMaterial(material, options.like, facts, encoder.name, enrolled.embeddings)
-    path = write_own(made, folder)
+    made = UserMaterial(material, options.like, facts, encoder.name, enrolled.embeddings)
+    path = write_material(made, folder)
     _say_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
     named = f"like {options.like}, encoder {encoder.name}"
     print(f"{path}: {named}; use it: serve --gallery {folder}")
@@ -149,8 +149,8 @@ def _require_room(folder: Path, material: Material) -> None:
     path = folder / f"{material.name}.toml"
     if path.exists():
         raise MaterialError(f"{path}: is there already; remove it, or choose another name")
-    if len(read_folder(folder)) >= MAX_OWN:
-        raise MaterialError(f"{folder}: has {MAX_OWN} materials already; remove one")
+    if len(read_folder(folder)) >= MAX_USER_MATERIALS:
+        raise MaterialError(f"{folder}: has {MAX_USER_MATERIALS} materials already; remove one")
 
 
 def _facts(settings: Sequence[str]) -> dict[str, object]:
@@ -169,7 +169,7 @@ def _facts(settings: Sequence[str]) -> dict[str, object]:
     return dict(facts)
 
 
-def _details(one: OwnMaterial) -> str:
+def _details(one: UserMaterial) -> str:
     facts = [
         f"{part}.{fact}={value}"
         for part, changed in one.facts.items()
@@ -181,7 +181,7 @@ def _details(one: OwnMaterial) -> str:
     return "; ".join([f"like {one.like}", made_with, words, *facts])
 
 
-def _say_enrolled(enrolled: Enrolled, checked: Checked, found: int) -> None:
+def _say_enrolled(enrolled: Enrolled, checked: LeaveOneOut, found: int) -> None:
     """Print what became of the pictures, and what they are worth left out in turn."""
     if found > len(enrolled.pictures):
         print(f"{found - len(enrolled.pictures)} of {found} pictures are copies and count once")
@@ -191,8 +191,8 @@ def _say_enrolled(enrolled: Enrolled, checked: Checked, found: int) -> None:
         said = f"{right} of {count}" if count else "nothing else shows it: cannot be checked"
         pictures = sum(picture.material == name for picture in enrolled.pictures)
         print(f"{name:<20} {pictures:>8} {len(enrolled.references(name)):>10}  {said}")
-    for twins in find_twins(enrolled, checked):
+    for pair in find_confusable_pairs(enrolled, checked):
         why = "as near to each other's pictures as to their own"
-        if twins.confused:
-            why = f"{twins.confused} of {twins.checked} pictures taken for the other"
-        print(f"WARNING: {twins.one} and {twins.other} cannot be told apart: {why}")
+        if pair.confused:
+            why = f"{pair.confused} of {pair.checked} pictures taken for the other"
+        print(f"WARNING: {pair.one} and {pair.other} cannot be told apart: {why}")

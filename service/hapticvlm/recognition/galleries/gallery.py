@@ -28,7 +28,7 @@ from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.galleries.user_materials import (
     SHORTEST,
-    OwnMaterial,
+    UserMaterial,
     read_folder,
     replace_file,
     table_with,
@@ -157,7 +157,7 @@ def save_gallery(gallery: Gallery, path: Path) -> None:
 
 
 def load_gallery(
-    path: Path | None = None, *, encoder: Encoder, own: Sequence[OwnMaterial] | None = None
+    path: Path | None = None, *, encoder: Encoder, own: Sequence[UserMaterial] | None = None
 ) -> Gallery:
     """Read a gallery (None: the shipped one) for one encoder; raises GalleryError, MaterialError.
 

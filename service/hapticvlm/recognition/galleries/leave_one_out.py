@@ -22,7 +22,7 @@ CONFUSED = 0.25  # of two materials' pictures taken for the other: they cannot b
 
 
 @dataclass(frozen=True, slots=True)
-class Checked:
+class LeaveOneOut:
     """Of P pictures left out one by one: what each shows, and whose reference is nearest.
 
     No guess where nothing else shows that material: there the check says nothing.
@@ -46,7 +46,7 @@ class Checked:
 
 
 @dataclass(frozen=True, slots=True)
-class Twins:
+class ConfusablePair:
     """Two materials that cannot be told apart, and how many pictures show it."""
 
     one: str
@@ -55,7 +55,7 @@ class Twins:
     checked: int
 
 
-def leave_one_out(enrolled: Enrolled, base: Gallery | None = None) -> Checked:
+def leave_one_out(enrolled: Enrolled, base: Gallery | None = None) -> LeaveOneOut:
     """Look every picture up among all others, and among the references of `base`."""
     owners = [enrolled.pictures[place].material for place in enrolled.places]
     references = enrolled.embeddings
@@ -70,10 +70,10 @@ def leave_one_out(enrolled: Enrolled, base: Gallery | None = None) -> Checked:
         can_be_right = enrolled.pictures[place].material in names[others]
         like = references[others] @ enrolled.embeddings[row]
         guesses.append(str(names[others][like.argmax()]) if can_be_right else None)
-    return Checked(tuple(picture.material for picture in enrolled.pictures), tuple(guesses))
+    return LeaveOneOut(tuple(picture.material for picture in enrolled.pictures), tuple(guesses))
 
 
-def find_twins(enrolled: Enrolled, checked: Checked) -> list[Twins]:
+def find_confusable_pairs(enrolled: Enrolled, checked: LeaveOneOut) -> list[ConfusablePair]:
     """Pairs that the check confuses, or whose pictures are nearer to the other's than to their own.
 
     The materials of a base gallery count only as far as the check took pictures for them.
@@ -86,7 +86,7 @@ def find_twins(enrolled: Enrolled, checked: Checked) -> list[Twins]:
         count = checked.counts(one)[1] + checked.counts(other)[1]
         mixed = count > 0 and confused / count >= CONFUSED
         if mixed or (other in shown and _is_nearer(enrolled, one, other)):
-            found.append(Twins(one, other, confused, count))
+            found.append(ConfusablePair(one, other, confused, count))
     return found
 
 

@@ -31,14 +31,14 @@ from hapticvlm.materials import MATERIALS, Material, MaterialError, derive
 
 Floats = NDArray[np.float32]
 
-MAX_OWN = 48  # with the built-in classes what the audio engine keeps warm
+MAX_USER_MATERIALS = 48  # with the built-in classes what the audio engine keeps warm
 MAX_FILE_BYTES = 16 * 1024 * 1024
 _FIELDS = ("like", "words", "thermal", "vibration", "references")
 SHORTEST = 0.5  # norm of a reference: one that is not about 1 is none
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OwnMaterial:
+class UserMaterial:
     """One of the user's materials; references (N, D) float32 of unit norm, made with `encoder`."""
 
     material: Material
@@ -48,12 +48,12 @@ class OwnMaterial:
     references: Floats = field(default_factory=lambda: np.zeros((0, 0), np.float32))
 
 
-def table_with(own: Sequence[OwnMaterial]) -> Mapping[str, Material]:
+def table_with(own: Sequence[UserMaterial]) -> Mapping[str, Material]:
     """Return the built-in table with these materials after it."""
     return {**MATERIALS, **{one.material.name: one.material for one in own}}
 
 
-def read_folder(folder: Path | None) -> tuple[OwnMaterial, ...]:
+def read_folder(folder: Path | None) -> tuple[UserMaterial, ...]:
     """Read every material of a gallery folder, by name; none of what is no folder.
 
     Raises MaterialError.
@@ -61,13 +61,15 @@ def read_folder(folder: Path | None) -> tuple[OwnMaterial, ...]:
     if folder is None or not folder.is_dir():
         return ()
     paths = sorted(path for path in folder.glob("*.toml") if not path.name.startswith("."))
-    if len(paths) > MAX_OWN:
-        text = f"{folder}: {len(paths)} materials of your own, at most {MAX_OWN} are kept ready"
-        raise MaterialError(f"{text}; move some to another folder")
-    return tuple(read_own(path) for path in paths)
+    if len(paths) > MAX_USER_MATERIALS:
+        text = (
+            f"{folder}: {len(paths)} materials of your own, at most {MAX_USER_MATERIALS} are kept"
+        )
+        raise MaterialError(f"{text} ready; move some to another folder")
+    return tuple(read_material(path) for path in paths)
 
 
-def read_own(path: Path) -> OwnMaterial:
+def read_material(path: Path) -> UserMaterial:
     """Read one file; raises MaterialError naming file, field and cure."""
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
@@ -83,7 +85,7 @@ def read_own(path: Path) -> OwnMaterial:
         raise MaterialError(f"{path}: {error}") from None
 
 
-def write_own(own: OwnMaterial, folder: Path) -> Path:
+def write_material(own: UserMaterial, folder: Path) -> Path:
     """Write a material's file into an existing folder, whole or not at all; return its path."""
     path = folder / f"{own.material.name}.toml"
     replace_file(path, _text(own).encode())
@@ -100,7 +102,7 @@ def replace_file(path: Path, data: bytes) -> None:
         part.unlink(missing_ok=True)
 
 
-def _understand(name: str, table: Mapping[str, object]) -> OwnMaterial:
+def _understand(name: str, table: Mapping[str, object]) -> UserMaterial:
     for key in table:
         if key not in _FIELDS:
             raise MaterialError(f"{key}: no such field; a material has {', '.join(_FIELDS)}")
@@ -110,7 +112,7 @@ def _understand(name: str, table: Mapping[str, object]) -> OwnMaterial:
     like, words = str(table["like"]), table.get("words")
     material = derive(name, like, words, facts)
     encoder, references = _references(table.get("references"))
-    return OwnMaterial(material, like, facts, encoder, references)
+    return UserMaterial(material, like, facts, encoder, references)
 
 
 def _references(table: object) -> tuple[str | None, Floats]:
@@ -134,7 +136,7 @@ def _references(table: object) -> tuple[str | None, Floats]:
     return str(table["encoder"]), np.asarray(stack / norms, np.float32)
 
 
-def _text(own: OwnMaterial) -> str:
+def _text(own: UserMaterial) -> str:
     lines = [f"like = {json.dumps(own.like)}", f"words = {_value(list(own.material.words))}"]
     for part, facts in own.facts.items():
         assert isinstance(facts, Mapping)
