@@ -81,7 +81,8 @@ PACKAGED = (
 ENGINE = ("HapticVLM.Core.dll", "HapticVLM.Unity.dll", "UnityEngine.dll", "UnityEditor.dll")
 PROGRAMS = (
     ("HapticVLM.Editor.dll", (PACKAGE / "Editor",), ENGINE),
-    ("programs.exe", (HERE / "csharp",), ("HapticVLM.Core.dll",)),
+    # With the core's sources, whose inner parts it uses.
+    ("programs.exe", (HERE / "csharp", PACKAGE / "Runtime" / "Core"), ()),
     ("components.exe", (HERE / "components",), (*ENGINE, "HapticVLM.Editor.dll")),
 )
 TESTS = (

@@ -31,10 +31,23 @@ public static class Components
             case "cycles": Cycles(arguments[1]); break;
             case "scan": Scanning(arguments[1]); break;
             case "window": EditorParts.Show(arguments[1]); break;
-            default: return 2;
+            default: return Others(arguments[0], arguments[1]);
         }
+        return Finish();
+    }
+
+    static int Others(string program, string url)
+    {
+        Moves.Run(program, url);
+        Reports.Run(program, url);
+        Pictures.Run(program, url);
+        return Finish();
+    }
+
+    static int Finish()
+    {
         foreach (string line in Log) Console.WriteLine(line);
-        return 0;
+        return Log.Count > 0 ? 0 : 2;
     }
 
     public static void Say(string line)
@@ -55,7 +68,8 @@ public static class Components
     public static HapticObject Thing(string name, string material = null)
     {
         var thing = new GameObject(name);
-        var renderer = thing.AddComponent<Renderer>();
+        thing.AddComponent<MeshFilter>().sharedMesh = new Mesh();
+        var renderer = thing.AddComponent<MeshRenderer>();
         renderer.bounds = new Bounds(new Vector3(0f, 0f, 2f), new Vector3(1f, 1f, 1f));
         renderer.sharedMaterial = new Material { name = name };
         var collider = thing.AddComponent<Collider>();
@@ -95,8 +109,7 @@ public static class Components
         painted.Set("_Smoothness", 0.95f);
         painted.Set("_BaseColor", new Color(2f, 0.5f, 0.5f, 0.25f));
         painted.renderQueue = 3000;
-        var hand = new GameObject("hand").AddComponent<HapticHand>();
-        hand.transform.position = new Vector3(0f, 0f, 1.45f);
+        var hand = Moves.Hand(new Vector3(0f, 0f, 1.45f));
         Run(() => client.State == LinkState.Ready, "no welcome");
         Run(() => oak.Material != null, "no decision on approach");
         Say("approach decides " + oak.Material + " by " + oak.Source);
@@ -166,7 +179,7 @@ public static class Components
         HapticClient client = Client(url);
         Type type = System.Reflection.Assembly.LoadFrom(assembly).GetType("HapticVLM.Samples.FeelByName");
         typeof(GameObject).GetMethod("AddComponent").MakeGenericMethod(type).Invoke(new GameObject("empty"), null);
-        var hand = new GameObject("hand").AddComponent<HapticHand>();
+        HapticHand hand = Moves.Hand(new Vector3(0f, 0f, 9f));
         Run(() => client.State == LinkState.Ready, "no welcome");
         Collider table = GameObject.Scene.Find(one => one.name == "OakTable").GetComponent<Collider>();
         Player.Send(hand.gameObject, "OnTriggerEnter", table);
@@ -183,7 +196,7 @@ public static class Components
         HapticClient client = Client(url);
         HapticObject thing = Thing("thing");
         var streamer = Streamer(true);
-        var hand = new GameObject("hand").AddComponent<HapticHand>();
+        HapticHand hand = Moves.Hand(new Vector3(0f, 0f, 9f));
         ImageConversion.EncodeMs = 3;
         for (int i = 0; i < 100; i++)
         {
@@ -238,7 +251,7 @@ public static class Components
     }
 
     // Serialised fields are set as the engine does it: by reflection.
-    static void Private(object of, string field, object value)
+    public static void Private(object of, string field, object value)
     {
         of.GetType().GetField(field, System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic).SetValue(of, value);
     }
@@ -248,7 +261,7 @@ public static class Components
         Say("left arrays " + NativeArray<byte>.Live + " textures " + RenderTexture.Live);
     }
 
-    static void EndOfThreads()
+    public static void EndOfThreads()
     {
         double until = Clock.Now + 30.0;
         while (HapticConnection.Running > 0 && Clock.Now < until) Thread.Sleep(5);

@@ -13,8 +13,7 @@ public static class EditorParts
         System.Runtime.CompilerServices.RuntimeHelpers.RunClassConstructor(typeof(HapticWindow).Assembly.GetType("HapticVLM.Editor.ReloadGuard").TypeHandle);
         HapticClient client = Components.Client(url);
         HapticObject oak = Components.Thing("OakPlanks");
-        var hand = new GameObject("hand").AddComponent<HapticHand>();
-        hand.transform.position = new Vector3(0f, 0f, 5f);
+        HapticHand hand = Moves.Hand(new Vector3(0f, 0f, 5f));
         var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
         window.GetType().GetField("url", BindingFlags.Instance | BindingFlags.NonPublic).SetValue(window, url);
         Call(window, "OnEnable");

@@ -9,6 +9,7 @@ public static class PlayMode
     public static int Run(string assembly)
     {
         int passed = 0;
+        UnityEngine.ImageConversion.Jpeg = null;
         foreach (Type type in Assembly.LoadFrom(assembly).GetTypes())
         {
             foreach (MethodInfo method in type.GetMethods())

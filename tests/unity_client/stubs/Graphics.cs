@@ -49,10 +49,22 @@ namespace UnityEngine
 
     public class Texture : Object { }
 
-    public class Renderer : Component
+    public class Texture2D : Texture
     {
-        public Material sharedMaterial { get; set; }
-        public Bounds bounds { get; set; }
+        internal byte[] Picture;
+
+        public Texture2D(int width, int height) { }
+
+        public int width { get { return (int)Math.Sqrt(Picture.Length / 4); } }
+
+        public int height { get { return width; } }
+
+        // From the bottom left, as in the engine; the picture's first row is its top.
+        public Color GetPixel(int x, int y)
+        {
+            int at = 4 * ((height - 1 - y) * width + x);
+            return new Color(Picture[at] / 255f, Picture[at + 1] / 255f, Picture[at + 2] / 255f, Picture[at + 3] / 255f);
+        }
     }
 
     public static class Shader
@@ -71,6 +83,7 @@ namespace UnityEngine
         readonly Dictionary<int, object> values = new Dictionary<int, object>();
 
         public int renderQueue { get; set; } = 2000;
+        public Color color { set { Set("_BaseColor", value); } }
 
         public void Set(string property, object value) { values[Shader.PropertyToID(property)] = value; }
         public bool HasProperty(int nameID) { return values.ContainsKey(nameID); }
@@ -82,9 +95,15 @@ namespace UnityEngine
     public class RenderTexture : Texture
     {
         public static int Live;
-        internal bool IsUp, IsPartlyDrawn;
+        internal bool IsUp;
+        internal readonly int Side;
+        internal readonly byte[] Rows; // RGBA, as the engine reads them back
 
-        public RenderTexture(int width, int height, int depth, GraphicsFormat format) { }
+        public RenderTexture(int width, int height, int depth, GraphicsFormat format)
+        {
+            Side = width;
+            Rows = new byte[width * height * 4];
+        }
 
         public bool IsCreated() { return IsUp; }
 
@@ -116,10 +135,26 @@ namespace UnityEngine
         public float nearClipPlane { get; set; }
         public float farClipPlane { get; set; }
 
+        public bool allowHDR { get; set; } = true;
+        public bool allowMSAA { get; set; } = true;
+        public bool useOcclusionCulling { get; set; } = true;
+
+        public static ShadowQuality ShadowsOfLast;
+        public static Camera Last;
+        public static Action<Camera> Rendering;
+        public static bool HidesAll;
+
         public void Render()
         {
+            long bytes = GC.GetAllocatedBytesForCurrentThread();
             Renders++;
-            targetTexture.IsPartlyDrawn = clearFlags == CameraClearFlags.SolidColor;
+            ShadowsOfLast = QualitySettings.shadows;
+            Last = this;
+            if (Rendering != null) Rendering(this);
+            var picture = new Picture(this);
+            if (!HidesAll) picture.DrawScene();
+            Graphics.Queue.Clear();
+            Player.StandInBytes += GC.GetAllocatedBytesForCurrentThread() - bytes;
         }
 
         public Vector3 WorldToViewportPoint(Vector3 position)
@@ -129,14 +164,87 @@ namespace UnityEngine
         }
     }
 
+    // Draws each object as the box around it, in its colour.
+    sealed class Picture
+    {
+        readonly Camera camera;
+        readonly RenderTexture target;
+        readonly bool isTopDown;
+
+        public Picture(Camera camera)
+        {
+            this.camera = camera;
+            target = camera.targetTexture;
+            // Where v is 0 at the top, the engine turns the projection of a camera that has a texture, so
+            // that the lowest row comes first on every API (Unity manual, Platform-specific rendering differences).
+            bool turnsOver = SystemInfo.graphicsUVStartsAtTop && camera.targetTexture != null;
+            isTopDown = SystemInfo.graphicsUVStartsAtTop ^ turnsOver;
+            bool isSky = camera.clearFlags == CameraClearFlags.Skybox;
+            Color clear = isSky ? new Color(0.4f, 0.6f, 0.8f, 1f) : camera.backgroundColor;
+            for (int y = 0; y < target.Side; y++) Fill(y, 0, target.Side, clear);
+        }
+
+        public void DrawScene()
+        {
+            foreach (GameObject thing in GameObject.Scene.ToArray())
+            {
+                if ((camera.cullingMask & 1 << thing.layer) == 0 || !thing.activeInHierarchy) continue;
+                foreach (Component part in thing.Parts)
+                {
+                    var renderer = part as Renderer;
+                    if (!ReferenceEquals(renderer, null) && renderer.enabled) Draw(renderer);
+                }
+            }
+            foreach (Graphics.Drawn drawn in Graphics.Queue)
+            {
+                if (drawn.For == camera && (camera.cullingMask & 1 << drawn.Layer) != 0) Draw(drawn.Of);
+            }
+        }
+
+        void Draw(Renderer renderer)
+        {
+            Vector3 low = camera.WorldToViewportPoint(renderer.bounds.center - renderer.bounds.extents);
+            Vector3 high = camera.WorldToViewportPoint(renderer.bounds.center + renderer.bounds.extents);
+            int color = Shader.PropertyToID("_BaseColor");
+            Material material = renderer.sharedMaterial;
+            bool isColored = material != null && material.HasProperty(color);
+            Color paint = isColored ? material.GetColor(color) : new Color(1f, 1f, 1f, 1f);
+            for (int y = Pixel(low.y); y < Pixel(high.y); y++) Fill(y, Pixel(low.x), Pixel(high.x), paint);
+        }
+
+        int Pixel(float share)
+        {
+            return (int)Math.Round(Math.Max(0f, Math.Min(1f, share)) * target.Side);
+        }
+
+        void Fill(int y, int from, int to, Color color)
+        {
+            int row = isTopDown ? target.Side - 1 - y : y;
+            for (int x = from; x < to; x++)
+            {
+                int at = 4 * (row * target.Side + x);
+                target.Rows[at] = Byte(color.r);
+                target.Rows[at + 1] = Byte(color.g);
+                target.Rows[at + 2] = Byte(color.b);
+                target.Rows[at + 3] = Byte(color.a);
+            }
+        }
+
+        static byte Byte(float value)
+        {
+            return (byte)Math.Round(255f * Math.Max(0f, Math.Min(1f, value)));
+        }
+    }
+
     public static class SystemInfo
     {
-        public static bool graphicsUVStartsAtTop { get { return false; } }
+        public static bool graphicsUVStartsAtTop { get; set; }
     }
 
     public static class ImageConversion
     {
-        public static byte[] Jpeg = { 0xff, 0xd8 };
+        public static byte[] Jpeg = { 0xff, 0xd8 }; // what every picture becomes; null: its rows, as below
+        public static byte[] Last;
         public static byte[] Png = { 0x89, 0x50 };
         public static int EncodeMs;
 
@@ -145,9 +253,25 @@ namespace UnityEngine
         {
             if (input.Items == null) throw new ObjectDisposedException("encoded after it was freed");
             System.Threading.Thread.Sleep(EncodeMs);
-            var encoded = new NativeArray<byte>(Jpeg.Length, Allocator.Persistent, NativeArrayOptions.UninitializedMemory);
-            Array.Copy(Jpeg, encoded.Items, Jpeg.Length);
+            if (Jpeg == null) Last = Upright((byte[])(object)input.Items, (int)width);
+            byte[] file = Jpeg ?? Last;
+            var encoded = new NativeArray<byte>(file.Length, Allocator.Persistent, NativeArrayOptions.UninitializedMemory);
+            Array.Copy(file, encoded.Items, file.Length);
             return encoded;
+        }
+
+        // The engine's encoders take the lowest row first and write an upright picture.
+        static byte[] Upright(byte[] rows, int side)
+        {
+            var turned = new byte[rows.Length];
+            for (int y = 0; y < side; y++) Array.Copy(rows, y * side * 4, turned, (side - 1 - y) * side * 4, side * 4);
+            return turned;
+        }
+
+        public static bool LoadImage(Texture2D tex, byte[] data)
+        {
+            tex.Picture = data;
+            return true;
         }
 
         public static byte[] EncodeArrayToPNG(Array array, GraphicsFormat format, uint width, uint height, uint rowBytes = 0)
@@ -171,7 +295,7 @@ namespace UnityEngine.Rendering
         struct Job
         {
             public byte[] Into;
-            public bool IsPartly;
+            public byte[] From;
             public int Due;
             public Action<AsyncGPUReadbackRequest> Callback;
         }
@@ -184,11 +308,12 @@ namespace UnityEngine.Rendering
         public static AsyncGPUReadbackRequest RequestIntoNativeArray<T>(
             ref NativeArray<T> output, Texture src, int mipIndex, GraphicsFormat dstFormat, Action<AsyncGPUReadbackRequest> callback = null) where T : struct
         {
+            long bytes = GC.GetAllocatedBytesForCurrentThread();
             if (output.Items == null) throw new InvalidOperationException("read back into freed memory");
             if (!((RenderTexture)src).IsUp) throw new InvalidOperationException("read back from a texture that is not created");
-            bool isPartly = ((RenderTexture)src).IsPartlyDrawn;
-            Jobs.Add(new Job { Into = (byte[])(object)output.Items, IsPartly = isPartly, Due = Player.Frame + LatencyFrames, Callback = callback });
+            Jobs.Add(new Job { Into = (byte[])(object)output.Items, From = (byte[])((RenderTexture)src).Rows.Clone(), Due = Player.Frame + LatencyFrames, Callback = callback });
             MostInFlight = Math.Max(MostInFlight, Jobs.Count);
+            Player.StandInBytes += GC.GetAllocatedBytesForCurrentThread() - bytes;
             return default(AsyncGPUReadbackRequest);
         }
 
@@ -206,7 +331,7 @@ namespace UnityEngine.Rendering
         {
             Job job = Jobs[0];
             Jobs.RemoveAt(0);
-            for (int i = 3; i < job.Into.Length; i += 4) job.Into[i] = job.IsPartly && i < job.Into.Length / 2 ? (byte)0 : (byte)255;
+            Array.Copy(job.From, job.Into, job.Into.Length);
             job.Callback(new AsyncGPUReadbackRequest { Failed = IsDeviceLost });
         }
     }

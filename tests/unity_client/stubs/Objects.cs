@@ -16,6 +16,12 @@ namespace UnityEngine
 
         public static void Destroy(Object dead)
         {
+            if (!Application.isPlaying) Debug.LogError("Destroy may not be called from edit mode", dead);
+            Player.Destroy(dead);
+        }
+
+        public static void DestroyImmediate(Object dead)
+        {
             Player.Destroy(dead);
         }
 
@@ -48,6 +54,8 @@ namespace UnityEngine
         public new string name { get { return gameObject.name; } }
 
         public T GetComponent<T>() { return gameObject.GetComponent<T>(); }
+
+        public T GetComponentInChildren<T>() { return gameObject.GetComponentInChildren<T>(); }
 
         public T GetComponentInParent<T>()
         {
@@ -105,11 +113,14 @@ namespace UnityEngine
             transform = new Transform { gameObject = this };
         }
 
+        public GameObject() : this("New Game Object") { }
+
         public static GameObject CreatePrimitive(PrimitiveType type)
         {
             var made = new GameObject(type.ToString());
-            made.AddComponent<Renderer>();
-            made.AddComponent<Collider>();
+            made.AddComponent<MeshFilter>().sharedMesh = new Mesh();
+            made.AddComponent<MeshRenderer>();
+            Physics.World.Add(made.AddComponent<BoxCollider>());
             return made;
         }
 
@@ -155,20 +166,5 @@ namespace UnityEngine
             }
             for (int i = 0; i < Children.Count; i++) Children[i].Collect(results);
         }
-    }
-
-    public class Transform : Component
-    {
-        public Vector3 position { get; set; }
-        public Quaternion rotation { get; set; }
-        public Vector3 localScale { get; set; }
-
-        public void SetPositionAndRotation(Vector3 at, Quaternion turned)
-        {
-            position = at;
-            rotation = turned;
-        }
-
-        public void LookAt(Vector3 target) { }
     }
 }

@@ -4,11 +4,53 @@ namespace UnityEngine
 {
     public class PhysicMaterial : Object { }
 
+    public class Rigidbody : Component
+    {
+        public bool isKinematic { get; set; }
+        public bool useGravity { get; set; }
+        public Vector3 Velocity;
+
+        public Vector3 GetPointVelocity(Vector3 worldPoint) { return Velocity; }
+    }
+
+    // A box that follows its object; bounds are set where the object stands then.
     public class Collider : Component
     {
+        Vector3 offset, size;
+        bool isSized; // else a unit cube, scaled
+
         public bool enabled { get; set; } = true;
+        public bool isTrigger { get; set; }
         public PhysicMaterial sharedMaterial { get; set; }
-        public Bounds bounds { get; set; }
+        public Rigidbody attachedRigidbody { get { return GetComponentInParent<Rigidbody>(); } }
+
+        public Bounds bounds
+        {
+            get { return new Bounds(transform.position + offset, isSized ? size : transform.localScale); }
+            set
+            {
+                offset = value.center - transform.position;
+                size = value.extents * 2f;
+                isSized = true;
+            }
+        }
+    }
+
+    public class BoxCollider : Collider { }
+
+    public class SphereCollider : Collider
+    {
+        float reach = 0.5f;
+
+        public float radius
+        {
+            get { return reach; }
+            set
+            {
+                reach = value;
+                bounds = new Bounds(transform.position, new Vector3(2f * value, 2f * value, 2f * value));
+            }
+        }
     }
 
     public class Collision
@@ -22,14 +64,63 @@ namespace UnityEngine
     {
         public static readonly List<Collider> World = new List<Collider>();
 
-        public static int OverlapSphereNonAlloc(Vector3 position, float radius, Collider[] results)
+        public static int OverlapSphereNonAlloc(Vector3 position, float radius, Collider[] results, int layerMask)
         {
             int found = 0;
             for (int i = 0; i < World.Count && found < results.Length; i++)
             {
+                if ((layerMask & 1 << World[i].gameObject.layer) == 0) continue;
                 if (World[i].bounds.SqrDistance(position) <= radius * radius) results[found++] = World[i];
             }
             return found;
+        }
+    }
+
+    // What physics reports once a fixed step: triggers that overlap what is in the World, as bounds.
+    // Like PhysX it reports a pair only if one of them has a Rigidbody, to both objects and their bodies.
+    public static class Contacts
+    {
+        static readonly List<KeyValuePair<Collider, Collider>> Pairs = new List<KeyValuePair<Collider, Collider>>();
+
+        public static readonly List<Collider> Triggers = new List<Collider>();
+
+        public static void Step()
+        {
+            foreach (Collider trigger in Triggers)
+            {
+                foreach (Collider other in Physics.World) Compare(trigger, other);
+            }
+        }
+
+        static void Compare(Collider trigger, Collider other)
+        {
+            var pair = new KeyValuePair<Collider, Collider>(trigger, other);
+            bool was = Pairs.Contains(pair), isNow = IsReported(trigger, other) && Overlap(trigger.bounds, other.bounds);
+            if (was == isNow) return;
+            if (isNow) Pairs.Add(pair);
+            else Pairs.Remove(pair);
+            if (trigger.IsDead || other.IsDead) return;
+            Tell(trigger, isNow ? "OnTriggerEnter" : "OnTriggerExit", other);
+        }
+
+        static bool IsReported(Collider trigger, Collider other)
+        {
+            if (trigger.IsDead || other.IsDead || !trigger.isTrigger) return false;
+            if (!trigger.gameObject.activeInHierarchy || !other.gameObject.activeInHierarchy || !other.enabled) return false;
+            return trigger.attachedRigidbody != null || other.attachedRigidbody != null;
+        }
+
+        static void Tell(Collider trigger, string message, Collider other)
+        {
+            Player.Send(trigger.gameObject, message, other);
+            Rigidbody body = trigger.attachedRigidbody;
+            if (body != null && !ReferenceEquals(body.gameObject, trigger.gameObject)) Player.Send(body.gameObject, message, other);
+        }
+
+        static bool Overlap(Bounds a, Bounds b)
+        {
+            Vector3 d = a.center - b.center, e = a.extents + b.extents;
+            return System.Math.Abs(d.x) <= e.x && System.Math.Abs(d.y) <= e.y && System.Math.Abs(d.z) <= e.z;
         }
     }
 }

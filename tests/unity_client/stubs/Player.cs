@@ -46,9 +46,9 @@ public static class Player
     static readonly List<Calls> Live = new List<Calls>();
 
     public static int Frame;
-    public static long AllocatedBytes;
+    public static long AllocatedBytes, StandInBytes; // the second are the stand-in's own
     public static double LongestMs;
-    static double tickMs;
+    static double tickMs, physicsS;
 
     public static void Start(MonoBehaviour one)
     {
@@ -82,10 +82,16 @@ public static class Player
     {
         Frame++;
         Time.unscaledTime += seconds;
+        Time.unscaledDeltaTime = seconds;
+        physicsS += seconds * Time.timeScale;
         tickMs = 0.0;
         Main.Run();
         for (int i = 0; i < Live.Count; i++) Begin(Live[i]);
-        for (int i = 0; i < Live.Count; i++) Measured(Live[i], Live[i].FixedUpdate);
+        for (; physicsS >= Time.fixedDeltaTime; physicsS -= Time.fixedDeltaTime)
+        {
+            for (int i = 0; i < Live.Count; i++) Measured(Live[i], Live[i].FixedUpdate);
+            Contacts.Step();
+        }
         for (int i = 0; i < Live.Count; i++) Measured(Live[i], Live[i].Update);
         for (int i = 0; i < Live.Count; i++) Measured(Live[i], Live[i].LateUpdate);
         UnityEngine.Rendering.AsyncGPUReadback.Pump();
@@ -122,11 +128,11 @@ public static class Player
     static void Measured(Calls calls, Action message)
     {
         if (message == null || !calls.Of.isActiveAndEnabled) return;
-        long bytes = GC.GetAllocatedBytesForCurrentThread();
+        long bytes = GC.GetAllocatedBytesForCurrentThread() - StandInBytes;
         double before = ThreadCpuMs();
         message();
         tickMs += ThreadCpuMs() - before;
-        AllocatedBytes += GC.GetAllocatedBytesForCurrentThread() - bytes;
+        AllocatedBytes += GC.GetAllocatedBytesForCurrentThread() - StandInBytes - bytes;
     }
 
     static Action Message(MonoBehaviour one, string name)

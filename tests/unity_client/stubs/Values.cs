@@ -16,13 +16,10 @@ namespace UnityEngine
         public float magnitude { get { return (float)Math.Sqrt(x * x + y * y + z * z); } }
 
         public static Vector3 operator +(Vector3 a, Vector3 b) { return new Vector3(a.x + b.x, a.y + b.y, a.z + b.z); }
+        public static Vector3 zero { get { return default(Vector3); } }
+        public static Vector3 one { get { return new Vector3(1f, 1f, 1f); } }
         public static Vector3 operator -(Vector3 a, Vector3 b) { return new Vector3(a.x - b.x, a.y - b.y, a.z - b.z); }
         public static Vector3 operator *(Vector3 a, float k) { return new Vector3(a.x * k, a.y * k, a.z * k); }
-    }
-
-    public struct Quaternion
-    {
-        public float x, y, z, w;
     }
 
     public struct Color
@@ -49,7 +46,21 @@ namespace UnityEngine
         public Vector3 center { get; set; }
         public Vector3 extents { get; set; }
 
-        public void Encapsulate(Bounds other) { }
+        public void Encapsulate(Bounds other)
+        {
+            Vector3 low = Least(center - extents, other.center - other.extents), high = Most(center + extents, other.center + other.extents);
+            center = (low + high) * 0.5f;
+            extents = (high - low) * 0.5f;
+        }
+
+        public Vector3 ClosestPoint(Vector3 point)
+        {
+            return Least(Most(point, center - extents), center + extents);
+        }
+
+        static Vector3 Least(Vector3 a, Vector3 b) { return new Vector3(Math.Min(a.x, b.x), Math.Min(a.y, b.y), Math.Min(a.z, b.z)); }
+
+        static Vector3 Most(Vector3 a, Vector3 b) { return new Vector3(Math.Max(a.x, b.x), Math.Max(a.y, b.y), Math.Max(a.z, b.z)); }
 
         public float SqrDistance(Vector3 point)
         {
@@ -64,31 +75,61 @@ namespace UnityEngine
         public const float Deg2Rad = (float)(Math.PI / 180.0);
 
         public static float Max(float a, float b) { return Math.Max(a, b); }
+        public static int Min(int a, int b) { return Math.Min(a, b); }
         public static float Sin(float f) { return (float)Math.Sin(f); }
     }
 
     public static class Time
     {
         public static float unscaledTime { get; internal set; }
+        public static float unscaledDeltaTime { get; internal set; }
+        public static float timeScale { get; set; } = 1f;
         public static float time { get { return unscaledTime; } }
         public static float fixedDeltaTime { get { return 0.02f; } }
     }
 
     public static class Application
     {
-        public static string productName { get { return "stub"; } }
+        public static string productName { get; set; } = "stub";
+        public static bool isPlaying { get; set; } = true;
     }
 
     public static class Debug
     {
-        public static int Warnings, Exceptions;
+        public static int Warnings, Errors, Exceptions;
+        public static readonly System.Collections.Generic.List<string> Lines = new System.Collections.Generic.List<string>();
 
         public static string LastLog = "";
 
-        public static void Log(object message, Object context) { LastLog = message.ToString(); }
-        public static void LogWarning(object message, Object context) { Warnings++; Console.Error.WriteLine("[warning] " + message); }
-        public static void LogError(object message, Object context) { Console.Error.WriteLine("[error] " + message); }
-        public static void LogException(Exception exception) { Exceptions++; Console.Error.WriteLine("[exception] " + exception); }
+        public static void Log(object message, Object context)
+        {
+            LastLog = message.ToString();
+            Lines.Add("log: " + message);
+        }
+
+        public static void LogWarning(object message, Object context)
+        {
+            Warnings++;
+            Write("warning: " + message);
+        }
+
+        public static void LogError(object message, Object context)
+        {
+            Errors++;
+            Write("error: " + message);
+        }
+
+        public static void LogException(Exception exception)
+        {
+            Exceptions++;
+            Write("exception: " + exception);
+        }
+
+        static void Write(string line)
+        {
+            lock (Lines) Lines.Add(line);
+            Console.Error.WriteLine(line);
+        }
     }
 
     public sealed class SerializeField : Attribute { }
@@ -96,6 +137,8 @@ namespace UnityEngine
     public class TooltipAttribute : Attribute { public TooltipAttribute(string tooltip) { } }
 
     public sealed class RangeAttribute : Attribute { public RangeAttribute(float min, float max) { } }
+
+    public sealed class HideInInspector : Attribute { }
 
     public sealed class DisallowMultipleComponent : Attribute { }
 

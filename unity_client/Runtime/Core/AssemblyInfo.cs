@@ -1,4 +1,3 @@
 using System.Runtime.CompilerServices;
 
 [assembly: InternalsVisibleTo("HapticVLM.Tests.Editor")]
-[assembly: InternalsVisibleTo("programs")]

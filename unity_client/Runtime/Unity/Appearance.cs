@@ -34,7 +34,7 @@ namespace HapticVLM
             var surface = collider == null ? null : collider.sharedMaterial;
             if (surface != null) name += " " + surface.name;
             if (material != null) name += " " + material.name;
-            return name.Substring(0, Math.Min(name.Length, SceneObject.NameMaxLength));
+            return Text.Within(name, SceneObject.NameMaxLength);
         }
 
         static HapticVLM.Wire.Shader? Parameters(Material material)

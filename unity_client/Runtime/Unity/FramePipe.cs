@@ -25,7 +25,6 @@ namespace HapticVLM
 
         readonly int size;
         readonly int quality;
-        readonly FrameOrigin origin;
         readonly RenderTexture target;
         readonly Action<AsyncGPUReadbackRequest> onRead;
         readonly AutoResetEvent wake = new AutoResetEvent(false);
@@ -38,13 +37,13 @@ namespace HapticVLM
         volatile bool isFreed;
         int errors;
         int sent;
+        int empty;
 
         public FramePipe(int size, int quality)
         {
             Sweep();
             this.size = size;
             this.quality = quality;
-            origin = SystemInfo.graphicsUVStartsAtTop ? FrameOrigin.Bottom : FrameOrigin.Top;
             target = new RenderTexture(size, size, 24, Format);
             target.Create();
             pixels = new NativeArray<byte>(size * size * 4, Allocator.Persistent, NativeArrayOptions.UninitializedMemory);
@@ -60,6 +59,9 @@ namespace HapticVLM
         public int Errors { get { return Thread.VolatileRead(ref errors); } }
 
         public int Sent { get { return Thread.VolatileRead(ref sent); } }
+
+        /// <summary>Pictures of one object on which nothing was drawn, and which were not sent.</summary>
+        public int Empty { get { return Thread.VolatileRead(ref empty); } }
 
         /// <summary>Reads back what was drawn into Target and sends it as this shot.</summary>
         public void Take(Shot of)
@@ -104,7 +106,7 @@ namespace HapticVLM
             if (isFreed) return;
             isFreed = true;
             target.Release();
-            UnityEngine.Object.Destroy(target);
+            Platform.Destroy(target);
             pixels.Dispose();
         }
 
@@ -142,15 +144,15 @@ namespace HapticVLM
         {
             try
             {
-                Frame frame = encoder.Encode(pixels, size, quality, shot);
-                frame.Origin = origin;
-                shot.To.Send(ref frame);
-                Interlocked.Increment(ref sent);
+                Frame frame;
+                bool isSeen = encoder.TryEncode(pixels, size, quality, shot, out frame);
+                if (isSeen) shot.To.Send(ref frame);
+                if (isSeen) Interlocked.Increment(ref sent);
+                else Interlocked.Increment(ref empty);
             }
             catch (Exception error)
             {
-                Interlocked.Increment(ref errors);
-                Debug.LogException(error);
+                if (Interlocked.Increment(ref errors) == 1) Debug.LogException(error); // once: the next frame would fail alike
             }
             finally
             {

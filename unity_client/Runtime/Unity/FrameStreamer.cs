@@ -32,12 +32,13 @@ namespace HapticVLM
         [SerializeField, Range(1, 6)]
         int viewsPerObject = 3;
 
-        [SerializeField, Range(0, 31), Tooltip("A layer nothing else uses; objects are on it only while they are scanned.")]
-        int scanLayer = 31;
+        [SerializeField, Range(-1, 30), Tooltip("A layer no object of the scene is on: objects are drawn there for the scan, and stay on their own. -1: the highest layer without a name.")]
+        int scanLayer = -1;
 
         readonly ObjectScanner scanner = new ObjectScanner();
         FramePipe pipe;
-        Eye eye;
+        CaptureCamera capture;
+        int layer;
         float dueAt;
         bool isWanted;
         HapticObject wanted;
@@ -47,6 +48,9 @@ namespace HapticVLM
 
         /// <summary>Pictures lost to the GPU or the encoder since this was enabled.</summary>
         public int Errors { get { return pipe == null ? 0 : pipe.Errors; } }
+
+        /// <summary>Pictures of one object on which nothing was drawn, and which were not sent.</summary>
+        public int Empty { get { return pipe == null ? 0 : pipe.Empty; } }
 
         /// <summary>Whether all unsure objects have been shown to the service of this connection.</summary>
         public bool IsScanDone { get { return scanner.IsDone; } }
@@ -60,23 +64,26 @@ namespace HapticVLM
 
         void OnEnable()
         {
-            pipe = new FramePipe(sizePx, jpegQuality);
-            eye = new Eye(pipe.Target);
             isWanted = false;
+            if (!Platform.CanConnect) return;
+            pipe = new FramePipe(sizePx, jpegQuality);
+            capture = new CaptureCamera(pipe.Target);
+            layer = scanLayer < 0 || scanLayer > 30 ? CaptureCamera.FreeLayer() : scanLayer;
         }
 
         void OnDisable()
         {
+            if (pipe == null) return;
             pipe.Retire();
             pipe = null;
-            eye.Destroy();
-            eye = null;
+            capture.Destroy();
+            capture = null;
         }
 
         void LateUpdate()
         {
             HapticConnection to = HapticClient.Active == null ? null : HapticClient.Active.Connection;
-            if (to == null || to.State != LinkState.Ready || !pipe.IsIdle || to.Outbox.Frames.IsFull) return;
+            if (pipe == null || to == null || to.State != LinkState.Ready || !pipe.IsIdle || to.Outbox.Frames.IsFull) return;
             if (scansObjects) scanner.Follow(to.Openings, viewsPerObject);
             if (isWanted || (isContinuous && Time.unscaledTime >= dueAt)) TakeView(to);
             else if (scansObjects && Time.unscaledTime >= dueAt) TakeScan(to);
@@ -85,27 +92,27 @@ namespace HapticVLM
         void TakeView(HapticConnection to)
         {
             dueAt = Time.unscaledTime + 1f / framesPerSecond;
-            eye.Follow(viewpoint == null ? transform : viewpoint);
+            capture.Follow(viewpoint == null ? transform : viewpoint);
             var shot = new Shot { To = to, CapturedAt = Clock.Now };
             if (wanted != null)
             {
                 shot.ObjectId = wanted.ObjectId;
-                shot.Region = eye.RegionOf(wanted);
+                shot.Region = capture.RegionOf(wanted);
             }
             isWanted = false;
             wanted = null;
-            eye.Draw();
+            capture.Draw();
             pipe.Take(shot);
         }
 
         void TakeScan(HapticConnection to)
         {
-            HapticObject one;
+            HapticObject shown;
             int view;
-            if (!scanner.Next(out one, out view)) return;
+            if (!scanner.Next(HapticObject.All, out shown, out view)) return;
             dueAt = Time.unscaledTime + 1f / framesPerSecond;
-            if (!eye.DrawAlone(one, view, scanLayer)) return;
-            pipe.Take(new Shot { To = to, CapturedAt = Clock.Now, ObjectId = one.ObjectId, Region = eye.RegionOf(one), IsAlone = true });
+            if (!capture.DrawAlone(shown, view, layer)) return;
+            pipe.Take(new Shot { To = to, CapturedAt = Clock.Now, ObjectId = shown.ObjectId, Region = capture.RegionOf(shown), IsAlone = true });
         }
     }
 }

@@ -7,14 +7,12 @@ namespace HapticVLM
 {
     /// <summary>
     /// The scene's connection to `hapticvlm serve`. One per scene. Connects and reconnects by itself,
-    /// tells the service of every HapticObject, and raises its answers on the main thread. What an
+    /// sends the service every HapticObject, and raises its answers on the main thread. What an
     /// event carries is used again for the next one: copy what you keep.
     /// </summary>
     [DefaultExecutionOrder(-100), DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Client")]
     public sealed class HapticClient : MonoBehaviour
     {
-        const double QuietS = 10.0;
-
         [SerializeField, Tooltip("Address of the service.")]
         string url = "ws://127.0.0.1:8790/";
 
@@ -39,8 +37,7 @@ namespace HapticVLM
 
         readonly Dictionary<string, HapticObject> objects = new Dictionary<string, HapticObject>();
         HapticConnection connection;
-        string lastRefusal;
-        double refusedAt;
+        readonly StateLog log = new StateLog();
 
         /// <summary>The client of the scene that runs; null when there is none.</summary>
         public static HapticClient Active { get; private set; }
@@ -51,6 +48,9 @@ namespace HapticVLM
 
         /// <summary>The connection; null while disabled or paused.</summary>
         public HapticConnection Connection { get { return connection; } }
+
+        /// <summary>How the link stands and what to do about it, in words for a person.</summary>
+        public string Status { get { return log.Status(connection, url); } }
 
         public LinkState State { get { return connection == null ? LinkState.Closed : connection.State; } }
 
@@ -76,23 +76,23 @@ namespace HapticVLM
             FramePipe.DisposeAll();
         }
 
-        internal void Put(HapticObject one)
+        internal void Put(HapticObject target)
         {
-            objects[one.ObjectId] = one;
+            objects[target.ObjectId] = target;
             if (connection == null) return;
-            SceneObject stated = one.Describe();
-            if (!connection.Outbox.Scene.IsKnown(stated.Material)) WarnOfMaterial(one, stated.Material);
+            SceneObject stated = target.Describe();
+            if (!connection.Outbox.Scene.IsKnown(stated.Material)) WarnOfMaterial(target, stated.Material);
             connection.Outbox.Scene.Put(stated);
             connection.Outbox.Wake();
         }
 
-        internal void Remove(HapticObject one)
+        internal void Remove(HapticObject target)
         {
             HapticObject known;
-            if (!objects.TryGetValue(one.ObjectId, out known) || !ReferenceEquals(known, one)) return;
-            objects.Remove(one.ObjectId);
+            if (!objects.TryGetValue(target.ObjectId, out known) || !ReferenceEquals(known, target)) return;
+            objects.Remove(target.ObjectId);
             if (connection == null) return;
-            connection.Outbox.Scene.Remove(one.ObjectId);
+            connection.Outbox.Scene.Remove(target.ObjectId);
             connection.Outbox.Wake();
         }
 
@@ -129,11 +129,18 @@ namespace HapticVLM
         void Update()
         {
             FramePipe.Sweep();
-            if (connection != null) connection.Pump();
+            if (connection == null) return;
+            log.Follow(connection, url, this);
+            connection.Pump();
         }
 
         void Connect()
         {
+            if (!Platform.CanConnect)
+            {
+                Debug.LogWarning("HapticVLM: a WebGL player has no sockets and no threads: nothing is felt there.", this);
+                return;
+            }
             Uri address;
             if (!Uri.TryCreate(url, UriKind.Absolute, out address) || (address.Scheme != "ws" && address.Scheme != "wss"))
             {
@@ -145,7 +152,9 @@ namespace HapticVLM
             connection.Arrivals.Decided += OnDecided;
             connection.Arrivals.Measured += OnMeasured;
             connection.Arrivals.Refused += OnRefused;
+            connection.Arrivals.Failed += OnFailed;
             connection.Arrivals.StateChanged += OnStateChanged;
+            log.Restart();
             TellSettings();
             objects.Clear();
             for (int i = 0; i < HapticObject.All.Count; i++) Put(HapticObject.All[i]);
@@ -154,8 +163,7 @@ namespace HapticVLM
 
         static string Name()
         {
-            string name = "unity " + Application.productName;
-            return name.Substring(0, Math.Min(name.Length, Party.NameMaxLength));
+            return Text.Within("unity " + Application.productName, Party.NameMaxLength);
         }
 
         void Disconnect()
@@ -174,8 +182,8 @@ namespace HapticVLM
 
         void OnDecided(Decision decision)
         {
-            HapticObject one;
-            if (decision.ObjectId != null && objects.TryGetValue(decision.ObjectId, out one)) one.Take(decision);
+            HapticObject target;
+            if (decision.ObjectId != null && objects.TryGetValue(decision.ObjectId, out target)) target.Take(decision);
             if (Decided != null) Decided(decision);
             onDecision.Invoke(decision);
         }
@@ -186,13 +194,14 @@ namespace HapticVLM
             onTelemetry.Invoke(telemetry);
         }
 
-        /// <summary>Says it once: what is refused is often refused at every renewal.</summary>
         void OnRefused(Error error)
         {
-            if (error.Text == lastRefusal && Clock.Now - refusedAt < QuietS) return;
-            lastRefusal = error.Text;
-            refusedAt = Clock.Now;
-            Debug.LogWarning("HapticVLM: the service says " + error.Code + ": " + error.Text, this);
+            log.Refused(error.Code + ": " + error.Text, this);
+        }
+
+        void OnFailed(Exception error)
+        {
+            log.Failed(error, this);
         }
 
         void OnStateChanged(LinkState state)
@@ -204,18 +213,18 @@ namespace HapticVLM
 
         void WarnOfMaterials()
         {
-            foreach (HapticObject one in objects.Values)
+            foreach (HapticObject target in objects.Values)
             {
-                string material = one.StatedMaterial;
-                if (!connection.Outbox.Scene.IsKnown(material)) WarnOfMaterial(one, material);
+                string material = target.StatedMaterial;
+                if (!connection.Outbox.Scene.IsKnown(material)) WarnOfMaterial(target, material);
             }
         }
 
-        void WarnOfMaterial(HapticObject one, string material)
+        void WarnOfMaterial(HapticObject target, string material)
         {
             Welcome welcome = connection.Welcome;
             string known = welcome == null ? "" : "; it knows " + string.Join(", ", welcome.Materials.ToArray());
-            Debug.LogWarning("HapticVLM: the service knows no material '" + material + "'" + known, one);
+            Debug.LogWarning("HapticVLM: the service knows no material '" + material + "'" + known, target);
         }
     }
 }

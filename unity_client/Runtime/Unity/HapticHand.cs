@@ -1,137 +1,242 @@
-using HapticVLM.Wire;
+using System;
 using UnityEngine;
 
 namespace HapticVLM
 {
     /// <summary>
-    /// A hand or finger that feels. Put it beside a collider (and a Rigidbody, as physics needs one to
-    /// report): collisions and triggers with HapticObjects become approach, contact, slide, release.
+    /// A hand or a finger that feels. Put it beside a trigger collider and a kinematic Rigidbody, as
+    /// physics needs one to report: what they meet becomes approach, contact, slide, release. Several
+    /// of one side, as on the fingers of a hand, are one touch.
     /// </summary>
-    [DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Hand")]
+    [DisallowMultipleComponent, DefaultExecutionOrder(100), AddComponentMenu("HapticVLM/Haptic Hand")]
     public sealed class HapticHand : MonoBehaviour
     {
         const float ApproachPeriodS = 0.1f;
-        const double RenewalsPerS = 20.0; // a lease lasts 250 ms
+        const int MostNear = 256;
 
         [SerializeField]
-        HandName hand = HandName.Right;
+        HandSide hand = HandSide.Right;
+
+        [SerializeField, Tooltip("How this hand acts. By speed: press, tap or strike at contact, then slide.")]
+        HandGesture gesture;
 
         [SerializeField, Range(0f, 0.5f), Tooltip("An object this near is about to be touched, m; 0: never.")]
         float approachM = 0.08f;
 
+        [SerializeField, Tooltip("Layers of what can be felt.")]
+        LayerMask touchableLayers = ~0;
+
         [SerializeField, Range(0f, 50f), Tooltip("Triggers report no force: newtons per m/s of the hand. A guess; tune it to your hand.")]
         float newtonsPerMps = 4f;
 
-        readonly Collider[] near = new Collider[16];
-        HandTouches touches;
-        Vector3 lastPosition;
-        float speedMps;
-        float lookAt;
+        readonly HandMotion motion = new HandMotion();
+        Collider[] found = new Collider[32];
+        HandGroup group;
+        Collider nearCollider;
+        Collider pushed;
+        double pushN;
+        float searchAt;
 
-        /// <summary>The object this hand touches; null when none.</summary>
-        public string TouchedObjectId { get { return touches == null ? null : touches.ObjectId; } }
+        /// <summary>The object this hand touches, by any finger; null when none.</summary>
+        public string TouchedObjectId { get { return group == null ? null : group.Touches.ObjectId; } }
+
+        /// <summary>Speed against what is touched or near, else through the world, m/s.</summary>
+        public double SpeedMps { get { return motion.SpeedMps; } }
+
+        public HandSide Side { get { return hand == HandSide.Left ? HandSide.Left : HandSide.Right; } }
+
+        /// <summary>How this hand acts: set Carve while a knife is held, Swing while a bat is swung.</summary>
+        public HandGesture Gesture
+        {
+            get { return gesture; }
+            set { gesture = value; }
+        }
+
+        /// <summary>What this hand holds and swings: its material is what a swing is felt by.</summary>
+        public HapticObject Swung { get; set; }
+
+        /// <summary>Why physics reports no touch of this hand, and the cure; null when all is well.</summary>
+        public string Problem
+        {
+            get
+            {
+                var touching = GetComponent<Collider>();
+                if (touching == null && GetComponent<Rigidbody>() != null) touching = GetComponentInChildren<Collider>();
+                if (touching == null) return "it has no collider: add a Sphere Collider of 2 cm radius and tick Is Trigger";
+                var body = GetComponentInParent<Rigidbody>();
+                if (body == null) return "it has no Rigidbody, so physics reports no touch: add one and tick Is Kinematic";
+                if (body.isKinematic && !touching.isTrigger) return "a kinematic Rigidbody does not collide with things that stand still: tick Is Trigger on the collider";
+                return null;
+            }
+        }
+
+        internal HapticObject Near { get; private set; }
+
+        internal double NearM { get; private set; }
+
+        internal double ClosingMps { get; private set; }
+
+        internal double FreeSpeedMps { get { return motion.FreeSpeedMps; } }
 
         static HapticConnection Link { get { return HapticClient.Active == null ? null : HapticClient.Active.Connection; } }
 
         void OnEnable()
         {
-            touches = new HandTouches(hand, RenewalsPerS);
-            lastPosition = transform.position;
-            speedMps = 0f;
+            group = HandGroup.Of(Side);
+            group.Join(this);
+            motion.Restart(transform.position);
+        }
+
+        void Start()
+        {
+            string problem = Problem;
+            if (problem != null) Debug.LogWarning("HapticVLM: the Haptic Hand '" + name + "' feels nothing: " + problem + ".", this);
         }
 
         void OnDisable()
         {
-            touches.EndAll(Link);
-        }
-
-        void FixedUpdate()
-        {
-            Vector3 position = transform.position;
-            speedMps = (position - lastPosition).magnitude / Time.fixedDeltaTime;
-            lastPosition = position;
+            Forget();
+            group.Leave(this, Link);
         }
 
         void Update()
         {
-            if (!touches.IsTouching && approachM > 0f && Time.unscaledTime >= lookAt)
-            {
-                lookAt = Time.unscaledTime + ApproachPeriodS;
-                HapticObject nearest = Nearest();
-                touches.Near(nearest == null ? null : nearest.ObjectId, Link);
-            }
+            motion.Sample(transform.position);
             EndVanished();
-            touches.Tick(Clock.Now, Link);
+            if (group.Touches.IsTouching) Forget();
+            else if (approachM > 0f) Approach();
+            FollowContacts();
+            group.Tick(this, Link);
         }
 
         void OnCollisionEnter(Collision collision)
         {
-            Begin(collision.collider, collision.relativeVelocity.magnitude, ForceOf(collision));
+            Push(collision);
+            Begin(collision.collider);
         }
 
         void OnCollisionStay(Collision collision)
         {
-            touches.Follow(collision.collider, collision.relativeVelocity.magnitude, ForceOf(collision));
+            Push(collision);
         }
 
         void OnCollisionExit(Collision collision)
         {
-            touches.End(collision.collider, Link);
+            End(collision.collider);
         }
 
         void OnTriggerEnter(Collider other)
         {
-            Begin(other, speedMps, speedMps * newtonsPerMps);
-        }
-
-        void OnTriggerStay(Collider other)
-        {
-            touches.Follow(other, speedMps, speedMps * newtonsPerMps);
+            Begin(other);
         }
 
         void OnTriggerExit(Collider other)
         {
-            touches.End(other, Link);
+            End(other);
         }
 
-        void Begin(Collider other, double speed, double force)
+        void Push(Collision collision)
         {
+            pushed = collision.collider;
+            pushN = collision.impulse.magnitude / Time.fixedDeltaTime;
+        }
+
+        void Begin(Collider other)
+        {
+            if (!isActiveAndEnabled) return; // the engine reports to disabled components, too
             var target = other.GetComponentInParent<HapticObject>();
             if (target == null || !target.isActiveAndEnabled) return;
-            touches.Begin(other, target.ObjectId, speed, force, Link);
+            motion.Follow(other, transform.position);
+            group.TakeGesture();
+            group.Touches.Begin(this, other, target.ObjectId, motion.SpeedMps, ForceOn(other), Link);
+        }
+
+        void End(Collider other)
+        {
+            group.Touches.End(this, other, Link);
+            if (other == pushed) pushed = null;
+            motion.Follow(LastMet(), transform.position);
+        }
+
+        void FollowContacts()
+        {
+            for (int i = 0; i < group.Touches.Count; i++)
+            {
+                if (!ReferenceEquals(group.Touches.Finger(i), this)) continue;
+                object met = group.Touches.Met(i);
+                group.Touches.Follow(this, met, motion.SpeedMps, ForceOn((Collider)met));
+            }
+        }
+
+        double ForceOn(Collider other)
+        {
+            return ReferenceEquals(other, pushed) ? pushN : motion.SpeedMps * newtonsPerMps;
+        }
+
+        Collider LastMet()
+        {
+            for (int i = group.Touches.Count - 1; i >= 0; i--)
+            {
+                if (ReferenceEquals(group.Touches.Finger(i), this)) return (Collider)group.Touches.Met(i);
+            }
+            return null;
         }
 
         /// <summary>Physics reports no exit from a collider that was destroyed or switched off.</summary>
         void EndVanished()
         {
-            for (int i = touches.Count - 1; i >= 0; i--)
+            for (int i = group.Touches.Count - 1; i >= 0; i--)
             {
-                object key = touches.Key(i);
-                var collider = (Collider)key;
-                if (collider == null || !collider.enabled || !collider.gameObject.activeInHierarchy) touches.End(key, Link);
+                if (!ReferenceEquals(group.Touches.Finger(i), this)) continue;
+                var met = (Collider)group.Touches.Met(i);
+                if (met == null || !met.enabled || !met.gameObject.activeInHierarchy) End(met);
             }
         }
 
-        static double ForceOf(Collision collision)
+        void Forget()
         {
-            return collision.impulse.magnitude / Time.fixedDeltaTime;
+            nearCollider = null;
+            Near = null;
         }
 
-        HapticObject Nearest()
+        void Approach()
         {
-            int count = Physics.OverlapSphereNonAlloc(transform.position, approachM, near);
-            HapticObject nearest = null;
+            if (Time.unscaledTime >= searchAt)
+            {
+                searchAt = Time.unscaledTime + ApproachPeriodS;
+                FindNearest();
+                motion.Follow(nearCollider, transform.position);
+            }
+            if (nearCollider == null || Near == null || !Near.isActiveAndEnabled) Forget();
+            else Measure();
+        }
+
+        /// <summary>Distance from the collider's bounds: exact for a box that is not turned.</summary>
+        void Measure()
+        {
+            Vector3 position = transform.position;
+            Vector3 point = nearCollider.bounds.ClosestPoint(position);
+            NearM = (point - position).magnitude;
+            ClosingMps = motion.ClosingMps(position, point);
+        }
+
+        void FindNearest()
+        {
+            Vector3 position = transform.position;
+            int count = Physics.OverlapSphereNonAlloc(position, approachM, found, touchableLayers);
+            if (count == found.Length && count < MostNear) Array.Resize(ref found, 2 * count);
+            Forget();
             float least = float.PositiveInfinity;
             for (int i = 0; i < count; i++)
             {
-                float distance = near[i].bounds.SqrDistance(transform.position);
+                float distance = found[i].bounds.SqrDistance(position);
                 if (distance >= least) continue;
-                var candidate = near[i].GetComponentInParent<HapticObject>();
-                if (candidate == null) continue;
-                nearest = candidate;
+                var candidate = found[i].GetComponentInParent<HapticObject>();
+                if (candidate == null || !candidate.isActiveAndEnabled) continue;
+                Near = candidate;
+                nearCollider = found[i];
                 least = distance;
             }
-            return nearest;
         }
     }
 }

@@ -6,8 +6,8 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// An object that can be felt. Needs nothing but its id, which it makes up itself: name, renderer
-    /// material, shader and collider material are read and told to the service, which decides.
+    /// An object that can be felt. Needs nothing but a collider; its id it makes up itself. Names and
+    /// shader parameters of renderer and collider go to the service, which decides what it is made of.
     /// </summary>
     [DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Object")]
     public sealed class HapticObject : MonoBehaviour
@@ -27,7 +27,14 @@ namespace HapticVLM
         [SerializeField, Range(0f, 10f), Tooltip("Thickness, m; 0: unknown.")]
         float thicknessM;
 
-        [SerializeField, Tooltip("Tell the service the names and shader parameters of renderer and collider.")]
+        [SerializeField, Tooltip("Whether the sun shines on it, which makes it warmer than the air.")]
+        Sunlight sunlight;
+
+        [SerializeField, HideInInspector] string scannedMaterial = "";
+        [SerializeField, HideInInspector] string scannedBy = "";
+        [SerializeField, HideInInspector] float scannedConfidence;
+
+        [SerializeField, Tooltip("Send the service the names and shader parameters of renderer and collider.")]
         bool readsAppearance = true;
 
         [SerializeField] DecisionEvent onDecision = new DecisionEvent();
@@ -39,8 +46,33 @@ namespace HapticVLM
 
         public string ObjectId { get { return objectId; } }
 
-        /// <summary>What the scene states, or null.</summary>
-        public string StatedMaterial { get { return string.IsNullOrEmpty(material) ? null : material; } }
+        /// <summary>What the scene states, else what a scan of the scene found; or null.</summary>
+        public string StatedMaterial
+        {
+            get
+            {
+                if (!string.IsNullOrEmpty(material)) return material;
+                return string.IsNullOrEmpty(scannedMaterial) ? null : scannedMaterial;
+            }
+        }
+
+        /// <summary>What a scan found, saved with the scene; empty when none did.</summary>
+        public string ScannedMaterial { get { return scannedMaterial; } }
+
+        /// <summary>By what a scan decided: name, encoder, ...</summary>
+        public string ScannedBy { get { return scannedBy; } }
+
+        public float ScannedConfidence { get { return scannedConfidence; } }
+
+        /// <summary>Why no hand can touch it, and the cure; null when all is well.</summary>
+        public string Problem
+        {
+            get
+            {
+                return GetComponentInChildren<Collider>() != null ? null
+                    : "it has no collider, so no hand can touch it: add a Box Collider or a Mesh Collider";
+            }
+        }
 
         /// <summary>What the service decided: null before, "unknown" when it could not tell.</summary>
         public string Material { get; private set; }
@@ -66,6 +98,14 @@ namespace HapticVLM
             if (isActiveAndEnabled && HapticClient.Active != null) HapticClient.Active.Put(this);
         }
 
+        /// <summary>Keeps what a scan found, or forgets it; the scene must be saved to keep it.</summary>
+        internal void KeepScan(string found, string by, double confidence)
+        {
+            scannedMaterial = found ?? "";
+            scannedBy = by ?? "";
+            scannedConfidence = (float)confidence;
+        }
+
         internal SceneObject Describe()
         {
             var stated = new SceneObject
@@ -74,6 +114,7 @@ namespace HapticVLM
                 Material = StatedMaterial,
                 TemperatureC = statesTemperature ? temperatureC : (double?)null,
                 ThicknessM = thicknessM > 0f ? thicknessM : (double?)null,
+                Sunlit = sunlight == Sunlight.Unknown ? (bool?)null : sunlight == Sunlight.InTheSun,
             };
             if (readsAppearance) Appearance.Read(gameObject, ref stated);
             return stated;
@@ -108,6 +149,12 @@ namespace HapticVLM
             if (HapticClient.Active != null) HapticClient.Active.Put(this);
         }
 
+        void Start()
+        {
+            string problem = Problem;
+            if (problem != null) Debug.LogWarning("HapticVLM: the Haptic Object '" + name + "' cannot be felt: " + problem + ".", this);
+        }
+
         void OnDisable()
         {
             if (HapticClient.Active != null) HapticClient.Active.Remove(this);
@@ -119,7 +166,7 @@ namespace HapticVLM
         void MakeIdUnique()
         {
             if (string.IsNullOrEmpty(objectId)) objectId = NewId();
-            if (objectId.Length > SceneObject.ObjectIdMaxLength) objectId = objectId.Substring(0, SceneObject.ObjectIdMaxLength);
+            objectId = Text.Within(objectId, SceneObject.ObjectIdMaxLength);
             if (Ids.ContainsKey(objectId)) objectId = NewId();
         }
 

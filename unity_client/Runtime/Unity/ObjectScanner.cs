@@ -6,7 +6,7 @@ namespace HapticVLM
     /// <summary>Which object to show next, and from which side: those the service is not sure of.</summary>
     internal sealed class ObjectScanner
     {
-        const double SureFrom = 0.6; // confidence of a decision that needs no more looks
+        const double SureFrom = 0.6; // confidence of a decision that needs no more views
 
         readonly Dictionary<string, int> views = new Dictionary<string, int>();
         int openings = -1;
@@ -25,28 +25,28 @@ namespace HapticVLM
             IsDone = false;
         }
 
-        public bool Next(out HapticObject one, out int view)
+        public bool Next(List<HapticObject> among, out HapticObject next, out int view)
         {
-            for (int i = 0; i < HapticObject.All.Count; i++)
+            for (int i = 0; i < among.Count; i++)
             {
-                one = HapticObject.All[i];
-                views.TryGetValue(one.ObjectId, out view);
-                if (view >= viewsEach || IsSure(one, view)) continue;
-                views[one.ObjectId] = view + 1;
+                next = among[i];
+                views.TryGetValue(next.ObjectId, out view);
+                if (view >= viewsEach || IsSure(next, view)) continue;
+                views[next.ObjectId] = view + 1;
                 IsDone = false;
                 return true;
             }
-            one = null;
+            next = null;
             view = 0;
             IsDone = true;
             return false;
         }
 
         /// <summary>The first view is always shown: its answer says what the name alone was good for.</summary>
-        static bool IsSure(HapticObject one, int view)
+        static bool IsSure(HapticObject shown, int view)
         {
-            if (one.StatedMaterial != null) return true;
-            return view > 0 && one.Material != null && one.Source != Rung.Unknown && one.Confidence >= SureFrom;
+            if (shown.StatedMaterial != null) return true;
+            return view > 0 && shown.Material != null && shown.Source != Rung.Unknown && shown.Confidence >= SureFrom;
         }
     }
 }

@@ -41,7 +41,7 @@ namespace HapticVLM.Samples
             nextAt = Time.time + secondsEach;
             touches.EndAll(client.Connection);
             turn = (turn + 1) % objects.Length;
-            touches.Begin(this, objects[turn].ObjectId, 0.3, 1.5, client.Connection);
+            touches.Begin(this, this, objects[turn].ObjectId, 0.3, 1.5, client.Connection);
         }
 
         void OnGUI()

@@ -113,7 +113,17 @@ namespace HapticVLM
         bool SendNext()
         {
             if (IsSending || lostBecause != null) return false;
-            MsgPackWriter next = outbox.Next(Clock.Now);
+            MsgPackWriter next;
+            try
+            {
+                next = outbox.Next(Clock.Now);
+            }
+            catch (Exception error)
+            {
+                dispatcher.Fail(error);
+                if (!(error is WireException)) GiveUp("an error of the client: " + error.Message);
+                return true; // the message that cannot be written is dropped, the next ones go out
+            }
             if (next == null) return false;
             try
             {
@@ -132,10 +142,10 @@ namespace HapticVLM
             var hello = new Hello
             {
                 Id = outbox.Ids.Next(),
-                Client = new Party { Name = settings.ClientName, Version = settings.ClientVersion },
+                Client = new Party { Name = Text.Within(settings.ClientName, Party.NameMaxLength), Version = settings.ClientVersion },
                 Protocol = new ProtocolVersion { Major = Protocol.Major, Minor = Protocol.Minor },
                 Role = settings.Role,
-                Token = string.IsNullOrEmpty(settings.Token) ? null : settings.Token,
+                Token = string.IsNullOrEmpty(settings.Token) ? null : Text.Within(settings.Token, Wire.Hello.TokenMaxLength),
             };
             var writer = new MsgPackWriter();
             hello.Write(writer);

@@ -15,6 +15,7 @@ namespace HapticVLM
         readonly Error error = new Error();
         LinkState told = LinkState.Closed;
         long unreadable;
+        Exception failure;
 
         /// <summary>An object was decided, or decided anew.</summary>
         public event Action<Decision> Decided;
@@ -30,6 +31,9 @@ namespace HapticVLM
 
         public event Action<LinkState> StateChanged;
 
+        /// <summary>Something could not be sent because of an error of this client; the link goes on or starts over.</summary>
+        public event Action<Exception> Failed;
+
         /// <summary>Messages dropped because nobody pumped.</summary>
         public long Dropped { get { return inbox.Dropped; } }
 
@@ -39,6 +43,11 @@ namespace HapticVLM
         internal void CountUnreadable()
         {
             Interlocked.Increment(ref unreadable);
+        }
+
+        internal void Fail(Exception error)
+        {
+            Interlocked.CompareExchange(ref failure, error, null);
         }
 
         internal void Add(ArraySegment<byte> message, Kind kind)
@@ -54,6 +63,8 @@ namespace HapticVLM
                 told = state;
                 if (StateChanged != null) StateChanged(state);
             }
+            Exception failed = Interlocked.Exchange(ref failure, null);
+            if (failed != null && Failed != null) Failed(failed);
             ArraySegment<byte> message;
             Kind kind;
             while (inbox.Take(out message, out kind))

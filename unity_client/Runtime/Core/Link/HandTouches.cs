@@ -4,32 +4,51 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// Turns what one hand's colliders meet into touches: contact at the first, slide to renew the
-    /// lease and to change target, release after the last; approach before. After a reconnect it says
-    /// again what the hand touches. Keys are whatever tells colliders apart.
+    /// Turns what the colliders of one hand meet into touches: contact at the first, slide to renew
+    /// the lease and to change target, release after the last; approach before. After a reconnect it
+    /// sends again what the hand touches. A contact is known by who met it (a finger) and what it met
+    /// (a collider), so all fingers of a hand are one touch.
     /// </summary>
     public sealed class HandTouches
     {
-        const int MostContacts = 16;
+        /// <summary>A slower contact is a press, m/s; our choice.</summary>
+        public const double PressBelowMps = 0.1;
+
+        /// <summary>A faster contact is a strike, in between is a tap, m/s; our choice.</summary>
+        public const double StrikeFromMps = 0.7;
+
+        const int MostContacts = 64;
 
         struct Contact
         {
-            public object Key;
+            public object Finger;
+            public object Met;
             public string ObjectId;
             public double SpeedMps;
             public double ForceN;
         }
 
+        struct Nearest
+        {
+            public string ObjectId;
+            public double DistanceM;
+            public double ClosingMps;
+        }
+
         readonly HandName hand;
         readonly double periodS;
         readonly Contact[] contacts = new Contact[MostContacts];
+        Nearest near;
+        Interaction? gesture;
+        string swungId;
+        double freeSpeedMps;
         int count;
-        string nearId;
         double dueAt;
         int openings;
 
         public HandTouches(HandName hand, double renewalsPerS)
         {
+            if (hand == HandName.Other) throw new ArgumentException("a hand is left or right", "hand");
             this.hand = hand;
             periodS = 1.0 / renewalsPerS;
         }
@@ -39,58 +58,100 @@ namespace HapticVLM
         /// <summary>What is touched: the object met last; null when none is.</summary>
         public string ObjectId { get { return count > 0 ? contacts[count - 1].ObjectId : null; } }
 
+        /// <summary>The object the hand is about to touch; null when none is near.</summary>
+        public string NearId { get { return near.ObjectId; } }
+
         public int Count { get { return count; } }
 
-        public object Key(int index)
+        /// <summary>
+        /// How the hand acts, where a script knows it: carving, say. Null: by the speed of contact.
+        /// While it swings, the air is felt without a touch.
+        /// </summary>
+        public Interaction? Gesture
         {
-            return contacts[index].Key;
+            get { return gesture; }
+            set { gesture = value == Interaction.Other ? null : value; }
         }
 
-        public void Begin(object key, string objectId, double speedMps, double forceN, HapticConnection to)
+        public object Finger(int index)
         {
-            if (Find(key) >= 0 || count == MostContacts) return;
-            contacts[count++] = new Contact { Key = key, ObjectId = objectId, SpeedMps = speedMps, ForceN = forceN };
-            nearId = null;
-            Send(count == 1 ? Phase.Contact : Phase.Slide, to);
+            return contacts[index].Finger;
         }
 
-        /// <summary>Follows a contact; what is told goes out with the next renewal.</summary>
-        public void Follow(object key, double speedMps, double forceN)
+        public object Met(int index)
         {
-            int at = Find(key);
+            return contacts[index].Met;
+        }
+
+        public void Begin(object finger, object met, string objectId, double speedMps, double forceN, HapticConnection to)
+        {
+            if (Find(finger, met) >= 0 || count == MostContacts) return;
+            contacts[count++] = new Contact { Finger = finger, Met = met, ObjectId = objectId, SpeedMps = speedMps, ForceN = forceN };
+            near = default(Nearest);
+            if (count == 1) Send(Phase.Contact, gesture ?? ByContact(speedMps), to);
+            else if (contacts[count - 2].ObjectId != objectId) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
+        }
+
+        /// <summary>Follows a finger's contact; it goes out with the next renewal.</summary>
+        public void Follow(object finger, object met, double speedMps, double forceN)
+        {
+            int at = Find(finger, met);
             if (at < 0) return;
             contacts[at].SpeedMps = speedMps;
             contacts[at].ForceN = forceN;
         }
 
-        public void End(object key, HapticConnection to)
+        /// <summary>
+        /// Follows how fast a hand moves that touches nothing, and what it swings: a swing is felt by
+        /// both; null when it holds nothing that is known.
+        /// </summary>
+        public void Move(double speedMps, string swungObjectId)
         {
-            int at = Find(key);
+            freeSpeedMps = speedMps;
+            swungId = swungObjectId;
+        }
+
+        public void End(object finger, object met, HapticConnection to)
+        {
+            int at = Find(finger, met);
             if (at < 0) return;
-            bool wasTarget = at == count - 1;
+            string target = ObjectId;
             Array.Copy(contacts, at + 1, contacts, at, count - at - 1);
             contacts[--count] = default(Contact);
             if (count == 0) Release(to);
-            else if (wasTarget) Send(Phase.Slide, to);
+            else if (ObjectId != target) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
+        }
+
+        /// <summary>Ends the contacts of a finger, as when it vanishes.</summary>
+        public void EndFinger(object finger, HapticConnection to)
+        {
+            for (int i = count - 1; i >= 0; i--)
+            {
+                if (ReferenceEquals(contacts[i].Finger, finger)) End(finger, contacts[i].Met, to);
+            }
         }
 
         /// <summary>Ends all contacts, as when the hand vanishes.</summary>
         public void EndAll(HapticConnection to)
         {
-            bool wasActive = count > 0 || nearId != null;
+            bool wasActive = count > 0 || near.ObjectId != null;
             Array.Clear(contacts, 0, count);
             count = 0;
-            nearId = null;
+            near = default(Nearest);
             if (wasActive) Release(to);
         }
 
-        /// <summary>Says which object the hand is about to touch; null when none is near.</summary>
-        public void Near(string objectId, HapticConnection to)
+        /// <summary>
+        /// Notes the object the hand is about to touch, how far it is and how fast the hand comes
+        /// nearer; a null id when none is near.
+        /// </summary>
+        public void Near(string objectId, double distanceM, double closingMps, HapticConnection to)
         {
-            if (count > 0 || objectId == nearId) return;
-            nearId = objectId;
-            if (objectId == null) Release(to);
-            else dueAt = 0.0;
+            if (count > 0) return;
+            bool isNew = objectId != near.ObjectId;
+            near = new Nearest { ObjectId = objectId, DistanceM = distanceM, ClosingMps = closingMps };
+            if (isNew && objectId == null) Release(to);
+            else if (isNew) dueAt = 0.0;
         }
 
         /// <summary>Renews the lease when it is time. Call once a frame.</summary>
@@ -99,38 +160,66 @@ namespace HapticVLM
             if (to == null || to.State != LinkState.Ready) return;
             bool isNewLink = openings != to.Openings;
             openings = to.Openings;
-            if (count > 0 && isNewLink) Send(Phase.Contact, to);
-            else if (count > 0 && now >= dueAt) Send(Phase.Slide, to);
-            else if (nearId != null && now >= dueAt) Send(Phase.Approach, to);
+            if (count > 0 && isNewLink) Send(Phase.Contact, gesture ?? ByContact(contacts[count - 1].SpeedMps), to);
+            else if (now < dueAt) return;
+            else if (count > 0) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
+            else if (gesture == Interaction.Swing || near.ObjectId != null) Send(Phase.Approach, Approaching, to);
+        }
+
+        /// <summary>A hand in the air can only swing.</summary>
+        Interaction? Approaching { get { return gesture == Interaction.Swing ? gesture : null; } }
+
+        static Interaction ByContact(double speedMps)
+        {
+            if (speedMps >= StrikeFromMps) return Interaction.Strike;
+            return speedMps < PressBelowMps ? Interaction.Press : Interaction.Tap;
         }
 
         void Release(HapticConnection to)
         {
-            Send(Phase.Release, to);
+            Send(Phase.Release, null, to);
         }
 
-        void Send(Phase phase, HapticConnection to)
+        void Send(Phase phase, Interaction? interaction, HapticConnection to)
         {
             if (to == null) return;
-            Contact contact = count > 0 ? contacts[count - 1] : default(Contact);
-            var touch = new Touch
-            {
-                Phase = phase,
-                Hand = hand,
-                ObjectId = phase == Phase.Release ? null : contact.ObjectId ?? nearId,
-                SpeedMps = Within(contact.SpeedMps, Touch.SpeedMpsMax),
-                ForceN = Within(contact.ForceN, Touch.ForceNMax),
-                CapturedAt = Clock.Now,
-            };
+            var touch = new Touch { Phase = phase, Hand = hand, Interaction = interaction, CapturedAt = Clock.Now };
+            if (count > 0) FillContact(ref touch);
+            else if (phase == Phase.Approach) FillApproach(ref touch);
             dueAt = touch.CapturedAt + periodS;
             to.Send(ref touch);
         }
 
-        int Find(object key)
+        /// <summary>Of all contacts with the target the fastest and the hardest count.</summary>
+        void FillContact(ref Touch touch)
+        {
+            double speed = 0.0, force = 0.0;
+            touch.ObjectId = ObjectId;
+            for (int i = 0; i < count; i++)
+            {
+                if (contacts[i].ObjectId != touch.ObjectId) continue;
+                speed = Math.Max(speed, Within(contacts[i].SpeedMps, Touch.SpeedMpsMax));
+                force = Math.Max(force, Within(contacts[i].ForceN, Touch.ForceNMax));
+            }
+            touch.SpeedMps = speed;
+            touch.ForceN = force;
+        }
+
+        void FillApproach(ref Touch touch)
+        {
+            bool swings = touch.Interaction == Interaction.Swing;
+            touch.ObjectId = swings ? swungId ?? near.ObjectId : near.ObjectId;
+            if (swings) touch.SpeedMps = Within(freeSpeedMps, Touch.SpeedMpsMax);
+            if (swings || near.ObjectId == null) return;
+            touch.DistanceM = Within(near.DistanceM, Touch.DistanceMMax);
+            touch.ClosingMps = near.ClosingMps < 0.0 ? -Within(-near.ClosingMps, Touch.ClosingMpsMax) : Within(near.ClosingMps, Touch.ClosingMpsMax);
+        }
+
+        int Find(object finger, object met)
         {
             for (int i = 0; i < count; i++)
             {
-                if (ReferenceEquals(contacts[i].Key, key)) return i;
+                if (ReferenceEquals(contacts[i].Met, met) && ReferenceEquals(contacts[i].Finger, finger)) return i;
             }
             return -1;
         }

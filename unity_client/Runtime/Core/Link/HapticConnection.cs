@@ -87,16 +87,19 @@ namespace HapticVLM
         /// <summary>
         /// Sends a touch, whose captured_at is of Clock; false if there is no link. A touch of the past
         /// is of no use, so none is kept for later. A ring full of contacts and releases means that
-        /// the link is dead: it is given up.
+        /// the link is dead: it is given up. Throws WireException when it names no hand or no phase.
         /// </summary>
         public bool Send(ref Touch touch)
         {
+            if (touch.Hand == HandName.Other || touch.Phase == Phase.Other)
+                throw new WireException("a touch has a hand, left or right, and a phase");
             Conversation with = conversation;
             if (with == null)
             {
                 Interlocked.Increment(ref touchesRefused);
                 return false;
             }
+            touch.ObjectId = Text.Within(touch.ObjectId, Touch.ObjectIdMaxLength);
             bool isKept = Outbox.Touches.Add(ref touch);
             if (!isKept) with.GiveUp("the service takes no touches");
             Flush();
@@ -156,6 +159,12 @@ namespace HapticVLM
             catch (LinkException error)
             {
                 lastError = error.Message;
+            }
+            catch (Exception error)
+            {
+                // A defect of this package must neither end this thread nor, as Mono would, the process.
+                lastError = "an error of the client: " + error.Message;
+                dispatcher.Fail(error);
             }
             finally
             {

@@ -77,8 +77,9 @@ namespace HapticVLM
             lock (gate)
             {
                 if (stop == Scope.Other) return false;
-                new Stop { Id = Ids.Next(), Scope = stop }.Write(writer);
+                var message = new Stop { Id = Ids.Next(), Scope = stop };
                 stop = Scope.Other;
+                message.Write(writer);
                 return true;
             }
         }
@@ -88,9 +89,9 @@ namespace HapticVLM
             lock (gate)
             {
                 if (!settingsChanged) return false;
+                settingsChanged = false;
                 settings.Id = Ids.Next();
                 settings.Write(writer);
-                settingsChanged = false;
                 return true;
             }
         }

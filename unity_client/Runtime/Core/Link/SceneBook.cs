@@ -22,8 +22,13 @@ namespace HapticVLM
 
         public int Count { get { lock (gate) return objects.Count; } }
 
+        /// <summary>Adds an object or changes it. Its texts are cut to what the wire allows.</summary>
         public void Put(SceneObject stated)
         {
+            if (string.IsNullOrEmpty(stated.ObjectId)) throw new WireException("an object of the scene needs an id");
+            stated.ObjectId = Text.Within(stated.ObjectId, SceneObject.ObjectIdMaxLength);
+            stated.Name = Text.Within(stated.Name, SceneObject.NameMaxLength);
+            stated.Material = Text.Within(stated.Material, SceneObject.MaterialMaxLength);
             lock (gate)
             {
                 objects[stated.ObjectId] = stated;
@@ -79,8 +84,8 @@ namespace HapticVLM
                 }
                 FillBatch();
                 var scene = new Scene { Id = ids.Next(), Objects = batch, Replace = startsAfresh, AmbientC = ambientC };
-                scene.Write(writer);
                 startsAfresh = false;
+                scene.Write(writer);
                 return true;
             }
         }

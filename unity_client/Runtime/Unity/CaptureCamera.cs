@@ -1,4 +1,3 @@
-using System.Collections.Generic;
 using HapticVLM.Wire;
 using UnityEngine;
 using UnityEngine.Rendering;
@@ -6,13 +5,17 @@ using UnityEngine.Rendering;
 namespace HapticVLM
 {
     /// <summary>
-    /// A hidden, disabled mono camera with a texture of its own, drawn only when told to. Draws the
-    /// scene from a viewpoint, or one object alone on nothing, from near by.
+    /// A hidden, disabled mono camera with a texture of its own, drawn on request only. Draws the
+    /// scene from a viewpoint, or one object alone on nothing, from near by. Without HDR, which loses
+    /// the alpha that masks are made of, without shadows, which cost the headset a frame, and without
+    /// occlusion culling, which would hide an object from a viewpoint inside a wall.
     /// </summary>
-    internal sealed class Eye
+    internal sealed class CaptureCamera
     {
         const float FieldOfView = 60f;
-        const float Room = 1.2f; // of the picture around an object that is drawn alone
+        const float Margin = 1.2f; // of the picture around an object that is drawn alone
+        const int FirstUserLayer = 8;
+        const int LastUserLayer = 30; // 31 is the editor's own, for its previews
 
         static readonly Vector3[] Sides =
         {
@@ -21,27 +24,40 @@ namespace HapticVLM
         };
 
         readonly Camera camera;
-        readonly List<Renderer> renderers = new List<Renderer>();
-        readonly List<int> layers = new List<int>();
+        readonly CaptureMeshes meshes = new CaptureMeshes();
 #if UNITY_2022_3_OR_NEWER
         readonly RenderPipeline.StandardRequest request = new RenderPipeline.StandardRequest();
 #endif
 
-        public Eye(RenderTexture target)
+        public CaptureCamera(RenderTexture target)
         {
-            var holder = new GameObject("HapticVLM eye") { hideFlags = HideFlags.HideAndDontSave };
+            var holder = new GameObject("HapticVLM capture") { hideFlags = HideFlags.HideAndDontSave };
             camera = holder.AddComponent<Camera>();
             camera.enabled = false;
             camera.stereoTargetEye = StereoTargetEyeMask.None;
+            camera.allowHDR = false;
+            camera.allowMSAA = false;
+            camera.useOcclusionCulling = false;
             camera.fieldOfView = FieldOfView;
             camera.aspect = 1f;
             camera.targetTexture = target;
         }
 
+        /// <summary>The highest layer without a name, which no object of the scene should be on.</summary>
+        public static int FreeLayer()
+        {
+            for (int layer = LastUserLayer; layer >= FirstUserLayer; layer--)
+            {
+                if (string.IsNullOrEmpty(LayerMask.LayerToName(layer))) return layer;
+            }
+            return LastUserLayer;
+        }
+
         public void Destroy()
         {
             camera.targetTexture = null;
-            Object.Destroy(camera.gameObject);
+            meshes.Destroy();
+            Platform.Destroy(camera.gameObject);
         }
 
         public void Follow(Transform viewpoint)
@@ -59,12 +75,12 @@ namespace HapticVLM
         }
 
         /// <summary>Draws this object and nothing else; false if it has nothing to draw.</summary>
-        public bool DrawAlone(HapticObject one, int side, int layer)
+        public bool DrawAlone(HapticObject target, int side, int layer)
         {
             Bounds bounds;
-            if (!BoundsOf(one, out bounds)) return false;
+            if (!meshes.Find(target, out bounds)) return false;
             float radius = Mathf.Max(bounds.extents.magnitude, 0.001f);
-            float distance = Room * radius / Mathf.Sin(0.5f * FieldOfView * Mathf.Deg2Rad);
+            float distance = Margin * radius / Mathf.Sin(0.5f * FieldOfView * Mathf.Deg2Rad);
             camera.transform.position = bounds.center + Sides[side % Sides.Length] * distance;
             camera.transform.LookAt(bounds.center);
             camera.nearClipPlane = Mathf.Max(0.001f, distance - 2f * radius);
@@ -72,59 +88,43 @@ namespace HapticVLM
             camera.clearFlags = CameraClearFlags.SolidColor;
             camera.backgroundColor = new Color(0.5f, 0.5f, 0.5f, 0f);
             camera.cullingMask = 1 << layer;
-            OnLayer(layer);
+            meshes.Draw(camera, layer);
+            Render();
             return true;
         }
 
-        /// <summary>Where the object last bounded or drawn lies in the picture, from the top left.</summary>
-        public Region? RegionOf(HapticObject one)
+        /// <summary>Where this object lies in the picture, from the top left; null when outside.</summary>
+        public Region? RegionOf(HapticObject target)
         {
             Bounds bounds;
-            if (!BoundsOf(one, out bounds)) return null;
-            var corner = new Corners();
+            if (!meshes.Find(target, out bounds)) return null;
+            var corners = new Corners();
             for (int i = 0; i < 8; i++)
             {
                 Vector3 e = bounds.extents;
                 var at = bounds.center + new Vector3((i & 1) == 0 ? e.x : -e.x, (i & 2) == 0 ? e.y : -e.y, (i & 4) == 0 ? e.z : -e.z);
                 Vector3 seen = camera.WorldToViewportPoint(at);
                 if (seen.z <= 0f) return null;
-                corner.Include(seen.x, 1f - seen.y);
+                corners.Include(seen.x, 1f - seen.y);
             }
-            return corner.Region;
-        }
-
-        /// <summary>Draws with the object on a layer of its own, and puts it back before anyone else draws.</summary>
-        void OnLayer(int layer)
-        {
-            layers.Clear();
-            for (int i = 0; i < renderers.Count; i++)
-            {
-                layers.Add(renderers[i].gameObject.layer);
-                renderers[i].gameObject.layer = layer;
-            }
-            try
-            {
-                Render();
-            }
-            finally
-            {
-                for (int i = 0; i < renderers.Count; i++) renderers[i].gameObject.layer = layers[i];
-            }
-        }
-
-        bool BoundsOf(HapticObject one, out Bounds bounds)
-        {
-            one.GetComponentsInChildren(renderers);
-            bounds = default(Bounds);
-            for (int i = 0; i < renderers.Count; i++)
-            {
-                if (i == 0) bounds = renderers[0].bounds;
-                else bounds.Encapsulate(renderers[i].bounds);
-            }
-            return renderers.Count > 0;
+            return corners.Region;
         }
 
         void Render()
+        {
+            ShadowQuality shadows = QualitySettings.shadows;
+            QualitySettings.shadows = ShadowQuality.Disable;
+            try
+            {
+                RenderWithPipeline();
+            }
+            finally
+            {
+                QualitySettings.shadows = shadows;
+            }
+        }
+
+        void RenderWithPipeline()
         {
 #if UNITY_2022_3_OR_NEWER
             request.destination = camera.targetTexture;

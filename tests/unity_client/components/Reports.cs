@@ -1,0 +1,147 @@
+// What a developer reads in the console when something is wrong, and what no data may do.
+using System;
+using System.Collections.Generic;
+using System.Reflection;
+using System.Threading;
+using HapticVLM;
+using HapticVLM.Wire;
+using UnityEngine;
+using Object = UnityEngine.Object;
+
+public static class Reports
+{
+    public static void Run(string program, string url)
+    {
+        switch (program)
+        {
+            case "states": States(url); break;
+            case "not-owner": NotOwner(url); break;
+            case "incomplete": Incomplete(); break;
+            case "emoji": Emoji(url); break;
+            case "other-hand": OtherHand(url); break;
+            case "unsendable": Unsendable(url); break;
+            case "webgl": WebGl(url); break;
+        }
+        foreach (string line in Debug.Lines) Components.Say(line);
+    }
+
+    // Runs for some seconds against whatever is there.
+    static void States(string url)
+    {
+        HapticClient client = Components.Client(url);
+        double until = Clock.Now + 6.0;
+        while (Clock.Now < until) Components.RunFor(10);
+        Components.Say("status " + client.Status);
+        End(client);
+    }
+
+    static void NotOwner(string url)
+    {
+        var first = new HapticConnection(new ConnectionSettings { Url = new Uri(url), ClientName = "first" });
+        first.Open();
+        while (first.State != LinkState.Ready) Thread.Sleep(5);
+        HapticClient client = Components.Client(url);
+        Components.Run(() => client.State == LinkState.Ready, "no welcome");
+        Moves.Box("OakTable", new Vector3(0f, 0f, 0f), new Vector3(0.2f, 0.2f, 0.2f));
+        Moves.Hand(new Vector3(0f, 0f, 0.11f));
+        Components.RunFor(300);
+        Components.Say("status " + client.Status);
+        first.Close();
+        End(client);
+    }
+
+    static void Incomplete()
+    {
+        new GameObject("bare").AddComponent<HapticHand>();
+        GameObject still = new GameObject("still");
+        still.AddComponent<SphereCollider>().isTrigger = true;
+        still.AddComponent<HapticHand>();
+        GameObject solid = new GameObject("solid");
+        solid.AddComponent<SphereCollider>();
+        solid.AddComponent<Rigidbody>().isKinematic = true;
+        solid.AddComponent<HapticHand>();
+        Moves.Hand(new Vector3(0f, 0f, 0f), "whole");
+        new GameObject("ghost").AddComponent<HapticObject>();
+        Moves.Box("box", new Vector3(9f, 0f, 0f), new Vector3(1f, 1f, 1f));
+        Components.RunFor(50);
+    }
+
+    // Names cut in half, lone surrogates, and ids as long.
+    static void Emoji(string url)
+    {
+        Application.productName = new string('p', 57) + "\ud83d\ude00";
+        HapticClient client = Components.Client(url);
+        HapticObject odd = Moves.Box(new string('x', 255) + "\ud83d\ude00", new Vector3(0f, 0f, 0f), new Vector3(0.2f, 0.2f, 0.2f));
+        Moves.Box("lone \udc00 OakTable", new Vector3(3f, 0f, 0f), new Vector3(0.2f, 0.2f, 0.2f));
+        HapticHand hand = Moves.Hand(new Vector3(0f, 0f, 0.11f));
+        Components.Run(() => client.State == LinkState.Ready, "no welcome");
+        Components.Run(() => odd.Material != null, "no decision");
+        Components.Say("decided " + (odd.Material != null) + " touches " + (hand.TouchedObjectId == odd.ObjectId) + " openings " + client.Connection.Openings);
+        End(client);
+    }
+
+    // A scene that was saved with the hand's name Other.
+    static void OtherHand(string url)
+    {
+        HapticClient client = Components.Client(url);
+        HapticObject oak = Moves.Box("OakTable", new Vector3(0f, 0f, 0f), new Vector3(0.2f, 0.2f, 0.2f));
+        HapticHand hand = Moves.Hand(new Vector3(0f, 0f, 0.11f));
+        hand.enabled = false;
+        FieldInfo field = typeof(HapticHand).GetField("hand", BindingFlags.Instance | BindingFlags.NonPublic);
+        field.SetValue(hand, Enum.ToObject(field.FieldType, 0));
+        hand.enabled = true;
+        hand.transform.position = new Vector3(0f, 0f, 0.5f);
+        Components.RunFor(10);
+        hand.transform.position = new Vector3(0f, 0f, 0.11f);
+        Components.Run(() => oak.Material != null, "no decision");
+        Components.Say("offered " + string.Join(" ", Enum.GetNames(field.FieldType)) + " decided " + oak.Material + " side " + hand.Side);
+        End(client);
+    }
+
+    // Messages that cannot be written: by the thread that calls, and by the one that sends.
+    static void Unsendable(string url)
+    {
+        HapticClient client = Components.Client(url);
+        Components.Run(() => client.State == LinkState.Ready, "no welcome");
+        HapticConnection to = client.Connection;
+        var none = new Touch { Phase = Phase.Slide, Hand = HandName.Other, CapturedAt = Clock.Now };
+        try
+        {
+            to.Send(ref none);
+        }
+        catch (WireException error)
+        {
+            Components.Say("caller " + error.Message);
+        }
+        for (int i = 0; i < 5; i++)
+        {
+            var odd = new Touch { Phase = Phase.Contact, Hand = HandName.Left, Interaction = Interaction.Other, CapturedAt = Clock.Now };
+            to.Outbox.Touches.Add(ref odd);
+            to.Outbox.Wake(); // so that the sending thread meets it
+            Components.RunFor(20);
+        }
+        HapticObject oak = Moves.Box("OakTable", new Vector3(0f, 0f, 0f), new Vector3(0.2f, 0.2f, 0.2f));
+        Moves.Hand(new Vector3(0f, 0f, 0.11f));
+        Components.Run(() => oak.Material != null, "no decision after");
+        Components.Say("still decides " + oak.Material + " openings " + to.Openings + " errors " + Debug.Errors);
+        End(client);
+    }
+
+    static void WebGl(string url)
+    {
+        HapticClient client = Components.Client(url);
+        new GameObject("streamer").AddComponent<FrameStreamer>();
+        Moves.Box("OakTable", new Vector3(0f, 0f, 0f), new Vector3(0.2f, 0.2f, 0.2f));
+        Moves.Hand(new Vector3(0f, 0f, 0.11f));
+        Components.RunFor(50);
+        Components.Say("state " + client.State + " running " + HapticConnection.Running);
+        End(client);
+    }
+
+    static void End(HapticClient client)
+    {
+        Components.Say("exceptions " + Debug.Exceptions);
+        Object.Destroy(client.gameObject);
+        Components.EndOfThreads();
+    }
+}

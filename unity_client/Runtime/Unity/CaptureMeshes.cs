@@ -1,0 +1,85 @@
+using System.Collections.Generic;
+using UnityEngine;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// The meshes of one object, and how they are drawn for one camera alone. The object itself, its
+    /// layer and its colliders are not touched. Knows meshes and skinned meshes; particles, trails,
+    /// lines and sprites are no surface a hand could touch.
+    /// </summary>
+    internal sealed class CaptureMeshes
+    {
+        readonly List<Renderer> renderers = new List<Renderer>();
+        readonly List<Material> materials = new List<Material>();
+        readonly List<Mesh> baked = new List<Mesh>();
+        readonly MaterialPropertyBlock properties = new MaterialPropertyBlock();
+        int bakedCount;
+
+        /// <summary>Finds what there is to draw and where it is; false when there is nothing.</summary>
+        public bool Find(HapticObject target, out Bounds bounds)
+        {
+            bounds = default(Bounds);
+            target.GetComponentsInChildren(renderers);
+            for (int i = renderers.Count - 1; i >= 0; i--)
+            {
+                if (!IsDrawn(renderers[i], target)) renderers.RemoveAt(i);
+            }
+            for (int i = 0; i < renderers.Count; i++)
+            {
+                if (i == 0) bounds = renderers[0].bounds;
+                else bounds.Encapsulate(renderers[i].bounds);
+            }
+            return renderers.Count > 0;
+        }
+
+        /// <summary>Has what Find found drawn on this layer when this camera renders next.</summary>
+        public void Draw(Camera camera, int layer)
+        {
+            bakedCount = 0;
+            for (int i = 0; i < renderers.Count; i++)
+            {
+                var skinned = renderers[i] as SkinnedMeshRenderer;
+                if (skinned == null) Draw(renderers[i], renderers[i].GetComponent<MeshFilter>().sharedMesh, renderers[i].localToWorldMatrix, camera, layer);
+                else Draw(skinned, Baked(skinned), skinned.transform.localToWorldMatrix, camera, layer);
+            }
+        }
+
+        public void Destroy()
+        {
+            for (int i = 0; i < baked.Count; i++) Platform.Destroy(baked[i]);
+            baked.Clear();
+        }
+
+        static bool IsDrawn(Renderer renderer, HapticObject target)
+        {
+            if (!renderer.enabled || renderer.GetComponentInParent<HapticObject>() != target) return false;
+            var skinned = renderer as SkinnedMeshRenderer;
+            if (skinned != null) return skinned.sharedMesh != null;
+            var filter = renderer is MeshRenderer ? renderer.GetComponent<MeshFilter>() : null;
+            return filter != null && filter.sharedMesh != null;
+        }
+
+        void Draw(Renderer renderer, Mesh mesh, Matrix4x4 place, Camera camera, int layer)
+        {
+            renderer.GetSharedMaterials(materials);
+            renderer.GetPropertyBlock(properties);
+            // A static batch shares one mesh between objects, each with submeshes of its own.
+            int first = renderer.isPartOfStaticBatch ? ((MeshRenderer)renderer).subMeshStartIndex : 0;
+            for (int i = 0; i < materials.Count; i++)
+            {
+                if (materials[i] == null) continue;
+                int part = Mathf.Min(first + i, mesh.subMeshCount - 1);
+                Graphics.DrawMesh(mesh, place, materials[i], layer, camera, part, properties, false, false, true);
+            }
+        }
+
+        Mesh Baked(SkinnedMeshRenderer skinned)
+        {
+            if (bakedCount == baked.Count) baked.Add(new Mesh { hideFlags = HideFlags.HideAndDontSave });
+            Mesh mesh = baked[bakedCount++];
+            skinned.BakeMesh(mesh, true);
+            return mesh;
+        }
+    }
+}

@@ -1,0 +1,78 @@
+using System.Collections.Generic;
+using HapticVLM.Wire;
+using UnityEngine;
+
+namespace HapticVLM
+{
+    /// <summary>All Haptic Hands of one side: the fingers of a hand are one touch.</summary>
+    internal sealed class HandGroup
+    {
+        const double RenewalsPerS = 20.0; // a lease lasts 250 ms
+
+        static readonly HandGroup Left = new HandGroup(HandName.Left), Right = new HandGroup(HandName.Right);
+
+        public readonly HandTouches Touches;
+        readonly List<HapticHand> fingers = new List<HapticHand>();
+
+        HandGroup(HandName hand)
+        {
+            Touches = new HandTouches(hand, RenewalsPerS);
+        }
+
+        public static HandGroup Of(HandSide side)
+        {
+            return side == HandSide.Left ? Left : Right;
+        }
+
+        public void Join(HapticHand finger)
+        {
+            if (!fingers.Contains(finger)) fingers.Add(finger);
+        }
+
+        public void Leave(HapticHand finger, HapticConnection to)
+        {
+            fingers.Remove(finger);
+            Touches.EndFinger(finger, to);
+            if (fingers.Count == 0) Touches.EndAll(to);
+        }
+
+        /// <summary>The gesture of the first finger that has one is the hand's.</summary>
+        public void TakeGesture()
+        {
+            var gesture = HandGesture.BySpeed;
+            for (int i = 0; i < fingers.Count && gesture == HandGesture.BySpeed; i++) gesture = fingers[i].Gesture;
+            Touches.Gesture = HandGestures.OnWire(gesture);
+        }
+
+        /// <summary>What all fingers do, once a frame: by the first of them.</summary>
+        public void Tick(HapticHand finger, HapticConnection to)
+        {
+            if (!ReferenceEquals(fingers[0], finger)) return;
+            double speed = 0.0;
+            HapticHand nearest = null;
+            HapticObject swung = null;
+            for (int i = 0; i < fingers.Count; i++)
+            {
+                if (fingers[i].Near != null && (nearest == null || fingers[i].NearM < nearest.NearM)) nearest = fingers[i];
+                if (fingers[i].Swung != null) swung = fingers[i].Swung;
+                if (fingers[i].FreeSpeedMps > speed) speed = fingers[i].FreeSpeedMps;
+            }
+            TakeGesture();
+            Touches.Move(speed, swung == null ? null : swung.ObjectId);
+            if (nearest == null) Touches.Near(null, 0.0, 0.0, to);
+            else Touches.Near(nearest.Near.ObjectId, nearest.NearM, nearest.ClosingMps, to);
+            Touches.Tick(Clock.Now, to);
+        }
+
+        [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.SubsystemRegistration)]
+        static void ForgetLastPlay()
+        {
+            foreach (HandGroup group in new[] { Left, Right })
+            {
+                group.fingers.Clear();
+                group.Touches.EndAll(null);
+                group.Touches.Gesture = null;
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+using UnityEngine;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// How a hand moves: through the world, and on the surface it touches or nears. The second is
+    /// taken in the frame of that surface, so carrying a thing while walking is no rubbing. Sampled
+    /// once a rendered frame in real time, as tracked poses move; a paused game rests.
+    /// </summary>
+    internal sealed class HandMotion
+    {
+        readonly MotionEstimator free = new MotionEstimator();
+        readonly MotionEstimator relative = new MotionEstimator();
+        Transform surface;
+        bool isPaused;
+
+        public double FreeSpeedMps { get { return isPaused ? 0.0 : free.SpeedMps; } }
+
+        /// <summary>Speed against the surface; through the world when there is none.</summary>
+        public double SpeedMps
+        {
+            get
+            {
+                if (isPaused) return 0.0;
+                return surface == null ? free.SpeedMps : relative.SpeedMps;
+            }
+        }
+
+        public void Restart(Vector3 position)
+        {
+            surface = null;
+            free.Restart(Exact(position));
+        }
+
+        public void Sample(Vector3 position)
+        {
+            isPaused = Time.timeScale == 0f;
+            float seconds = Time.unscaledDeltaTime;
+            free.Add(Exact(position), seconds);
+            if (surface != null) relative.Add(On(surface, position), seconds);
+        }
+
+        /// <summary>From now on the motion on this collider counts; null for none.</summary>
+        public void Follow(Collider collider, Vector3 position)
+        {
+            Transform next = collider == null ? null : collider.transform;
+            if (next == surface) return;
+            surface = next;
+            if (next == null) return;
+            Rigidbody body = collider.attachedRigidbody;
+            Vector3 velocity = Rounded(free.Velocity);
+            if (body != null) velocity -= body.GetPointVelocity(position);
+            relative.Restart(On(next, position), Exact(Quaternion.Inverse(next.rotation) * velocity));
+        }
+
+        /// <summary>How fast the hand comes nearer to a point of the surface, m/s; negative when it leaves.</summary>
+        public double ClosingMps(Vector3 position, Vector3 point)
+        {
+            if (isPaused || surface == null) return 0.0;
+            Vector3 way = Quaternion.Inverse(surface.rotation) * (point - position);
+            float distance = way.magnitude;
+            return distance > 0f ? Vec3.Dot(relative.Velocity, Exact(way)) / distance : 0.0;
+        }
+
+        static Vec3 On(Transform surface, Vector3 position)
+        {
+            return Exact(Quaternion.Inverse(surface.rotation) * (position - surface.position));
+        }
+
+        static Vec3 Exact(Vector3 v)
+        {
+            return new Vec3(v.x, v.y, v.z);
+        }
+
+        static Vector3 Rounded(Vec3 v)
+        {
+            return new Vector3((float)v.X, (float)v.Y, (float)v.Z);
+        }
+    }
+}
