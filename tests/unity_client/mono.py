@@ -78,6 +78,18 @@ PACKAGED = (
         ("HapticVLM.Core.dll", "UnityEngine.dll"),
     ),
 )
+# Parts that only compile where a project has these packages.
+OPTIONAL = (
+    ("Packages.dll", (HERE / "optional_stubs",), ("UnityEngine.dll",)),
+    *(
+        (
+            f"HapticVLM.{part}.dll",
+            (PACKAGE / "Runtime" / part,),
+            ("HapticVLM.Unity.dll", "UnityEngine.dll", "Packages.dll"),
+        )
+        for part in ("OpenXR", "Interaction")
+    ),
+)
 ENGINE = ("HapticVLM.Core.dll", "HapticVLM.Unity.dll", "UnityEngine.dll", "UnityEditor.dll")
 PROGRAMS = (
     ("HapticVLM.Editor.dll", (PACKAGE / "Editor",), ENGINE),

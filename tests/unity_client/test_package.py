@@ -34,6 +34,15 @@ def test_the_package_s_own_play_mode_tests_pass_in_the_stub_player(build):
     assert "play mode tests passed 4" in said
 
 
+def test_the_parts_for_other_packages_compile_and_are_left_out_without_them(build):
+    for name, folders, using in mono.OPTIONAL:
+        build.compile(name, mono.sources(*folders), mono.QUIET, using=using)
+    for name, folders, _ in mono.OPTIONAL[1:]:
+        definition = json.loads((folders[0] / name.replace(".dll", ".asmdef")).read_text())
+        defines = {each["define"] for each in definition["versionDefines"]}
+        assert defines == set(definition["defineConstraints"])
+
+
 def test_every_meta_file_is_current():
     script = PACKAGE / "Tools~" / "metas.py"
     subprocess.run([sys.executable, str(script), "--check"], check=True, timeout=60)

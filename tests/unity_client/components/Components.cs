@@ -31,6 +31,7 @@ public static class Components
             case "cycles": Cycles(arguments[1]); break;
             case "scan": Scanning(arguments[1]); break;
             case "window": EditorParts.Show(arguments[1]); break;
+            case "controllers": Hands.Run(arguments[1]); break;
             default: return Others(arguments[0], arguments[1]);
         }
         return Finish();

@@ -5,5 +5,4 @@ namespace UnityEngine
 {
     public enum PrimitiveType { Cube = 3 }
 
-    public sealed class RequireComponent : Attribute { public RequireComponent(Type requiredComponent) { } }
 }

@@ -75,6 +75,7 @@ namespace UnityEngine
         public const float Deg2Rad = (float)(Math.PI / 180.0);
 
         public static float Max(float a, float b) { return Math.Max(a, b); }
+        public static float Min(float a, float b) { return Math.Min(a, b); }
         public static int Min(int a, int b) { return Math.Min(a, b); }
         public static float Sin(float f) { return (float)Math.Sin(f); }
     }
@@ -139,6 +140,8 @@ namespace UnityEngine
     public sealed class RangeAttribute : Attribute { public RangeAttribute(float min, float max) { } }
 
     public sealed class HideInInspector : Attribute { }
+
+    public sealed class RequireComponent : Attribute { public RequireComponent(Type requiredComponent) { } }
 
     public sealed class DisallowMultipleComponent : Attribute { }
 

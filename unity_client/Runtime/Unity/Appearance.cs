@@ -34,7 +34,7 @@ namespace HapticVLM
             var surface = collider == null ? null : collider.sharedMaterial;
             if (surface != null) name += " " + surface.name;
             if (material != null) name += " " + material.name;
-            return Text.Within(name, SceneObject.NameMaxLength);
+            return WireText.Within(name, SceneObject.NameMaxLength);
         }
 
         static HapticVLM.Wire.Shader? Parameters(Material material)

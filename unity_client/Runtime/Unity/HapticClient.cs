@@ -46,6 +46,9 @@ namespace HapticVLM
         public event Action<Telemetry> Measured;
         public event Action<LinkState> LinkChanged;
 
+        /// <summary>What a hand feels from now on, where a Controller Haptics asked for it.</summary>
+        public event Action<Vibration> Vibrated;
+
         /// <summary>The connection; null while disabled or paused.</summary>
         public HapticConnection Connection { get { return connection; } }
 
@@ -57,6 +60,7 @@ namespace HapticVLM
         /// <summary>Rests the outputs at once.</summary>
         public void Stop()
         {
+            ControllerHaptics.SilenceAll();
             if (connection != null) connection.Stop(Scope.All);
         }
 
@@ -151,6 +155,7 @@ namespace HapticVLM
             connection = new HapticConnection(settings);
             connection.Arrivals.Decided += OnDecided;
             connection.Arrivals.Measured += OnMeasured;
+            connection.Arrivals.Vibrated += OnVibrated;
             connection.Arrivals.Refused += OnRefused;
             connection.Arrivals.Failed += OnFailed;
             connection.Arrivals.StateChanged += OnStateChanged;
@@ -163,7 +168,7 @@ namespace HapticVLM
 
         static string Name()
         {
-            return Text.Within("unity " + Application.productName, Party.NameMaxLength);
+            return WireText.Within("unity " + Application.productName, Party.NameMaxLength);
         }
 
         void Disconnect()
@@ -178,6 +183,13 @@ namespace HapticVLM
         {
             connection.Outbox.Scene.SetAmbient(statesAmbient ? ambientC : (double?)null);
             connection.Outbox.SetGains(vibrationGain, thermalGain);
+            AskForVibration();
+        }
+
+        internal void AskForVibration()
+        {
+            if (connection == null) return;
+            connection.Outbox.SetFeel(ControllerHaptics.FormOf(HandSide.Left), ControllerHaptics.FormOf(HandSide.Right));
         }
 
         void OnDecided(Decision decision)
@@ -194,6 +206,11 @@ namespace HapticVLM
             onTelemetry.Invoke(telemetry);
         }
 
+        void OnVibrated(Vibration vibration)
+        {
+            if (Vibrated != null) Vibrated(vibration);
+        }
+
         void OnRefused(Error error)
         {
             log.Refused(error.Code + ": " + error.Text, this);
@@ -207,6 +224,7 @@ namespace HapticVLM
         void OnStateChanged(LinkState state)
         {
             if (state == LinkState.Ready) WarnOfMaterials();
+            else ControllerHaptics.SilenceAll();
             if (LinkChanged != null) LinkChanged(state);
             onLinkChanged.Invoke(state);
         }

@@ -166,7 +166,7 @@ namespace HapticVLM
         void MakeIdUnique()
         {
             if (string.IsNullOrEmpty(objectId)) objectId = NewId();
-            objectId = Text.Within(objectId, SceneObject.ObjectIdMaxLength);
+            objectId = WireText.Within(objectId, SceneObject.ObjectIdMaxLength);
             if (Ids.ContainsKey(objectId)) objectId = NewId();
         }
 

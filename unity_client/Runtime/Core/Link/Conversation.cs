@@ -142,10 +142,10 @@ namespace HapticVLM
             var hello = new Hello
             {
                 Id = outbox.Ids.Next(),
-                Client = new Party { Name = Text.Within(settings.ClientName, Party.NameMaxLength), Version = settings.ClientVersion },
+                Client = new Party { Name = WireText.Within(settings.ClientName, Party.NameMaxLength), Version = settings.ClientVersion },
                 Protocol = new ProtocolVersion { Major = Protocol.Major, Minor = Protocol.Minor },
                 Role = settings.Role,
-                Token = string.IsNullOrEmpty(settings.Token) ? null : Text.Within(settings.Token, Wire.Hello.TokenMaxLength),
+                Token = string.IsNullOrEmpty(settings.Token) ? null : WireText.Within(settings.Token, Wire.Hello.TokenMaxLength),
             };
             var writer = new MsgPackWriter();
             hello.Write(writer);

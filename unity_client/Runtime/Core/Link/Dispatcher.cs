@@ -13,6 +13,7 @@ namespace HapticVLM
         readonly Telemetry telemetry = new Telemetry();
         readonly Skipped skipped = new Skipped();
         readonly Error error = new Error();
+        readonly Vibration vibration = new Vibration();
         LinkState told = LinkState.Closed;
         long unreadable;
         Exception failure;
@@ -23,7 +24,10 @@ namespace HapticVLM
         /// <summary>State of the outputs, ten times a second.</summary>
         public event Action<Telemetry> Measured;
 
-        /// <summary>A frame was not looked at.</summary>
+        /// <summary>What one hand feels from now on; only where Outbox.SetFeel asked for it.</summary>
+        public event Action<Vibration> Vibrated;
+
+        /// <summary>A frame was not recognised.</summary>
         public event Action<Skipped> Skipped;
 
         /// <summary>A message was refused, and why.</summary>
@@ -82,6 +86,7 @@ namespace HapticVLM
                 if (kind == Kind.Decision) decision.Read(ref reader, pool);
                 else if (kind == Kind.Telemetry) telemetry.Read(ref reader, pool);
                 else if (kind == Kind.Skipped) skipped.Read(ref reader, pool);
+                else if (kind == Kind.Vibration) vibration.Read(ref reader, pool);
                 else error.Read(ref reader, pool);
             }
             catch (WireException)
@@ -97,6 +102,7 @@ namespace HapticVLM
             if (kind == Kind.Decision && Decided != null) Decided(decision);
             else if (kind == Kind.Telemetry && Measured != null) Measured(telemetry);
             else if (kind == Kind.Skipped && Skipped != null) Skipped(skipped);
+            else if (kind == Kind.Vibration && Vibrated != null) Vibrated(vibration);
             else if (kind == Kind.Error && Refused != null) Refused(error);
         }
     }

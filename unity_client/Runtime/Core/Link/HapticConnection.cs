@@ -99,7 +99,7 @@ namespace HapticVLM
                 Interlocked.Increment(ref touchesRefused);
                 return false;
             }
-            touch.ObjectId = Text.Within(touch.ObjectId, Touch.ObjectIdMaxLength);
+            touch.ObjectId = WireText.Within(touch.ObjectId, Touch.ObjectIdMaxLength);
             bool isKept = Outbox.Touches.Add(ref touch);
             if (!isKept) with.GiveUp("the service takes no touches");
             Flush();

@@ -21,6 +21,8 @@ namespace HapticVLM
         readonly object gate = new object();
         Set settings;
         bool settingsChanged;
+        Feel feel;
+        bool feelChanged;
         Scope stop;
 
         /// <summary>Asks for rest; of several scopes not sent yet all are meant.</summary>
@@ -38,6 +40,21 @@ namespace HapticVLM
                 settings.VibrationGain = vibration;
                 settings.ThermalGain = thermal;
                 settingsChanged = true;
+            }
+            Wake();
+        }
+
+        /// <summary>
+        /// Which hands' vibration to send, and in which form; null for none. A message of its own, since
+        /// a service of before refuses it. It goes out again after a reconnect.
+        /// </summary>
+        public void SetFeel(FeelForm? left, FeelForm? right)
+        {
+            lock (gate)
+            {
+                if (feel.Left == left && feel.Right == right) return;
+                feel = new Feel { Left = left, Right = right };
+                feelChanged = true;
             }
             Wake();
         }
@@ -61,14 +78,18 @@ namespace HapticVLM
             Frames.Clear();
             Requests.Restart();
             Scene.Restart(welcome.Materials);
-            lock (gate) settingsChanged = welcome.Owner && settings.VibrationGain != null;
+            lock (gate)
+            {
+                settingsChanged = welcome.Owner && settings.VibrationGain != null;
+                feelChanged = welcome.Owner && (feel.Left != null || feel.Right != null);
+            }
         }
 
         /// <summary>The next message, or null; valid until the next call. For the sending thread.</summary>
         public MsgPackWriter Next(double now)
         {
             writer.Reset();
-            if (WriteStop() || WriteSettings() || Scene.Write(writer, Ids) || WriteTouch()) return writer;
+            if (WriteStop() || WriteSettings() || WriteFeel() || Scene.Write(writer, Ids) || WriteTouch()) return writer;
             return Requests.MaySendFrame(now) ? TakeFrame(now) : null;
         }
 
@@ -92,6 +113,17 @@ namespace HapticVLM
                 settingsChanged = false;
                 settings.Id = Ids.Next();
                 settings.Write(writer);
+                return true;
+            }
+        }
+
+        bool WriteFeel()
+        {
+            lock (gate)
+            {
+                if (!feelChanged) return false;
+                feelChanged = false;
+                new Set { Id = Ids.Next(), Feel = feel }.Write(writer);
                 return true;
             }
         }

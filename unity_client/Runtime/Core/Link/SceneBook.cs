@@ -26,9 +26,9 @@ namespace HapticVLM
         public void Put(SceneObject stated)
         {
             if (string.IsNullOrEmpty(stated.ObjectId)) throw new WireException("an object of the scene needs an id");
-            stated.ObjectId = Text.Within(stated.ObjectId, SceneObject.ObjectIdMaxLength);
-            stated.Name = Text.Within(stated.Name, SceneObject.NameMaxLength);
-            stated.Material = Text.Within(stated.Material, SceneObject.MaterialMaxLength);
+            stated.ObjectId = WireText.Within(stated.ObjectId, SceneObject.ObjectIdMaxLength);
+            stated.Name = WireText.Within(stated.Name, SceneObject.NameMaxLength);
+            stated.Material = WireText.Within(stated.Material, SceneObject.MaterialMaxLength);
             lock (gate)
             {
                 objects[stated.ObjectId] = stated;

@@ -4,7 +4,7 @@ using System.Text;
 namespace HapticVLM.Wire
 {
     /// <summary>Makes any string of a scene fit for the wire.</summary>
-    public static class Text
+    public static class WireText
     {
         const char Replacement = '\uFFFD';
 

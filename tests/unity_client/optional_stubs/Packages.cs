@@ -1,0 +1,35 @@
+// Stand-ins of our own for members of packages that a project may have: Input System, OpenXR, XRI 3.
+using UnityEngine;
+
+namespace UnityEngine.InputSystem
+{
+    public enum InputActionType { Value, Button, PassThrough }
+
+    public class InputDevice { }
+
+    public sealed class InputAction : System.IDisposable
+    {
+        public InputAction(string name = null, InputActionType type = InputActionType.Value, string binding = null, string interactions = null, string processors = null, string expectedControlType = null) { }
+
+        public void Enable() { }
+        public void Dispose() { }
+    }
+}
+
+namespace UnityEngine.XR.OpenXR.Input
+{
+    public static class OpenXRInput
+    {
+        public static void SendHapticImpulse(InputSystem.InputAction action, float amplitude, float frequency, float duration, InputSystem.InputDevice inputDevice = null) { }
+        public static void StopHaptics(InputSystem.InputAction inputAction, InputSystem.InputDevice inputDevice = null) { }
+    }
+}
+
+namespace UnityEngine.XR.Interaction.Toolkit.Inputs.Haptics
+{
+    public class HapticImpulsePlayer : MonoBehaviour
+    {
+        public bool SendHapticImpulse(float amplitude, float duration) { return true; }
+        public bool SendHapticImpulse(float amplitude, float duration, float frequency) { return true; }
+    }
+}

@@ -1,0 +1,119 @@
+"""Controllers that play the `vibration` event, against a scripted service of this file.
+
+The service here sends plans, then an empty one, then plans again, and then hangs: all that a
+client must fall silent for. Both processes read the same monotonic clock.
+"""
+
+import json
+import re
+import threading
+import time
+from pathlib import Path
+
+import msgpack
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.server import serve
+
+pytest_plugins = ("mono_build",)
+ANSWERS = Path(__file__).parents[2] / "schemas" / "vectors" / "answers.json"
+PLAN = {"type": "vibration", "id": 0, "hand": "right", "period_ms": 14.0, "amplitude": [0.8] * 7}
+EMPTY = {"type": "vibration", "id": 0, "hand": "right", "period_ms": 14.0, "stopped": True}
+
+
+def welcome(*, simulated):
+    answers = {case["name"]: case["msgpack"] for case in json.loads(ANSWERS.read_text())}
+    message = msgpack.unpackb(bytes.fromhex(answers["welcome"]))
+    message["owner"] = True
+    message["devices"]["speaker"] = {"name": "palm", "simulated": simulated}
+    return message
+
+
+class Script:
+    """One scripted link; `marks` are the times of the stop and of the loss."""
+
+    def __init__(self, *, simulated=True):
+        self.welcome = welcome(simulated=simulated)
+        self.marks = []
+        self.feel = []
+
+    def __call__(self, link):
+        try:
+            self.greet(link)
+            if not self.marks:
+                self.play(link)
+                link.send(msgpack.packb(EMPTY))
+                self.marks.append(time.monotonic())
+                time.sleep(0.5)
+                self.play(link)
+                self.marks.append(time.monotonic())
+                time.sleep(0.5)  # a link that hangs, not one that ends
+            link.socket.close()
+        except ConnectionClosed:
+            return
+
+    def greet(self, link):
+        hello = msgpack.unpackb(link.recv())
+        link.send(msgpack.packb({**self.welcome, "id": hello["id"]}))
+        while not self.feel:
+            message = msgpack.unpackb(link.recv())
+            link.send(msgpack.packb({"type": "ok", "id": message["id"]}))
+            if message.get("feel"):
+                self.feel.append(message["feel"])
+
+    @staticmethod
+    def play(link):
+        for _ in range(30):
+            link.send(msgpack.packb(PLAN))
+            time.sleep(0.033)
+
+
+def run(build, script):
+    with serve(script, "127.0.0.1", 0) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        url = f"ws://127.0.0.1:{server.socket.getsockname()[1]}/"
+        said = build.run("components.exe", "controllers", url)
+        server.shutdown()
+    return said
+
+
+def times(said, word):
+    return [float(found) for found in re.findall(rf"^{word} ([\d.]+)$", said, re.MULTILINE)]
+
+
+@pytest.fixture(scope="module")
+def played(build):
+    script = Script()
+    return script, run(build, script)
+
+
+def test_a_controller_plays_what_the_service_plans_times_its_gain(played):
+    script, said = played
+    assert script.feel == [{"right": "amplitude"}]
+    assert "most 0.400 left False" in said
+    assert len(times(said, "on")) >= 2
+
+
+def test_a_controller_is_silent_50_ms_after_a_stop(played, capsys):
+    script, said = played
+    stopped = min(each for each in times(said, "off") if each > script.marks[0] - 0.05)
+    with capsys.disabled():
+        print(f"\nsilent {1e3 * (stopped - script.marks[0]):.0f} ms after the stop")
+    assert stopped - script.marks[0] < 0.05
+    assert not [each for each in times(said, "on") if 0.05 < each - script.marks[0] < 0.4]
+
+
+def test_a_controller_is_silent_100_ms_after_the_link_is_lost(played, capsys):
+    script, said = played
+    silent = times(said, "off")[-1]
+    with capsys.disabled():
+        print(f"\nsilent {1e3 * (silent - script.marks[1]):.0f} ms after the loss")
+    assert silent - script.marks[1] < 0.1
+    assert silent > script.marks[1] - 0.15
+
+
+def test_a_controller_rests_while_a_palm_speaker_plays(build):
+    script = Script(simulated=False)
+    said = run(build, script)
+    assert "most 0.000" in said
+    assert "pulses 0" in said
