@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt
 CAPTURE := examples/captures/make
 
-.PHONY: demo test check schemas format toolchains coverage clean
+.PHONY: demo test unit check schemas format toolchains coverage clean
 
 demo: $(VENV)/.demo
 	$(BIN)/hapticvlm demo
@@ -13,11 +13,16 @@ demo: $(VENV)/.demo
 test: $(VENV)/.dev toolchains
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
+# What needs no process, no browser and no toolchain: the loop of a developer.
+UNIT := tests/captures tests/devices tests/recognition tests/rendering tests/session tests/study tests/test_messages.py tests/test_perception.py
+unit: $(VENV)/.dev
+	$(BIN)/python -m pytest -q -m "not slow and not torch" $(UNIT)
+
 check: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/mypy tests --allow-untyped-defs --allow-untyped-calls --allow-incomplete-defs --check-untyped-defs
+	$(BIN)/mypy tests --allow-untyped-defs --allow-untyped-calls --allow-incomplete-defs --check-untyped-defs --cache-dir .mypy_cache/tests
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python schemas/generate.py --check
 	$(BIN)/python unity_client/Tools~/metas.py --check

@@ -13,10 +13,15 @@ from typing import Any
 
 import msgpack
 import pytest
+from hypothesis import settings
 from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 
 from hapticvlm.commands.local_service import Service, running
+
+# A busy machine must not fail a property: what they cost is measured elsewhere.
+settings.register_profile("project", deadline=None)
+settings.load_profile("project")
 
 Message = dict[str, Any]
 ANSWER_S = 10.0  # telemetry comes ten times a second: silence this long is a failure

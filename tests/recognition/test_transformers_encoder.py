@@ -21,6 +21,8 @@ from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import Calibration, Gallery, save_gallery
 from hapticvlm.recognition.pictures import Crop
 
+pytestmark = pytest.mark.torch
+
 SIDE = 128  # px; the network sees the middle 112
 
 

@@ -29,6 +29,8 @@ from hapticvlm.recognition.vlm.network import Network
 from hapticvlm.recognition.vlm.numbers import CANDIDATES_C, beliefs, spread
 from hapticvlm_lab.bench.ambient import full_size
 
+pytestmark = pytest.mark.torch
+
 NAMES = tuple(materials.MATERIALS)
 
 
