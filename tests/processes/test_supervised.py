@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hapticvlm.processes.supervised import Child
+from hapticvlm.processes.supervised import Child, Started
 
 PATIENCE_S = 60.0
 FILES = Path("/proc/self/fd")
@@ -16,7 +16,7 @@ FILES = Path("/proc/self/fd")
 
 def obedient(control):
     """Say ready, then wait to be ended."""
-    control.send(("ready", os.getpid()))
+    Started((str(os.getpid()),)).send(control)
     with_nothing_to_say(control)
 
 

@@ -16,7 +16,7 @@ from hapticvlm.client import Refused, connect
 from hapticvlm.commands.local_service import Service, running
 from hapticvlm.server import http
 from hapticvlm.server.access import Address
-from hapticvlm.server.lan_pages import Visitors, is_near, own_names
+from hapticvlm.server.lan_pages import LanPages, is_near, own_names
 
 TOKEN = "pässword of a dozen"
 
@@ -145,8 +145,8 @@ def test_this_machine_sees_pages_without_the_token(visited):
 )
 def test_the_local_network_is_private_and_link_local_addresses(peer, near):
     assert is_near(peer) == near
-    visitors = Visitors(TOKEN, own_names(), "http")
-    assert (visitors.refusal(peer, "192.168.1.2:8790") is None) == near
+    lan_pages = LanPages(TOKEN, own_names(), "http")
+    assert (lan_pages.refusal(peer, "192.168.1.2:8790") is None) == near
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_the_local_network_is_private_and_link_local_addresses(peer, near):
     ["", "Basic", "Basic ", "Basic !!!!", "Basic YQ==", "Basic a", "Basic \xff", "basic " + TOKEN],
 )
 def test_what_is_no_authorization_is_no_token(authorization):
-    assert not Visitors(TOKEN, own_names(), "http").knows_token(authorization)
+    assert not LanPages(TOKEN, own_names(), "http").knows_token(authorization)
 
 
 @pytest.mark.parametrize(
@@ -172,10 +172,10 @@ def test_what_is_no_authorization_is_no_token(authorization):
     ],
 )
 def test_own_names_are_addresses_and_what_the_certificate_says(host, ours):
-    visitors = Visitors(TOKEN, own_names(["studio.example"]), "https")
-    assert (visitors.refusal("192.168.1.7", host) is None) == ours
-    assert visitors.is_own_origin(f"https://{host}", host) == ours
-    assert not visitors.is_own_origin(f"http://{host}", host)
+    lan_pages = LanPages(TOKEN, own_names(["studio.example"]), "https")
+    assert (lan_pages.refusal("192.168.1.7", host) is None) == ours
+    assert lan_pages.is_own_origin(f"https://{host}", host) == ours
+    assert not lan_pages.is_own_origin(f"http://{host}", host)
 
 
 def test_a_network_is_let_in_only_where_it_can_come_and_by_a_token_nobody_guesses():
@@ -186,10 +186,10 @@ def test_a_network_is_let_in_only_where_it_can_come_and_by_a_token_nobody_guesse
 
 
 def test_two_authorization_headers_are_none():
-    visitors = Visitors(TOKEN, own_names(), "http")
+    lan_pages = LanPages(TOKEN, own_names(), "http")
     given = [("Host", "192.168.1.2"), ("Authorization", basic(TOKEN))]
-    assert http.turn_away("192.168.1.7", Headers(given), visitors) is None
-    answer = http.turn_away("192.168.1.7", Headers([*given, given[1]]), visitors)
+    assert http.turn_away("192.168.1.7", Headers(given), lan_pages) is None
+    answer = http.turn_away("192.168.1.7", Headers([*given, given[1]]), lan_pages)
     assert answer is not None
     assert answer.status_code == 401
 

@@ -10,9 +10,10 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar
 
 from hapticvlm import __version__
 from hapticvlm.commands.serve_config import Serving
@@ -24,9 +25,9 @@ from hapticvlm.devices.simulated_board import simulated_plate
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.materials import Material
 from hapticvlm.messages import Device, Devices, Models
-from hapticvlm.processes.recogniser import Recogniser, RecogniserSettings
-from hapticvlm.processes.vlm import Answer, Onlooker
-from hapticvlm.recognition.frame_recogniser import Recognition
+from hapticvlm.processes.model_worker import Answered
+from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
+from hapticvlm.processes.vlm import VlmWorker
 from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
 from hapticvlm.rendering.equaliser import Correction
@@ -36,9 +37,11 @@ from hapticvlm.server.certificate import Certificate
 from hapticvlm.server.gateway import Gateway, ObserverLog
 from hapticvlm.server.http import is_loopback
 from hapticvlm.server.recorder import Recorder
-from hapticvlm.server.websocket import Edge, Offer
+from hapticvlm.server.websocket import Offer, WebSocketServer
 
 GATEWAY_PRIORITY = 10
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +50,8 @@ class Parts:
 
     speaker: Speaker
     plate: Peltier
-    recogniser: Recogniser
-    onlooker: Onlooker | None
+    recogniser: RecogniserWorker
+    vlm: VlmWorker | None
     recorder: Recorder | None
     table: Mapping[str, Material]
 
@@ -74,14 +77,14 @@ async def run(serving: Serving, where: Address) -> None:
     stopping = asyncio.Event()
     _on_signals(asyncio.get_running_loop(), stopping)
     parts = _make(serving)
-    gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.onlooker)
+    gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.vlm)
     gateway.recorder = parts.recorder
     logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway.show_log))
     try:
         await _start(parts, gateway)
-        edge = Edge(where, gateway, _offer(serving, parts), time.monotonic)
+        server = WebSocketServer(where, gateway, _offer(serving, parts), time.monotonic)
         has_priority = not serving.no_realtime and _take_priority()
-        async with edge.listen() as port, asyncio.TaskGroup() as tasks:
+        async with server.listen() as port, asyncio.TaskGroup() as tasks:
             running = [
                 tasks.create_task(gateway.run_ticks()),
                 tasks.create_task(gateway.run_telemetry()),
@@ -113,8 +116,8 @@ def _make(serving: Serving) -> Parts:
     return Parts(
         speaker=Speaker(_audio(serving, table)),
         plate=simulated_plate() if serving.peltier == "simulated" else Peltier(serving.peltier),
-        recogniser=Recogniser(settings),
-        onlooker=_onlooker(serving),
+        recogniser=RecogniserWorker(settings),
+        vlm=_vlm(serving),
         recorder=_recorder(serving),
         table=table,
     )
@@ -153,11 +156,11 @@ def _audio(serving: Serving, table: Mapping[str, Material]) -> AudioSettings:
     )
 
 
-def _onlooker(serving: Serving) -> Onlooker | None:
+def _vlm(serving: Serving) -> VlmWorker | None:
     """Make the process that asks a VLM, if one is wanted. Raises ValueError."""
     if serving.vlm is None and serving.vlm_url is None:
         return None
-    return Onlooker(
+    return VlmWorker(
         VlmSettings(
             model=serving.vlm or DEFAULT_MODEL,
             url=serving.vlm_url,
@@ -176,15 +179,15 @@ async def _start(parts: Parts, gateway: Gateway) -> None:
     await asyncio.to_thread(parts.plate.start)
     await asyncio.gather(
         asyncio.to_thread(parts.speaker.start),
-        asyncio.to_thread(parts.recogniser.start, partial(_hand_over, loop, gateway)),
+        asyncio.to_thread(parts.recogniser.start, partial(_on_loop, loop, gateway.on_recognised)),
     )
-    if parts.onlooker is not None:
-        parts.onlooker.start(partial(_pass_on, loop, gateway))
+    if parts.vlm is not None:
+        parts.vlm.start(partial(_on_loop, loop, gateway.on_reply))
 
 
 def _offer(serving: Serving, parts: Parts) -> Offer:
     loaded = parts.recogniser.loaded
-    vlm = None if parts.onlooker is None else parts.onlooker.settings.model
+    vlm = None if parts.vlm is None else parts.vlm.settings.model
     return Offer(
         _devices(parts),
         Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm),
@@ -205,20 +208,16 @@ def _devices(parts: Parts) -> Devices:
 async def _close(parts: Parts) -> None:
     parts.plate.close()
     closing = [parts.speaker.close, parts.recogniser.close]
-    closing += [part.close for part in (parts.onlooker, parts.recorder) if part is not None]
+    closing += [part.close for part in (parts.vlm, parts.recorder) if part is not None]
     await asyncio.gather(*map(asyncio.to_thread, closing))
 
 
-def _hand_over(loop: asyncio.AbstractEventLoop, gateway: Gateway, look: Recognition) -> None:
-    """Pass an answer from the recogniser's reader thread to the event loop."""
+def _on_loop(
+    loop: asyncio.AbstractEventLoop, receive: Callable[[Answered[T]], None], answered: Answered[T]
+) -> None:
+    """Pass a worker's answer from its reader thread to the event loop."""
     with contextlib.suppress(RuntimeError):  # the loop has closed
-        loop.call_soon_threadsafe(gateway.on_look, look)
-
-
-def _pass_on(loop: asyncio.AbstractEventLoop, gateway: Gateway, answer: Answer) -> None:
-    """Pass an answer from the onlooker's reader thread to the event loop."""
-    with contextlib.suppress(RuntimeError):  # the loop has closed
-        loop.call_soon_threadsafe(gateway.on_answer, answer)
+        loop.call_soon_threadsafe(receive, answered)
 
 
 def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:

@@ -29,6 +29,7 @@ from hapticvlm.devices.engine import FADE_S, AudioSettings, Engine
 from hapticvlm.devices.output import lock_memory, take_priority
 from hapticvlm.devices.output_loop import Player, VirtualClock
 from hapticvlm.devices.ring import Ring
+from hapticvlm.processes.supervised import Started
 from hapticvlm.rendering.vibration import RATE_HZ
 
 if TYPE_CHECKING:
@@ -59,11 +60,11 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     try:
         name = player.start()
     except Exception as error:  # noqa: BLE001 - the gateway must hear why, whatever the driver threw
-        control.send(("failed", f"cannot open audio output {settings.output!r}: {error}"))
+        Started(error=f"cannot open audio output {settings.output!r}: {error}").send(control)
         return
     if settings.realtime:
         take_priority()  # or it could be put aside while the audio thread waits for it
-    control.send(("ready", name))
+    Started((name,)).send(control)
     with suppress(EOFError, OSError, _Leave):
         while not control.poll(player.watch_s):
             player.attend(time.monotonic())

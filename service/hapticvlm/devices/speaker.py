@@ -160,7 +160,7 @@ class Speaker:
     def _arguments(self) -> tuple[Any, ...]:
         return self._ring.shared, self._settings
 
-    def _begin(self, name: str) -> None:
-        self.name = name
+    def _begin(self, names: tuple[str, ...]) -> None:
+        self.name = names[0]
         # The engine skips what was put into the ring before it was ready, a gain among it.
         self.set_gain(self._settings.gain)

@@ -36,8 +36,8 @@ class Recognition:
     stages_ms: dict[str, float]
     scene_view: SceneView | None = None
     error: str | None = None
+    error_path: str | None = None
     is_our_fault: bool = False
-    number: int = 0
 
 
 class FrameRecogniser:
@@ -78,7 +78,7 @@ class FrameRecogniser:
         try:
             crop = pictures.crop(frame, self._encoder.side)
         except pictures.PictureError as error:
-            return Recognition(None, stages, error=str(error))
+            return Recognition(None, stages, error=str(error), error_path=error.path)
         stages["decode"], started = _lap(started)
         unchanged = self._is_unchanged(subject, crop)
         if unchanged and frame.purpose == "live" and not anew:

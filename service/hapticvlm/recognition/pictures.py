@@ -53,6 +53,14 @@ class Crop:
     mask: Pixels
 
 
+@dataclass(frozen=True, slots=True)
+class Shrunk:
+    """A small upright picture of a frame, and of its mask if it has one, as PNG."""
+
+    jpeg: bytes
+    mask: bytes | None
+
+
 def check_header(frame: messages.Frame) -> None:
     """Compare declared format and size with the bytes; decodes no pixel. Raises PictureError."""
     limit = messages.MAX_SIDE_PX
@@ -110,6 +118,24 @@ def whole(frame: messages.Frame, side: int) -> tuple[Pixels, messages.Region]:
     x, y = 1.0 / frame.width, 1.0 / frame.height
     region = messages.Region(x=left * x, y=top * y, w=(right - left) * x, h=(bottom - top) * y)
     return pixels, region
+
+
+def shrunk(frame: messages.Frame, side: int) -> Shrunk:
+    """Return the whole frame, upright, at most `side` px a side. Raises PictureError."""
+    import simplejpeg
+    from PIL import Image
+
+    pixels, _ = whole(frame, side)
+    image = Image.fromarray(np.ascontiguousarray(pixels))
+    image.thumbnail((side, side))
+    jpeg = simplejpeg.encode_jpeg(np.asarray(image), quality=80)
+    if frame.mask is None:
+        return Shrunk(jpeg, None)
+    mask = Image.fromarray(np.ascontiguousarray(_decode_mask(frame)))
+    mask.thumbnail((side, side), Image.Resampling.NEAREST)
+    file = BytesIO()
+    mask.save(file, "PNG")
+    return Shrunk(jpeg, file.getvalue())
 
 
 def central_mask(side: int) -> Pixels:

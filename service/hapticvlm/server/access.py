@@ -8,7 +8,7 @@ from typing import Literal
 
 from hapticvlm.server import http
 from hapticvlm.server.certificate import Certificate
-from hapticvlm.server.lan_pages import Visitors, own_names
+from hapticvlm.server.lan_pages import LanPages, own_names
 
 MIN_TOKEN = 12  # characters: a browser is told "wrong" a thousand times a second
 
@@ -51,11 +51,11 @@ class Address:
                 "characters or more"
             )
 
-    def door(self) -> http.Door:
+    def policy(self) -> http.AccessPolicy:
         """Say who is let in, and to what."""
-        visitors = None
+        lan_pages = None
         if self.pages_from == "lan" and self.token is not None:
             certified = () if self.certificate is None else self.certificate.names
             scheme = "http" if self.certificate is None else "https"
-            visitors = Visitors(self.token, own_names(certified), scheme)
-        return http.Door(self.host, self.allowed_origins, self.scene_folder, visitors)
+            lan_pages = LanPages(self.token, own_names(certified), scheme)
+        return http.AccessPolicy(self.host, self.allowed_origins, self.scene_folder, lan_pages)

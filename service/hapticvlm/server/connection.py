@@ -1,4 +1,4 @@
-"""One WebSocket connection: its session, its mailbox of frames, and what is still to be sent."""
+"""One WebSocket connection: its session, what it has counted, and what is still to be sent."""
 
 from __future__ import annotations
 
@@ -12,16 +12,28 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.messages import ServiceMessage, Telemetry, View, encode
-from hapticvlm.processes.recogniser import Mailbox
-from hapticvlm.session.actions import LookAt
+from hapticvlm.server.budgets import MAX_EVENTS
 from hapticvlm.session.session import SceneSession
 
-MAX_WAITING = 256
 LATE = "contacts too late to strike"
 IDLE_S, PROBE_S, PROBES = 10, 2, 5  # a silent dead peer is noticed after 20 s
 DEAD_AFTER_S = 120  # a peer that acknowledges nothing of what was sent
 
 logger = logging.getLogger(__name__)
+
+
+class Event:
+    """A message to several clients, encoded once for all that share an encoding."""
+
+    def __init__(self, message: ServiceMessage) -> None:
+        self.message = message
+        self._encoded: dict[bool, bytes | str] = {}
+
+    def encoded(self, *, as_text: bool) -> bytes | str:
+        """Return it as JSON text or MessagePack."""
+        if as_text not in self._encoded:
+            self._encoded[as_text] = encode(self.message, as_text=as_text)
+        return self._encoded[as_text]
 
 
 class Connection:
@@ -32,11 +44,10 @@ class Connection:
     ) -> None:
         self.name = name
         self.session = session
-        self.mailbox: Mailbox[LookAt] = Mailbox()
         self.watches: frozenset[str] = frozenset()
         self._socket = socket_
         self._as_text = as_text
-        self._waiting: deque[ServiceMessage] = deque()
+        self._waiting: deque[Event] = deque()
         self._wake = asyncio.Event()
         self._counts: Counter[str] = Counter()
 
@@ -49,14 +60,15 @@ class Connection:
         """Send a reply now, waiting if the client reads slowly."""
         await self._socket.send(encode(message, as_text=self._as_text))
 
-    def post(self, message: ServiceMessage) -> None:
+    def post(self, message: ServiceMessage | Event) -> None:
         """Send an event soon; telemetry and views give way when the client reads slowly."""
-        if len(self._waiting) >= MAX_WAITING:
-            if isinstance(message, Telemetry | View):
+        event = message if isinstance(message, Event) else Event(message)
+        if len(self._waiting) >= MAX_EVENTS:
+            if isinstance(event.message, Telemetry | View):
                 self._counts["events not sent"] += 1
                 return
             self._make_room()
-        self._waiting.append(message)
+        self._waiting.append(event)
         self._wake.set()
 
     async def send_posted(self) -> None:
@@ -66,11 +78,12 @@ class Connection:
                 await self._wake.wait()
                 self._wake.clear()
                 while self._waiting:
-                    await self.send(self._waiting.popleft())
+                    event = self._waiting.popleft()
+                    await self._socket.send(event.encoded(as_text=self._as_text))
 
     def _make_room(self) -> None:
         for index, waiting in enumerate(self._waiting):
-            if isinstance(waiting, Telemetry | View):
+            if isinstance(waiting.message, Telemetry | View):
                 del self._waiting[index]
                 break
         else:

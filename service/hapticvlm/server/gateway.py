@@ -21,16 +21,16 @@ from hapticvlm.devices.faults import describe
 from hapticvlm.devices.peltier import Plate
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import Decision, Error, ErrorCode, Scope, ServiceMessage, Skipped, View
-from hapticvlm.processes.recogniser import Recogniser
-from hapticvlm.processes.vlm import Answer, Onlooker
-from hapticvlm.recognition.frame_recogniser import Recognition
+from hapticvlm.processes.model_worker import Answered
+from hapticvlm.processes.recogniser import Recognised, RecogniserWorker
+from hapticvlm.processes.vlm import VlmReply, VlmWorker
 from hapticvlm.rendering.thermal import PlateReading
 from hapticvlm.server import status
-from hapticvlm.server.connection import Connection
+from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.outputs import Outputs
-from hapticvlm.server.recognition_queue import Looks
+from hapticvlm.server.recognition_queue import RecognitionQueue
 from hapticvlm.server.recorder import Recorder
-from hapticvlm.server.vlm_queue import Asker, Questions
+from hapticvlm.server.vlm_queue import VlmQueue
 from hapticvlm.session.actions import (
     Action,
     Ask,
@@ -75,8 +75,8 @@ class Gateway:
         self,
         speaker: Speaker,
         plate: Plate,
-        recogniser: Recogniser,
-        onlooker: Onlooker | None = None,
+        recogniser: RecogniserWorker,
+        vlm: VlmWorker | None = None,
     ) -> None:
         self.counts: Counter[str] = Counter()
         self.owner: Connection | None = None
@@ -84,8 +84,8 @@ class Gateway:
         self.recorder: Recorder | None = None
         self._outputs = Outputs(speaker, plate)
         self._recogniser = recogniser
-        self._looks = Looks(recogniser, self)
-        self._questions = None if onlooker is None else Questions(onlooker, self)
+        self._recognition = RecognitionQueue(recogniser, self.counts, self.deliver)
+        self._vlm = None if vlm is None else VlmQueue(vlm, self.counts, self.deliver)
 
     @property
     def hold(self) -> Hold:
@@ -100,6 +100,7 @@ class Gateway:
     def join(self, connection: Connection) -> None:
         """Admit a connection; the first scene's is the owner's."""
         self.connections.append(connection)
+        self._recognition.join(connection)
         if connection.session.owner:
             self.owner = connection
             self._outputs.speaker.set_gain(1.0)
@@ -107,10 +108,11 @@ class Gateway:
     def leave(self, connection: Connection) -> None:
         """Forget a connection; when it was the owner's, the outputs rest."""
         self.connections.remove(connection)
-        self.counts += connection.counts
+        self.counts.update(connection.counts)
         connection.session.rest()
-        if self._questions is not None:
-            self._questions.forget(connection)
+        self._recognition.leave(connection)
+        if self._vlm is not None:
+            self._vlm.leave(connection)
         if self.owner is connection:
             self.owner = None
             self._outputs.rest()
@@ -128,7 +130,7 @@ class Gateway:
                     replies.append(action.message)
                     self._show(connection, action.message)
                 case LookAt():
-                    replies += self._looks.queue(connection, action)
+                    replies += self._recognition.put(connection, action)
                 case AskAmbient() | AskMaterial():
                     self._ask(connection, action)
                 case Watch():
@@ -143,20 +145,14 @@ class Gateway:
         """Count a refused message."""
         self.counts[f"refused: {code}"] += 1
 
-    def on_look(self, look: Recognition) -> None:
-        """Take in the recogniser's answer (on the event loop)."""
-        self._looks.take(look)
+    def on_recognised(self, answered: Answered[Recognised]) -> None:
+        """Receive the recogniser's answer (on the event loop)."""
+        self._recognition.accept(answered)
 
-    def on_answer(self, answer: Answer) -> None:
-        """Take in the onlooker's answer (on the event loop)."""
-        if self._questions is not None:
-            self._questions.take(answer, time.monotonic())
-
-    def deliver_to(self, asker: Asker, actions: list[Action]) -> None:
-        """Carry out what an answer brought, if who asked is still connected."""
-        found = next((one for one in self.connections if one is asker), None)
-        if found is not None:
-            self.deliver(found, actions)
+    def on_reply(self, answered: Answered[VlmReply]) -> None:
+        """Receive the VLM worker's reply (on the event loop)."""
+        if self._vlm is not None:
+            self._vlm.accept(answered, time.monotonic())
 
     def deliver(self, connection: Connection, actions: list[Action]) -> None:
         """Carry out actions that no message asked for just now; send what they tell."""
@@ -181,8 +177,9 @@ class Gateway:
             telemetry = status.telemetry(
                 self._outputs, dropped_frames=sum(dropped), leases=self._leases
             )
+            event = Event(telemetry)
             for connection in self.connections:
-                connection.post(telemetry)
+                connection.post(event)
 
     async def run_waveform(self) -> None:
         """Pass on what the speaker plays to the observers that watch it, until cancelled."""
@@ -195,14 +192,16 @@ class Gateway:
             waveform = status.waveform(self._outputs.speaker, start)
             start = (waveform.start or 0) + len(waveform.samples or ())
             if waveform.samples:
+                event = Event(waveform)
                 for connection in watching:
-                    connection.post(waveform)
+                    connection.post(event)
 
     def show_log(self, text: str) -> None:
         """Pass one log line to the observers that watch the log."""
+        line = Event(View(id=0, kind="log", text=text))
         for connection in self.connections:
             if "log" in connection.watches:
-                connection.post(View(id=0, kind="log", text=text))
+                connection.post(line)
 
     def status(self) -> dict[str, Any]:
         """Return every count, for the status page."""
@@ -214,7 +213,7 @@ class Gateway:
             **status.of_outputs(self._outputs),
             "leases": self._leases,
             "recogniser": status.of_recogniser(self._recogniser),
-            "vlm": status.of_vlm(self._questions),
+            "vlm": status.of_vlm(self._vlm),
             "record": status.of_record(self.recorder),
         }
 
@@ -223,8 +222,8 @@ class Gateway:
         return self.owner.session.leases if self.owner else 0
 
     def _ask(self, connection: Connection, ask: Ask) -> None:
-        if self._questions is not None:
-            self._questions.queue(connection, ask, time.monotonic())
+        if self._vlm is not None:
+            self._vlm.put(connection, ask, time.monotonic())
 
     def _show(self, connection: Connection, message: ServiceMessage) -> None:
         """Show observers what another connection is told; frames only to those who asked."""
@@ -232,12 +231,11 @@ class Gateway:
             self.counts["frames rate"] += 1
         if not isinstance(message, Decision):
             return
-        shown = msgspec.structs.replace(
-            message, id=0, name=connection.session.name(message.object_id)
-        )
+        name = connection.session.name(message.object_id)
+        event = Event(msgspec.structs.replace(message, id=0, name=name))
         for observer in self.connections:
             if observer is not connection and observer.session.observer:
-                observer.post(shown)
+                observer.post(event)
 
     def _stop(self, scope: Scope) -> None:
         if self._outputs.is_closed:
@@ -261,14 +259,14 @@ class Gateway:
         if trouble is not None:
             self._rest_owner()
             self._report(Error(id=0, code="device", text=trouble))
-        trouble = self._recogniser.supervise(now)
+        trouble = self._recogniser.worker.supervise(now)
         if trouble is not None:
-            self._looks.fail(trouble)
+            self._recognition.fail(trouble)
             self._report(Error(id=0, code="model", text=trouble))
-        trouble = None if self._questions is None else self._questions.supervise(now)
+        trouble = None if self._vlm is None else self._vlm.supervise(now)
         if trouble is not None:
             self._report(Error(id=0, code="model", text=trouble))
-        self._looks.feed()  # a recogniser that has just come back has nobody else to wake it
+        self._recognition.feed()  # a recogniser that has just come back has nobody else to wake it
 
     def _rest_owner(self) -> None:
         if self.owner is not None:
@@ -278,5 +276,6 @@ class Gateway:
     def _report(self, error: Error) -> None:
         self.refuse(error.code)
         logger.error("%s", error.text)
+        event = Event(error)
         for connection in self.connections:
-            connection.post(error)
+            connection.post(event)

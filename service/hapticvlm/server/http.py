@@ -21,24 +21,24 @@ from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
 from hapticvlm.server import scene_files
-from hapticvlm.server.lan_pages import CHALLENGE, Visitors
+from hapticvlm.server.lan_pages import CHALLENGE, LanPages
 from hapticvlm.server.scene_files import TYPES
 
 PAGES = Path(__file__).parent.parent / "pages"
-_POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
+_CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
 
 
 @dataclass(frozen=True, slots=True)
-class Door:
+class AccessPolicy:
     """Who is let in, and to what; `host` is the address the service listens on.
 
-    Without `visitors` pages go to this machine only.
+    Without `lan_pages` pages go to this machine only.
     """
 
     host: str
     allowed_origins: frozenset[str]
     scene_folder: Path | None = None
-    visitors: Visitors | None = None
+    lan_pages: LanPages | None = None
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
         """Say why a request with these headers is refused, or None."""
@@ -50,7 +50,7 @@ class Door:
             return f"Host {host[:80]!r} is not this machine"
         if origin is None or origin in self.allowed_origins or is_loopback(_host_of(origin)):
             return None
-        if self.visitors is not None and self.visitors.is_own_origin(origin, host):
+        if self.lan_pages is not None and self.lan_pages.is_own_origin(origin, host):
             return None
         return f"Origin {origin[:80]!r} is not allowed: start with --allow-origin {origin[:80]}"
 
@@ -70,16 +70,16 @@ def is_loopback(host: str | None) -> bool:
 def answer(
     connection: ServerConnection,
     request: Request,
-    door: Door,
+    policy: AccessPolicy,
     status: Callable[[], dict[str, Any]],
 ) -> Response | None:
     """Refuse, serve a page, or return None to let the WebSocket handshake go on."""
-    refusal = door.refusal(request.headers)
+    refusal = policy.refusal(request.headers)
     if refusal is not None:
         return _response(403, refusal + "\n")
     if "upgrade" in request.headers.get("Connection", "").lower():
         return None
-    turned_away = turn_away(str(connection.remote_address[0]), request.headers, door.visitors)
+    turned_away = turn_away(str(connection.remote_address[0]), request.headers, policy.lan_pages)
     if turned_away is not None:
         return turned_away
     path = urlsplit(request.path).path
@@ -87,22 +87,22 @@ def answer(
         return _response(200, "ok\n")
     if path == "/status":
         return _response(200, json.dumps(status()) + "\n", "application/json")
-    if door.scene_folder is not None and path.startswith(scene_files.PREFIX):
-        return _scene_file(door.scene_folder, path)
+    if policy.scene_folder is not None and path.startswith(scene_files.PREFIX):
+        return _scene_file(policy.scene_folder, path)
     return _page(path)
 
 
-def turn_away(peer: str, headers: Headers, visitors: Visitors | None) -> Response | None:
+def turn_away(peer: str, headers: Headers, lan_pages: LanPages | None) -> Response | None:
     """Refuse a browser that may not see pages, or ask it for the token; None: it may."""
     if is_loopback(peer):
         return None
-    if visitors is None:
+    if lan_pages is None:
         return _response(403, "pages are served to this machine only: see --pages-from\n")
-    refusal = visitors.refusal(peer, headers.get("Host", ""))
+    refusal = lan_pages.refusal(peer, headers.get("Host", ""))
     if refusal is not None:
         return _response(403, refusal + "\n")
     given = headers.get_all("Authorization")
-    if len(given) == 1 and visitors.knows_token(given[0]):
+    if len(given) == 1 and lan_pages.knows_token(given[0]):
         return None
     asking = _response(401, "the token is the password; any name will do\n")
     asking.headers["WWW-Authenticate"] = CHALLENGE
@@ -114,10 +114,10 @@ def _scene_file(folder: Path, path: str) -> Response:
     if file is None:
         return _response(404, "no such file\n")
     text = file.read_text(encoding="utf-8")
-    policy = _POLICY
+    csp = _CSP
     if file.suffix == ".html":
-        policy += f"; script-src 'self'{scene_files.script_sources(text)}"
-    return _response(200, text, TYPES[file.suffix], policy)
+        csp += f"; script-src 'self'{scene_files.script_sources(text)}"
+    return _response(200, text, TYPES[file.suffix], csp)
 
 
 def _page(path: str) -> Response:
@@ -130,7 +130,7 @@ def _page(path: str) -> Response:
 
 
 def _response(
-    code: int, text: str, kind: str = "text/plain; charset=utf-8", policy: str = _POLICY
+    code: int, text: str, kind: str = "text/plain; charset=utf-8", csp: str = _CSP
 ) -> Response:
     body = text.encode()
     headers = Headers(
@@ -138,7 +138,7 @@ def _response(
             ("Content-Type", kind),
             ("Content-Length", str(len(body))),
             ("Connection", "close"),
-            ("Content-Security-Policy", policy),
+            ("Content-Security-Policy", csp),
             ("X-Content-Type-Options", "nosniff"),
             ("Cache-Control", "no-store"),
         ]

@@ -20,7 +20,7 @@ CHALLENGE = 'Basic realm="HapticVLM: any name, and the token as password", chars
 
 
 @dataclass(frozen=True, slots=True)
-class Visitors:
+class LanPages:
     """Lets browsers of the local network in by token; `names` are this service's own."""
 
     token: str

@@ -1,143 +1,197 @@
-"""What waits to be looked at, and who gets the answers. One look at a time, newest frames first."""
+"""What waits to be recognised, whose turn it is, and who gets the answers. One frame at a time.
+
+The connection that owns the outputs comes first, the others take turns. Of each the newest frame
+waits; what waits to be enrolled is bounded for all of them together.
+"""
 
 from __future__ import annotations
 
 import time
 from collections import Counter
-from typing import Protocol
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
-from hapticvlm.messages import Error, ErrorCode, ServiceMessage, Skipped, View
-from hapticvlm.processes.recogniser import QueueFull, Recogniser
-from hapticvlm.recognition.frame_recogniser import Recognition
-from hapticvlm.server.connection import Connection
+from hapticvlm.messages import Error, ErrorCode, Frame, ServiceMessage, Skipped, View
+from hapticvlm.processes.mailbox import Mailbox, QueueFull
+from hapticvlm.processes.model_worker import Answered
+from hapticvlm.processes.recogniser import (
+    SHOWN_PX,
+    Recognised,
+    RecogniserWorker,
+)
+from hapticvlm.recognition.pictures import Shrunk
+from hapticvlm.server.budgets import ENROL_BYTES
+from hapticvlm.server.connection import Connection, Event
 from hapticvlm.session.actions import Action, LookAt, Reply
 from hapticvlm.session.frames import SURROUNDINGS
 
 VIEW_S = 0.5
 MOST_VIEWED = 256
 
-
-class Desk(Protocol):
-    """What the queue needs of the gateway: its connections, and what to do with actions."""
-
-    connections: list[Connection]
-    counts: Counter[str]
-
-    def deliver(self, connection: Connection, actions: list[Action]) -> None:
-        """Carry out actions that no message of this connection asked for just now."""
+Deliver = Callable[[Connection, list[Action]], None]
 
 
-class Looks:
-    """Feeds the recogniser from the connections' mailboxes, in turns."""
+@dataclass(frozen=True, slots=True)
+class _Request:
+    """What the recogniser works on, for whom, and whether observers see it."""
 
-    def __init__(self, recogniser: Recogniser, desk: Desk) -> None:
+    connection: Connection
+    look: LookAt
+    is_shown: bool
+
+
+class RecognitionQueue:
+    """Feeds the recogniser from a mailbox for each connection that has joined."""
+
+    def __init__(
+        self, recogniser: RecogniserWorker, counts: Counter[str], deliver: Deliver
+    ) -> None:
         self._recogniser = recogniser
-        self._desk = desk
-        self._asked: tuple[Connection, LookAt] | None = None
-        self._viewed_at: dict[str | None, float] = {}
+        self._counts = counts
+        self._deliver = deliver
+        self._mailboxes: dict[Connection, Mailbox[LookAt]] = {}  # in order of their turns
+        self._under_way: _Request | None = None
+        self._shown_at: dict[str | None, float] = {}  # by object
 
-    def queue(self, connection: Connection, look: LookAt) -> list[ServiceMessage]:
-        """Take in what a session wants looked at; return what to answer at once."""
-        frame, mailbox = look.frame, connection.mailbox
+    def join(self, connection: Connection) -> None:
+        """Give a connection its place, behind all others."""
+        self._mailboxes[connection] = Mailbox()
+
+    def leave(self, connection: Connection) -> None:
+        """Drop what a connection has waiting; an answer under way goes to nobody."""
+        self._mailboxes.pop(connection, None)
+
+    def put(self, connection: Connection, look: LookAt) -> list[ServiceMessage]:
+        """Queue what a session wants recognised; return what to answer at once."""
+        frame, mailbox = look.frame, self._mailboxes[connection]
         superseded: LookAt | None = None
         try:
             if isinstance(look.key, tuple):
                 superseded = mailbox.put_touch(look, look.key[1])
             elif frame.purpose == "enrol":
-                size = len(frame.image) + len(frame.mask or b"")
-                mailbox.put_enrol(look, frame.object_id, size)
+                self._put_enrol(mailbox, look)
             else:
                 superseded = mailbox.put_live(look)
         except QueueFull:
-            self._desk.counts["refused: overload"] += 1
+            self._counts["refused: overload"] += 1
             text = "too many enrol frames wait: send more when some of these are decided"
             return [Error(id=frame.id, code="overload", text=text, path="$.purpose")]
         answers: list[ServiceMessage] = []
         if superseded is not None:
-            self._desk.counts["frames superseded"] += 1
+            self._counts["frames superseded"] += 1
             if superseded.frame.id:
                 answers.append(Skipped(id=superseded.frame.id, reason="superseded"))
         self.feed()
         return answers
 
     def feed(self) -> None:
-        """Give the recogniser the next look if it is idle."""
-        if self._recogniser.is_busy:
+        """Give the recogniser the next frame if it is idle."""
+        if self._recogniser.worker.is_busy:
             return
         now = time.monotonic()
-        for connection in self._desk.connections.copy():
+        for connection in self._turns():
             look = self._next_of(connection, now)
             if look is None:
                 continue
-            self._asked = (connection, look)
-            subject = f"{connection.name}/{look.key}"
-            anew = connection.session.wants_anew(look)
-            self._recogniser.look(look.frame, subject, now, anew=anew)
-            self._desk.connections.remove(connection)
-            self._desk.connections.append(connection)
+            self._mailboxes[connection] = self._mailboxes.pop(connection)  # behind all others
+            self._begin(connection, look, now)
             return
 
-    def take(self, answer: Recognition) -> None:
-        """Take in the recogniser's answer; one to a question of long ago is dropped."""
-        if not self._recogniser.done(answer):
-            self._desk.counts["late answers dropped"] += 1
+    def accept(self, answered: Answered[Recognised]) -> None:
+        """Deliver the recogniser's answer; one to a request that was given up is dropped."""
+        now = time.monotonic()
+        if not self._recogniser.worker.accept(answered, now):
+            self._counts["late answers dropped"] += 1
             return
-        asked, self._asked = self._asked, None
-        if asked is not None and asked[0] in self._desk.connections:
-            connection, look = asked
-            self._show(look)
-            self._desk.deliver(connection, self._learn(connection, look, answer))
+        request, self._under_way = self._under_way, None
+        if request is not None and request.connection in self._mailboxes:
+            if request.is_shown:
+                self._show(request.look.frame, answered.value.shown)
+            self._deliver(request.connection, self._actions(request, answered.value, now))
         self.feed()
 
     def fail(self, text: str) -> None:
-        """Tell who waited that the recogniser was restarted, and go on."""
-        asked, self._asked = self._asked, None
-        if asked is not None and asked[1].frame.id and asked[0] in self._desk.connections:
-            asked[0].post(Error(id=asked[1].frame.id, code="model", text=text))
+        """Answer who waited that the recogniser was restarted, and go on."""
+        request, self._under_way = self._under_way, None
+        if request is not None and request.look.frame.id and request.connection in self._mailboxes:
+            request.connection.post(Error(id=request.look.frame.id, code="model", text=text))
         self.feed()
 
+    def _put_enrol(self, mailbox: Mailbox[LookAt], look: LookAt) -> None:
+        """Queue a view of an object. Raises QueueFull."""
+        size = len(look.frame.image) + len(look.frame.mask or b"")
+        waiting = sum(other.enrol_bytes for other in self._mailboxes.values())
+        if waiting + size > ENROL_BYTES:
+            raise QueueFull
+        mailbox.put_enrol(look, look.frame.object_id, size)
+
+    def _turns(self) -> list[Connection]:
+        """All connections, the owner of the outputs first."""
+        return sorted(self._mailboxes, key=lambda connection: not connection.session.owner)
+
+    def _begin(self, connection: Connection, look: LookAt, now: float) -> None:
+        is_shown = self._is_due(look.frame.object_id, now) and any(True for _ in self._observers())
+        self._under_way = _Request(connection, look, is_shown)
+        self._recogniser.recognise(
+            look.frame,
+            f"{connection.name}/{look.key}",
+            now,
+            anew=connection.session.wants_anew(look),
+            shrink=is_shown and not _is_small(look.frame),
+        )
+
     def _next_of(self, connection: Connection, now: float) -> LookAt | None:
-        while (look := connection.mailbox.take()) is not None:
+        while (look := self._mailboxes[connection].take()) is not None:
             if not connection.session.is_stale(look.frame, now):
                 return look
-            self._desk.counts["frames stale"] += 1
+            self._counts["frames stale"] += 1
             if look.frame.id:
                 connection.post(Skipped(id=look.frame.id, reason="stale"))
         return None
 
-    def _learn(self, connection: Connection, look: LookAt, answer: Recognition) -> list[Action]:
-        if answer.error is None:
-            self._desk.counts["looks"] += 1
-            session, now = connection.session, time.monotonic()
+    def _actions(self, request: _Request, answer: Recognised, now: float) -> list[Action]:
+        look, session, found = request.look, request.connection.session, answer.recognition
+        if found.error is None:
+            self._counts["looks"] += 1
             if look.key == SURROUNDINGS:
-                return session.sighted(look, answer.scene_view, now)
-            return session.recognised(look, answer.evidence, answer.stages_ms, now)
-        code: ErrorCode = "model" if answer.is_our_fault else "message"
-        self._desk.counts[f"refused: {code}"] += 1
+                return session.sighted(look, found.scene_view, now)
+            return session.recognised(look, found.evidence, found.stages_ms, now)
+        code: ErrorCode = "model" if found.is_our_fault else "message"
+        self._counts[f"refused: {code}"] += 1
         if not look.frame.id:
             return []
-        return [Reply(Error(id=look.frame.id, code=code, text=answer.error, path="$.image"))]
+        path = found.error_path or "$.image"
+        return [Reply(Error(id=look.frame.id, code=code, text=found.error, path=path))]
 
-    def _show(self, look: LookAt) -> None:
-        """Show observers that watch frames those of each object, twice a second at most."""
-        now, frame = time.monotonic(), look.frame
-        is_new = now - self._viewed_at.get(frame.object_id, -VIEW_S) >= VIEW_S
-        if frame.format not in ("jpeg", "png") or not is_new:
+    def _observers(self) -> Iterable[Connection]:
+        return (other for other in self._mailboxes if "frames" in other.watches)
+
+    def _is_due(self, object_id: str | None, now: float) -> bool:
+        """Whether observers have not seen this object for a while."""
+        return now - self._shown_at.get(object_id, -VIEW_S) >= VIEW_S
+
+    def _show(self, frame: Frame, shrunk: Shrunk | None) -> None:
+        """Show the frame to the observers that watch frames, encoded once for all of them."""
+        if shrunk is None and not _is_small(frame):
             return
-        if len(self._viewed_at) >= MOST_VIEWED:
-            self._viewed_at.clear()
-        for observer in self._desk.connections:
-            if "frames" in observer.watches:
-                self._viewed_at[frame.object_id] = now
-                observer.post(
-                    View(
-                        id=0,
-                        kind="frames",
-                        object_id=frame.object_id,
-                        region=frame.region,
-                        format=frame.format,
-                        image=frame.image,
-                        mask=frame.mask,
-                        origin=frame.origin,
-                    )
-                )
+        if len(self._shown_at) >= MOST_VIEWED:
+            self._shown_at.clear()
+        self._shown_at[frame.object_id] = time.monotonic()
+        view = View(
+            id=0,
+            kind="frames",
+            object_id=frame.object_id,
+            region=frame.region,
+            format=frame.format if shrunk is None else "jpeg",
+            image=frame.image if shrunk is None else shrunk.jpeg,
+            mask=frame.mask if shrunk is None else shrunk.mask,
+            origin=frame.origin if shrunk is None else "top",
+        )
+        event = Event(view)
+        for observer in self._observers():
+            observer.post(event)
+
+
+def _is_small(frame: Frame) -> bool:
+    """Whether observers can be shown this frame as it came."""
+    return frame.format in ("jpeg", "png") and max(frame.width, frame.height) <= SHOWN_PX

@@ -9,10 +9,10 @@ import numpy as np
 from hapticvlm.devices.faults import describe
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import Telemetry, View
-from hapticvlm.processes.recogniser import Recogniser
+from hapticvlm.processes.recogniser import RecogniserWorker
 from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.recorder import Recorder
-from hapticvlm.server.vlm_queue import Questions
+from hapticvlm.server.vlm_queue import VlmQueue
 from hapticvlm.session.hands import NAMES
 
 WAITS = 512
@@ -38,32 +38,32 @@ def of_outputs(outputs: Outputs) -> dict[str, Any]:
     }
 
 
-def of_recogniser(recogniser: Recogniser) -> dict[str, Any]:
+def of_recogniser(recogniser: RecogniserWorker) -> dict[str, Any]:
     """Tell of the recogniser."""
     return {
-        "restarts": recogniser.restarts,
-        "pid": recogniser.pid,
-        "busy_s": round(recogniser.busy_s, 3),
+        "restarts": recogniser.worker.restarts,
+        "pid": recogniser.worker.pid,
+        "busy_s": round(recogniser.worker.busy_s, 3),
         "encoder": recogniser.loaded.encoder,
     }
 
 
-def of_vlm(questions: Questions | None) -> dict[str, Any] | None:
+def of_vlm(queue: VlmQueue | None) -> dict[str, Any] | None:
     """Tell of the vision-language model, if there is one, and what it was asked."""
-    if questions is None:
+    if queue is None:
         return None
-    onlooker = questions.onlooker
+    vlm = queue.worker
     return {
-        "name": onlooker.name,
-        "remote": onlooker.settings.url is not None,
-        "absent": onlooker.absent,
-        "busy": onlooker.is_busy,
-        "restarts": onlooker.restarts,
-        "pid": onlooker.pid,
-        "answered": questions.answered,
-        "failed": questions.failed,
-        "dropped": questions.dropped,
-        "last_error": questions.last_error,
+        "name": vlm.name,
+        "remote": vlm.settings.url is not None,
+        "absent": vlm.absent,
+        "busy": vlm.is_busy,
+        "restarts": vlm.worker.restarts,
+        "pid": vlm.worker.pid,
+        "answered": queue.answered,
+        "failed": queue.failed,
+        "dropped": queue.dropped,
+        "last_error": queue.last_error,
     }
 
 

@@ -1,139 +1,146 @@
-"""What waits to be asked of a VLM, and who gets the answers. One question at a time, bounded.
+"""What waits to be asked of a VLM, and who gets the replies. One question at a time, bounded.
 
 Of each connection the newest frame of its surroundings waits, and one frame of each of the few
-objects it does not know. What gives way is told at once that it has no answer.
+objects it does not know. What gives way is answered at once: there is no reply.
 """
 
 from __future__ import annotations
 
 import time
 from collections import Counter, OrderedDict
-from typing import Protocol
+from collections.abc import Callable
 
-from hapticvlm.processes.vlm import Answer, Onlooker, Question
+from hapticvlm.processes.model_worker import Answered
+from hapticvlm.processes.vlm import Question, VlmReply, VlmWorker
+from hapticvlm.server.connection import Connection
 from hapticvlm.session.actions import Action, Ask, AskAmbient, AskMaterial
 from hapticvlm.session.scene_objects import Key
-from hapticvlm.session.session import SceneSession
 
 MAX_OBJECTS = 8
 MAX_AGE_S = 30.0  # a frame that waited longer shows a scene of long ago
 
-
-class Asker(Protocol):
-    """Of a connection, what the questions need: its session."""
-
-    session: SceneSession
+Deliver = Callable[[Connection, list[Action]], None]
 
 
-class Desk(Protocol):
-    """What the questions need of the gateway: what to do with the answers, and counts."""
+class VlmQueue:
+    """Feeds the VLM worker, in turns, ambient before material."""
 
-    counts: Counter[str]
-
-    def deliver_to(self, asker: Asker, actions: list[Action]) -> None:
-        """Carry out actions for this asker, if it is still there."""
-
-
-class Questions:
-    """Feeds the onlooker, in turns, ambient before material."""
-
-    def __init__(self, onlooker: Onlooker, desk: Desk) -> None:
-        self.onlooker = onlooker
-        self._desk = desk
-        self._ambient: OrderedDict[int, tuple[Asker, AskAmbient, float]] = OrderedDict()
-        self._material: OrderedDict[tuple[int, Key], tuple[Asker, AskMaterial, float]] = (
+    def __init__(self, worker: VlmWorker, counts: Counter[str], deliver: Deliver) -> None:
+        self.worker = worker
+        self._counts = counts
+        self._deliver = deliver
+        self._ambient: OrderedDict[Connection, tuple[AskAmbient, float]] = OrderedDict()
+        self._material: OrderedDict[tuple[Connection, Key], tuple[AskMaterial, float]] = (
             OrderedDict()
         )
-        self._asked: tuple[Asker, Ask] | None = None
+        self._under_way: tuple[Connection, Ask] | None = None
         self.answered = 0
         self.failed = 0
         self.dropped = 0
         self.last_error: str | None = None
 
-    def queue(self, asker: Asker, ask: Ask, now: float) -> None:
-        """Take in a question; a newer one about the same thing takes its place."""
-        if self.onlooker.absent is not None:
-            self._tell(asker, ask, None)
+    def put(self, connection: Connection, ask: Ask, now: float) -> None:
+        """Queue a question; a newer one about the same thing takes its place."""
+        if self.worker.absent is not None:
+            self._answer(connection, ask, None)
             return
-        superseded: tuple[Asker, Ask, float] | None
-        if isinstance(ask, AskAmbient):
-            superseded = self._ambient.pop(id(asker), None)
-            self._ambient[id(asker)] = (asker, ask, now)
-        else:
-            superseded = self._material.pop((id(asker), ask.key), None)
-            self._material[id(asker), ask.key] = (asker, ask, now)
-            if superseded is None and len(self._material) > MAX_OBJECTS:
-                _, superseded = self._material.popitem(last=False)
+        superseded = (
+            self._put_ambient(connection, ask, now)
+            if isinstance(ask, AskAmbient)
+            else self._put_material(connection, ask, now)
+        )
         if superseded is not None:
-            self._drop(*superseded[:2])
+            self._drop(*superseded)
         self.feed(now)
 
     def feed(self, now: float) -> None:
-        """Ask the next question if the onlooker is idle."""
-        while not self.onlooker.is_busy:
-            waiting = self._ambient or self._material
-            if not waiting:
+        """Ask the next question if the worker is idle."""
+        while not self.worker.is_busy:
+            following = self._take()
+            if following is None:
                 return
-            _, (asker, ask, since) = waiting.popitem(last=False)
+            connection, ask, since = following
             if now - since > MAX_AGE_S:
-                self._drop(asker, ask)
+                self._drop(connection, ask)
                 continue
-            self._asked = (asker, ask)
-            self.onlooker.ask(self._question(asker, ask), now)
+            self._under_way = (connection, ask)
+            names = () if isinstance(ask, AskAmbient) else connection.session.materials
+            self.worker.ask(Question(ask.frame, names), now)
 
-    def take(self, answer: Answer, now: float) -> None:
-        """Take in an answer; one to a question given up is dropped."""
-        if not self.onlooker.done(answer):
-            self._desk.counts["late vlm answers dropped"] += 1
+    def accept(self, answered: Answered[VlmReply], now: float) -> None:
+        """Deliver a reply; one to a question that was given up is dropped."""
+        if not self.worker.worker.accept(answered, now):
+            self._counts["late vlm answers dropped"] += 1
             return
-        asked, self._asked = self._asked, None
-        if answer.error is not None:
-            self.failed, self.last_error = self.failed + 1, answer.error
+        under_way, self._under_way = self._under_way, None
+        reply = answered.value
+        if reply.error is not None:
+            self.failed, self.last_error = self.failed + 1, reply.error
         else:
             self.answered += 1
-        if asked is not None:
-            self._tell(*asked, answer)
+        if under_way is not None:
+            self._answer(*under_way, reply)
         self.feed(now)
 
     def supervise(self, now: float) -> str | None:
-        """Watch the onlooker and go on asking; return what happened to it, if anything."""
-        trouble = self.onlooker.supervise(now)
+        """Watch the worker and go on asking; return what happened to it, if anything."""
+        trouble = self.worker.supervise(now)
         if trouble is not None:
-            self._fail(trouble, now)
+            self._fail(trouble)
         self.feed(now)
         return trouble
 
-    def forget(self, asker: Asker) -> None:
+    def leave(self, connection: Connection) -> None:
         """Drop what a connection that left has waiting."""
-        self._ambient.pop(id(asker), None)
-        for key in [key for key in self._material if key[0] == id(asker)]:
+        self._ambient.pop(connection, None)
+        for key in [key for key in self._material if key[0] is connection]:
             del self._material[key]
-        if self._asked is not None and self._asked[0] is asker:
-            self._asked = None
+        if self._under_way is not None and self._under_way[0] is connection:
+            self._under_way = None
 
-    def _fail(self, text: str, now: float) -> None:
-        """Tell who waited for an answer that there will be none: the onlooker was restarted."""
-        asked, self._asked = self._asked, None
+    def _put_ambient(
+        self, connection: Connection, ask: AskAmbient, now: float
+    ) -> tuple[Connection, Ask] | None:
+        before = self._ambient.pop(connection, None)
+        self._ambient[connection] = (ask, now)
+        return None if before is None else (connection, before[0])
+
+    def _put_material(
+        self, connection: Connection, ask: AskMaterial, now: float
+    ) -> tuple[Connection, Ask] | None:
+        before = self._material.pop((connection, ask.key), None)
+        self._material[connection, ask.key] = (ask, now)
+        if before is not None:
+            return connection, before[0]
+        if len(self._material) <= MAX_OBJECTS:
+            return None
+        (oldest, _), (given_up, _) = self._material.popitem(last=False)
+        return oldest, given_up
+
+    def _take(self) -> tuple[Connection, Ask, float] | None:
+        if self._ambient:
+            connection, (ambient, since) = self._ambient.popitem(last=False)
+            return connection, ambient, since
+        if self._material:
+            (connection, _), (material, since) = self._material.popitem(last=False)
+            return connection, material, since
+        return None
+
+    def _fail(self, text: str) -> None:
+        """Answer who waited that there is no reply: the worker was restarted."""
+        under_way, self._under_way = self._under_way, None
         self.last_error = text
-        if asked is not None:
+        if under_way is not None:
             self.failed += 1
-            self._tell(*asked, None)
-        if self.onlooker.absent is not None:
-            for waiting in (self._ambient, self._material):
-                while waiting:
-                    _, (asker, ask, _since) = waiting.popitem()
-                    self._drop(asker, ask)
-        self.feed(now)
+            self._answer(*under_way, None)
+        if self.worker.absent is not None:
+            while (waiting := self._take()) is not None:
+                self._drop(*waiting[:2])
 
-    def _question(self, asker: Asker, ask: Ask) -> Question:
-        if isinstance(ask, AskAmbient):
-            return Question(ask.frame)
-        return Question(ask.frame, asker.session.materials)
-
-    def _drop(self, asker: Asker, ask: Ask) -> None:
+    def _drop(self, connection: Connection, ask: Ask) -> None:
         self.dropped += 1
-        self._tell(asker, ask, None)
+        self._answer(connection, ask, None)
 
-    def _tell(self, asker: Asker, ask: Ask, answer: Answer | None) -> None:
-        what = None if answer is None else answer.what
-        self._desk.deliver_to(asker, asker.session.answered(ask, what, time.monotonic()))
+    def _answer(self, connection: Connection, ask: Ask, reply: VlmReply | None) -> None:
+        value = None if reply is None else reply.value
+        self._deliver(connection, connection.session.answered(ask, value, time.monotonic()))

@@ -75,7 +75,7 @@ class Offer:
     contact_resistance: float | None = None
 
 
-class Edge:
+class WebSocketServer:
     """Speaks protocol v1 with each connection and hands messages to its session."""
 
     def __init__(
@@ -85,7 +85,7 @@ class Edge:
         self._gateway = gateway
         self._offer = offer
         self._clock = clock
-        self._door = address.door()
+        self._door = address.policy()
         self._numbers = itertools.count(1)
         self._open_sockets: set[ServerConnection] = set()
 
@@ -128,7 +128,7 @@ class Edge:
     def _process_request(self, connection: ServerConnection, request: Request) -> Response | None:
         response = http.answer(connection, request, self._door, self._gateway.status)
         if response is not None and response.status_code == 403:
-            self._gateway.counts["refused: door"] += 1
+            self._gateway.counts["refused: origin"] += 1
         if response is not None and response.status_code == 401:
             self._gateway.counts["refused: token"] += "Authorization" in request.headers
         return response

@@ -112,11 +112,11 @@ async def _cancel(task: asyncio.Task[Any]) -> None:
 
 @asynccontextmanager
 async def _listening(room: Room, port: int) -> AsyncIterator[int]:
-    door = http.Door(HOST, frozenset())
+    policy = http.AccessPolicy(HOST, frozenset())
 
     def answer(connection: ServerConnection, request: Request) -> Response | None:
         asked = replace(request, path=PAGE) if request.path == "/" else request
-        return http.answer(connection, asked, door, dict)
+        return http.answer(connection, asked, policy, dict)
 
     async with serve(
         room.attend,

@@ -1,0 +1,217 @@
+"""A model in a process of its own: one request at a time, through shared memory, by number.
+
+The gateway's end numbers the requests and drops answers to those it has given up; a thread reads
+the answers. They come as MessagePack and never as pickles: a process that decodes other people's
+pictures must not be able to run code in the gateway. Knows no model.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any, Generic, TypeVar
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.messages import MAX_MESSAGE_BYTES
+from hapticvlm.processes.supervised import START_S, Child, Started
+
+SLOT_BYTES = MAX_MESSAGE_BYTES + 4096
+MAX_ANSWER_BYTES = 8 * 1024 * 1024
+
+A = TypeVar("A")
+Slot = ctypes.Array[ctypes.c_ubyte]
+Serve = Callable[[bytes, tuple[Any, ...]], object]
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Answered(Generic[A]):
+    """One answer and the number of the request it belongs to."""
+
+    number: int
+    value: A
+
+
+@dataclass(frozen=True, slots=True)
+class WorkerPlan:
+    """What process to run: its name, entry point and settings, and how long it may take, s.
+
+    `answer` is the type of its answers.
+    """
+
+    name: str
+    entry: Callable[..., None]
+    settings: object
+    answer: type
+    limit_s: float
+    start_s: float = START_S
+
+
+class _Packet(msgspec.Struct, array_like=True):
+    number: int
+    body: msgspec.Raw
+
+
+class ModelWorker(Generic[A]):
+    """The gateway's end: hands over one request, gives its answer to a callback from a thread."""
+
+    def __init__(self, plan: WorkerPlan) -> None:
+        self._plan = plan
+        self._slot = multiprocessing.get_context("spawn").RawArray("B", SLOT_BYTES)
+        self._bytes = np.frombuffer(memoryview(self._slot), np.uint8)
+        self._child = Child(plan.name, plan.entry, self._arguments, self._begin, plan.start_s)
+        self._deliver: Callable[[Answered[A]], None] | None = None
+        self._requested_at: float | None = None
+        self._number = 0
+        self.names: tuple[str, ...] = ()
+        self.busy_s = 0.0
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the worker."""
+        return self._child.pid
+
+    @property
+    def restarts(self) -> int:
+        """How often the process had to be restarted."""
+        return self._child.restarts
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the model is loaded."""
+        return self._child.ready_at is not None
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether it cannot take a request now: one is under way, or it is not ready."""
+        return self._requested_at is not None or not self.is_ready
+
+    def start(self, deliver: Callable[[Answered[A]], None]) -> None:
+        """Start the process and wait until its model is loaded. Raises ChildError.
+
+        `deliver` is called from a thread of ours for each answer and must only pass it on.
+        """
+        self._deliver = deliver
+        self._child.start()
+
+    def begin(self, deliver: Callable[[Answered[A]], None]) -> None:
+        """Start the process and return; it is busy until its model is loaded."""
+        self._deliver = deliver
+        self._child.begin()
+
+    def request(self, data: bytes, details: tuple[Any, ...], now: float) -> None:
+        """Hand over one request, its picture as `data`; only while not busy."""
+        self._bytes[: len(data)] = np.frombuffer(data, np.uint8)
+        self._requested_at = now
+        self._number += 1
+        with suppress(OSError):
+            self._child.control.send((self._number, len(data), details))
+
+    def accept(self, answered: Answered[A], now: float) -> bool:
+        """Note that an answer came; false if it is to a request that was given up."""
+        if answered.number != self._number or self._requested_at is None:
+            return False
+        self.busy_s += now - self._requested_at
+        self._requested_at = None
+        return True
+
+    def supervise(self, now: float) -> str | None:
+        """Restart a dead or late process; return what happened, if anything."""
+        late = self._requested_at is not None and now - self._requested_at > self._plan.limit_s
+        trouble = self._child.supervise(now, is_well=not late)
+        if trouble is not None:
+            self._requested_at = None
+            self._number += 1
+        return trouble
+
+    def close(self) -> None:
+        """Stop the process."""
+        self._child.close(0.0)
+
+    def _arguments(self) -> tuple[Any, ...]:
+        return self._slot, self._plan.settings
+
+    def _begin(self, names: tuple[str, ...]) -> None:
+        self.names = names
+        arguments = self._child.control, self._deliver, self._plan
+        reader = threading.Thread(
+            target=_read, args=arguments, name=f"{self._plan.name} answers", daemon=True
+        )
+        reader.start()
+
+
+def serve_requests(
+    slot: Slot, control: Connection, load: Callable[[], tuple[Started, Serve]]
+) -> None:
+    """Load a model and answer requests until the gateway is gone: the child's whole life.
+
+    `load` returns what to report and the function that answers one request; whatever it raises is
+    reported as the reason why the worker cannot start.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        started, serve = load()
+    except Exception as error:  # noqa: BLE001 - the gateway must learn why, whatever a model threw
+        Started(error=str(error)).send(control)
+        return
+    started.send(control)
+    data = np.frombuffer(memoryview(slot), np.uint8).data
+    with suppress(EOFError, OSError):
+        while True:
+            number, length, details = control.recv()
+            body = _encode(serve(bytes(data[:length]), details))
+            control.send_bytes(msgspec.msgpack.encode(_Packet(number, msgspec.Raw(body))))
+
+
+def lower_priority(nice: int) -> None:
+    """Give way to the audio engine and the gateway, whose real-time priority a child inherits."""
+    if hasattr(os, "sched_setscheduler"):
+        with suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    if hasattr(os, "nice"):
+        os.nice(nice)
+
+
+def _read(control: Connection, deliver: Callable[[Answered[Any]], None], plan: WorkerPlan) -> None:
+    """Pass on answers until the pipe ends; one that is none ends it too, and the worker is late."""
+    packets = msgspec.msgpack.Decoder(_Packet)
+    bodies: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(plan.answer, dec_hook=_array)
+    with suppress(EOFError, OSError):
+        while True:
+            data = control.recv_bytes(MAX_ANSWER_BYTES)
+            try:
+                packet = packets.decode(data)
+                value = bodies.decode(packet.body)
+            except msgspec.MsgspecError as error:
+                logger.error("the %s answered what cannot be read: %s", plan.name, error)
+                return
+            deliver(Answered(packet.number, value))
+
+
+def _encode(answer: object) -> bytes:
+    return msgspec.msgpack.encode(answer, enc_hook=_bytes)
+
+
+def _bytes(value: object) -> bytes:
+    if not isinstance(value, np.ndarray):
+        raise TypeError(f"{type(value).__name__} is no part of an answer")
+    return value.astype(np.float32).tobytes()
+
+
+def _array(kind: type, value: object) -> NDArray[np.float32]:
+    """Read a vector of float32; arrays are all that is no message by itself."""
+    if not isinstance(value, bytes) or len(value) % 4:
+        raise ValueError(f"no {kind}")
+    return np.frombuffer(value, np.float32)

@@ -1,0 +1,62 @@
+"""The table of budgets: what one client, and all of them together, may use. And the token bucket.
+
+Each is counted where it is spent (`counts` of `/status`); an honest client reaches none of them.
+Limits of the protocol itself (`welcome.limits`) stand in `messages.py`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+MIB = 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """So many a second in the long run, and at most `burst` at once."""
+
+    per_s: float
+    burst: float
+
+
+# Connections.
+MAX_CONNECTIONS = 64  # after hello
+LOOPBACK_PLACES = 4  # of these, kept for observers on this machine: the dashboard and its stop
+MAX_SCENES = 3  # the owner and two more; pictures of each wait for the one recogniser
+MAX_WAITING_SOCKETS = 32  # before hello; the oldest makes room
+SPARE_FILES = 40  # descriptors that are not for sockets: children, record, plate, pages
+
+# What comes in from one socket. A message costs its handling whether it is accepted or not.
+READ_BYTES = 8192  # at once: all frames of one read are parsed before anybody else has a turn
+HELLO_FRAMES = 4  # WebSocket frames of any kind before hello
+MAX_HELLO_BYTES = 16 * 1024
+MAX_TEXT_BYTES = MIB  # text carries no pictures, and JSON is slow to parse
+MESSAGES = Rate(per_s=2000.0, burst=4000.0)
+REFUSED = Rate(per_s=200.0, burst=2000.0)  # messages answered by `error`
+CONTROL_FRAMES = Rate(per_s=20.0, burst=100.0)  # ping and pong
+BYTES = Rate(per_s=128.0 * MIB, burst=128.0 * MIB)
+
+# What waits inside.
+ENROL_BYTES = 32 * MIB  # of all connections together; live frames are bounded by their number
+MAX_EVENTS = 256  # to one client that reads slowly
+LOG_LINES = 1000  # that wait to be written
+GUESS_S = 1.0  # pause before a wrong token is answered
+
+
+class TokenBucket:
+    """Lets a rate pass; `now` is in seconds of one clock."""
+
+    def __init__(self, rate: Rate, now: float) -> None:
+        self._rate = rate
+        self._left = rate.burst
+        self._at = now
+
+    def spend(self, amount: float, now: float) -> bool:
+        """Take `amount` if it is left; false changes nothing but the time."""
+        gained = max(0.0, now - self._at) * self._rate.per_s
+        self._left = min(self._rate.burst, self._left + gained)
+        self._at = now
+        if amount > self._left:
+            return False
+        self._left -= amount
+        return True
