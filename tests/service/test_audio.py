@@ -11,7 +11,7 @@ import pytest
 import soundfile
 
 from hapticvlm.devices.engine import AudioSettings, Engine
-from hapticvlm.devices.peltier import DeviceError
+from hapticvlm.devices.ports import DeviceError
 from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, Gain, LetGo, RestAll, Ring
 from hapticvlm.devices.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Stroke

@@ -12,7 +12,7 @@ from conftest import peer, status
 from hapticvlm.commands.local_service import running
 from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.output import OutputError, choose
-from hapticvlm.devices.peltier import DeviceError
+from hapticvlm.devices.ports import DeviceError
 from hapticvlm.devices.ring import Gain, Ring
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Stroke

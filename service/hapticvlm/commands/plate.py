@@ -43,7 +43,8 @@ def _add(
 def _with_plate(
     options: argparse.Namespace, run: Callable[[Peltier, argparse.Namespace], None]
 ) -> int:
-    from hapticvlm.devices.peltier import DeviceError, Peltier
+    from hapticvlm.devices.peltier import Peltier
+    from hapticvlm.devices.ports import DeviceError
     from hapticvlm.devices.simulated_board import simulated_plate
 
     plate = simulated_plate() if options.peltier == "simulated" else Peltier(options.peltier)

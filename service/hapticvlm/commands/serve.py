@@ -35,7 +35,7 @@ def _serve(options: argparse.Namespace) -> int:
     import asyncio
 
     from hapticvlm.commands import assemble
-    from hapticvlm.devices.peltier import DeviceError
+    from hapticvlm.devices.ports import DeviceError
     from hapticvlm.processes.supervised import ChildError
 
     if options.log_level == "warning":

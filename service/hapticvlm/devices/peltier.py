@@ -19,8 +19,6 @@ from hapticvlm.devices.plate_session import PlateSession
 from hapticvlm.devices.ports import DeviceError, Place, Port
 from hapticvlm.rendering.thermal import PlateReading
 
-__all__ = ["DeviceError", "Peltier", "Plate"]
-
 GREETING_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
 READ_BYTES = 256
 PAUSES_S = (0.25, 0.5, 1.0, 2.0, 5.0)  # before each try to open the port again, then the last

@@ -12,8 +12,6 @@ from hapticvlm.rendering import thermal
 from hapticvlm.rendering.plate_limits import sink_share
 from hapticvlm.rendering.thermal import PlateReading
 
-__all__ = ["AMBIENT_C", "REST_S", "Plant", "SimulatedPlate"]
-
 HEAT_LIMIT_A, COOL_LIMIT_A = (
     0.75,
     2.0,

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hapticvlm.devices.audio import run_engine
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.faults import SPEAKER_GONE
-from hapticvlm.devices.peltier import DeviceError
+from hapticvlm.devices.ports import DeviceError
 from hapticvlm.devices.ring import SAMPLES, EngineStatus, Gain, LetGo, RestAll, Ring
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.voices import Command

@@ -75,7 +75,7 @@ def _measure_names(options: argparse.Namespace) -> int:
 
 
 def _measure_speaker(options: argparse.Namespace) -> int:
-    from hapticvlm.devices.peltier import DeviceError
+    from hapticvlm.devices.ports import DeviceError
     from hapticvlm_lab.bench.sink import SinkError
     from hapticvlm_lab.bench.speaker import BLOCKS, Plan, run
 

@@ -89,6 +89,7 @@ def _write_sweep(options: argparse.Namespace) -> int:
 def _play_sweep(options: argparse.Namespace) -> int:
     from hapticvlm.commands.calibrate import speaker_response
     from hapticvlm.devices import calibration_output
+    from hapticvlm.rendering.interactions import RATE_HZ
 
     wave = speaker_response.sweep() * (options.level / speaker_response.LEVEL)
     with calibration_output.opened(options.speaker) as output:
@@ -97,7 +98,7 @@ def _play_sweep(options: argparse.Namespace) -> int:
             print(f"  {left}", flush=True)
             time.sleep(1.0)
         output.play(wave)
-    seconds = wave.size / calibration_output.RATE_HZ
+    seconds = wave.size / RATE_HZ
     print(f"played {seconds:g} s at level {options.level:g}; then --recorded")
     return 0
 

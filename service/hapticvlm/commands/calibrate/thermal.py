@@ -59,7 +59,7 @@ def add(commands: Commands) -> None:
 
 
 def _thermal(options: argparse.Namespace) -> int:
-    from hapticvlm.devices.peltier import DeviceError
+    from hapticvlm.devices.ports import DeviceError
 
     try:
         calibration = _begin(options)

@@ -15,8 +15,8 @@ from hapticvlm.commands.doctor.findings import Finding, Verdict
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.devices import ports
 from hapticvlm.devices.output import OutputError, choose
-from hapticvlm.devices.peltier import DeviceError, Peltier
-from hapticvlm.devices.ports import Place
+from hapticvlm.devices.peltier import Peltier
+from hapticvlm.devices.ports import DeviceError, Place
 
 AUDIO_S = 3.5
 # In a process of its own: a sound system can hang for ever, and ALSA writes to the terminal.

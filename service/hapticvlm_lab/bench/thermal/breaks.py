@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erfc
 
-from hapticvlm.devices.simulated import Plant
+from hapticvlm.devices.plant import Plant
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.plate_limits import within_range
