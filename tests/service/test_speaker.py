@@ -17,10 +17,10 @@ from hapticvlm.devices.ring import Gain, Ring
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Stroke
 from hapticvlm.rendering.voices import Command
-from hapticvlm_lab.bench import jack
-from hapticvlm_lab.bench.deadlines import keep
-from hapticvlm_lab.bench.sink import NAME, NEEDED, null_sink, recording
-from hapticvlm_lab.bench.speaker import gaps, late
+from hapticvlm_lab.bench.audio import jack
+from hapticvlm_lab.bench.audio.deadlines import keep
+from hapticvlm_lab.bench.audio.sink import NAME, NEEDED, null_sink, recording
+from hapticvlm_lab.bench.audio.speaker import gaps, late
 
 MISSING = [name for name in NEEDED if shutil.which(name) is None]
 needs_pulseaudio = pytest.mark.skipif(

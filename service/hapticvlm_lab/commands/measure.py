@@ -57,13 +57,13 @@ def _add_speaker(kinds: Commands) -> None:
 
 
 def _measure_latency(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.latency import run
+    from hapticvlm_lab.bench.latency.touch import run
 
     return run(seconds=options.seconds, as_json=options.json, with_vlm=options.vlm)
 
 
 def _measure_frames(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.frames import run
+    from hapticvlm_lab.bench.latency.frames import run
 
     return run(seconds=options.seconds, as_json=options.json)
 
@@ -76,8 +76,8 @@ def _measure_names(options: argparse.Namespace) -> int:
 
 def _measure_speaker(options: argparse.Namespace) -> int:
     from hapticvlm.devices.ports import DeviceError
-    from hapticvlm_lab.bench.sink import SinkError
-    from hapticvlm_lab.bench.speaker import BLOCKS, Plan, run
+    from hapticvlm_lab.bench.audio.sink import SinkError
+    from hapticvlm_lab.bench.audio.speaker import BLOCKS, Plan, run
 
     clocks = (options.clock, options.jack)
     plan = Plan(options.seconds, options.block or BLOCKS, *clocks, options.realtime)

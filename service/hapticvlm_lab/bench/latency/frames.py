@@ -22,7 +22,7 @@ from hapticvlm.messages import Frame
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 from hapticvlm.recognition.galleries.gallery import load_gallery
-from hapticvlm_lab.bench.load import SIDE, pictures
+from hapticvlm_lab.bench.latency.load import SIDE, pictures
 
 RATE_HZ = 60.0
 FRAME_BYTES = 40_000
@@ -40,7 +40,7 @@ def run(*, seconds: float, as_json: bool) -> int:
         resting = _memory_mb(service.process.pid)
         load = subprocess.Popen(
             [
-                *(sys.executable, "-m", "hapticvlm_lab.bench.load", service.url),
+                *(sys.executable, "-m", "hapticvlm_lab.bench.latency.load", service.url),
                 *(str(RATE_HZ), str(seconds), str(FRAME_BYTES)),
             ],
             stdout=subprocess.PIPE,

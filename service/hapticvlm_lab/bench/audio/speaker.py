@@ -27,11 +27,11 @@ from hapticvlm import __version__
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import RATE_HZ
-from hapticvlm_lab.bench import clock, jack
-from hapticvlm_lab.bench.click import Clicker, clicker
-from hapticvlm_lab.bench.clock import command
-from hapticvlm_lab.bench.conditions import load, no_load, priority, raise_priority
-from hapticvlm_lab.bench.sink import NAME, Recording, Server, null_sink, recording
+from hapticvlm_lab.bench.audio import clock, jack
+from hapticvlm_lab.bench.audio.click import Clicker, clicker
+from hapticvlm_lab.bench.audio.clock import command
+from hapticvlm_lab.bench.audio.sink import NAME, Recording, Server, null_sink, recording
+from hapticvlm_lab.bench.latency.conditions import load, no_load, priority, raise_priority
 
 BLOCKS = (64, 128, 256, 512)
 STRIKE_LEASE_S = 0.03

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from hapticvlm.commands.local_service import Service, running
-from hapticvlm_lab.bench.sink import Recording, Server
+from hapticvlm_lab.bench.audio.sink import Recording, Server
 
 OUR_PRIORITY, SERVER_PRIORITY = 5, 25
 LOAD = ("60.0", "40000", "4")  # frames/s, bytes a frame, scenes
@@ -30,7 +30,15 @@ def load(seconds: float) -> Iterator[Callable[[], float]]:
     rate, size, scenes = LOAD
     for_s = str(seconds)
     with running(["--no-realtime"]) as service:
-        command = [sys.executable, "-m", "hapticvlm_lab.bench.load", service.url, rate, for_s, size]
+        command = [
+            sys.executable,
+            "-m",
+            "hapticvlm_lab.bench.latency.load",
+            service.url,
+            rate,
+            for_s,
+            size,
+        ]
         with subprocess.Popen([*command, scenes], stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None
             try:

@@ -12,7 +12,7 @@ from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import Stroke
 from hapticvlm.rendering.voices import Command
-from hapticvlm_lab.bench.conditions import stolen_s
+from hapticvlm_lab.bench.latency.conditions import stolen_s
 
 
 def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
@@ -20,7 +20,7 @@ def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
     settings = AudioSettings(realtime=realtime)
     speaker = Speaker(settings)
     speaker.start()
-    bare_loop = [sys.executable, "-m", "hapticvlm_lab.bench.deadlines", str(seconds)]
+    bare_loop = [sys.executable, "-m", "hapticvlm_lab.bench.audio.deadlines", str(seconds)]
     bare_loop += [str(settings.block), str(int(realtime))]
     started, stolen_before = time.monotonic(), stolen_s()
     try:

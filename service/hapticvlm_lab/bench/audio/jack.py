@@ -21,7 +21,7 @@ from hapticvlm.devices.output import JACK
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Stroke
 from hapticvlm.rendering.voices import Command
-from hapticvlm_lab.bench.sink import SinkError
+from hapticvlm_lab.bench.audio.sink import SinkError
 
 PRIORITY = 40  # above the engine's, as a sound server's is
 START_S = 20.0

@@ -1,7 +1,7 @@
 """The floor of the virtual clock: a bare loop on the same deadlines, which counts those it missed.
 
-`python -m hapticvlm_lab.bench.deadlines SECONDS BLOCK REALTIME` (1 or 0) renders nothing, misses a
-deadline where the virtual clock counts an underrun, and prints one JSON object at the end.
+`python -m hapticvlm_lab.bench.audio.deadlines SECONDS BLOCK REALTIME` (1 or 0) renders nothing,
+misses a deadline where the virtual clock counts an underrun, and prints one JSON object at the end.
 """
 
 from __future__ import annotations

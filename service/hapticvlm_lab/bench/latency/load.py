@@ -1,7 +1,7 @@
 """A scene that streams different frames at a fixed rate from a process of its own.
 
-`python -m hapticvlm_lab.bench.load URL RATE SECONDS BYTES [SCENES]` prints "streaming" when it
-begins and one JSON object at the end; with several scenes each streams at RATE.
+`python -m hapticvlm_lab.bench.latency.load URL RATE SECONDS BYTES [SCENES]` prints "streaming" when
+it begins and one JSON object at the end; with several scenes each streams at RATE.
 """
 
 from __future__ import annotations

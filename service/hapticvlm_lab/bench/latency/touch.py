@@ -189,7 +189,7 @@ async def _introduce(socket: ClientConnection) -> None:
 
 async def _start_load(url: str, seconds: float, scenes: int) -> asyncio.subprocess.Process:
     return await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "hapticvlm_lab.bench.load", url),
+        *(sys.executable, "-m", "hapticvlm_lab.bench.latency.load", url),
         *(str(FRAME_RATE_HZ), str(seconds), str(FRAME_BYTES), str(scenes)),
         stdout=subprocess.PIPE,
     )
@@ -199,7 +199,12 @@ async def _start_load(url: str, seconds: float, scenes: int) -> asyncio.subproce
 def _burning(seconds: float) -> Iterator[dict[str, Any]]:
     """Keep a VLM busy on every core meanwhile; what it did is told when the context ends."""
     told: dict[str, Any] = {}
-    command = [sys.executable, "-m", "hapticvlm_lab.bench.burn", str(seconds + MARGIN_S + 1.0)]
+    command = [
+        sys.executable,
+        "-m",
+        "hapticvlm_lab.bench.latency.burn",
+        str(seconds + MARGIN_S + 1.0),
+    ]
     command.append(str(os.cpu_count() or 1))
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -214,7 +219,7 @@ def _burning(seconds: float) -> Iterator[dict[str, Any]]:
 
 @contextmanager
 def _echo(realtime: bool) -> Iterator[int]:
-    command = [sys.executable, "-m", "hapticvlm_lab.bench.echo", *(["realtime"] * realtime)]
+    command = [sys.executable, "-m", "hapticvlm_lab.bench.latency.echo", *(["realtime"] * realtime)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:

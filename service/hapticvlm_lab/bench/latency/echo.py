@@ -1,6 +1,6 @@
 """The floor: a bare `websockets` server that sends back what it gets. Prints its port, then serves.
 
-`python -m hapticvlm_lab.bench.echo [realtime]`
+`python -m hapticvlm_lab.bench.latency.echo [realtime]`
 """
 
 from __future__ import annotations

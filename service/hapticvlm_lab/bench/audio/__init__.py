@@ -1,0 +1,1 @@
+"""Contact to the first sample at a recorded sink, beside a bare audio program."""
