@@ -12,7 +12,7 @@ from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import Stroke
 from hapticvlm.rendering.voices import Command
-from hapticvlm_lab.bench.latency.conditions import stolen_s
+from hapticvlm_lab.bench.audio.conditions import stolen_s
 
 
 def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:

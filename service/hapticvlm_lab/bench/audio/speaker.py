@@ -30,8 +30,8 @@ from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm_lab.bench.audio import clock, jack
 from hapticvlm_lab.bench.audio.click import Clicker, clicker
 from hapticvlm_lab.bench.audio.clock import command
+from hapticvlm_lab.bench.audio.conditions import load, no_load, priority, raise_priority
 from hapticvlm_lab.bench.audio.sink import NAME, Recording, Server, null_sink, recording
-from hapticvlm_lab.bench.latency.conditions import load, no_load, priority, raise_priority
 
 BLOCKS = (64, 128, 256, 512)
 STRIKE_LEASE_S = 0.03
