@@ -28,7 +28,7 @@ SOURCES = ROOT / "service" / "hapticvlm"
 FRAME = ROOT / "examples" / "captures" / "living_room" / "frames" / "0050.jpg"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 BINARY = frozenset({".onnx", ".safetensors", ".npz"})
-TEXT = frozenset({".py", ".typed", ".html", ".css", ".js", ".svg", ".json", ".toml", ".md"})
+TEXT = frozenset({".py", ".typed", ".html", ".css", ".js", ".svg", ".json", ".toml", ".md", ".csv"})
 # A place on the machine of whoever built it.
 MACHINE_PATH = re.compile(r"(?<![\w.:/])/(?:work|home|root|Users|opt)/\w")
 COPYLEFT = re.compile(r"General Public License|\bA?GPL", re.IGNORECASE)
