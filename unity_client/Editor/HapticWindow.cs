@@ -1,4 +1,5 @@
 using System;
+using System.Collections.Generic;
 using UnityEditor;
 using UnityEngine;
 
@@ -11,7 +12,8 @@ namespace HapticVLM.Editor
         [SerializeField] string token = "";
 
         Observer observer;
-        Vector2 scroll;
+        SceneScan scan;
+        Vector2 scroll, listScroll;
 
         [MenuItem("Window/HapticVLM")]
         static void Open()
@@ -28,6 +30,7 @@ namespace HapticVLM.Editor
         void OnDisable()
         {
             EditorApplication.update -= Pump;
+            if (scan != null) scan.End();
             Disconnect();
         }
 
@@ -38,9 +41,40 @@ namespace HapticVLM.Editor
             if (GUILayout.Button("STOP all outputs", GUILayout.Height(48f)) && observer != null) observer.Stop();
             GUI.backgroundColor = before;
             ShowConnection();
+            ShowScene();
             if (observer == null) return;
             ShowPlate();
             ShowDecisions();
+        }
+
+        void ShowScene()
+        {
+            List<HapticObject> objects = SceneParts.All<HapticObject>();
+            EditorGUILayout.LabelField("Scene: " + objects.Count + " Haptic Objects", EditorStyles.boldLabel);
+            if (objects.Count == 0) EditorGUILayout.HelpBox("None yet: choose GameObject > HapticVLM > Set Up Scene.", MessageType.Info);
+            if (scan != null) EditorGUILayout.LabelField("Scan", scan.Status);
+            if (!Application.isPlaying && GUILayout.Button("Scan scene")) Scan(objects);
+            if (!Application.isPlaying && GUILayout.Button("Forget the scan")) Forget(objects);
+            listScroll = EditorGUILayout.BeginScrollView(listScroll);
+            foreach (HapticObject shown in objects) ScanRow.Show(shown);
+            EditorGUILayout.EndScrollView();
+        }
+
+        void Scan(List<HapticObject> objects)
+        {
+            Uri address = Address();
+            if (scan != null) scan.End();
+            if (address != null) scan = new SceneScan(address, token, objects);
+        }
+
+        static void Forget(List<HapticObject> objects)
+        {
+            foreach (HapticObject shown in objects)
+            {
+                Undo.RecordObject(shown, "Forget the scan");
+                shown.KeepScan("", "", 0.0);
+                EditorUtility.SetDirty(shown);
+            }
         }
 
         void ShowConnection()
@@ -73,16 +107,26 @@ namespace HapticVLM.Editor
         void Pump()
         {
             if (observer != null) observer.Pump();
+            if (scan == null || scan.IsDone) return;
+            scan.Step();
+            Repaint();
         }
 
         void Connect()
         {
             Disconnect();
-            Uri address;
-            if (!Uri.TryCreate(url, UriKind.Absolute, out address)) return;
-            if (address.Scheme != "ws" && address.Scheme != "wss") return;
+            Uri address = Address();
+            if (address == null) return;
             observer = new Observer(address, token);
             observer.Changed += Repaint;
+        }
+
+        /// <summary>The service's address; null when the text is none.</summary>
+        Uri Address()
+        {
+            Uri address;
+            if (!Uri.TryCreate(url, UriKind.Absolute, out address)) return null;
+            return address.Scheme == "ws" || address.Scheme == "wss" ? address : null;
         }
 
         void Disconnect()

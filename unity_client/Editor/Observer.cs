@@ -37,6 +37,7 @@ namespace HapticVLM.Editor
         public void Pump()
         {
             connection.Pump();
+            if (connection.Welcome != null) MaterialNames.Take(connection.Welcome.Materials);
         }
 
         public void Stop()
@@ -58,8 +59,8 @@ namespace HapticVLM.Editor
 
         void OnDecided(Decision decision)
         {
-            HapticObject one = HapticObject.ById(decision.ObjectId);
-            string what = one != null ? one.name : decision.ObjectId ?? "the touched region";
+            HapticObject shown = HapticObject.ById(decision.ObjectId);
+            string what = shown != null ? shown.name : decision.ObjectId ?? "the touched region";
             Decisions.Insert(0, what + ": " + decision.Material + " (" + decision.Confidence.ToString("P0") + ", by " + decision.Source
                 + "), " + decision.SetpointC.ToString("F1") + " degC");
             if (Decisions.Count > Kept) Decisions.RemoveAt(Kept);

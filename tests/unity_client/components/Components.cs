@@ -42,6 +42,7 @@ public static class Components
         Moves.Run(program, url);
         Reports.Run(program, url);
         Pictures.Run(program, url);
+        EditMode.Run(program, url);
         return Finish();
     }
 

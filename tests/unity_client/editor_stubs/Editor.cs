@@ -16,7 +16,87 @@ namespace UnityEditor
 
     public enum BuildTarget { Android = 13, WebGL = 20 }
 
-    public sealed class MenuItem : Attribute { public MenuItem(string itemName) { } }
+    public sealed class MenuItem : Attribute
+    {
+        public readonly string Path;
+
+        public MenuItem(string itemName) { Path = itemName; }
+        public MenuItem(string itemName, bool isValidateFunction, int priority) { Path = itemName; }
+    }
+
+    public sealed class CustomEditor : Attribute { public CustomEditor(Type inspectedType) { } }
+
+    // What was done can be undone: what was made is destroyed again.
+    public static class Undo
+    {
+        static readonly List<UnityEngine.Object> Made = new List<UnityEngine.Object>();
+
+        public static readonly List<string> Recorded = new List<string>();
+
+        public static void SetCurrentGroupName(string name) { }
+        public static int GetCurrentGroup() { return 0; }
+        public static void CollapseUndoOperations(int groupIndex) { }
+        public static void RegisterCreatedObjectUndo(UnityEngine.Object objectToUndo, string name) { Made.Add(objectToUndo); }
+        public static void RecordObject(UnityEngine.Object objectToUndo, string name) { Recorded.Add(name); }
+
+        public static T AddComponent<T>(GameObject gameObject) where T : Component, new()
+        {
+            T made = gameObject.AddComponent<T>();
+            Made.Add(made);
+            return made;
+        }
+
+        public static void PerformUndo()
+        {
+            foreach (UnityEngine.Object made in Made) Player.Destroy(made);
+            Made.Clear();
+        }
+    }
+
+    public static class Selection
+    {
+        public static GameObject[] gameObjects { get; set; } = new GameObject[0];
+    }
+
+    public static class EditorUtility
+    {
+        public static int Dirty;
+
+        public static void SetDirty(UnityEngine.Object target) { Dirty++; }
+    }
+
+    public class SerializedProperty
+    {
+        internal object Of;
+        internal System.Reflection.FieldInfo Field;
+
+        public string stringValue { get { return (string)Field.GetValue(Of); } set { Field.SetValue(Of, value); } }
+    }
+
+    public class SerializedObject
+    {
+        internal object Of;
+
+        public void Update() { }
+        public bool ApplyModifiedProperties() { return true; }
+
+        public SerializedProperty FindProperty(string propertyPath)
+        {
+            const System.Reflection.BindingFlags Inner = System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic;
+            return new SerializedProperty { Of = Of, Field = Of.GetType().GetField(propertyPath, Inner) };
+        }
+    }
+
+    public class Editor : ScriptableObject
+    {
+        public UnityEngine.Object target { get; set; }
+        public SerializedObject serializedObject { get { return new SerializedObject { Of = target }; } }
+
+        public virtual void OnInspectorGUI() { }
+        public virtual bool RequiresConstantRepaint() { return false; }
+        public bool DrawDefaultInspector() { return false; }
+        protected static void DrawPropertiesExcluding(SerializedObject obj, params string[] propertyToExclude) { }
+    }
 
     public class InitializeOnLoadAttribute : Attribute { }
 
@@ -76,8 +156,32 @@ namespace UnityEditor
         public static void LabelField(string label, string label2, params GUILayoutOption[] options) { Shown.Add(label + ": " + label2); }
         public static string TextField(string label, string text, params GUILayoutOption[] options) { return text; }
         public static string PasswordField(string label, string password, params GUILayoutOption[] options) { return password; }
+        public static string Chosen, ChosenFor; // by whoever plays the person
+
+        public static int Popup(string label, int selectedIndex, string[] displayedOptions, params GUILayoutOption[] options)
+        {
+            Shown.Add(label + ": [" + displayedOptions[selectedIndex] + "]");
+            if (ChosenFor == null || !label.StartsWith(ChosenFor)) return selectedIndex;
+            ChosenFor = null;
+            return Array.IndexOf(displayedOptions, Chosen);
+        }
+
         public static void HelpBox(string message, MessageType type) { Shown.Add(type + ": " + message); }
         public static Vector2 BeginScrollView(Vector2 scrollPosition, params GUILayoutOption[] options) { return scrollPosition; }
         public static void EndScrollView() { }
+    }
+}
+
+namespace UnityEditor.SceneManagement
+{
+    public static class EditorSceneManager
+    {
+        public static int Marked;
+
+        public static bool MarkSceneDirty(UnityEngine.SceneManagement.Scene scene)
+        {
+            Marked++;
+            return true;
+        }
     }
 }

@@ -10,6 +10,7 @@ namespace UnityEngine
     public class Object
     {
         internal bool IsDead;
+        public bool IsGone { get { return IsDead; } }
 
         public string name { get; set; }
         public HideFlags hideFlags { get; set; }
@@ -54,6 +55,8 @@ namespace UnityEngine
         public new string name { get { return gameObject.name; } }
 
         public T GetComponent<T>() { return gameObject.GetComponent<T>(); }
+
+        public bool CompareTag(string tag) { return gameObject.tag == tag; }
 
         public T GetComponentInChildren<T>() { return gameObject.GetComponentInChildren<T>(); }
 
@@ -111,6 +114,7 @@ namespace UnityEngine
             Scene.Add(this);
             this.name = name;
             transform = new Transform { gameObject = this };
+            Parts.Add(transform);
         }
 
         public GameObject() : this("New Game Object") { }
@@ -126,6 +130,8 @@ namespace UnityEngine
 
         public Transform transform { get; private set; }
         public int layer { get; set; }
+        public string tag { get; set; } = "Untagged";
+        public SceneManagement.Scene scene { get { return default(SceneManagement.Scene); } }
         public bool activeInHierarchy { get { return isActive && !IsDead && (ReferenceEquals(Parent, null) || Parent.activeInHierarchy); } }
 
         public void SetActive(bool value)
@@ -151,6 +157,17 @@ namespace UnityEngine
             return default(T);
         }
 
+        public T GetComponentInParent<T>()
+        {
+            return transform.GetComponentInParent<T>();
+        }
+
+        public void GetComponentsInChildren<T>(bool includeInactive, List<T> results)
+        {
+            results.Clear();
+            Collect(results);
+        }
+
         public T GetComponentInChildren<T>()
         {
             T found = GetComponent<T>();
@@ -162,7 +179,7 @@ namespace UnityEngine
         {
             for (int i = 0; i < Parts.Count; i++)
             {
-                if (Parts[i] is T) results.Add((T)(object)Parts[i]);
+                if (Parts[i] is T && !Parts[i].IsDead) results.Add((T)(object)Parts[i]);
             }
             for (int i = 0; i < Children.Count; i++) Children[i].Collect(results);
         }

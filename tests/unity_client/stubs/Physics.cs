@@ -36,6 +36,8 @@ namespace UnityEngine
         }
     }
 
+    public class CharacterController : Collider { }
+
     public class BoxCollider : Collider { }
 
     public class SphereCollider : Collider

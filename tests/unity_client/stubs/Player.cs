@@ -55,13 +55,18 @@ public static class Player
         System.Threading.SynchronizationContext.SetSynchronizationContext(Main);
         if (ReferenceEquals(one, null)) return;
         Live.Add(new Calls { Of = one, FixedUpdate = Message(one, "FixedUpdate"), Update = Message(one, "Update"), LateUpdate = Message(one, "LateUpdate") });
+        if (!Application.isPlaying)
+        {
+            Call(one, "Reset"); // as when a person adds it in the editor
+            return;
+        }
         Call(one, "Awake");
         Switch(one);
     }
 
     public static void Switch(MonoBehaviour one)
     {
-        if (ReferenceEquals(one, null) || one.isActiveAndEnabled == one.WasEnabled) return;
+        if (ReferenceEquals(one, null) || !Application.isPlaying && !one.WasEnabled || one.isActiveAndEnabled == one.WasEnabled) return;
         one.WasEnabled = one.isActiveAndEnabled;
         Call(one, one.WasEnabled ? "OnEnable" : "OnDisable");
     }

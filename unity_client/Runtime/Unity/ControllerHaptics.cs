@@ -46,6 +46,11 @@ namespace HapticVLM
         /// <summary>The amplitude that is played now, 0..1.</summary>
         public float Amplitude { get; private set; }
 
+        internal void Belong(HandSide side)
+        {
+            hand = side;
+        }
+
         /// <summary>In which form a hand's vibration is asked for; null when nobody plays it.</summary>
         internal static FeelForm? FormOf(HandSide side)
         {

@@ -70,6 +70,11 @@ namespace HapticVLM
             }
         }
 
+        internal void Belong(HandSide side)
+        {
+            hand = side;
+        }
+
         internal HapticObject Near { get; private set; }
 
         internal double NearM { get; private set; }

@@ -51,7 +51,7 @@ namespace HapticVLM
         {
             get
             {
-                if (!string.IsNullOrEmpty(material)) return material;
+                if (!string.IsNullOrEmpty(material) && material.Trim().Length > 0) return material.Trim();
                 return string.IsNullOrEmpty(scannedMaterial) ? null : scannedMaterial;
             }
         }
@@ -104,6 +104,18 @@ namespace HapticVLM
             scannedMaterial = found ?? "";
             scannedBy = by ?? "";
             scannedConfidence = (float)confidence;
+        }
+
+        /// <summary>What a person chose as its material; empty leaves it to the scan or the service.</summary>
+        internal string ChosenMaterial
+        {
+            get { return material; }
+            set { material = value; }
+        }
+
+        internal void RenewId()
+        {
+            objectId = NewId();
         }
 
         internal SceneObject Describe()

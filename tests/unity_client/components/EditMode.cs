@@ -1,0 +1,185 @@
+// The menu entry, the inspectors and the scan, in the stub editor and in edit mode.
+using System;
+using System.Collections.Generic;
+using System.Reflection;
+using System.Threading;
+using HapticVLM;
+using HapticVLM.Editor;
+using UnityEditor;
+using UnityEngine;
+
+public static class EditMode
+{
+    public static void Run(string program, string url)
+    {
+        Application.isPlaying = false;
+        switch (program)
+        {
+            case "setup-xri": SetUp("XROrigin"); break;
+            case "setup-meta": SetUp("OVRCameraRig"); break;
+            case "setup-camera": SetUp(null); break;
+            case "inspectors": Inspectors(); break;
+            case "scene-scan": Scan(url); break;
+        }
+    }
+
+    public sealed class XROrigin : MonoBehaviour { }
+
+    public sealed class OVRCameraRig : MonoBehaviour { }
+
+    static void SetUp(string rig)
+    {
+        GameObject camera = Child(null, "Main Camera");
+        camera.tag = "MainCamera";
+        camera.AddComponent<Camera>();
+        if (rig != null) MakeRig(rig, camera);
+        GameObject table = Box("Table"), loose = Box("Cup"), zone = Box("Zone");
+        loose.AddComponent<Rigidbody>();
+        GameObject handle = Box("Handle");
+        handle.transform.SetParent(loose.transform, false);
+        zone.GetComponent<Collider>().isTrigger = true;
+        Invoke();
+        Describe("first");
+        Invoke();
+        Describe("again");
+        Components.Say("tagged " + Has(table) + Has(loose) + Has(handle) + Has(zone));
+        Undo.PerformUndo();
+        Describe("undone");
+        Selection.gameObjects = new[] { table };
+        Invoke();
+        Components.Say("selection tagged " + Has(table) + Has(loose));
+        foreach (string line in Debug.Lines) Components.Say(line);
+    }
+
+    static void MakeRig(string type, GameObject camera)
+    {
+        GameObject root = Child(null, "Rig");
+        if (type == "XROrigin") root.AddComponent<XROrigin>();
+        else root.AddComponent<OVRCameraRig>();
+        Physics.World.Add(root.AddComponent<CharacterController>());
+        GameObject space = Child(root, type == "XROrigin" ? "Camera Offset" : "TrackingSpace");
+        camera.transform.SetParent(space.transform, false);
+        foreach (string side in new[] { "Left", "Right" }) Child(space, type == "XROrigin" ? side + " Controller" : side + "HandAnchor");
+        Child(space, "Body").AddComponent<BoxCollider>();
+    }
+
+    static GameObject Child(GameObject parent, string name)
+    {
+        var made = new GameObject(name);
+        if (parent != null) made.transform.SetParent(parent.transform, false);
+        return made;
+    }
+
+    static GameObject Box(string name)
+    {
+        GameObject box = GameObject.CreatePrimitive(PrimitiveType.Cube);
+        box.name = name;
+        return box;
+    }
+
+    static string Has(GameObject thing)
+    {
+        return thing.GetComponent<HapticObject>() != null ? "1" : "0";
+    }
+
+    // Finds the menu entry by its path, as a person does.
+    static void Invoke()
+    {
+        foreach (Type type in typeof(HapticWindow).Assembly.GetTypes())
+        {
+            foreach (MethodInfo method in type.GetMethods(BindingFlags.Static | BindingFlags.NonPublic))
+            {
+                var item = (MenuItem)Attribute.GetCustomAttribute(method, typeof(MenuItem));
+                if (item != null && item.Path == "GameObject/HapticVLM/Set Up Scene") method.Invoke(null, null);
+            }
+        }
+    }
+
+    static void Describe(string when)
+    {
+        var said = new List<string>();
+        foreach (GameObject thing in GameObject.Scene)
+        {
+            var hand = thing.GetComponent<HapticHand>();
+            if (!thing.IsGone && hand != null) said.Add(hand.Side + "@" + thing.transform.parent.name + (hand.Problem == null ? "+" : "-") + (thing.GetComponent<ControllerHaptics>() != null ? "c" : ""));
+        }
+        said.Sort();
+        int clients = GameObject.Scene.FindAll(thing => !thing.IsGone && thing.GetComponent<HapticClient>() != null).Count;
+        int objects = GameObject.Scene.FindAll(thing => !thing.IsGone && thing.GetComponent<HapticObject>() != null).Count;
+        Components.Say(when + ": clients " + clients + " objects " + objects + " hands " + string.Join(" ", said.ToArray()));
+    }
+
+    static void Inspectors()
+    {
+        GameObject box = Box("Mug");
+        var mug = box.AddComponent<HapticObject>();
+        var ghost = Child(null, "Ghost").AddComponent<HapticObject>();
+        var hand = Child(null, "Hand").AddComponent<HapticHand>();
+        Show("HapticObjectInspector", ghost);
+        Show("HapticHandInspector", hand);
+        EditorGUILayout.Chosen = "metal";
+        EditorGUILayout.ChosenFor = "Material";
+        Show("HapticObjectInspector", mug);
+        Components.Say("chosen " + mug.StatedMaterial);
+        mug.State("unobtainium");
+        Show("HapticObjectInspector", mug);
+        foreach (string line in EditorGUILayout.Shown) Components.Say(line);
+    }
+
+    static void Show(string inspector, MonoBehaviour target)
+    {
+        var shown = (UnityEditor.Editor)Activator.CreateInstance(typeof(HapticWindow).Assembly.GetType("HapticVLM.Editor." + inspector));
+        shown.target = target;
+        shown.OnInspectorGUI();
+    }
+
+    // A scan of two objects of which one is a copy of the other, and what the scene sends afterwards.
+    static void Scan(string url)
+    {
+        HapticObject oak = Tagged("OakPlanks"), kettle = Tagged("SteelKettle"), stated = Tagged("Thing");
+        Components.Private(kettle, "objectId", oak.ObjectId);
+        Components.Private(stated, "material", "glass");
+        var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
+        Components.Private(window, "url", url);
+        Call(window, "OnEnable");
+        GUILayout.Pressed = "Scan scene";
+        Call(window, "OnGUI");
+        double until = Clock.Now + 60.0;
+        while (!Shows(window, "objects tagged") && Clock.Now < until)
+        {
+            Player.Tick();
+            Thread.Sleep(3);
+        }
+        foreach (string line in EditorGUILayout.Shown.FindAll(line => line.Contains("tagged") || line.Contains(", by "))) Components.Say(line);
+        Components.Say("ids_differ " + (oak.ObjectId != kettle.ObjectId) + " stated " + oak.StatedMaterial + " " + kettle.StatedMaterial + " " + stated.StatedMaterial
+            + " saved " + (EditorUtility.Dirty > 0 && UnityEditor.SceneManagement.EditorSceneManager.Marked > 0) + " exceptions " + Debug.Exceptions + " errors " + Debug.Errors);
+        EditorGUILayout.Chosen = "fabric";
+        EditorGUILayout.ChosenFor = "OakPlanks";
+        Call(window, "OnGUI");
+        Components.Say("after review " + oak.StatedMaterial);
+        Call(window, "OnDisable");
+        Components.Say("left textures " + RenderTexture.Live);
+        Components.EndOfThreads();
+    }
+
+    static HapticObject Tagged(string name)
+    {
+        GameObject box = Box(name);
+        box.transform.position = new Vector3(0f, 0f, 2f);
+        box.GetComponent<Renderer>().sharedMaterial = new Material { name = name };
+        return box.AddComponent<HapticObject>();
+    }
+
+    static bool Shows(HapticWindow window, string text)
+    {
+        if (EditorApplication.update != null) EditorApplication.update();
+        EditorGUILayout.Shown.Clear();
+        Call(window, "OnGUI");
+        return EditorGUILayout.Shown.Exists(line => line.Contains(text));
+    }
+
+    static void Call(object on, string method)
+    {
+        on.GetType().GetMethod(method, BindingFlags.Instance | BindingFlags.NonPublic).Invoke(on, null);
+    }
+}

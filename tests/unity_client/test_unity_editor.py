@@ -1,0 +1,63 @@
+"""The menu entry, the inspectors and the scan of a scene, in the stand-in of the editor."""
+
+import re
+
+import numpy as np
+import pytest
+from mono import PACKAGE
+from PIL import Image
+
+from hapticvlm.commands.local_service import running
+from hapticvlm.materials import MATERIALS
+
+pytest_plugins = ("mono_build",)
+NOBODY = "ws://127.0.0.1:9/"
+
+
+@pytest.mark.parametrize(
+    ("rig", "left", "right"),
+    [
+        ("xri", "Left Controller", "Right Controller"),
+        ("meta", "LeftHandAnchor", "RightHandAnchor"),
+        ("camera", "Main Camera", "Main Camera"),
+    ],
+)
+def test_one_menu_entry_sets_up_a_scene_and_can_be_undone(build, rig, left, right):
+    said = build.run("components.exe", f"setup-{rig}", NOBODY)
+    whole = f"clients 1 objects 2 hands Left@{left}+c Right@{right}+c"  # +: complete, c: controller
+    assert f"first: {whole}" in said
+    assert f"again: {whole}" in said
+    assert "tagged 1100" in said  # a table and a body as a whole; no handle of it, no trigger zone
+    assert re.search(r"undone: clients 0 objects 0 hands\s", said)
+    assert "selection tagged 10" in said
+    assert "Start `hapticvlm serve` and press Play" in said
+
+
+def test_inspectors_warn_and_offer_materials_beside_free_text(build):
+    said = build.run("components.exe", "inspectors", NOBODY)
+    assert "Warning: Not felt: it has no collider, so no hand can touch it" in said
+    assert "Warning: Not felt: it has no collider: add a Sphere Collider" in said
+    assert "chosen metal" in said
+    assert said.rstrip().endswith("Material: [another ...]")  # what the list does not have
+
+
+def test_the_editor_offers_the_materials_of_the_service():
+    source = (PACKAGE / "Editor" / "MaterialNames.cs").read_text()
+    (listed,) = re.findall(r"Shipped = \{ (.*?) \}", source)
+    assert re.findall(r'"(\w+)"', listed) == list(MATERIALS)
+
+
+def test_a_scan_tags_every_object_once_and_a_person_may_correct_it(build, tmp_path):
+    pixels = np.full((448, 448, 3), 90, np.uint8)
+    Image.fromarray(pixels).save(tmp_path / "picture.jpg")
+    Image.fromarray(pixels[:, :, 0]).save(tmp_path / "mask.png")
+    files = str(tmp_path / "picture.jpg"), str(tmp_path / "mask.png")
+    with running() as service:
+        said = build.run("components.exe", "scene-scan", service.url, *files)
+    assert "Scan: 2 of 2 objects tagged; save the scene to keep them" in said
+    assert re.search(r"OakPlanks: wood, by Name, \d+ %", said)
+    assert re.search(r"SteelKettle: metal, by Name, \d+ %", said)
+    assert "ids_differ True stated wood metal glass saved True exceptions 0 errors 0" in said
+    assert "after review fabric" in said
+    assert "left textures 0" in said
+    assert "threads left 0" in said

@@ -1,0 +1,69 @@
+using UnityEditor;
+using UnityEngine;
+
+namespace HapticVLM.Editor
+{
+    /// <summary>What all inspectors of this package show beside the fields.</summary>
+    internal static class Notes
+    {
+        public static void Problem(string problem)
+        {
+            if (problem != null) EditorGUILayout.HelpBox("Not felt: " + problem + ".", MessageType.Warning);
+        }
+    }
+
+    [CustomEditor(typeof(HapticClient))]
+    internal sealed class HapticClientInspector : UnityEditor.Editor
+    {
+        public override void OnInspectorGUI()
+        {
+            DrawDefaultInspector();
+            if (!Application.isPlaying) return;
+            var client = (HapticClient)target;
+            bool isFelt = client.State == LinkState.Ready && client.Connection.Welcome.Owner;
+            EditorGUILayout.HelpBox(client.Status, isFelt ? MessageType.Info : MessageType.Warning);
+        }
+
+        public override bool RequiresConstantRepaint()
+        {
+            return Application.isPlaying;
+        }
+    }
+
+    [CustomEditor(typeof(HapticHand))]
+    internal sealed class HapticHandInspector : UnityEditor.Editor
+    {
+        public override void OnInspectorGUI()
+        {
+            DrawDefaultInspector();
+            var hand = (HapticHand)target;
+            Notes.Problem(hand.Problem);
+            if (!Application.isPlaying) return;
+            HapticObject touched = HapticObject.ById(hand.TouchedObjectId);
+            EditorGUILayout.LabelField("Touches", touched == null ? "nothing" : touched.name);
+            EditorGUILayout.LabelField("Speed", hand.SpeedMps.ToString("F2") + " m/s");
+        }
+
+        public override bool RequiresConstantRepaint()
+        {
+            return Application.isPlaying;
+        }
+    }
+
+    [CustomEditor(typeof(HapticObject))]
+    internal sealed class HapticObjectInspector : UnityEditor.Editor
+    {
+        public override void OnInspectorGUI()
+        {
+            var shown = (HapticObject)target;
+            serializedObject.Update();
+            SerializedProperty material = serializedObject.FindProperty("material");
+            material.stringValue = MaterialNames.Field("Material", material.stringValue);
+            DrawPropertiesExcluding(serializedObject, "m_Script", "material");
+            serializedObject.ApplyModifiedProperties();
+            Notes.Problem(shown.Problem);
+            if (shown.ScannedMaterial.Length > 0) EditorGUILayout.LabelField("Scanned", ScanRow.Describe(shown));
+            if (shown.Material != null) EditorGUILayout.LabelField("Decided", shown.Material + ", by " + shown.Source + ", " + shown.Confidence.ToString("P0"));
+        }
+    }
+}

@@ -1,0 +1,24 @@
+using UnityEditor;
+
+namespace HapticVLM.Editor
+{
+    /// <summary>One object in the list of the scene: what a scan found, and what a person makes of it.</summary>
+    internal static class ScanRow
+    {
+        public static string Describe(HapticObject shown)
+        {
+            return shown.ScannedMaterial + ", by " + shown.ScannedBy + ", " + shown.ScannedConfidence.ToString("P0");
+        }
+
+        public static void Show(HapticObject shown)
+        {
+            string before = shown.ChosenMaterial;
+            string label = shown.ScannedMaterial.Length > 0 ? shown.name + ": " + Describe(shown) : shown.name + ": not scanned";
+            string chosen = MaterialNames.Field(label, before);
+            if (chosen == before) return;
+            Undo.RecordObject(shown, "Choose material");
+            shown.ChosenMaterial = chosen;
+            EditorUtility.SetDirty(shown);
+        }
+    }
+}

@@ -1,0 +1,48 @@
+using System.Collections.Generic;
+using UnityEngine;
+using UnityEngine.SceneManagement;
+
+namespace HapticVLM.Editor
+{
+    /// <summary>Finds the parts of the open scene, without the searches whose names change between versions.</summary>
+    internal static class SceneParts
+    {
+        public static List<T> All<T>()
+        {
+            var found = new List<T>();
+            var some = new List<T>();
+            foreach (GameObject root in SceneManager.GetActiveScene().GetRootGameObjects())
+            {
+                root.GetComponentsInChildren(true, some);
+                found.AddRange(some);
+            }
+            return found;
+        }
+
+        /// <summary>The colliders a hand is to feel: of these objects and below, or of the whole scene.</summary>
+        public static List<Collider> Touchable(GameObject[] selected, Transform rig)
+        {
+            var all = new List<Collider>();
+            var some = new List<Collider>();
+            foreach (GameObject chosen in selected)
+            {
+                chosen.GetComponentsInChildren(true, some);
+                all.AddRange(some);
+            }
+            if (all.Count == 0) all = All<Collider>();
+            all.RemoveAll(collider => collider.isTrigger || collider is CharacterController || IsUnder(collider.transform, rig)
+                || collider.GetComponentInParent<HapticHand>() != null);
+            return all;
+        }
+
+        static bool IsUnder(Transform part, Transform whole)
+        {
+            if (whole == null) return false;
+            for (Transform at = part; at != null; at = at.parent)
+            {
+                if (at == whole) return true;
+            }
+            return false;
+        }
+    }
+}
