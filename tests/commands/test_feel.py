@@ -16,7 +16,7 @@ from hapticvlm.commands.main import main
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.plate_limits import SLEW_C_PER_S
 from hapticvlm.rendering.thermal import skin_surface_c, thermal_contact
-from hapticvlm.rendering.vibration import RATE_HZ, Stroke
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 
 
 def feel(capsys: pytest.CaptureFixture[str], *arguments: str):
@@ -90,7 +90,7 @@ def test_the_vibration_is_described_with_its_spectrum(capsys):
 
 def test_faster_rubbing_is_higher():
     def centre_hz(speed_mps: float) -> float:
-        samples = sound(MATERIALS["fabric"], "slide", Stroke(speed_mps, 1.0), 1.0).wave
+        samples = sound(MATERIALS["fabric"], "slide", Motion(speed_mps, 1.0), 1.0).wave
         power = np.abs(np.fft.rfft(samples)) ** 2
         hertz = np.arange(power.size) * (RATE_HZ / samples.size)
         return float(np.sum(hertz * power) / np.sum(power))
@@ -99,7 +99,7 @@ def test_faster_rubbing_is_higher():
 
 
 def test_a_touch_without_an_interaction_is_a_strike_and_then_a_rub():
-    samples = np.abs(sound(MATERIALS["wood"], None, Stroke(0.3, 1.0), 1.0).wave)
+    samples = np.abs(sound(MATERIALS["wood"], None, Motion(0.3, 1.0), 1.0).wave)
 
     assert samples[: RATE_HZ // 20].max() > 0.01
     assert samples[RATE_HZ * 35 // 100 : RATE_HZ * 39 // 100].max() < 0.01

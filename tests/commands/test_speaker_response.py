@@ -20,7 +20,7 @@ from hapticvlm.commands.main import main
 from hapticvlm.devices.calibration_output import FADE_S, Sounding
 from hapticvlm.devices.response import SpeakerResponse, read_response, write_response
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import RATE_HZ, Playback, Stroke, Texture, impact
+from hapticvlm.rendering.vibration import RATE_HZ, Motion, Playback, Texture, impact
 
 Floats = NDArray[np.float64]
 
@@ -114,18 +114,18 @@ def test_a_correction_is_bounded_and_leaves_250_hz_alone() -> None:
 def test_corrected_waveforms_move_a_resonant_speaker_as_plain_ones_move_an_even_one() -> None:
     needs = response(simulated_speaker(played()), RATE_HZ).correction()
     playback = Playback(correction=needs)
-    stroke = Stroke(0.1, 0.0)
+    motion = Motion(0.1, 0.0)
     for name, material in MATERIALS.items():
         facts = material.vibration
-        meant = impact(facts, "strike", Stroke(0.5, 1.0), 0)
-        given = impact(facts, "strike", Stroke(0.5, 1.0), 0, playback)
+        meant = impact(facts, "strike", Motion(0.5, 1.0), 0)
+        given = impact(facts, "strike", Motion(0.5, 1.0), 0, playback)
         assert given[0] == pytest.approx(0.0, abs=1e-6)
         assert off_db(given, meant) < 0.7, name
         rubs = Texture(facts, "slide", 1), Texture(facts, "slide", 1, playback)
-        plain, corrected = (rub.render(RATE_HZ, stroke) for rub in rubs)
+        plain, corrected = (rub.render(RATE_HZ, motion) for rub in rubs)
         assert off_db(corrected, plain) < 1.0, name
     glass = MATERIALS["glass"].vibration
-    plain = impact(glass, "strike", Stroke(0.5, 1.0), 0)
+    plain = impact(glass, "strike", Motion(0.5, 1.0), 0)
     assert off_db(plain, plain) > 2.0  # what was there to correct
 
 

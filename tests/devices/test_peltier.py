@@ -19,7 +19,7 @@ from hapticvlm.devices.plant import Plant
 from hapticvlm.devices.ports import READ_S, DeviceError
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort, simulated_plate
-from hapticvlm.rendering.thermal import PlateReading
+from hapticvlm.rendering.plate_limits import PlateReading
 
 
 def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> list[PlateReading]:

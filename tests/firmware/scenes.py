@@ -1,7 +1,7 @@
 """The service's own way from a touch to a setpoint, on a simulated board, in simulated time.
 
 `Rig` joins the unmodified `devices/peltier.py`, over `sim://`, with the rendering that a session
-uses: Course, then limits. Nothing here knows the protocol.
+uses: course, then limits. Nothing here knows the protocol.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ import serial
 from hapticvlm.devices.peltier import Peltier
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering import thermal
-from hapticvlm.rendering.thermal import PlateReading, ThermalContact
-from hapticvlm.rendering.thermal_course import Course
+from hapticvlm.rendering import plate_limits, thermal
+from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 
 from .board import Board
 from .protocol_sim import BOARDS
@@ -47,7 +48,7 @@ class Rig:
             serial.protocol_handler_packages.append(_PACKAGE)
         BOARDS["plate"] = board
         self.board = board
-        self.course = Course()
+        self.course = ThermalTrajectory()
         self.peltier = Peltier("sim://plate", clock=lambda: board.now)
         self.peltier.connect()
         self._setpoint_c = NEUTRAL_C
@@ -78,7 +79,7 @@ class Rig:
         now = self.board.now
         reading = self.peltier.advance(now)
         wanted_c = self.course.wanted_c(now)
-        limited = thermal.limit(wanted_c, self._setpoint_c, now - self._last, reading)
+        limited = plate_limits.limit(wanted_c, self._setpoint_c, now - self._last, reading)
         self._setpoint_c, self._last = limited.setpoint_c, now
         self.peltier.command(limited.setpoint_c, LEASE_S, now)
         plant = self.board.plant

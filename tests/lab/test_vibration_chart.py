@@ -11,7 +11,7 @@ import pytest
 from hapticvlm.commands.main import main
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import JND_DB
-from hapticvlm.rendering.vibration import RATE_HZ, Stroke, impact
+from hapticvlm.rendering.vibration import RATE_HZ, Motion, impact
 from hapticvlm_lab.bench.vibration import chart, methods
 from hapticvlm_lab.bench.vibration.methods import Row
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
@@ -26,9 +26,9 @@ def test_a_sine_of_full_scale_is_0_db_as_an_event_and_as_a_steady_wave() -> None
 
 
 def test_two_materials_differ_by_more_than_two_strikes_of_one() -> None:
-    stroke = Stroke(0.5, 1.0)
+    motion = Motion(0.5, 1.0)
     wood, again, glass = (
-        event_db(impact(MATERIALS[name].vibration, "strike", stroke, seed))
+        event_db(impact(MATERIALS[name].vibration, "strike", motion, seed))
         for name, seed in (("wood", 0), ("wood", 1), ("glass", 0))
     )
     assert difference_db(wood, again) < 1.6 < difference_db(wood, glass)

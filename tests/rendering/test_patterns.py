@@ -20,11 +20,11 @@ from hapticvlm.devices.ring import Ring
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.equaliser import Correction
 from hapticvlm.rendering.patterns import PRESETS, PatternError, PatternTexture, named, pattern
-from hapticvlm.rendering.vibration import RATE_HZ, Stroke, impact
+from hapticvlm.rendering.vibration import RATE_HZ, Motion, impact
 from hapticvlm.rendering.voices import Command, Voices
 
 Wave = NDArray[np.float64]
-RUB = Command(1, "fabric", "slide", False, Stroke(0.3, 2.0), 1, 100.0)
+RUB = Command(1, "fabric", "slide", False, Motion(0.3, 2.0), 1, 100.0)
 
 
 def tone(seconds: float = 0.5, hertz: float = 120.0, rate_hz: int = RATE_HZ) -> Wave:
@@ -82,17 +82,17 @@ def test_every_preset_can_be_felt() -> None:
     for preset in PRESETS:
         voices = Voices()
         onset = preset.interaction in ("tap", "strike")
-        voices.obey(Command(1, preset.material, preset.interaction, onset, preset.stroke, 1, 100.0))
+        voices.obey(Command(1, preset.material, preset.interaction, onset, preset.motion, 1, 100.0))
         wave = listen(voices, 0.3)
         assert np.sqrt(np.mean(wave**2)) > 0.01, preset.name
 
 
 def test_a_recorded_impact_is_as_strong_as_what_it_replaces() -> None:
-    stroke = Stroke(1.0, 2.0)
+    motion = Motion(1.0, 2.0)
     burst = tone(0.2, 100.0) * np.exp(-20.0 * np.arange(9600) / RATE_HZ)
     for gain in (0.01, 1.0):
-        made = pattern(("wood", "strike"), gain * burst, RATE_HZ).impact(stroke)
-        plain = impact(MATERIALS["wood"].vibration, "strike", stroke, 0)
+        made = pattern(("wood", "strike"), gain * burst, RATE_HZ).impact(motion)
+        plain = impact(MATERIALS["wood"].vibration, "strike", motion, 0)
         ratio = np.sum(made.astype(float) ** 2) / np.sum(plain.astype(float) ** 2)
         assert abs(10 * np.log10(ratio)) < 2.0
 
@@ -100,11 +100,11 @@ def test_a_recorded_impact_is_as_strong_as_what_it_replaces() -> None:
 def test_force_and_speed_set_its_level_and_a_still_hand_feels_nothing() -> None:
     made = pattern(("wood", "slide"), tone(1.0), RATE_HZ)
     soft, hard = (PatternTexture(made) for _ in range(2))
-    low = np.sqrt(np.mean(soft.render(9600, Stroke(0.05, 0.5)) ** 2))
-    high = np.sqrt(np.mean(hard.render(9600, Stroke(0.5, 5.0)) ** 2))
+    low = np.sqrt(np.mean(soft.render(9600, Motion(0.05, 0.5)) ** 2))
+    high = np.sqrt(np.mean(hard.render(9600, Motion(0.5, 5.0)) ** 2))
     assert high > 1.5 * low
-    hard.render(9600, Stroke(0.0, 5.0))
-    assert not hard.render(480, Stroke(0.0, 5.0)).any()
+    hard.render(9600, Motion(0.0, 5.0))
+    assert not hard.render(480, Motion(0.0, 5.0)).any()
 
 
 @pytest.mark.parametrize("interaction", ["slide", "strike"])
@@ -124,7 +124,7 @@ def test_what_a_recording_has_outside_the_band_is_not_played(interaction: str) -
 
 def test_a_looped_recording_has_no_seam() -> None:
     made = pattern(("wood", "slide"), tone(0.3, 97.3), RATE_HZ)
-    wave = PatternTexture(made).render(2 * RATE_HZ, Stroke(0.5, 2.0))
+    wave = PatternTexture(made).render(2 * RATE_HZ, Motion(0.5, 2.0))
 
     assert above_band_db(wave) < -50.0
 
@@ -132,8 +132,8 @@ def test_a_looped_recording_has_no_seam() -> None:
 def test_blocks_of_any_size_join() -> None:
     made = pattern(("wood", "slide"), tone(0.3), RATE_HZ)
     whole, cut = PatternTexture(made), PatternTexture(made)
-    blocks = [cut.render(size, RUB.stroke) for size in (1, 300, 0, 77, 9222)]
-    assert np.allclose(np.concatenate(blocks), whole.render(9600, RUB.stroke), atol=2e-6)
+    blocks = [cut.render(size, RUB.motion) for size in (1, 300, 0, 77, 9222)]
+    assert np.allclose(np.concatenate(blocks), whole.render(9600, RUB.motion), atol=2e-6)
 
 
 def test_a_speaker_weak_at_a_recordings_pitch_is_driven_harder() -> None:

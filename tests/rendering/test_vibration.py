@@ -16,8 +16,8 @@ from hapticvlm.rendering.vibration import (
     IMPACTS,
     RATE_HZ,
     TEXTURES,
+    Motion,
     Playback,
-    Stroke,
     Texture,
     impact,
 )
@@ -27,11 +27,11 @@ WOOD = MATERIALS["wood"].vibration
 Wave = NDArray[np.float32]
 
 
-def rub(vibration: Vibration, interaction: str, stroke: Stroke, seconds: float = 1.0) -> Wave:
+def rub(vibration: Vibration, interaction: str, motion: Motion, seconds: float = 1.0) -> Wave:
     """A steady texture, (N,), after its glide-in."""
     texture = Texture(vibration, interaction, seed=1)
-    texture.render(RATE_HZ // 5, stroke)
-    return texture.render(int(seconds * RATE_HZ), stroke)
+    texture.render(RATE_HZ // 5, motion)
+    return texture.render(int(seconds * RATE_HZ), motion)
 
 
 def power(wave: Wave) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -75,7 +75,7 @@ def test_an_impact_stays_in_range_and_begins_and_ends_at_nothing(
     name: str, interaction: str, speed_mps: float
 ) -> None:
     for seed in (0, 7):
-        wave = impact(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 50.0), seed)
+        wave = impact(MATERIALS[name].vibration, interaction, Motion(speed_mps, 50.0), seed)
 
         assert wave.dtype == np.float32
         assert wave.ndim == 1
@@ -90,7 +90,7 @@ def test_an_impact_stays_in_range_and_begins_and_ends_at_nothing(
 @pytest.mark.parametrize("interaction", IMPACTS)
 def test_an_impact_has_nothing_above_the_band(name: str, interaction: str) -> None:
     for speed_mps in (0.1, 1.0, 30.0):
-        wave = impact(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 5.0), 3)
+        wave = impact(MATERIALS[name].vibration, interaction, Motion(speed_mps, 5.0), 3)
         assert share_db(wave, 1050.0) < -50.0
 
 
@@ -98,7 +98,7 @@ def test_an_impact_has_nothing_above_the_band(name: str, interaction: str) -> No
 @pytest.mark.parametrize("interaction", TEXTURES)
 def test_a_texture_keeps_inside_the_band(name: str, interaction: str) -> None:
     for speed_mps in (0.02, 0.2, 2.0, 50.0):
-        wave = rub(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 2.0))
+        wave = rub(MATERIALS[name].vibration, interaction, Motion(speed_mps, 2.0))
         assert share_db(wave, 1050.0) < -50.0
         assert share_db(wave, 0.0, 1.0) < -40.0
         assert np.abs(wave).max() <= 1.5
@@ -108,7 +108,7 @@ def test_a_texture_keeps_inside_the_band(name: str, interaction: str) -> None:
 @pytest.mark.parametrize("interaction", IMPACTS)
 def test_a_faster_impact_is_stronger_and_brighter(name: str, interaction: str) -> None:
     slow, middle, fast = (
-        impact(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 1.0), 3)
+        impact(MATERIALS[name].vibration, interaction, Motion(speed_mps, 1.0), 3)
         for speed_mps in (0.1, 0.5, 2.0)
     )
 
@@ -118,7 +118,7 @@ def test_a_faster_impact_is_stronger_and_brighter(name: str, interaction: str) -
 
 
 def test_a_harder_press_is_stronger_and_needs_no_speed() -> None:
-    soft, hard = (impact(WOOD, "press", Stroke(0.0, force_n), 3) for force_n in (0.5, 5.0))
+    soft, hard = (impact(WOOD, "press", Motion(0.0, force_n), 3) for force_n in (0.5, 5.0))
 
     assert 0.0 < rms(soft) < rms(hard)
 
@@ -128,9 +128,9 @@ def test_a_harder_press_is_stronger_and_needs_no_speed() -> None:
 def test_the_materials_strike_equally_strongly_at_any_speed(
     interaction: str, speed_mps: float
 ) -> None:
-    stroke = Stroke(speed_mps, 1.0)
+    motion = Motion(speed_mps, 1.0)
     strengths = [
-        np.mean([felt_db(impact(m.vibration, interaction, stroke, s)) for s in range(5)])
+        np.mean([felt_db(impact(m.vibration, interaction, motion, s)) for s in range(5)])
         for m in MATERIALS.values()
     ]
 
@@ -139,8 +139,8 @@ def test_the_materials_strike_equally_strongly_at_any_speed(
 
 @pytest.mark.parametrize("speed_mps", [0.05, 0.1, 0.5, 2.0])
 def test_the_materials_rub_equally_strongly_at_any_speed(speed_mps: float) -> None:
-    stroke = Stroke(speed_mps, 1.0)
-    strengths = [felt_db(rub(m.vibration, "slide", stroke, 3.0)) for m in MATERIALS.values()]
+    motion = Motion(speed_mps, 1.0)
+    strengths = [felt_db(rub(m.vibration, "slide", motion, 3.0)) for m in MATERIALS.values()]
 
     assert np.ptp(strengths) < 3.0  # dB, about one step of amplitude discrimination
 
@@ -148,7 +148,7 @@ def test_the_materials_rub_equally_strongly_at_any_speed(speed_mps: float) -> No
 def test_a_surface_smoother_than_any_class_is_felt_less() -> None:
     glass = MATERIALS["glass"].vibration
     levels = [
-        rms(rub(replace(glass, roughness=r), "slide", Stroke(0.1, 1.0))) for r in (0, 0.05, 0.1)
+        rms(rub(replace(glass, roughness=r), "slide", Motion(0.1, 1.0))) for r in (0, 0.05, 0.1)
     ]
 
     assert levels[0] == 0.0
@@ -171,7 +171,7 @@ def test_a_frequency_below_the_best_is_left_alone_and_above_it_keeps_its_order()
 
 def test_the_loudest_impact_uses_the_range_it_has() -> None:
     peaks = [
-        np.abs(impact(m.vibration, "strike", Stroke(30.0, 1.0), 0)).max()
+        np.abs(impact(m.vibration, "strike", Motion(30.0, 1.0), 0)).max()
         for m in MATERIALS.values()
     ]
 
@@ -179,7 +179,7 @@ def test_the_loudest_impact_uses_the_range_it_has() -> None:
 
 
 def test_materials_differ_in_pitch_or_in_ring() -> None:
-    waves = {n: impact(MATERIALS[n].vibration, "strike", Stroke(1.0, 1.0), 0) for n in FOUR}
+    waves = {n: impact(MATERIALS[n].vibration, "strike", Motion(1.0, 1.0), 0) for n in FOUR}
 
     def ring_s(wave: Wave) -> float:
         energy = np.cumsum(np.square(wave, dtype=np.float64))
@@ -194,15 +194,15 @@ def test_materials_differ_in_pitch_or_in_ring() -> None:
 def test_each_material_rubs_at_its_own_pitch() -> None:
     for name in FOUR:
         vibration = MATERIALS[name].vibration
-        wave = rub(vibration, "slide", Stroke(0.2, 0.0), 4.0)
+        wave = rub(vibration, "slide", Motion(0.2, 0.0), 4.0)
         assert centroid_hz(wave) == pytest.approx(felt_hz(0.2 / vibration.pitch_m), rel=0.1)
 
 
 def test_the_pitch_of_rubbing_stops_at_its_limits() -> None:
     glass = MATERIALS["glass"].vibration
 
-    assert centroid_hz(rub(glass, "slide", Stroke(5.0, 0.0))) == pytest.approx(360.0, rel=0.05)
-    slow = rub(glass, "slide", Stroke(0.001, 0.0), 4.0)
+    assert centroid_hz(rub(glass, "slide", Motion(5.0, 0.0))) == pytest.approx(360.0, rel=0.05)
+    slow = rub(glass, "slide", Motion(0.001, 0.0), 4.0)
     assert centroid_hz(slow) == pytest.approx(20.0, rel=0.1)
 
 
@@ -210,7 +210,7 @@ def test_what_sticks_slips_at_a_rate_that_rises_with_speed_under_a_firm_hand() -
     sticky = replace(MATERIALS["rubber"].vibration, stick=0.95)
 
     def slips_hz(speed_mps: float, force_n: float) -> float:
-        frequency_hz, spectrum = power(rub(sticky, "slide", Stroke(speed_mps, force_n), 4.0))
+        frequency_hz, spectrum = power(rub(sticky, "slide", Motion(speed_mps, force_n), 4.0))
         return float(frequency_hz[np.argmax(np.convolve(spectrum, np.ones(40), "same"))])
 
     assert slips_hz(0.15, 100.0) == pytest.approx(0.15 / 2.5e-3, rel=0.15)
@@ -220,7 +220,7 @@ def test_what_sticks_slips_at_a_rate_that_rises_with_speed_under_a_firm_hand() -
 
 def test_a_rougher_surface_is_patchier() -> None:
     def unevenness(roughness: float) -> float:
-        wave = rub(replace(WOOD, roughness=roughness), "slide", Stroke(0.3, 1.0), 4.0)
+        wave = rub(replace(WOOD, roughness=roughness), "slide", Motion(0.3, 1.0), 4.0)
         pieces = np.array_split(np.square(wave, dtype=np.float64), 100)
         means = [piece.mean() for piece in pieces]
         return float(np.std(means) / np.mean(means))
@@ -230,7 +230,7 @@ def test_a_rougher_surface_is_patchier() -> None:
 
 @pytest.mark.parametrize("interaction", IMPACTS)
 def test_a_harder_hit_is_stronger_and_brighter(interaction: str) -> None:
-    soft, hard = (impact(WOOD, interaction, Stroke(0.3, force_n), 3) for force_n in (0.2, 20.0))
+    soft, hard = (impact(WOOD, interaction, Motion(0.3, force_n), 3) for force_n in (0.2, 20.0))
 
     assert rms(hard) > 1.2 * rms(soft)
     assert centroid_hz(hard) > centroid_hz(soft)
@@ -240,7 +240,7 @@ def test_a_harder_hit_is_stronger_and_brighter(interaction: str) -> None:
 @pytest.mark.parametrize("name", FOUR)
 def test_a_faster_stroke_is_stronger(name: str, interaction: str) -> None:
     levels = [
-        rms(rub(MATERIALS[name].vibration, interaction, Stroke(speed_mps, 1.0), 4.0))
+        rms(rub(MATERIALS[name].vibration, interaction, Motion(speed_mps, 1.0), 4.0))
         for speed_mps in (0.02, 0.1, 0.5, 3.0)
     ]
 
@@ -250,7 +250,7 @@ def test_a_faster_stroke_is_stronger(name: str, interaction: str) -> None:
 
 @pytest.mark.parametrize("interaction", ["slide", "carve"])
 def test_a_harder_stroke_is_stronger(interaction: str) -> None:
-    light, hard = (rms(rub(WOOD, interaction, Stroke(0.2, f), 2.0)) for f in (0.2, 4.0))
+    light, hard = (rms(rub(WOOD, interaction, Motion(0.2, f), 2.0)) for f in (0.2, 4.0))
 
     assert hard > 1.3 * light
 
@@ -258,26 +258,26 @@ def test_a_harder_stroke_is_stronger(interaction: str) -> None:
 @pytest.mark.parametrize("interaction", TEXTURES)
 def test_a_still_hand_feels_no_texture(interaction: str) -> None:
     still = Texture(WOOD, interaction, seed=1)
-    assert not still.render(4800, Stroke(0.0, 3.0)).any()
+    assert not still.render(4800, Motion(0.0, 3.0)).any()
 
     stopping = Texture(WOOD, interaction, seed=1)
-    stopping.render(4800, Stroke(1.0, 3.0))
-    stopping.render(9600, Stroke(0.0, 3.0))
-    assert not stopping.render(4800, Stroke(0.0, 3.0)).any()
+    stopping.render(4800, Motion(1.0, 3.0))
+    stopping.render(9600, Motion(0.0, 3.0))
+    assert not stopping.render(4800, Motion(0.0, 3.0)).any()
 
 
 @pytest.mark.parametrize("interaction", TEXTURES)
 def test_blocks_of_any_size_join_into_the_same_wave(interaction: str) -> None:
-    strokes = (Stroke(0.1, 1.0), Stroke(1.5, 3.0), Stroke(0.0, 1.0), Stroke(0.4, 0.2))
+    strokes = (Motion(0.1, 1.0), Motion(1.5, 3.0), Motion(0.0, 1.0), Motion(0.4, 0.2))
     whole, cut = Texture(WOOD, interaction, seed=5), Texture(WOOD, interaction, seed=5)
     sizes = itertools.cycle((1, 128, 37, 64, 512, 0, 255))
 
-    for stroke in strokes:
-        expected = whole.render(9600, stroke)
+    for motion in strokes:
+        expected = whole.render(9600, motion)
         blocks, left = [], 9600
         while left:
             size = min(next(sizes), left)
-            blocks.append(cut.render(size, stroke))
+            blocks.append(cut.render(size, motion))
             left -= size
         assert np.allclose(np.concatenate(blocks), expected, atol=2e-6)
 
@@ -285,8 +285,8 @@ def test_blocks_of_any_size_join_into_the_same_wave(interaction: str) -> None:
 @pytest.mark.parametrize("interaction", TEXTURES)
 def test_a_changed_stroke_makes_no_click(interaction: str) -> None:
     texture = Texture(WOOD, interaction, seed=5)
-    strokes = (Stroke(0.1, 1.0), Stroke(2.0, 5.0), Stroke(0.0, 0.0), Stroke(1.0, 1.0))
-    wave = np.concatenate([texture.render(4800, stroke) for stroke in strokes * 5])
+    strokes = (Motion(0.1, 1.0), Motion(2.0, 5.0), Motion(0.0, 0.0), Motion(1.0, 1.0))
+    wave = np.concatenate([texture.render(4800, motion) for motion in strokes * 5])
 
     assert share_db(wave, 1050.0) < -50.0
 
@@ -295,25 +295,25 @@ def test_carving_breaks_fibres_ten_to_sixty_times_a_second() -> None:
     for speed_mps, rate_hz in ((0.001, 10.0), (0.1, 25.0), (10.0, 60.0)):
         texture = Texture(WOOD, "carve", seed=2)
         for _ in range(4000):
-            texture.render(128, Stroke(speed_mps, 1.0))
+            texture.render(128, Motion(speed_mps, 1.0))
         assert texture.breaks / (4000 * 128 / RATE_HZ) == pytest.approx(rate_hz, rel=0.1)
 
 
 def test_a_seed_decides_everything() -> None:
-    stroke = Stroke(0.7, 1.0)
+    motion = Motion(0.7, 1.0)
 
-    assert np.array_equal(impact(WOOD, "tap", stroke, 4), impact(WOOD, "tap", stroke, 4))
-    assert not np.array_equal(impact(WOOD, "tap", stroke, 4), impact(WOOD, "tap", stroke, 5))
+    assert np.array_equal(impact(WOOD, "tap", motion, 4), impact(WOOD, "tap", motion, 4))
+    assert not np.array_equal(impact(WOOD, "tap", motion, 4), impact(WOOD, "tap", motion, 5))
     for interaction in TEXTURES:
         one, same, other = (Texture(WOOD, interaction, seed) for seed in (4, 4, 5))
-        first = one.render(2000, stroke)
-        assert np.array_equal(first, same.render(2000, stroke))
-        assert not np.array_equal(first, other.render(2000, stroke))
+        first = one.render(2000, motion)
+        assert np.array_equal(first, same.render(2000, motion))
+        assert not np.array_equal(first, other.render(2000, motion))
 
 
 def test_another_sample_rate_keeps_the_pitch() -> None:
     waves = [
-        impact(WOOD, "strike", Stroke(1.0, 1.0), 0, Playback(rate_hz))
+        impact(WOOD, "strike", Motion(1.0, 1.0), 0, Playback(rate_hz))
         for rate_hz in (48_000, 44_100)
     ]
     peaks_hz = [

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import LIMITS, MATERIALS, Mode, Vibration
 from hapticvlm.rendering import impacts
-from hapticvlm.rendering.smoothing import Glide
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Stroke, Texture, impact
+from hapticvlm.rendering.smoothing import SmoothedValue
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion, Texture, impact
 from hapticvlm.rendering.voices import Command, Voices
 
 Wave = NDArray[np.float32]
@@ -29,7 +29,7 @@ QUICK = settings(
 )
 names = st.sampled_from(sorted(MATERIALS))
 strokes = st.builds(
-    Stroke,
+    Motion,
     st.floats(0.0, 20.0) | st.floats(0.0, 0.5),
     st.floats(0.0, 200.0) | st.floats(0.0, 5.0),
 )
@@ -58,7 +58,7 @@ def commands(draw: st.DrawFn) -> Command:
         material=draw(names),
         interaction=draw(st.sampled_from(IMPACTS + TEXTURES)),
         onset=draw(st.booleans()),
-        stroke=draw(strokes),
+        motion=draw(strokes),
         seed=draw(seeds),
         expires_at=np.inf,
     )
@@ -83,9 +83,9 @@ def check(wave: Wave) -> None:
 @QUICK
 @given(vibrations | table, st.sampled_from(IMPACTS), strokes, seeds)
 def test_any_impact_of_any_material(
-    vibration: Vibration, interaction: str, stroke: Stroke, seed: int
+    vibration: Vibration, interaction: str, motion: Motion, seed: int
 ) -> None:
-    wave = impact(vibration, interaction, stroke, seed)
+    wave = impact(vibration, interaction, motion, seed)
     assert wave[0] == 0.0
     assert abs(wave[-1]) < 1e-6
     check(wave)
@@ -99,11 +99,11 @@ def test_no_material_of_ours_needs_the_filter_of_the_band() -> None:
 @QUICK
 @given(vibrations, st.sampled_from(TEXTURES), st.lists(strokes, min_size=2, max_size=8), seeds)
 def test_any_texture_under_any_course_of_a_hand(
-    vibration: Vibration, interaction: str, course: list[Stroke], seed: int
+    vibration: Vibration, interaction: str, course: list[Motion], seed: int
 ) -> None:
     texture = Texture(vibration, interaction, seed)
-    wave = np.concatenate([texture.render(640, stroke) for stroke in course for _ in range(3)])
-    end = np.concatenate([texture.render(256, Stroke(0.0, 0.0)) for _ in range(80)])
+    wave = np.concatenate([texture.render(640, motion) for motion in course for _ in range(3)])
+    end = np.concatenate([texture.render(256, Motion(0.0, 0.0)) for _ in range(80)])
     assert not end[-4800:].any()
     wave = np.concatenate((wave, end))
     assert np.isfinite(wave).all()
@@ -114,14 +114,14 @@ def test_any_texture_under_any_course_of_a_hand(
 @QUICK
 @given(names, strokes, strokes, blocks, st.sampled_from(TEXTURES))
 def test_a_texture_starts_changes_and_ends_with_its_lease_without_a_click(
-    name: str, first: Stroke, second: Stroke, block: int, interaction: str
+    name: str, first: Motion, second: Motion, block: int, interaction: str
 ) -> None:
     voices = Voices()
     command = Command(0, name, interaction, False, first, 1, np.inf)
     voices.obey(command)
     waves, now = [], 0.0
-    for step, stroke in enumerate((first, second)):
-        voices.obey(Command(0, name, interaction, False, stroke, 1, 0.4))
+    for step, motion in enumerate((first, second)):
+        voices.obey(Command(0, name, interaction, False, motion, 1, 0.4))
         for _ in range(round(LISTENED_S / 2 * RATE_HZ / block)):
             waves.append(voices.render(block, now))
             now += block / RATE_HZ
@@ -159,7 +159,7 @@ def test_any_crowd_of_commands_stays_in_range_and_ends_after_a_rest(
 def test_a_glide_never_leaves_the_range_of_its_targets_nor_jumps(
     course: list[tuple[float, int]],
 ) -> None:
-    glide, values = Glide(), [0.0]
+    glide, values = SmoothedValue(), [0.0]
     for target, count in course:
         reached = glide.follow(target, count, RATE_HZ)
         values += [reached] * count if isinstance(reached, float) else reached.tolist()
@@ -170,7 +170,7 @@ def test_a_glide_never_leaves_the_range_of_its_targets_nor_jumps(
 
 def test_updates_at_75_hz_leave_no_ripple_of_their_own() -> None:
     """A level told in steps 75 times a second rises as a line; 5 % of a step is far below a JND."""
-    glide, step = Glide(), 0.01
+    glide, step = SmoothedValue(), 0.01
     parts = [np.asarray(glide.follow(step * told, 640, RATE_HZ)) for told in range(1, 76)]
     settled = np.concatenate(parts)[RATE_HZ // 4 :]
     at = np.arange(settled.size)

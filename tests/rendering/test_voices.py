@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Vibration
 from hapticvlm.rendering import vibration
-from hapticvlm.rendering.vibration import RATE_HZ, Stroke
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command, Voices
 
 BLOCK = 128
@@ -24,11 +24,11 @@ SLIDE = Command(
     material="wood",
     interaction="slide",
     onset=False,
-    stroke=Stroke(0.3, 2.0),
+    motion=Motion(0.3, 2.0),
     seed=1,
     expires_at=100.0,
 )
-STRIKE = replace(SLIDE, interaction="strike", onset=True, stroke=Stroke(1.0, 1.0))
+STRIKE = replace(SLIDE, interaction="strike", onset=True, motion=Motion(1.0, 1.0))
 
 
 def listen(voices: Voices, seconds: float, now: float = 0.0, block: int = BLOCK) -> Wave:
@@ -60,7 +60,7 @@ def test_an_impact_begins_with_the_next_block() -> None:
     voices.obey(STRIKE)
     block = voices.render(BLOCK, 0.0)
 
-    expected = vibration.impact(MATERIALS["wood"].vibration, "strike", STRIKE.stroke, STRIKE.seed)
+    expected = vibration.impact(MATERIALS["wood"].vibration, "strike", STRIKE.motion, STRIKE.seed)
     assert np.allclose(block, expected[:BLOCK], atol=1e-6)
     assert voices.level == pytest.approx(rms(block), rel=1e-4)
 
@@ -96,7 +96,7 @@ def test_a_stroke_update_keeps_the_same_texture_going() -> None:
     voices = Voices()
     voices.obey(SLIDE)
     slow = listen(voices, 0.5)
-    voices.obey(replace(SLIDE, seed=99, stroke=Stroke(1.0, 4.0)))
+    voices.obey(replace(SLIDE, seed=99, motion=Motion(1.0, 4.0)))
     fast = listen(voices, 0.5, now=0.5)
 
     assert rms(fast) > 1.2 * rms(slow)
@@ -216,7 +216,7 @@ def test_an_unknown_material_is_nothing_to_feel(material: str | None) -> None:
 
 
 def test_a_swing_needs_no_contact_and_makes_no_impact() -> None:
-    swing = replace(SLIDE, interaction="swing", stroke=Stroke(3.0, 0.0))
+    swing = replace(SLIDE, interaction="swing", motion=Motion(3.0, 0.0))
     plain, onset = Voices(), Voices()
     plain.obey(swing)
     onset.obey(replace(swing, onset=True))
@@ -228,7 +228,7 @@ def test_a_swing_needs_no_contact_and_makes_no_impact() -> None:
 def test_a_slide_that_begins_a_contact_taps_first() -> None:
     voices = Voices()
     voices.obey(replace(SLIDE, onset=True))
-    tap = vibration.impact(MATERIALS["wood"].vibration, "tap", SLIDE.stroke, SLIDE.seed)
+    tap = vibration.impact(MATERIALS["wood"].vibration, "tap", SLIDE.motion, SLIDE.seed)
 
     first = voices.render(BLOCK, 0.0)
     assert np.abs(first).max() > 0.5 * np.abs(tap[:BLOCK]).max()
@@ -274,7 +274,7 @@ def test_the_limiter_keeps_a_crowd_inside_the_range() -> None:
     for seed in range(4):
         for hand in (0, 1):
             voices.obey(
-                replace(STRIKE, hand=hand, material="glass", seed=seed, stroke=Stroke(20.0, 9.0))
+                replace(STRIKE, hand=hand, material="glass", seed=seed, motion=Motion(20.0, 9.0))
             )
     wave = listen(voices, 0.3)
 
@@ -286,16 +286,16 @@ def test_the_limiter_leaves_what_fits_alone() -> None:
     voices = Voices()
     voices.obey(STRIKE)
     wave = listen(voices, 0.02)
-    expected = vibration.impact(MATERIALS["wood"].vibration, "strike", STRIKE.stroke, STRIKE.seed)
+    expected = vibration.impact(MATERIALS["wood"].vibration, "strike", STRIKE.motion, STRIKE.seed)
 
     assert np.abs(wave).max() < 0.8
     assert np.allclose(wave, expected[: wave.size], atol=1e-6)
 
 
-@pytest.mark.parametrize("bad", [Stroke(math.nan, 1.0), Stroke(1.0, math.inf)])
-def test_a_stroke_that_is_no_number_is_refused_and_counted(bad: Stroke) -> None:
+@pytest.mark.parametrize("bad", [Motion(math.nan, 1.0), Motion(1.0, math.inf)])
+def test_a_stroke_that_is_no_number_is_refused_and_counted(bad: Motion) -> None:
     voices = Voices()
-    voices.obey(replace(STRIKE, stroke=bad))
+    voices.obey(replace(STRIKE, motion=bad))
 
     assert voices.scrubbed == 1
     assert not listen(voices, 0.1).any()
@@ -320,7 +320,7 @@ def test_a_voice_that_turns_to_nan_is_dropped_and_the_rest_sounds_on(
 
 
 def test_a_texture_that_turns_to_nan_is_dropped_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(_: object, count: int, __: Stroke) -> Wave:
+    def broken(_: object, count: int, __: Motion) -> Wave:
         return np.full(count, np.nan, np.float32)
 
     voices = Voices()
@@ -347,8 +347,8 @@ def test_gain_scales_and_glides() -> None:
 @pytest.mark.parametrize("interaction", ["slide", "carve", "swing"])
 def test_huge_movements_stay_finite(interaction: str) -> None:
     voices = Voices()
-    voices.obey(replace(SLIDE, interaction=interaction, stroke=Stroke(1e300, 1e300)))
-    voices.obey(replace(STRIKE, hand=1, stroke=Stroke(1e300, 1e300)))
+    voices.obey(replace(SLIDE, interaction=interaction, motion=Motion(1e300, 1e300)))
+    voices.obey(replace(STRIKE, hand=1, motion=Motion(1e300, 1e300)))
     wave = listen(voices, 0.1)
 
     assert np.isfinite(wave).all()
@@ -362,6 +362,6 @@ def test_every_material_and_interaction_can_be_felt() -> None:
         for interaction in ("tap", "strike", "press", "slide", "carve", "swing"):
             voices = Voices()
             voices.obey(
-                replace(STRIKE, material=name, interaction=interaction, stroke=Stroke(2.0, 2.0))
+                replace(STRIKE, material=name, interaction=interaction, motion=Motion(2.0, 2.0))
             )
             assert rms(listen(voices, 0.1)) > 0.005, (name, interaction)

@@ -14,7 +14,7 @@ from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.ports import DeviceError
 from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, Gain, LetGo, RestAll, Ring
 from hapticvlm.devices.speaker import SILENT_S, Speaker
-from hapticvlm.rendering.vibration import RATE_HZ, Stroke
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command
 
 BLOCK = 128
@@ -22,7 +22,7 @@ BLOCK = 128
 
 def command(**fields):
     given = {"hand": 1, "material": "wood", "interaction": "strike", "onset": True}
-    given |= {"stroke": Stroke(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + 0.25}
+    given |= {"motion": Motion(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + 0.25}
     return Command(**{**given, **fields})
 
 

@@ -15,7 +15,7 @@ from hapticvlm.devices.output import OutputError, choose
 from hapticvlm.devices.ports import DeviceError
 from hapticvlm.devices.ring import Gain, Ring
 from hapticvlm.devices.speaker import Speaker
-from hapticvlm.rendering.vibration import RATE_HZ, Stroke
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command
 from hapticvlm_lab.bench.audio import jack
 from hapticvlm_lab.bench.audio.deadlines import keep
@@ -37,7 +37,7 @@ LEASE_S = 0.2
 
 def strike(**fields):
     given = {"hand": 1, "material": "wood", "interaction": "strike", "onset": True}
-    given |= {"stroke": Stroke(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + LEASE_S}
+    given |= {"motion": Motion(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + LEASE_S}
     return Command(**{**given, **fields})
 
 
@@ -133,7 +133,7 @@ def test_the_level_holds_whatever_gain_a_scene_sets():
             def is_loud():
                 lasts = time.monotonic() + LEASE_S
                 for seed in range(5):
-                    speaker.obey(strike(stroke=Stroke(3.0, 20.0), seed=seed, expires_at=lasts))
+                    speaker.obey(strike(motion=Motion(3.0, 20.0), seed=seed, expires_at=lasts))
                 return np.abs(heard.samples()).max(initial=0.0) > 0.05
 
             until(is_loud)

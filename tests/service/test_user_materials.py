@@ -29,12 +29,12 @@ from hapticvlm.recognition.galleries.user_materials import (
 from hapticvlm.recognition.galleries.user_materials import write_material as write
 from hapticvlm.recognition.names import from_name, read_lexicon
 from hapticvlm.rendering import thermal, vibration
-from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Stroke, Texture
+from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Motion, Texture
 from hapticvlm.rendering.voices import Command, Voices
-from hapticvlm.session.actions import Feel, Reply
+from hapticvlm.session.actions import PlayVibration, Reply
 from hapticvlm.session.session import SceneSession
 
-STROKE = Stroke(0.3, 1.5)
+STROKE = Motion(0.3, 1.5)
 OBSIDIAN = """
 like = "glass"
 words = ["obsidian", "lava glass"]
@@ -208,12 +208,12 @@ def test_facts_at_their_limits_give_finite_heat_and_sound(facts: dict[str, Any])
         for seconds in (0.0, 0.1, 10.0):
             assert math.isfinite(thermal.skin_surface_c(contact, seconds))
     for speed_mps in (0.0, 0.05, 20.0):
-        stroke = Stroke(speed_mps, 5.0)
+        motion = Motion(speed_mps, 5.0)
         for kind in IMPACTS:
-            wave = vibration.impact(extreme.vibration, kind, stroke, 1)
+            wave = vibration.impact(extreme.vibration, kind, motion, 1)
             assert np.abs(wave).max() <= 1.0
         for kind in TEXTURES:
-            assert np.isfinite(Texture(extreme.vibration, kind, 1).render(4800, stroke)).all()
+            assert np.isfinite(Texture(extreme.vibration, kind, 1).render(4800, motion)).all()
 
 
 @pytest.fixture
@@ -286,7 +286,7 @@ def test_a_stated_material_is_felt_with_its_own_facts(table: dict[str, Any]) -> 
     assert (decision.material, decision.source) == ("obsidian", "scene")
     assert decision.contact_c == pytest.approx(expected)
     assert abs(decision.contact_c - glass) > 0.5
-    assert next(a.command.material for a in actions if isinstance(a, Feel)) == "obsidian"
+    assert next(a.command.material for a in actions if isinstance(a, PlayVibration)) == "obsidian"
 
 
 def test_a_named_object_is_decided_by_the_words(table: dict[str, Any]) -> None:

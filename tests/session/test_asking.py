@@ -9,7 +9,7 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
-from hapticvlm.session.actions import AskAmbient, AskMaterial, Heat, LookAt
+from hapticvlm.session.actions import AskAmbient, AskMaterial, DrivePlate, RecogniseFrame
 from hapticvlm.session.frames import SURROUNDINGS
 from hapticvlm.session.session import SceneSession
 
@@ -35,13 +35,13 @@ def asking(*objects, can_ask=True, **stated):
 
 
 def looks(session, message, now):
-    found = only(session.receive(message, now), LookAt)
+    found = only(session.receive(message, now), RecogniseFrame)
     return {look.key == SURROUNDINGS: look for look in found}
 
 
 def asked_ambient(session, now=1.0, seed=0):
     look = looks(session, frame(), now)[True]
-    (ask,) = session.sighted(look, sight(seed), now)
+    (ask,) = session.scene_view_received(look, sight(seed), now)
     assert isinstance(ask, AskAmbient)
     return ask
 
@@ -67,9 +67,9 @@ def test_a_new_ambient_is_announced_labelled_and_moves_the_plate_no_faster_than_
         if step == 150:
             said += replies(session.answered(ask, reading(-15.0), now), Decision)
         if step == 300:
-            later = session.sighted(ask_again(session, now), sight(5), now)
+            later = session.scene_view_received(ask_again(session, now), sight(5), now)
             assert later == []  # another view must last before it is asked about
-        for heat in only(session.tick(now, READING), Heat):
+        for heat in only(session.tick(now, READING), DrivePlate):
             assert abs(heat.setpoint_c - before) <= 5.0 * 0.02 + 1e-9
             before = heat.setpoint_c
     assert said

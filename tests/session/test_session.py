@@ -28,8 +28,16 @@ from hapticvlm.messages import (
 )
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.rendering.thermal import PlateReading
-from hapticvlm.session.actions import Feel, Heat, HoldAtRest, LetGo, LookAt, Reply, RestPlate
+from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.session.actions import (
+    DrivePlate,
+    HoldOutputs,
+    PlayVibration,
+    RecogniseFrame,
+    ReleaseHand,
+    Reply,
+    RestPlate,
+)
 from hapticvlm.session.frames import WINDOW_S, ClockOffset, FrameRate
 from hapticvlm.session.hands import LEASE_S, Hold
 from hapticvlm.session.plate_target import NEUTRAL_HOLD_S
@@ -81,7 +89,7 @@ def replies(actions, kind):
 
 def looked(session, message, evidence, now=1.1, stages=None):
     """Send a frame, take the look it asks for, and return what its answer leads to."""
-    look = only(session.receive(message, now), LookAt)[-1]
+    look = only(session.receive(message, now), RecogniseFrame)[-1]
     return session.recognised(look, evidence, stages or {}, now)
 
 
@@ -92,7 +100,7 @@ BLOB = SceneObject(object_id="blob", name="Object_07")
 
 def test_a_first_contact_starts_an_impact_and_is_answered_ok_before_the_decision():
     actions = owner(TABLE).receive(touch(), 1.0)
-    command = only(actions, Feel)[0].command
+    command = only(actions, PlayVibration)[0].command
     assert (command.material, command.interaction, command.onset) == ("wood", "strike", True)
     assert command.expires_at == pytest.approx(1.0 + LEASE_S)
     messages = [action.message for action in only(actions, Reply)]
@@ -106,11 +114,11 @@ def test_a_contact_that_lapsed_on_its_way_makes_no_impact_and_is_counted():
     session.receive(touch(at=50.0), 1.0)
     session.receive(touch("release", at=51.0), 2.0)
     actions = session.receive(touch(at=51.0), 2.0 + LEASE_S + 0.01)
-    assert only(actions, Feel) == []
+    assert only(actions, PlayVibration) == []
     assert replies(actions, Ok)
     assert session.late_contacts == 1
     assert session.leases == 1
-    (feel,) = only(session.receive(touch("slide", at=51.3), 2.3), Feel)
+    (feel,) = only(session.receive(touch("slide", at=51.3), 2.3), PlayVibration)
     assert not feel.command.onset
 
 
@@ -118,7 +126,7 @@ def test_a_late_slide_that_begins_a_contact_rubs_without_its_impact():
     session = owner(TABLE)
     session.receive(touch(at=50.0), 1.0)
     session.receive(touch("release", at=51.0), 2.0)
-    (feel,) = only(session.receive(touch(at=51.0, interaction="slide"), 3.0), Feel)
+    (feel,) = only(session.receive(touch(at=51.0, interaction="slide"), 3.0), PlayVibration)
     assert (feel.command.onset, session.late_contacts) == (False, 1)
 
 
@@ -128,7 +136,7 @@ def test_a_contact_within_a_lease_strikes_and_so_does_one_of_a_client_without_a_
         session.receive(touch(at=ats[0]), 1.0)
         session.receive(touch("release", at=ats[1]), 2.0)
         later = 2.0 + (LEASE_S - 0.01 if ats[0] else 5.0)
-        (feel,) = only(session.receive(touch(at=ats[2]), later), Feel)
+        (feel,) = only(session.receive(touch(at=ats[2]), later), PlayVibration)
         assert (feel.command.onset, session.late_contacts) == (True, 0)
 
 
@@ -136,7 +144,7 @@ def test_further_contacts_and_slides_renew_without_another_impact():
     session = owner(TABLE)
     session.receive(touch(), 1.0)
     for phase, now in (("contact", 1.1), ("slide", 1.2)):
-        (feel,) = only(session.receive(touch(phase), now), Feel)
+        (feel,) = only(session.receive(touch(phase), now), PlayVibration)
         assert not feel.command.onset
         assert feel.command.expires_at == pytest.approx(now + LEASE_S)
 
@@ -151,33 +159,33 @@ def test_a_strike_that_is_held_stays_a_strike_and_a_slide_rubs_whatever_it_is_ca
     session = owner(TABLE)
     session.receive(touch(interaction="strike"), 1.0)
     for phase, manner in (("contact", "strike"), ("slide", "slide"), ("contact", "strike")):
-        (felt,) = only(session.receive(touch(phase, interaction="strike"), 1.1), Feel)
+        (felt,) = only(session.receive(touch(phase, interaction="strike"), 1.1), PlayVibration)
         assert (felt.command.interaction, felt.command.onset) == (manner, False)
 
 
 def test_a_slide_to_another_object_changes_the_material_without_an_impact():
     session = owner(TABLE, PANE)
     session.receive(touch(), 1.0)
-    (feel,) = only(session.receive(touch("slide", "pane"), 1.1), Feel)
+    (feel,) = only(session.receive(touch("slide", "pane"), 1.1), PlayVibration)
     assert (feel.command.material, feel.command.onset) == ("glass", False)
 
 
 def test_a_lapsed_lease_lets_go_and_returns_the_plate_to_neutral():
     session = owner(SceneObject(object_id="table", material="metal"), ambient_c=20.0)
     session.receive(touch(), 1.0)
-    assert only(session.tick(1.02, READING), Heat)
-    cooled = only(session.tick(1.0 + LEASE_S, READING), Heat)[0].setpoint_c
+    assert only(session.tick(1.02, READING), DrivePlate)
+    cooled = only(session.tick(1.0 + LEASE_S, READING), DrivePlate)[0].setpoint_c
     later = session.tick(1.0 + LEASE_S + 0.02, READING)
-    assert only(later, LetGo)
+    assert only(later, ReleaseHand)
     assert session.leases == 0
-    assert only(later, Heat)[0].setpoint_c > cooled
+    assert only(later, DrivePlate)[0].setpoint_c > cooled
 
 
 def test_a_contact_after_a_lapse_is_a_new_onset():
     session = owner(TABLE)
     session.receive(touch(), 1.0)
     session.tick(2.0, READING)
-    (feel,) = only(session.receive(touch(), 2.1), Feel)
+    (feel,) = only(session.receive(touch(), 2.1), PlayVibration)
     assert feel.command.onset
 
 
@@ -185,15 +193,15 @@ def test_a_release_ends_the_lease_at_once():
     session = owner(TABLE)
     session.receive(touch(), 1.0)
     actions = session.receive(touch("release"), 1.1)
-    assert only(actions, LetGo)
+    assert only(actions, ReleaseHand)
     assert session.leases == 0
 
 
 def test_an_approach_preconditions_the_plate_but_makes_no_vibration():
     session = owner(SceneObject(object_id="table", material="metal"), ambient_c=20.0)
-    assert not only(session.receive(touch("approach"), 1.0), Feel)
+    assert not only(session.receive(touch("approach"), 1.0), PlayVibration)
     session.tick(1.02, READING)
-    (heat,) = only(session.tick(1.2, READING), Heat)
+    (heat,) = only(session.tick(1.2, READING), DrivePlate)
     assert heat.setpoint_c < NEUTRAL_C
 
 
@@ -201,19 +209,21 @@ def test_a_swing_needs_no_contact_and_no_target():
     actions = owner().receive(touch("approach", None, interaction="swing"), 1.0)
     assert not replies(actions, Error)
     session = owner(SceneObject(object_id="sword", material="metal"))
-    (feel,) = only(session.receive(touch("approach", "sword", interaction="swing"), 1.0), Feel)
+    (feel,) = only(
+        session.receive(touch("approach", "sword", interaction="swing"), 1.0), PlayVibration
+    )
     assert feel.command.interaction == "swing"
 
 
 def test_an_unknown_object_feels_like_nothing():
     session = owner(BLOB)
     actions = session.receive(touch(object_id="blob"), 1.0)
-    assert only(actions, Feel)[0].command.material is None
+    assert only(actions, PlayVibration)[0].command.material is None
     (decision,) = replies(actions, Decision)
     assert decision.material == "unknown"
     assert decision.setpoint_c == NEUTRAL_C
     assert decision.contact_c is None
-    assert only(session.tick(1.02, READING), Heat)[0].setpoint_c == NEUTRAL_C
+    assert only(session.tick(1.02, READING), DrivePlate)[0].setpoint_c == NEUTRAL_C
 
 
 def test_between_touches_the_plate_is_kept_neutral_and_then_rests():
@@ -221,7 +231,7 @@ def test_between_touches_the_plate_is_kept_neutral_and_then_rests():
     session.receive(touch(), 1.0)
     session.receive(touch("release"), 1.1)
     for now in (1.2, 5.0, 1.0 + NEUTRAL_HOLD_S):
-        assert only(session.tick(now, READING), Heat)
+        assert only(session.tick(now, READING), DrivePlate)
     assert only(session.tick(1.1 + NEUTRAL_HOLD_S, READING), RestPlate)
     assert session.tick(1.2 + NEUTRAL_HOLD_S, READING) == []
 
@@ -233,7 +243,7 @@ def test_the_plate_follows_the_latest_contact_of_two_hands():
     session.receive(touch(object_id="cold", hand="left"), 1.0)
     session.receive(touch(object_id="hot", hand="right"), 1.05)
     session.tick(1.06, READING)
-    (heat,) = only(session.tick(1.2, READING), Heat)
+    (heat,) = only(session.tick(1.2, READING), DrivePlate)
     assert heat.setpoint_c > NEUTRAL_C
     assert session.leases == 2
 
@@ -247,7 +257,7 @@ def test_a_slide_to_another_object_takes_the_cold_of_the_first_along():
         for step in range(50):
             now = 1.0 + 0.02 * step
             session.receive(touch("slide", first if step < 25 else "hilt"), now)
-            (heat,) = only(session.tick(now, READING), Heat)
+            (heat,) = only(session.tick(now, READING), DrivePlate)
             reached_c = heat.setpoint_c
         return reached_c
 
@@ -263,7 +273,7 @@ def test_a_calibrated_contact_resistance_shapes_every_touch():
         for step in range(100):
             now = 1.0 + 0.02 * step
             session.receive(touch("contact", "table"), now)
-            (heat,) = only(session.tick(now, READING), Heat)
+            (heat,) = only(session.tick(now, READING), DrivePlate)
             reached_c = heat.setpoint_c
         return reached_c
 
@@ -279,10 +289,10 @@ def test_another_material_under_the_hand_in_a_frame_is_another_object():
             now = 1.0 + 0.02 * step
             session.receive(touch("slide", None, region=region), now)
             if step == 0 or step >= 50:
-                looks = only(session.receive(frame(id=0, object_id=None), now), LookAt)
+                looks = only(session.receive(frame(id=0, object_id=None), now), RecogniseFrame)
                 (look,) = [one for one in looks if one.key is not None]
                 session.recognised(look, first if step < 50 else WOOD, {}, now)
-            (heat,) = only(session.tick(now, READING), Heat)
+            (heat,) = only(session.tick(now, READING), DrivePlate)
             reached_c = heat.setpoint_c
         return reached_c
 
@@ -296,7 +306,7 @@ def test_the_setpoint_never_moves_faster_than_the_slew_limit():
     for _ in range(100):
         session.receive(touch(), now)
         now += 0.02
-        for heat in only(session.tick(now, READING), Heat):
+        for heat in only(session.tick(now, READING), DrivePlate):
             assert abs(heat.setpoint_c - before) <= 5.0 * 0.02 + 1e-9
             assert 18.0 <= heat.setpoint_c <= 40.0
             before = heat.setpoint_c
@@ -336,7 +346,7 @@ def test_stop_holds_until_release_and_a_new_contact():
     session = SceneSession(owner=True, hold=hold)
     session.receive(scene(TABLE), 0.0)
     session.receive(touch(), 1.0)
-    assert only(session.receive(Stop(id=3, scope="all"), 1.1), HoldAtRest)
+    assert only(session.receive(Stop(id=3, scope="all"), 1.1), HoldOutputs)
     hold.stop("all")
     session.rest()
     for phase in ("contact", "slide", "approach"):
@@ -344,7 +354,7 @@ def test_stop_holds_until_release_and_a_new_contact():
             session.receive(touch(phase), 1.2)
         assert refused.value.code == "unsafe"
     session.receive(touch("release"), 1.3)
-    assert only(session.receive(touch(), 1.4), Feel)
+    assert only(session.receive(touch(), 1.4), PlayVibration)
 
 
 def test_a_held_speaker_leaves_the_plate_working():
@@ -352,8 +362,8 @@ def test_a_held_speaker_leaves_the_plate_working():
     session = SceneSession(owner=True, hold=hold)
     session.receive(scene(SceneObject(object_id="table", material="metal")), 0.0)
     hold.stop("speaker")
-    assert not only(session.receive(touch(), 1.0), Feel)
-    assert only(session.tick(1.02, READING), Heat)
+    assert not only(session.receive(touch(), 1.0), PlayVibration)
+    assert only(session.tick(1.02, READING), DrivePlate)
 
 
 def test_a_held_plate_rests_while_the_hand_keeps_touching():
@@ -365,13 +375,13 @@ def test_a_held_plate_rests_while_the_hand_keeps_touching():
     session.tick(1.04, READING)
     hold.stop("peltier")
     assert only(session.tick(1.06, READING), RestPlate)
-    assert not only(session.tick(1.08, READING), Heat)
+    assert not only(session.tick(1.08, READING), DrivePlate)
 
 
 def test_a_frame_of_an_object_the_scene_has_named_is_answered_without_a_look():
     session = owner(TABLE)
     actions = session.receive(frame(object_id="table"), 1.0)
-    assert not only(actions, LookAt)
+    assert not only(actions, RecogniseFrame)
     (decision,) = replies(actions, Decision)
     assert (decision.id, decision.material, decision.source) == (5, "wood", "scene")
 
@@ -396,7 +406,7 @@ def test_a_decision_that_arrives_under_a_hand_changes_what_it_feels_without_an_i
     session = owner(BLOB)
     session.receive(touch(object_id="blob"), 1.0)
     session.receive(touch("slide", "blob"), 1.05)
-    (feel,) = only(looked(session, frame(object_id="blob"), WOOD), Feel)
+    (feel,) = only(looked(session, frame(object_id="blob"), WOOD), PlayVibration)
     assert (feel.command.material, feel.command.onset) == ("wood", False)
 
 
@@ -405,11 +415,11 @@ def test_a_touched_region_has_the_newest_frame_looked_at():
     session.receive(frame(object_id=None), 1.0)
     region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
     actions = session.receive(touch(object_id=None, region=region), 1.1)
-    (look,) = only(actions, LookAt)
+    (look,) = only(actions, RecogniseFrame)
     assert (look.frame.id, look.frame.region) == (0, region)
     assert session.wants_anew(look)
     assert replies(session.recognised(look, GLASS, {}, 1.2), Decision)[0].id == 0
-    (feel,) = only(session.receive(touch("slide", None, region=region), 1.25), Feel)
+    (feel,) = only(session.receive(touch("slide", None, region=region), 1.25), PlayVibration)
     assert feel.command.material == "glass"
 
 
@@ -450,14 +460,14 @@ def test_an_unknown_material_names_the_nearest_and_changes_nothing():
     assert "wood" in refused.value.text
     assert refused.value.path == "$.objects[0].material"
     assert refused.value.id == 2
-    (feel,) = only(session.receive(touch(), 1.1), Feel)
+    (feel,) = only(session.receive(touch(), 1.1), PlayVibration)
     assert feel.command.material == "wood"
 
 
 def test_replace_forgets_the_objects_not_listed():
     session = owner(TABLE)
     session.receive(scene(PANE), 1.0)
-    assert only(session.receive(touch(), 1.1), Feel)[0].command.material in (None, "wood")
+    assert only(session.receive(touch(), 1.1), PlayVibration)[0].command.material in (None, "wood")
     (decision,) = replies(session.receive(touch("slide", "pane"), 1.2), Decision)
     assert decision.material == "glass"
 
@@ -468,7 +478,7 @@ def test_a_new_scene_changes_what_a_touching_hand_feels():
     session.receive(touch("slide"), 1.05)
     metal = SceneObject(object_id="table", material="metal")
     actions = session.receive(scene(metal, replace=False), 1.1)
-    assert only(actions, Feel)[0].command.material == "metal"
+    assert only(actions, PlayVibration)[0].command.material == "metal"
     assert replies(actions, Decision)[0].material == "metal"
 
 
@@ -529,7 +539,7 @@ def test_one_capture_time_from_the_far_future_costs_no_later_impact(wrong):
     session.receive(touch("release", at=50.1), 1.1)
     session.receive(wrong, 1.1)
     session.receive(frame(at=50.2), 1.2)
-    (feel,) = only(session.receive(touch(at=50.5), 1.5), Feel)
+    (feel,) = only(session.receive(touch(at=50.5), 1.5), PlayVibration)
     assert (feel.command.onset, session.late_contacts) == (True, 0)
     assert not session.is_stale(frame(at=50.5, max_age_ms=50.0), 1.51)
 
@@ -553,8 +563,8 @@ def test_undeclared_objects_are_bounded():
     session = owner(TABLE)
     for number in range(9000):
         session.receive(touch("slide", f"o{number}"), 1.0)
-    assert len(session._world.objects._known) <= 8192
-    assert only(session.receive(touch(), 1.1), Feel)[0].command.material == "wood"
+    assert len(session._model.objects._known) <= 8192
+    assert only(session.receive(touch(), 1.1), PlayVibration)[0].command.material == "wood"
 
 
 def test_pictures_of_another_format_are_told_apart():
@@ -584,7 +594,7 @@ def test_a_stop_is_not_undone_by_the_other_hand():
     for phase in ("contact", "slide"):
         with pytest.raises(MessageError):
             session.receive(touch(phase, hand="right"), 1.2)
-    assert only(session.receive(touch(hand="left"), 1.3), Feel)
+    assert only(session.receive(touch(hand="left"), 1.3), PlayVibration)
     with pytest.raises(MessageError):
         session.receive(touch(hand="right"), 1.4)
 
@@ -601,23 +611,23 @@ def test_the_plate_stays_with_the_latest_contact_while_the_other_hand_renews_or_
         now += 0.02
         renewing = touch("slide", "cold", hand="left") if step % 2 else touch("slide", "hot")
         session.receive(renewing, now)
-        setpoints += [heat.setpoint_c for heat in only(session.tick(now, READING), Heat)]
+        setpoints += [heat.setpoint_c for heat in only(session.tick(now, READING), DrivePlate)]
     assert setpoints == sorted(setpoints)
     session.receive(touch("release", hand="left"), now)
     session.receive(touch("approach", "cold", hand="left"), now)
-    (heat,) = only(session.tick(now + 0.02, READING), Heat)
+    (heat,) = only(session.tick(now + 0.02, READING), DrivePlate)
     assert heat.setpoint_c >= setpoints[-1]
 
 
 def test_a_setting_or_a_late_look_during_an_impact_starts_no_rubbing():
     session = owner(BLOB, TABLE)
     session.receive(touch(), 1.0)
-    assert not only(session.receive(Set(id=3, ambient_c=10.0), 1.05), Feel)
+    assert not only(session.receive(Set(id=3, ambient_c=10.0), 1.05), PlayVibration)
     session.receive(touch("slide"), 1.1)
-    assert only(session.receive(Set(id=4, ambient_c=12.0), 1.15), Feel)
+    assert only(session.receive(Set(id=4, ambient_c=12.0), 1.15), PlayVibration)
     other = owner(BLOB)
     other.receive(touch(object_id="blob"), 1.0)
-    assert not only(looked(other, frame(object_id="blob"), WOOD), Feel)
+    assert not only(looked(other, frame(object_id="blob"), WOOD), PlayVibration)
 
 
 def test_the_regions_of_two_hands_are_decided_apart_and_from_other_frames():
@@ -627,28 +637,28 @@ def test_the_regions_of_two_hands_are_decided_apart_and_from_other_frames():
     looks = []
     for hand, region in zip(("left", "right"), regions, strict=True):
         answers = session.receive(touch(object_id=None, region=region, hand=hand), 1.1)
-        looks += only(answers, LookAt)
+        looks += only(answers, RecogniseFrame)
     assert looks[0].key != looks[1].key
     session.recognised(looks[0], WOOD, {}, 1.15)
     whole = session.receive(frame(id=9, object_id=None), 1.16)
-    session.recognised(only(whole, LookAt)[-1], GLASS, {}, 1.17)
+    session.recognised(only(whole, RecogniseFrame)[-1], GLASS, {}, 1.17)
     for hand, region, expected in zip(("left", "right"), regions, ("wood", None), strict=True):
         again = touch("slide", None, region=region, hand=hand)
-        (feel,) = only(session.receive(again, 1.2), Feel)
+        (feel,) = only(session.receive(again, 1.2), PlayVibration)
         assert feel.command.material == expected
 
 
 def test_a_touched_region_is_looked_at_again_in_every_newer_frame():
     session = owner()
     region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
-    assert not only(session.receive(touch(object_id=None, region=region), 1.0), LookAt)
-    looks = only(session.receive(frame(object_id=None), 1.1), LookAt)
+    assert not only(session.receive(touch(object_id=None, region=region), 1.0), RecogniseFrame)
+    looks = only(session.receive(frame(object_id=None), 1.1), RecogniseFrame)
     assert [look.frame.id for look in looks] == [0, 5]
 
 
 def test_an_answer_for_a_scene_since_replaced_is_not_believed():
     session = owner(BLOB)
-    (look,) = only(session.receive(frame(object_id="blob"), 1.0), LookAt)
+    (look,) = only(session.receive(frame(object_id="blob"), 1.0), RecogniseFrame)
     session.receive(scene(BLOB), 1.05)
     (answer,) = replies(session.recognised(look, WOOD, {}, 1.1), Skipped)
     assert answer.reason == "superseded"
@@ -659,19 +669,19 @@ def test_an_answer_for_the_region_of_a_contact_since_ended_is_not_believed():
     session = owner()
     session.receive(frame(object_id=None), 1.0)
     regions = [Region(x=x, y=0.1, w=0.2, h=0.2) for x in (0.1, 0.7)]
-    (early,) = only(session.receive(touch(object_id=None, region=regions[0]), 1.1), LookAt)
+    (early,) = only(session.receive(touch(object_id=None, region=regions[0]), 1.1), RecogniseFrame)
     session.receive(touch("release"), 1.15)
-    (look,) = only(session.receive(touch(object_id=None, region=regions[1]), 1.2), LookAt)
+    (look,) = only(session.receive(touch(object_id=None, region=regions[1]), 1.2), RecogniseFrame)
     assert session.recognised(early, METAL, {}, 1.25) == []
     session.recognised(look, WOOD, {}, 1.3)
-    (feel,) = only(session.receive(touch("slide", None, region=regions[1]), 1.35), Feel)
+    (feel,) = only(session.receive(touch("slide", None, region=regions[1]), 1.35), PlayVibration)
     assert feel.command.material == "wood"
 
 
 def test_a_swing_ends_when_the_hand_only_approaches():
     session = owner(SceneObject(object_id="sword", material="metal"))
     session.receive(touch("approach", "sword", interaction="swing"), 1.0)
-    assert only(session.receive(touch("approach", "sword"), 1.1), LetGo)
+    assert only(session.receive(touch("approach", "sword"), 1.1), ReleaseHand)
 
 
 def test_a_decision_says_when_the_heat_of_the_session_is_used_up():
@@ -688,8 +698,8 @@ def test_restating_the_same_objects_is_no_overflow_and_declared_ones_are_never_f
     for number in range(5000):
         session.receive(touch("slide", f"undeclared{number}"), 1.0)
     session.receive(scene(*many, replace=False), 1.1)
-    assert session._world.objects.facts("o0") is not None
-    assert len(session._world.objects._known) <= 8192
+    assert session._model.objects.state("o0").facts is not None
+    assert len(session._model.objects._known) <= 8192
 
 
 def test_observers_set_no_ambient():
@@ -733,5 +743,5 @@ def test_what_was_seen_of_an_object_outlives_its_being_stated_anew():
     session = owner(BLOB)
     looked(session, frame(object_id="blob"), WOOD)
     session.receive(scene(BLOB, replace=False), 1.2)
-    (feel,) = only(session.receive(touch(object_id="blob"), 1.3), Feel)
+    (feel,) = only(session.receive(touch(object_id="blob"), 1.3), PlayVibration)
     assert feel.command.material == "wood"

@@ -41,11 +41,11 @@ from hapticvlm.session.actions import (
     Action,
     AskAmbient,
     AskMaterial,
-    Feel,
-    Heat,
-    HoldAtRest,
-    LetGo,
-    LookAt,
+    DrivePlate,
+    HoldOutputs,
+    PlayVibration,
+    RecogniseFrame,
+    ReleaseHand,
     Reply,
     RestPlate,
     SetGain,
@@ -167,7 +167,7 @@ class Scenes(RuleBasedStateMachine):
         self.owner = SceneSession(owner=True, hold=self.hold, can_ask=True)
         self.other = SceneSession(owner=False, hold=self.hold, can_ask=True)
         self.watcher = SceneSession(owner=False, observer=True, hold=self.hold)
-        self.looks: list[tuple[SceneSession, LookAt]] = []
+        self.looks: list[tuple[SceneSession, RecogniseFrame]] = []
         self.asks: list[tuple[SceneSession, AskAmbient | AskMaterial]] = []
         self.voices: dict[int, float] = {}
         self.stopped: set[tuple[str, str]] = set()  # until that hand was released
@@ -220,7 +220,7 @@ class Scenes(RuleBasedStateMachine):
         session, look = self.looks.pop(which % len(self.looks))
         self.now += late_s
         if look.key == SURROUNDINGS:
-            actions = session.sighted(look, sight, self.now)
+            actions = session.scene_view_received(look, sight, self.now)
         else:
             actions = session.recognised(look, seen, {"encode": 1.0}, self.now)
         self.carry_out(session, actions, look.frame.id)
@@ -275,7 +275,7 @@ class Scenes(RuleBasedStateMachine):
             return False
         if isinstance(message, Touch) and message.phase == "release":
             self.stopped -= {(output, message.hand) for output in OUTPUTS}
-        later = [action for action in only(actions, LookAt) if action.frame.id]
+        later = [action for action in only(actions, RecogniseFrame) if action.frame.id]
         assert all(action.frame.id == message.id for action in later)
         self.carry_out(session, actions, 0 if later else message.id, may_answer=not later)
         assert len(later) <= 1
@@ -294,27 +294,27 @@ class Scenes(RuleBasedStateMachine):
 
     def do(self, session: SceneSession, action: Action) -> None:
         match action:
-            case LookAt():
+            case RecogniseFrame():
                 self.looks.append((session, action))
             case AskAmbient() | AskMaterial():
                 self.asks.append((session, action))
-            case HoldAtRest(scope):
+            case HoldOutputs(scope):
                 self.stop(scope)
-            case Feel() | LetGo() | SetGain() | Heat() | RestPlate():
+            case PlayVibration() | ReleaseHand() | SetGain() | DrivePlate() | RestPlate():
                 assert session is self.owner
                 self.drive(action)
 
     def drive(self, action: Action) -> None:
         match action:
-            case Feel(command):
+            case PlayVibration(command):
                 assert command.expires_at <= self.now + LEASE_S
                 assert ("speaker", NAMES[command.hand]) not in self.stopped
                 self.voices[command.hand] = command.expires_at
-            case LetGo(hand):
+            case ReleaseHand(hand):
                 self.voices.pop(hand, None)
             case SetGain(gain):
                 assert 0.0 <= gain <= 1.0
-            case Heat(setpoint_c, ttl_s):
+            case DrivePlate(setpoint_c, ttl_s):
                 self.heat(setpoint_c, ttl_s)
             case RestPlate():
                 self.setpoint_c = None

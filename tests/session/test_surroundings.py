@@ -13,8 +13,8 @@ from hapticvlm.session.surroundings import (
     LONGEST_PAUSE_S,
     MAX_VIEWS,
     SETTLE_S,
-    SIGHT_EVERY_S,
     STEP_C,
+    VIEW_EVERY_S,
     Surroundings,
 )
 
@@ -31,7 +31,7 @@ def reading(value_c: float, half_c: float = 4.0) -> Reading:
 KITCHEN, SNOW, BEACH = sight(1), sight(2), sight(3)
 
 
-class Course:
+class AmbientRun:
     """A scene that is looked at twice a second, with a model that answers after a second."""
 
     def __init__(self, answers=lambda _: reading(25.0)):
@@ -43,9 +43,9 @@ class Course:
 
     def show(self, what, seconds):
         due: list[tuple[float, int]] = []
-        for _ in range(round(seconds / SIGHT_EVERY_S)):
+        for _ in range(round(seconds / VIEW_EVERY_S)):
             seen = what(self.now) if callable(what) else what
-            self.around.follow(self.now)
+            self.around.update(self.now)
             for at, view in due.copy():
                 if self.now >= at:
                     due.remove((at, view))
@@ -53,25 +53,25 @@ class Course:
                     if answer is None:
                         self.around.fail(view)
                     else:
-                        self.around.learn(view, answer, self.now)
-            if self.around.wants_sight(self.now):
-                asked = self.around.see(seen, self.now)
+                        self.around.add_reading(view, answer, self.now)
+            if self.around.wants_scene_view(self.now):
+                asked = self.around.update_view(seen, self.now)
                 if asked is not None:
                     self.asked.append(self.now)
                     due.append((self.now + 1.0, asked))
             self.felt.append(self.around.ambient.value_c)
-            self.now += SIGHT_EVERY_S
+            self.now += VIEW_EVERY_S
         return self.around.ambient
 
 
 def test_without_anybody_to_ask_no_frame_is_looked_at_for_its_place():
     around = Surroundings()
-    assert not around.wants_sight(0.0)
+    assert not around.wants_scene_view(0.0)
     assert around.ambient.source == "default"
 
 
 def test_the_scenes_own_value_wins_and_ends_the_asking():
-    course = Course()
+    course = AmbientRun()
     assert course.show(KITCHEN, 10.0).source == "vlm"
     course.around.scene_c = -3.0
     asked = len(course.asked)
@@ -81,29 +81,29 @@ def test_the_scenes_own_value_wins_and_ends_the_asking():
 
 
 def test_a_first_frame_is_asked_about_at_once_and_a_place_that_stays_is_asked_about_once():
-    course = Course()
+    course = AmbientRun()
     course.show(KITCHEN, 300.0)
     assert course.asked == [0.0]
 
 
 def test_frames_are_looked_at_twice_a_second_however_many_come():
     around = Surroundings(can_ask=True)
-    looks = [at for at in np.arange(0.0, 10.0, 1 / 90) if around.wants_sight(float(at))]
+    looks = [at for at in np.arange(0.0, 10.0, 1 / 90) if around.wants_scene_view(float(at))]
     assert 18 <= len(looks) <= 20
 
 
 def test_a_new_view_that_lasts_is_asked_about_and_a_glance_is_not():
-    course = Course()
+    course = AmbientRun()
     course.show(KITCHEN, 20.0)
-    course.show(SNOW, SETTLE_S - SIGHT_EVERY_S)
+    course.show(SNOW, SETTLE_S - VIEW_EVERY_S)
     course.show(KITCHEN, 20.0)
     assert len(course.asked) == 1
-    course.show(SNOW, SETTLE_S + 2 * SIGHT_EVERY_S)
+    course.show(SNOW, SETTLE_S + 2 * VIEW_EVERY_S)
     assert len(course.asked) == 2
 
 
 def test_questions_keep_to_their_budget_however_often_the_scene_changes():
-    course = Course()
+    course = AmbientRun()
     course.show(lambda now: sight(100 + int(now / 3.0)), 300.0)
     assert len(course.asked) > 5
     assert np.diff(course.asked).min() >= ASK_EVERY_S
@@ -111,16 +111,16 @@ def test_questions_keep_to_their_budget_however_often_the_scene_changes():
 
 @pytest.mark.parametrize("period_s", [1.0, 5.0, 10.0, 30.0])
 def test_a_flickering_light_is_asked_about_twice_and_the_ambient_comes_to_rest(period_s):
-    course = Course(lambda seen: reading(30.0 if seen.brightness > 0.5 else 15.0, half_c=2.0))
+    course = AmbientRun(lambda seen: reading(30.0 if seen.brightness > 0.5 else 15.0, half_c=2.0))
     course.show(
         lambda now: sight(1, 0.9 if now % period_s < period_s / 2 else 0.1), 10 * period_s + 60.0
     )
     assert len(course.asked) <= 2
-    assert len(set(course.felt[-int(4 * period_s / SIGHT_EVERY_S) :])) == 1
+    assert len(set(course.felt[-int(4 * period_s / VIEW_EVERY_S) :])) == 1
 
 
 def test_a_new_climate_is_believed_and_felt_slowly_in_steps():
-    course = Course(lambda seen: reading(24.0 if seen is KITCHEN else -5.0))
+    course = AmbientRun(lambda seen: reading(24.0 if seen is KITCHEN else -5.0))
     course.show(KITCHEN, 40.0)
     assert course.around.ambient.value_c == pytest.approx(24.0)
     told = course.show(SNOW, 60.0)
@@ -132,7 +132,7 @@ def test_a_new_climate_is_believed_and_felt_slowly_in_steps():
 
 
 def test_readings_of_one_climate_are_averaged_and_their_disagreement_widens_the_interval():
-    course = Course(lambda seen: reading(20.0 if seen is KITCHEN else 24.0))
+    course = AmbientRun(lambda seen: reading(20.0 if seen is KITCHEN else 24.0))
     course.show(KITCHEN, 20.0)
     told = course.show(BEACH, 60.0)
     assert told.value_c == pytest.approx(22.0)
@@ -140,7 +140,7 @@ def test_readings_of_one_climate_are_averaged_and_their_disagreement_widens_the_
 
 
 def test_a_place_seen_before_is_not_asked_about_again():
-    course = Course(lambda seen: reading(24.0 if seen is KITCHEN else -5.0))
+    course = AmbientRun(lambda seen: reading(24.0 if seen is KITCHEN else -5.0))
     for place in (KITCHEN, SNOW) * 4:
         course.show(place, 40.0)
     assert len(course.asked) == 2
@@ -157,12 +157,12 @@ def test_a_place_seen_before_is_not_asked_about_again():
     ],
 )
 def test_an_answer_that_tells_nothing_leaves_the_default(answer):
-    course = Course(lambda _: answer)
+    course = AmbientRun(lambda _: answer)
     assert course.show(KITCHEN, 60.0).source == "default"
 
 
 def test_a_model_that_fails_is_asked_less_and_less_often_and_the_default_holds():
-    course = Course(lambda _: None)
+    course = AmbientRun(lambda _: None)
     assert course.show(KITCHEN, 3000.0).source == "default"
     pauses = np.diff(course.asked)
     assert pauses[0] == pytest.approx(2 * ASK_EVERY_S, abs=1.0)
@@ -173,22 +173,22 @@ def test_a_model_that_fails_is_asked_less_and_less_often_and_the_default_holds()
 
 def test_a_question_nobody_answers_does_not_end_the_asking():
     around = Surroundings(can_ask=True)
-    assert around.see(KITCHEN, 0.0) is not None
-    assert around.see(SNOW, 5.0) is None
-    asked = [at for at in range(5, 400, 1) if around.see(SNOW, float(at)) is not None]
+    assert around.update_view(KITCHEN, 0.0) is not None
+    assert around.update_view(SNOW, 5.0) is None
+    asked = [at for at in range(5, 400, 1) if around.update_view(SNOW, float(at)) is not None]
     assert asked
     assert asked[0] > LATE_S
 
 
 def test_views_are_remembered_up_to_a_number():
-    course = Course()
+    course = AmbientRun()
     for number in range(2 * MAX_VIEWS):
         course.show(sight(500 + number), 15.0)
     assert len(course.around._views) <= MAX_VIEWS
 
 
 def test_a_clock_that_jumps_back_neither_raises_nor_leaps():
-    course = Course(lambda seen: reading(24.0 if seen is KITCHEN else 10.0))
+    course = AmbientRun(lambda seen: reading(24.0 if seen is KITCHEN else 10.0))
     course.show(KITCHEN, 30.0)
     course.now -= 1000.0
     told = course.show(SNOW, 30.0)

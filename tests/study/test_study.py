@@ -11,7 +11,7 @@ import pytest
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import LEAD_S, share, thermal_contact
-from hapticvlm.rendering.thermal_course import BRIEF_LIFT_S
+from hapticvlm.rendering.thermal_trajectory import BRIEF_LIFT_S
 from hapticvlm.study import log, stimuli
 from hapticvlm.study.log import Log, Plan
 from hapticvlm.study.sitting import Sitting

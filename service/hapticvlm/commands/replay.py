@@ -33,13 +33,13 @@ from hapticvlm.session.actions import (
     Action,
     AskAmbient,
     AskMaterial,
-    Feel,
-    LetGo,
-    LookAt,
+    PlayVibration,
+    RecogniseFrame,
+    ReleaseHand,
     SetGain,
 )
 from hapticvlm.session.hands import Hold
-from hapticvlm.session.recorded import TapedSession
+from hapticvlm.session.recorded import RecordedSession
 
 BLOCK = 128
 Line = dict[str, Any]
@@ -59,7 +59,7 @@ class Replayed:
     differing: int = 0
     first_difference: str | None = None
     missing: int = 0
-    sounds: list[tuple[float, Command | LetGo | SetGain]] = field(default_factory=list)
+    sounds: list[tuple[float, Command | ReleaseHand | SetGain]] = field(default_factory=list)
 
     @property
     def is_same(self) -> bool:
@@ -120,11 +120,11 @@ def waveform(outcome: Replayed, voices: Voices) -> NDArray[np.float32]:
     return np.concatenate(blocks)
 
 
-def _sound(voices: Voices, what: Command | LetGo | SetGain) -> None:
+def _sound(voices: Voices, what: Command | ReleaseHand | SetGain) -> None:
     match what:
         case Command():
             voices.obey(what)
-        case LetGo():
+        case ReleaseHand():
             voices.release(what.hand)
         case SetGain():
             voices.gain = what.gain
@@ -142,8 +142,8 @@ class _Player:
         self._recogniser = recogniser
         self._hold = Hold()
         self._heard: list[Line] = []
-        self._session = TapedSession(
-            tell=lambda line, _: self._heard.append(line),
+        self._session = RecordedSession(
+            write_line=lambda line, _: self._heard.append(line),
             owner=head["owner"],
             hold=self._hold,
             reading=msgspec.convert(head["reading"], PlateReading),
@@ -151,7 +151,7 @@ class _Player:
             can_ask=head["can_ask"],
             contact_resistance=head["contact_resistance"],
         )
-        self._looks: dict[int, LookAt] = {}
+        self._looks: dict[int, RecogniseFrame] = {}
         self._asks: dict[int, AskAmbient | AskMaterial] = {}
         self._told: list[Line] = []
         self._now = 0.0
@@ -178,13 +178,13 @@ class _Player:
         self._told = outs[0] if outs else []
         for action in actions:
             match action:
-                case LookAt():
+                case RecogniseFrame():
                     self._looks[action.number] = action
                 case AskAmbient() | AskMaterial():
                     self._asks[action.number] = action
-                case Feel():
+                case PlayVibration():
                     self.outcome.sounds.append((self._now, action.command))
-                case LetGo() | SetGain():
+                case ReleaseHand() | SetGain():
                     self.outcome.sounds.append((self._now, action))
 
     def _compare(self, line: Line) -> None:
@@ -225,7 +225,7 @@ class _Player:
         sight = None
         if seen is not None:
             sight = SceneView(np.array(seen["embedding"], np.float32), seen["brightness"])
-        return self._session.sighted(look, sight, line["now"])
+        return self._session.scene_view_received(look, sight, line["now"])
 
     def _play_answer(self, line: Line) -> list[Action]:
         ask, kinds = self._asks.pop(line["number"]), {"reading": Reading, "evidence": Evidence}
@@ -259,7 +259,7 @@ class _Player:
         """Read a picture of the record; a blank of the same size where none was kept."""
         return instead() if name is None else (self._folder / name).read_bytes()
 
-    def _look_again(self, look: LookAt, before: Evidence) -> Evidence:
+    def _look_again(self, look: RecogniseFrame, before: Evidence) -> Evidence:
         assert self._recogniser is not None
         frame: Frame = msgspec.structs.replace(look.frame, id=1)
         seen = self._recogniser.recognise(

@@ -17,7 +17,7 @@ from hapticvlm.devices import faults, ports
 from hapticvlm.devices.plate_protocol import Answer
 from hapticvlm.devices.plate_session import PlateSession
 from hapticvlm.devices.ports import DeviceError, Place, Port
-from hapticvlm.rendering.thermal import PlateReading
+from hapticvlm.rendering.plate_limits import PlateReading
 
 GREETING_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
 READ_BYTES = 256

@@ -19,7 +19,7 @@ from hapticvlm.devices.plate_protocol import Ack, Answer, HelloReply, Message, T
 from hapticvlm.devices.plate_requests import Orders
 from hapticvlm.devices.setpoint_lease import Drive
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import PlateReading
+from hapticvlm.rendering.plate_limits import PlateReading
 
 GREET_S = 0.25  # between HELLOs; a boot loader eats the first ones
 SILENT_S = 0.5  # ten telemetries missed while listening

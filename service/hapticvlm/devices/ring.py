@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Stroke
+from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Motion
 from hapticvlm.rendering.voices import Command
 
 if TYPE_CHECKING:
@@ -222,10 +222,10 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
         case Command():
             material = -1 if order.material is None else materials.index(order.material)
             interaction = _INTERACTIONS.index(order.interaction)
-            stroke = order.stroke
+            motion = order.motion
             return (
                 *(_OBEY, order.hand, interaction, order.onset, material),
-                *(stroke.speed_mps, stroke.force_n, 0.0, order.expires_at, order.seed),
+                *(motion.speed_mps, motion.force_n, 0.0, order.expires_at, order.seed),
             )
         case LetGo():
             return _LET_GO, order.hand, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0
@@ -248,7 +248,7 @@ def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
         material=None if material < 0 else materials[material],
         interaction=_INTERACTIONS[interaction],
         onset=bool(onset),
-        stroke=Stroke(speed, force),
+        motion=Motion(speed, force),
         seed=seed,
         expires_at=expires_at,
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from hapticvlm.devices import plate_protocol
-from hapticvlm.rendering import thermal
+from hapticvlm.rendering import plate_limits
 
 CHANGE_S, RENEW_S = 0.04, 0.1  # a changed setpoint is sent at most, the same one at least as often
 PAUSE_S = 0.5  # longer than the service's own lease: a caller that paused this long let go
@@ -35,7 +35,7 @@ class Drive:
         if self._is_held:
             self.ignored += 1
             return False
-        self._setpoint_mc = round(thermal.within_range(setpoint_c).setpoint_c * 1000.0)
+        self._setpoint_mc = round(plate_limits.within_range(setpoint_c).setpoint_c * 1000.0)
         self._until = now + ttl_s
         return True
 

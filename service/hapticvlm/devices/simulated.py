@@ -8,9 +8,8 @@ from hapticvlm.devices.dose import REST_S
 from hapticvlm.devices.plant import AMBIENT_C, SINK_K_PER_W, Plant
 from hapticvlm.devices.plate_protocol import State
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
-from hapticvlm.rendering import thermal
-from hapticvlm.rendering.plate_limits import sink_share
-from hapticvlm.rendering.thermal import PlateReading
+from hapticvlm.rendering import plate_limits
+from hapticvlm.rendering.plate_limits import PlateReading, sink_share
 
 HEAT_LIMIT_A, COOL_LIMIT_A = (
     0.75,
@@ -52,8 +51,8 @@ class SimulatedPlate:
         if self._faults or not 0.0 < ttl_s < math.inf:
             return
         if not self._on:
-            self._target_c = thermal.within_range(self._sensed_c()).setpoint_c
-        self._asked_c = thermal.within_range(setpoint_c).setpoint_c
+            self._target_c = plate_limits.within_range(self._sensed_c()).setpoint_c
+        self._asked_c = plate_limits.within_range(setpoint_c).setpoint_c
         self._left_s, self._returning_s, self._on = ttl_s, None, True
 
     def rest(self, now: float) -> None:
@@ -123,7 +122,7 @@ class SimulatedPlate:
         self._finish_return(dt_s)
         if self._on:
             reading = self._reading()
-            limited = thermal.limit(self._asked_c, self._target_c, dt_s, reading)
+            limited = plate_limits.limit(self._asked_c, self._target_c, dt_s, reading)
             if not self._must_wait(limited.setpoint_c):
                 self._target_c = limited.setpoint_c
             self._control(self._sensed_c(), dt_s)
@@ -150,9 +149,9 @@ class SimulatedPlate:
 
     def _causes(self) -> tuple[str, ...]:
         found = (
-            ("over_temperature", self._sensed_c() >= thermal.PLATE_TRIP_HIGH_C),
-            ("under_temperature", self._sensed_c() <= thermal.PLATE_TRIP_LOW_C),
-            ("sink_hot", self._plant.sink_c >= thermal.SINK_TRIP_C),
+            ("over_temperature", self._sensed_c() >= plate_limits.PLATE_TRIP_HIGH_C),
+            ("under_temperature", self._sensed_c() <= plate_limits.PLATE_TRIP_LOW_C),
+            ("sink_hot", self._plant.sink_c >= plate_limits.SINK_TRIP_C),
         )
         return tuple(name for name, is_so in found if is_so)
 

@@ -23,7 +23,7 @@ from hapticvlm.devices.plate_protocol import (
 )
 from hapticvlm.devices.ports import READ_S
 from hapticvlm.devices.simulated import COOL_LIMIT_A, HEAT_LIMIT_A, SimulatedPlate
-from hapticvlm.rendering import thermal
+from hapticvlm.rendering import plate_limits
 
 TELEMETRY_HZ = 20
 FULL_SCALE_A = 3.0  # of the assumed driver, as PROTOCOL.md
@@ -94,7 +94,7 @@ class SimulatedBoard:
         if not self._is_greeted:
             return Answer.NEEDS_HELLO
         setpoint_c = message.setpoint_mc / 1000.0
-        if not thermal.SETPOINT_MIN_C <= setpoint_c <= thermal.SETPOINT_MAX_C:
+        if not plate_limits.SETPOINT_MIN_C <= setpoint_c <= plate_limits.SETPOINT_MAX_C:
             return Answer.RANGE
         if not 1 <= message.ttl_ms <= plate_protocol.MAX_TTL_MS:
             return Answer.TTL
@@ -125,9 +125,9 @@ class SimulatedBoard:
             firmware_minor=0,
             firmware_patch=0,
             board_id=0,
-            setpoint_low_mc=round(thermal.SETPOINT_MIN_C * 1000),
-            setpoint_high_mc=round(thermal.SETPOINT_MAX_C * 1000),
-            slew_mc_s=round(thermal.SLEW_C_PER_S * 1000),
+            setpoint_low_mc=round(plate_limits.SETPOINT_MIN_C * 1000),
+            setpoint_high_mc=round(plate_limits.SETPOINT_MAX_C * 1000),
+            slew_mc_s=round(plate_limits.SLEW_C_PER_S * 1000),
             max_ttl_ms=plate_protocol.MAX_TTL_MS,
             heat_limit_ma=round(HEAT_LIMIT_A * 1000),
             cool_limit_ma=round(COOL_LIMIT_A * 1000),

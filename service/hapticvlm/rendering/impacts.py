@@ -28,7 +28,7 @@ from scipy import signal
 
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering.equaliser import NOMINAL, Playback
-from hapticvlm.rendering.interactions import RATE_HZ, Stroke
+from hapticvlm.rendering.interactions import RATE_HZ, Motion
 from hapticvlm.rendering.perceived_level import felt
 
 BAND_END_HZ = 1050.0
@@ -76,7 +76,7 @@ def _filter(rate_hz: int) -> _Floats:
 def impact(
     vibration: Vibration,
     interaction: str,
-    stroke: Stroke,
+    motion: Motion,
     seed: int,
     playback: Playback = NOMINAL,
 ) -> NDArray[np.float32]:
@@ -90,8 +90,8 @@ def impact(
         )
         for mode in vibration.modes
     )
-    contact_s = _contact_s(interaction, stroke)
-    level = _LEVEL[interaction] * strength(interaction, stroke)
+    contact_s = _contact_s(interaction, motion)
+    level = _LEVEL[interaction] * strength(interaction, motion)
     level *= _gain(vibration, interaction, contact_s)
     damping = _DAMPING[interaction]
     limits = leaves_band(vibration, damping)
@@ -101,12 +101,12 @@ def impact(
     return np.asarray(wave / max(peak, 1.0), dtype=np.float32)
 
 
-def strength(interaction: str, stroke: Stroke) -> float:
+def strength(interaction: str, motion: Motion) -> float:
     """How much of its level an impact reaches, 0..1, by speed and force."""
-    held = 0.7 + 0.6 * stroke.force_n / (stroke.force_n + _LOUD_FORCE_N)
-    push = held * stroke.speed_mps / _LOUD_SPEED_MPS
+    held = 0.7 + 0.6 * motion.force_n / (motion.force_n + _LOUD_FORCE_N)
+    push = held * motion.speed_mps / _LOUD_SPEED_MPS
     if interaction == "press":
-        push += stroke.force_n / _LOUD_FORCE_N
+        push += motion.force_n / _LOUD_FORCE_N
     return 1.0 - math.exp(-push)
 
 
@@ -155,9 +155,9 @@ def _ring_out(start: _Complex, pole: _Complex, count: int) -> _Floats:
     return np.asarray(rows @ np.concatenate((steps.imag, steps.real))).ravel()[:count]
 
 
-def _contact_s(interaction: str, stroke: Stroke) -> float:
-    slow = math.pow(max(stroke.speed_mps, 0.05), -0.2)
-    hard = math.pow(1.0 + stroke.force_n / _HARD_N, -0.1)
+def _contact_s(interaction: str, motion: Motion) -> float:
+    slow = math.pow(max(motion.speed_mps, 0.05), -0.2)
+    hard = math.pow(1.0 + motion.force_n / _HARD_N, -0.1)
     return max(_CONTACT_S[interaction] * slow * hard, _SHORTEST_S)
 
 

@@ -10,7 +10,7 @@ TEXTURES = ("slide", "carve", "swing")
 
 
 @dataclass(frozen=True, slots=True)
-class Stroke:
+class Motion:
     """How the hand moves over or onto a surface: m/s and N, both >= 0."""
 
     speed_mps: float

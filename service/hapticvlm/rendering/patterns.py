@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from hapticvlm.materials import Vibration
 from hapticvlm.rendering import impacts, textures
 from hapticvlm.rendering.equaliser import Correction
-from hapticvlm.rendering.interactions import IMPACTS, RATE_HZ, TEXTURES, Stroke
+from hapticvlm.rendering.interactions import IMPACTS, RATE_HZ, TEXTURES, Motion
 from hapticvlm.rendering.perceived_level import felt
-from hapticvlm.rendering.smoothing import Glide
+from hapticvlm.rendering.smoothing import SmoothedValue
 
 _Floats = NDArray[np.float64]
 
@@ -39,21 +39,21 @@ class PatternError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """One of the paper's patterns, and the stroke it is shown with."""
+    """One of the paper's patterns, and the motion it is shown with."""
 
     name: str
     material: str
     interaction: str
-    stroke: Stroke
+    motion: Motion
 
 
 # Names and events are the paper's; their recordings are unpublished, so the strokes are our choice.
 PRESETS = (
-    Preset("wood-carving", "wood", "carve", Stroke(0.15, 4.0)),
-    Preset("wood-striking", "wood", "strike", Stroke(1.0, 3.0)),
-    Preset("glass-tapping", "glass", "tap", Stroke(0.6, 1.0)),
-    Preset("fabric-rubbing", "fabric", "slide", Stroke(0.2, 1.5)),
-    Preset("metal-whooshing", "metal", "swing", Stroke(5.0, 0.0)),
+    Preset("wood-carving", "wood", "carve", Motion(0.15, 4.0)),
+    Preset("wood-striking", "wood", "strike", Motion(1.0, 3.0)),
+    Preset("glass-tapping", "glass", "tap", Motion(0.6, 1.0)),
+    Preset("fabric-rubbing", "fabric", "slide", Motion(0.2, 1.5)),
+    Preset("metal-whooshing", "metal", "swing", Motion(5.0, 0.0)),
 )
 
 
@@ -70,9 +70,9 @@ class Pattern:
         """What it stands for."""
         return self.material, self.interaction
 
-    def impact(self, stroke: Stroke) -> NDArray[np.float32]:
-        """Waveform (N,) of one impact of this stroke."""
-        reached = impacts.strength(self.interaction, stroke)
+    def impact(self, motion: Motion) -> NDArray[np.float32]:
+        """Waveform (N,) of one impact of this motion."""
+        reached = impacts.strength(self.interaction, motion)
         return np.asarray(self.samples * np.float32(reached))
 
 
@@ -82,11 +82,11 @@ class PatternTexture:
     def __init__(self, pattern: Pattern, rate_hz: int = RATE_HZ) -> None:
         self._pattern, self._rate_hz = pattern, rate_hz
         self._at = 0
-        self._level = Glide()
+        self._level = SmoothedValue()
 
-    def render(self, count: int, stroke: Stroke) -> NDArray[np.float32]:
-        """Next `count` samples, (count,) float32, under a stroke that holds for all of them."""
-        wanted = textures.share(_PLAIN, self._pattern.interaction, stroke)
+    def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
+        """Next `count` samples, (count,) float32, under a motion that holds for all of them."""
+        wanted = textures.share(_PLAIN, self._pattern.interaction, motion)
         level = self._level.follow(wanted, count, self._rate_hz)
         loop = self._pattern.samples
         index = (self._at + np.arange(count)) % loop.size

@@ -1,4 +1,4 @@
-"""What a plate may do about a wish: setpoint band, slew, current, sink and dose. Pure.
+"""The limits of a plate: setpoint band, slew, current, sink and dose. Pure.
 
 Limits are part of the model: every answer says what physics asked for, what may be sent, and which
 limit stands between the two. They are asked for before the plate; the firmware has its own.
@@ -50,6 +50,21 @@ class PlateReading:
     faults: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class PlateLimits:
+    """What limits the setpoint of a plate now, beside the band and the slew."""
+
+    coldest_c: float
+    may_heat: bool
+    is_current_limited: bool
+
+
+def limits_of(reading: PlateReading) -> PlateLimits:
+    """Return what limits a plate that reports this."""
+    used_up = reading.dose_cem43 >= DOSE_LIMIT_CEM43 or reading.heated_s >= HEAT_LIMIT_S
+    return PlateLimits(_coldest_setpoint_c(reading.sink_c), not used_up, reading.current_limited)
+
+
 def within_range(unlimited_c: float) -> Limited:
     """Apply the setpoint band alone; what is no number becomes neutral."""
     if not math.isfinite(unlimited_c):
@@ -61,37 +76,32 @@ def within_range(unlimited_c: float) -> Limited:
 def limit(
     unlimited_c: float, previous_c: float, elapsed_s: float, reading: PlateReading
 ) -> Limited:
-    """Turn a wish into the setpoint of this moment; `limited_by` names the limit that decided it.
+    """Return the setpoint of this moment; `limited_by` names the limit that decided it.
 
     As `settle`, then slew from `previous_c`.
     """
-    settled = settle(unlimited_c, reading)
+    settled = settle(unlimited_c, limits_of(reading))
     slewed_c = _slew(settled.setpoint_c, previous_c, elapsed_s)
     if slewed_c != settled.setpoint_c:
         return Limited(slewed_c, settled.unlimited_c, "slew")
     return settled
 
 
-def settle(unlimited_c: float, reading: PlateReading) -> Limited:
-    """Turn a wish into the setpoint the plate will come to, as a decision reports it.
+def settle(unlimited_c: float, limits: PlateLimits) -> Limited:
+    """Return the setpoint the plate will come to, as a decision reports it.
 
     In order: setpoint band, dose and heated time, sink. A plate at its current limit keeps its
     setpoint and is named only when nothing else limits.
     """
     banded = within_range(unlimited_c)
     setpoint_c, limited_by = banded.setpoint_c, banded.limited_by
-    if setpoint_c > NEUTRAL_C and _heat_is_used_up(reading):
+    if setpoint_c > NEUTRAL_C and not limits.may_heat:
         setpoint_c, limited_by = NEUTRAL_C, "dose"
-    coldest_c = _coldest_setpoint_c(reading.sink_c)
-    if setpoint_c < coldest_c:
-        setpoint_c, limited_by = coldest_c, "sink"
-    if limited_by is None and reading.current_limited:
+    if setpoint_c < limits.coldest_c:
+        setpoint_c, limited_by = limits.coldest_c, "sink"
+    if limited_by is None and limits.is_current_limited:
         limited_by = "current"
     return Limited(setpoint_c, banded.unlimited_c, limited_by)
-
-
-def _heat_is_used_up(reading: PlateReading) -> bool:
-    return reading.dose_cem43 >= DOSE_LIMIT_CEM43 or reading.heated_s >= HEAT_LIMIT_S
 
 
 def sink_share(sink_c: float | None) -> float:

@@ -22,7 +22,7 @@ TIME_S = 0.008
 _NEAR = 1e-6  # what is as near as that has arrived
 
 
-class Glide:
+class SmoothedValue:
     """One value on its way, of the order of one to some hundreds."""
 
     def __init__(self, value: float = 0.0) -> None:

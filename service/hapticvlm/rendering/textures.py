@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering import impacts, loops
 from hapticvlm.rendering.equaliser import NOMINAL, Playback
-from hapticvlm.rendering.interactions import Stroke
+from hapticvlm.rendering.interactions import Motion
 from hapticvlm.rendering.loops import Loop
 from hapticvlm.rendering.perceived_level import GRID_HZ, felt
-from hapticvlm.rendering.smoothing import Glide
+from hapticvlm.rendering.smoothing import SmoothedValue
 from hapticvlm.rendering.transposition import felt_hz
 
 _Floats = NDArray[np.float64]
@@ -48,13 +48,13 @@ class _Reader:
     def __init__(self, loop: Loop, place: float, playback: Playback) -> None:
         self._loop, self._playback = loop, playback
         self._at = place * loop.size
-        self._centre: Glide | None = None
-        self._level = Glide()
+        self._centre: SmoothedValue | None = None
+        self._level = SmoothedValue()
 
     def read(self, count: int, centre_hz: float, reached: float) -> _Floats | float:
         """Next `count` samples (count,), or 0.0: `reached` of full strength, around `centre_hz`."""
         if self._centre is None:
-            self._centre = Glide(centre_hz)
+            self._centre = SmoothedValue(centre_hz)
         centres = self._centre.follow(centre_hz, count, self._playback.rate_hz)
         drive = float(np.interp(centre_hz, GRID_HZ, self._loop.drive))
         wanted = RMS * reached * drive * self._playback.correction.gain(centre_hz)
@@ -101,18 +101,18 @@ class Texture:
         """How many fibres have broken so far."""
         return 0 if self._breaks is None else self._breaks.begun
 
-    def render(self, count: int, stroke: Stroke) -> NDArray[np.float32]:
-        """Next `count` samples, (count,) float32, under a stroke that holds for all of them."""
-        reached = share(self._vibration, self._interaction, stroke)
-        stuck = self._sticks * stroke.force_n / (stroke.force_n + _STUCK_N)
+    def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
+        """Next `count` samples, (count,) float32, under a motion that holds for all of them."""
+        reached = share(self._vibration, self._interaction, motion)
+        stuck = self._sticks * motion.force_n / (motion.force_n + _STUCK_N)
         rubbed = reached * math.sqrt(1.0 - stuck**2)
         wave = np.zeros(count)
-        wave += self._surface.read(count, self._centre_hz(stroke.speed_mps), rubbed)
+        wave += self._surface.read(count, self._centre_hz(motion.speed_mps), rubbed)
         if self._slips is not None:
-            rate_hz = min(max(stroke.speed_mps / _SLIP_M, _SLIPS_HZ[0]), _SLIPS_HZ[1])
+            rate_hz = min(max(motion.speed_mps / _SLIP_M, _SLIPS_HZ[0]), _SLIPS_HZ[1])
             wave += self._slips.read(count, rate_hz, reached * stuck)
         if self._breaks is not None:
-            wave = _CARVE_RUB * wave + self._breaks.render(count, reached, stroke.speed_mps)
+            wave = _CARVE_RUB * wave + self._breaks.render(count, reached, motion.speed_mps)
         return np.asarray(wave, dtype=np.float32)
 
     def _centre_hz(self, speed_mps: float) -> float:
@@ -120,12 +120,12 @@ class Texture:
         return max(felt_hz(speed_mps * per_m), _LOWEST_HZ)
 
 
-def share(vibration: Vibration, interaction: str, stroke: Stroke) -> float:
+def share(vibration: Vibration, interaction: str, motion: Motion) -> float:
     """How much of its full strength a texture reaches, 0..1, by speed and force."""
-    speed = stroke.speed_mps
+    speed = motion.speed_mps
     if interaction == "swing":
         return 1.0 - math.exp(-speed * speed / _SWING_SPEED_MPS**2)
-    pressed = 0.3 + 0.7 * stroke.force_n / (stroke.force_n + _LIGHT_FORCE_N)
+    pressed = 0.3 + 0.7 * motion.force_n / (motion.force_n + _LIGHT_FORCE_N)
     rough = min(vibration.roughness / _SMOOTH, 1.0)
     return rough * pressed * speed / (speed + _SLOW_SPEED_MPS)
 
@@ -138,7 +138,7 @@ class _Breaks:
         self._grain = _grain(vibration, playback)
         self._tail = np.zeros(self._grain.size)
         self._to_next = rng.random()  # in mean spacings
-        self._level = Glide()
+        self._level = SmoothedValue()
         self.begun = 0
 
     def render(self, count: int, wanted: float, speed_mps: float) -> _Floats:

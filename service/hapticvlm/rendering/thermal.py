@@ -14,7 +14,7 @@ share has a closed form in the Laplace domain only,
 
 which holds for sheet, slab and lump alike; Gaver and Stehfest's sum of eight such terms brings it
 back to time, within 0.003 degC at 10 degC of contrast. Perfusion, sweat and the plate itself are
-not modelled here; what earlier contacts left in the skin is, in thermal_course.py.
+not modelled here; what earlier contacts left in the skin is, in thermal_trajectory.py.
 """
 
 from __future__ import annotations
@@ -26,20 +26,6 @@ from scipy.special import erfcx
 
 from hapticvlm.materials import Thermal
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
-from hapticvlm.rendering.plate_limits import DOSE_LIMIT_CEM43 as DOSE_LIMIT_CEM43
-from hapticvlm.rendering.plate_limits import HEAT_LIMIT_S as HEAT_LIMIT_S
-from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C as PLATE_TRIP_HIGH_C
-from hapticvlm.rendering.plate_limits import PLATE_TRIP_LOW_C as PLATE_TRIP_LOW_C
-from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C as SETPOINT_MAX_C
-from hapticvlm.rendering.plate_limits import SETPOINT_MIN_C as SETPOINT_MIN_C
-from hapticvlm.rendering.plate_limits import SINK_TRIP_C as SINK_TRIP_C
-from hapticvlm.rendering.plate_limits import SLEW_C_PER_S as SLEW_C_PER_S
-from hapticvlm.rendering.plate_limits import Limit as Limit
-from hapticvlm.rendering.plate_limits import Limited as Limited
-from hapticvlm.rendering.plate_limits import PlateReading as PlateReading
-from hapticvlm.rendering.plate_limits import limit as limit
-from hapticvlm.rendering.plate_limits import settle as settle
-from hapticvlm.rendering.plate_limits import within_range as within_range
 
 LEAD_S = 0.25  # s, heat before vibration is felt as simultaneous: 242 ms best (physics.md 1.3)
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from hapticvlm.rendering.equaliser import NOMINAL, Correction, Playback
 from hapticvlm.rendering.impacts import impact
-from hapticvlm.rendering.interactions import IMPACTS, RATE_HZ, TEXTURES, Stroke
+from hapticvlm.rendering.interactions import IMPACTS, RATE_HZ, TEXTURES, Motion
 from hapticvlm.rendering.textures import Texture
 
 __all__ = [
@@ -27,8 +27,8 @@ __all__ = [
     "RATE_HZ",
     "TEXTURES",
     "Correction",
+    "Motion",
     "Playback",
-    "Stroke",
     "Texture",
     "impact",
 ]

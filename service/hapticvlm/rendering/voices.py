@@ -21,8 +21,8 @@ from hapticvlm.rendering.vibration import (
     IMPACTS,
     NOMINAL,
     TEXTURES,
+    Motion,
     Playback,
-    Stroke,
     Texture,
 )
 
@@ -47,7 +47,7 @@ class Command:
     material: str | None
     interaction: str
     onset: bool
-    stroke: Stroke
+    motion: Motion
     seed: int
     expires_at: float
 
@@ -57,7 +57,7 @@ class _Voice:
     """One thing sounding; `aim` is the gain it fades towards, and 0 is its end."""
 
     source: Texture | PatternTexture | NDArray[np.float32]
-    stroke: Stroke
+    motion: Motion
     key: tuple[str, str]
     gain: float
     aim: float = 1.0
@@ -66,7 +66,7 @@ class _Voice:
 
     def render(self, count: int, step: float) -> NDArray[np.float32]:
         if isinstance(self.source, Texture | PatternTexture):
-            block = self.source.render(count, self.stroke)
+            block = self.source.render(count, self.motion)
         else:
             block = np.zeros(count, np.float32)
             part = self.source[self.at : self.at + count]
@@ -125,7 +125,7 @@ class Voices:
 
     def obey(self, command: Command) -> None:
         """Take a command in; it is heard from the next block on."""
-        if not (math.isfinite(command.stroke.speed_mps) and math.isfinite(command.stroke.force_n)):
+        if not (math.isfinite(command.motion.speed_mps) and math.isfinite(command.motion.force_n)):
             self.scrubbed += 1
             return
         hand = self._hands[command.hand]
@@ -188,14 +188,14 @@ class Voices:
             ringing[0].aim = 0.0
         kind = command.interaction if command.interaction in IMPACTS else "tap"
         key = str(command.material), kind
-        hand.voices.append(_Voice(self._impact(key, command), command.stroke, key, gain=1.0))
+        hand.voices.append(_Voice(self._impact(key, command), command.motion, key, gain=1.0))
 
     def _impact(self, key: tuple[str, str], command: Command) -> NDArray[np.float32]:
         pattern = self._patterns.get(key)
         if pattern is not None:
-            return pattern.impact(command.stroke)
+            return pattern.impact(command.motion)
         facts = self._table[key[0]].vibration
-        return vibration.impact(facts, key[1], command.stroke, command.seed, self._playback)
+        return vibration.impact(facts, key[1], command.motion, command.seed, self._playback)
 
     def _follow(self, hand: _Hand) -> None:
         """Bring the hand's textures towards the wanted one, cross-fading, never more than a few."""
@@ -206,12 +206,12 @@ class Voices:
         for voice in textures:
             voice.aim = 1.0 if voice.key == key else 0.0
             if wanted is not None and voice.key == key:
-                fitting, voice.stroke = voice, wanted.stroke
+                fitting, voice.motion = voice, wanted.motion
         if wanted is None or key is None or fitting is not None:
             return
         if len(textures) <= _MOST_FADING_TEXTURES:
             source = self._texture(key, wanted.seed)
-            hand.voices.append(_Voice(source, wanted.stroke, key, gain=0.0))
+            hand.voices.append(_Voice(source, wanted.motion, key, gain=0.0))
 
     def _texture(self, key: tuple[str, str], seed: int) -> Texture | PatternTexture:
         pattern = self._patterns.get(key)
@@ -247,6 +247,6 @@ def _warm_up(stuff: Iterable[Material], playback: Playback) -> None:
     """Fill the caches of these materials, so that no first touch pays for them."""
     for material in stuff:
         for kind in IMPACTS:
-            vibration.impact(material.vibration, kind, Stroke(1.0, 1.0), 0, playback)
+            vibration.impact(material.vibration, kind, Motion(1.0, 1.0), 0, playback)
         for kind in TEXTURES:
             Texture(material.vibration, kind, 0, playback)

@@ -24,7 +24,7 @@ from hapticvlm.messages import Decision, Error, ErrorCode, Scope, ServiceMessage
 from hapticvlm.processes.model_worker import Answered
 from hapticvlm.processes.recogniser import Recognised, RecogniserWorker
 from hapticvlm.processes.vlm import VlmReply, VlmWorker
-from hapticvlm.rendering.thermal import PlateReading
+from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.server import status
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.outputs import Outputs
@@ -36,8 +36,8 @@ from hapticvlm.session.actions import (
     Ask,
     AskAmbient,
     AskMaterial,
-    HoldAtRest,
-    LookAt,
+    HoldOutputs,
+    RecogniseFrame,
     Reply,
     Watch,
 )
@@ -129,13 +129,13 @@ class Gateway:
                 case Reply():
                     replies.append(action.message)
                     self._show(connection, action.message)
-                case LookAt():
+                case RecogniseFrame():
                     replies += self._recognition.put(connection, action)
                 case AskAmbient() | AskMaterial():
                     self._ask(connection, action)
                 case Watch():
                     connection.watches = action.kinds
-                case HoldAtRest():
+                case HoldOutputs():
                     self._stop(action.scope)
                 case _:
                     self._outputs.drive(action)

@@ -8,7 +8,7 @@ from hapticvlm.devices.peltier import Plate
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import Scope
 from hapticvlm.rendering.plate_limits import PlateReading
-from hapticvlm.session.actions import Feel, Heat, LetGo, RestPlate, SetGain
+from hapticvlm.session.actions import DrivePlate, PlayVibration, ReleaseHand, RestPlate, SetGain
 from hapticvlm.session.hands import Hold
 
 
@@ -46,18 +46,18 @@ class Outputs:
         self.reading = self.plate.advance(now)
         return [fault for fault in self.reading.faults if fault not in before]
 
-    def drive(self, action: Feel | LetGo | SetGain | Heat | RestPlate) -> None:
+    def drive(self, action: PlayVibration | ReleaseHand | SetGain | DrivePlate | RestPlate) -> None:
         """Do what a session asked of them."""
         if self.is_closed:
             return
         match action:
-            case Feel():
+            case PlayVibration():
                 self.speaker.obey(action.command)
-            case LetGo():
+            case ReleaseHand():
                 self.speaker.let_go(action.hand)
             case SetGain():
                 self.speaker.set_gain(action.gain)
-            case Heat():
+            case DrivePlate():
                 self.plate.command(action.setpoint_c, action.ttl_s, time.monotonic())
             case RestPlate():
                 self.plate.rest(time.monotonic())

@@ -22,7 +22,7 @@ from hapticvlm.processes.recogniser import (
 from hapticvlm.recognition.pictures import Shrunk
 from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection, Event
-from hapticvlm.session.actions import Action, LookAt, Reply
+from hapticvlm.session.actions import Action, RecogniseFrame, Reply
 from hapticvlm.session.frames import SURROUNDINGS
 
 VIEW_S = 0.5
@@ -36,7 +36,7 @@ class _Request:
     """What the recogniser works on, for whom, and whether observers see it."""
 
     connection: Connection
-    look: LookAt
+    look: RecogniseFrame
     is_shown: bool
 
 
@@ -49,7 +49,7 @@ class RecognitionQueue:
         self._recogniser = recogniser
         self._counts = counts
         self._deliver = deliver
-        self._mailboxes: dict[Connection, Mailbox[LookAt]] = {}  # in order of their turns
+        self._mailboxes: dict[Connection, Mailbox[RecogniseFrame]] = {}  # in order of their turns
         self._under_way: _Request | None = None
         self._shown_at: dict[str | None, float] = {}  # by object
 
@@ -61,10 +61,10 @@ class RecognitionQueue:
         """Drop what a connection has waiting; an answer under way goes to nobody."""
         self._mailboxes.pop(connection, None)
 
-    def put(self, connection: Connection, look: LookAt) -> list[ServiceMessage]:
+    def put(self, connection: Connection, look: RecogniseFrame) -> list[ServiceMessage]:
         """Queue what a session wants recognised; return what to answer at once."""
         frame, mailbox = look.frame, self._mailboxes[connection]
-        superseded: LookAt | None = None
+        superseded: RecogniseFrame | None = None
         try:
             if isinstance(look.key, tuple):
                 superseded = mailbox.put_touch(look, look.key[1])
@@ -117,7 +117,7 @@ class RecognitionQueue:
             request.connection.post(Error(id=request.look.frame.id, code="model", text=text))
         self.feed()
 
-    def _put_enrol(self, mailbox: Mailbox[LookAt], look: LookAt) -> None:
+    def _put_enrol(self, mailbox: Mailbox[RecogniseFrame], look: RecogniseFrame) -> None:
         """Queue a view of an object. Raises QueueFull."""
         size = len(look.frame.image) + len(look.frame.mask or b"")
         waiting = sum(other.enrol_bytes for other in self._mailboxes.values())
@@ -129,7 +129,7 @@ class RecognitionQueue:
         """All connections, the owner of the outputs first."""
         return sorted(self._mailboxes, key=lambda connection: not connection.session.owner)
 
-    def _begin(self, connection: Connection, look: LookAt, now: float) -> None:
+    def _begin(self, connection: Connection, look: RecogniseFrame, now: float) -> None:
         is_shown = self._is_due(look.frame.object_id, now) and any(True for _ in self._observers())
         self._under_way = _Request(connection, look, is_shown)
         self._recogniser.recognise(
@@ -140,7 +140,7 @@ class RecognitionQueue:
             shrink=is_shown and not _is_small(look.frame),
         )
 
-    def _next_of(self, connection: Connection, now: float) -> LookAt | None:
+    def _next_of(self, connection: Connection, now: float) -> RecogniseFrame | None:
         while (look := self._mailboxes[connection].take()) is not None:
             if not connection.session.is_stale(look.frame, now):
                 return look
@@ -154,7 +154,7 @@ class RecognitionQueue:
         if found.error is None:
             self._counts["looks"] += 1
             if look.key == SURROUNDINGS:
-                return session.sighted(look, found.scene_view, now)
+                return session.scene_view_received(look, found.scene_view, now)
             return session.recognised(look, found.evidence, found.stages_ms, now)
         code: ErrorCode = "model" if found.is_our_fault else "message"
         self._counts[f"refused: {code}"] += 1

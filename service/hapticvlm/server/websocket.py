@@ -41,14 +41,14 @@ from hapticvlm.messages import (
     decode,
     encode,
 )
-from hapticvlm.rendering.thermal import SETPOINT_MAX_C, SETPOINT_MIN_C
+from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server import http
 from hapticvlm.server.access import Address
 from hapticvlm.server.connection import Connection, notice_dead_peers
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.recorder import Recorder
 from hapticvlm.session import recorded
-from hapticvlm.session.recorded import TapedSession
+from hapticvlm.session.recorded import RecordedSession
 from hapticvlm.session.session import SceneSession
 
 CLOSE_PROTOCOL = 4000
@@ -217,7 +217,7 @@ class WebSocketServer:
         }
         if self._offer.recorder is None or observer:
             return SceneSession(**given)
-        return TapedSession(tell=self._offer.recorder.begin(recorded.head(given)), **given)
+        return RecordedSession(write_line=self._offer.recorder.begin(recorded.head(given)), **given)
 
     def _welcome_message(self, hello: Hello, session: SceneSession) -> Welcome:
         return Welcome(

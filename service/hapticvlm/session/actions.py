@@ -17,8 +17,8 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
-class LookAt:
-    """Have the recogniser look at this frame; id 0 means nobody waits for an answer.
+class RecogniseFrame:
+    """Have this frame recognised; id 0 means nobody waits for an answer.
 
     `key` is what it shows (an object's id, or the region a hand touches); `generation` is that of
     the key, so that an answer for a scene or a contact since replaced is not believed.
@@ -53,14 +53,14 @@ Ask = AskAmbient | AskMaterial
 
 
 @dataclass(frozen=True, slots=True)
-class Feel:
+class PlayVibration:
     """Put this into the audio ring."""
 
     command: Command
 
 
 @dataclass(frozen=True, slots=True)
-class LetGo:
+class ReleaseHand:
     """Fade one hand's vibration (0 left, 1 right)."""
 
     hand: int
@@ -74,7 +74,7 @@ class SetGain:
 
 
 @dataclass(frozen=True, slots=True)
-class Heat:
+class DrivePlate:
     """Drive the plate to `setpoint_c` for at most `ttl_s`."""
 
     setpoint_c: float
@@ -87,7 +87,7 @@ class RestPlate:
 
 
 @dataclass(frozen=True, slots=True)
-class HoldAtRest:
+class HoldOutputs:
     """Rest the outputs of this scope at once and hold them there."""
 
     scope: Scope
@@ -100,4 +100,15 @@ class Watch:
     kinds: frozenset[str]
 
 
-Action = Reply | LookAt | Ask | Feel | LetGo | SetGain | Heat | RestPlate | HoldAtRest | Watch
+Action = (
+    Reply
+    | RecogniseFrame
+    | Ask
+    | PlayVibration
+    | ReleaseHand
+    | SetGain
+    | DrivePlate
+    | RestPlate
+    | HoldOutputs
+    | Watch
+)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 
+import msgspec
+
 from hapticvlm import materials
 from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, EvidenceItem, SceneObject
@@ -13,12 +15,13 @@ from hapticvlm.recognition import surface
 from hapticvlm.recognition.ambient import Ambient
 from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.recognition.surface import Surface, SurfaceFacts
-from hapticvlm.rendering import thermal
-from hapticvlm.rendering.thermal import PlateReading, ThermalContact
+from hapticvlm.rendering import plate_limits, thermal
+from hapticvlm.rendering.plate_limits import PlateLimits
+from hapticvlm.rendering.thermal import ThermalContact
 
 
 def known(material: str) -> str | None:
-    """Return the material's name, or None for unknown: neutral plate, no texture."""
+    """Return the name of the material, or None for unknown: neutral plate, no texture."""
     return None if material == materials.UNKNOWN else material
 
 
@@ -61,29 +64,26 @@ def contact(
 
 
 @dataclass(frozen=True, slots=True)
-class Circumstances:
-    """What a decision depends on beside the object: ambient, gain, plate's state, materials."""
+class DecisionInputs:
+    """What a decision depends on beside the object's name and the material table."""
 
+    verdict: Verdict
+    facts: SceneObject | None
     ambient: Ambient
     thermal_gain: float
-    reading: PlateReading
-    table: Mapping[str, Material]
+    limits: PlateLimits
 
 
-def describe(
-    object_id: str | None,
-    verdict: Verdict,
-    facts: SceneObject | None,
-    around: Circumstances,
-    manner: str | None = None,
+def decide(
+    object_id: str | None, inputs: DecisionInputs, table: Mapping[str, Material]
 ) -> Decision:
-    """Write the decision on one object as an event (id 0); `manner` is how it is touched."""
-    ambient = around.ambient
-    warmth = surface_of(object_id, verdict, facts, ambient)
-    touched = contact(verdict, facts, warmth.value_c, around.table)
+    """Return the decision on one object as an event (id 0), not yet touched: it has no pattern."""
+    verdict, ambient = inputs.verdict, inputs.ambient
+    warmth = surface_of(object_id, verdict, inputs.facts, ambient)
+    touched = contact(verdict, inputs.facts, warmth.value_c, table)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
-    deviation = 0.0 if contact_c is None else around.thermal_gain * (contact_c - NEUTRAL_C)
-    limited = thermal.settle(NEUTRAL_C + deviation, around.reading)
+    deviation = 0.0 if contact_c is None else inputs.thermal_gain * (contact_c - NEUTRAL_C)
+    limited = plate_limits.settle(NEUTRAL_C + deviation, inputs.limits)
     return Decision(
         id=0,
         object_id=object_id,
@@ -107,12 +107,18 @@ def describe(
         unlimited_c=limited.unlimited_c,
         limited_by=limited.limited_by,
         thermal_cue=touched is not None and thermal.carries_cue(touched),
-        pattern=f"{verdict.material} {manner}" if touched is not None and manner else None,
     )
 
 
-def gist(decision: Decision) -> Hashable:
-    """Return what makes a decision new: not the last digit, nor the plate catching its breath."""
+def touched_as(decision: Decision, interaction: str | None) -> Decision:
+    """Return the decision with the pattern of this interaction; unknown material has none."""
+    if interaction is None or known(decision.material) is None:
+        return decision
+    return msgspec.structs.replace(decision, pattern=f"{decision.material} {interaction}")
+
+
+def change_key(decision: Decision) -> Hashable:
+    """Return what makes a decision a changed one: not the last digit, nor a current limit."""
     limited_by = None if decision.limited_by == "current" else decision.limited_by
     return (
         decision.material,

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hapticvlm.messages import LEASE_MS, HandName, Interaction, Region, Scope, Touch
-from hapticvlm.rendering.vibration import TEXTURES, Stroke
+from hapticvlm.rendering.vibration import TEXTURES, Motion
 from hapticvlm.session.scene_objects import Key
 
 Output = Literal["speaker", "peltier"]
 LEASE_S = LEASE_MS / 1000.0
 NAMES: tuple[HandName, ...] = ("left", "right")
 OUTPUTS: tuple[Output, ...] = ("speaker", "peltier")
-STILL = Stroke(speed_mps=0.0, force_n=0.0)
+STILL = Motion(speed_mps=0.0, force_n=0.0)
 
 
 @dataclass(slots=True)
@@ -27,7 +27,7 @@ class Hand:
     object_id: str | None = None
     region: Region | None = None
     interaction: Interaction | None = None
-    stroke: Stroke = STILL
+    motion: Motion = STILL
     rubs: bool = False
 
     @property
@@ -51,8 +51,8 @@ class Hand:
         return self.lease_until is not None and self.contact_at is not None
 
     @property
-    def manner(self) -> str:
-        """How this hand touches: what the client says, else strike, and slide once it rubs."""
+    def interaction_name(self) -> str:
+        """How this hand touches: as the client names it, else strike, and slide once it rubs."""
         if self.rubs and self.interaction not in TEXTURES:
             return "slide"
         return self.interaction or "strike"
@@ -62,12 +62,12 @@ class Hand:
         """Whether this hand vibrates: in contact, or swinging."""
         return self.is_active and (self.contact_at is not None or self.interaction == "swing")
 
-    def follow(self, touch: Touch, now: float) -> bool:
-        """Take in a touch that is no release; return whether it is an onset."""
-        begins = not self.is_touching
+    def update(self, touch: Touch, now: float) -> bool:
+        """Receive a touch that is no release; return whether it is an onset."""
+        begins = self.contact_at is None
         self.lease_until = now + LEASE_S
         self.object_id, self.region = touch.object_id, touch.region
-        self.stroke = Stroke(touch.speed_mps, touch.force_n)
+        self.motion = Motion(touch.speed_mps, touch.force_n)
         self.interaction = touch.interaction
         if touch.phase == "approach":
             self.contact_at = None
@@ -80,12 +80,12 @@ class Hand:
         self.rubs = touch.phase == "slide" or named in TEXTURES or not (onset or named)
         return onset
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """End the lease and the contact."""
         self.lease_until = self.contact_at = None
         self.object_id = self.region = self.interaction = None
         self.rubs = False
-        self.stroke = STILL
+        self.motion = STILL
 
 
 class Hands:
@@ -115,21 +115,22 @@ class Hands:
             return max(touching, key=lambda hand: hand.contact_at or 0.0)
         return next((hand for hand in self if hand.is_active), None)
 
-    def manner(self, key: Key) -> str | None:
-        """How what lies under this key is touched, if it is."""
-        return next((hand.manner for hand in self if hand.is_active and hand.key == key), None)
+    def interaction_on(self, key: Key) -> str | None:
+        """Return how what lies under this key is touched, if it is."""
+        touching = (hand for hand in self if hand.is_active and hand.key == key)
+        return next((hand.interaction_name for hand in touching), None)
 
     def lapse(self, now: float) -> list[Hand]:
         """End the leases that were not renewed; return whose they were."""
         late = [hand for hand in self if hand.lease_until is not None and hand.lease_until < now]
         for hand in late:
-            hand.let_go()
+            hand.release()
         return late
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """End every lease."""
         for hand in self:
-            hand.let_go()
+            hand.release()
 
 
 class Hold:
@@ -146,8 +147,10 @@ class Hold:
         outputs = OUTPUTS if scope == "all" else (scope,)
         self._held |= {(output, hand): False for output in outputs for hand in NAMES}
 
-    def follow(self, touch: Touch) -> None:
-        """Take in a touch of the owner: release arms its hand, a new approach or contact lifts."""
+    def update(self, touch: Touch) -> None:
+        """Receive a touch of the owner: release arms its hand, a new approach or contact lifts."""
+        if not self._held:
+            return
         for (output, hand), armed in tuple(self._held.items()):
             if hand != touch.hand:
                 continue
@@ -157,13 +160,15 @@ class Hold:
                 del self._held[output, hand]
 
     def holds(self, output: Output, hand: HandName | None) -> bool:
-        """Tell whether this output must rest for this hand; None = whoever touches."""
+        """Whether this output must rest for this hand; None = for either."""
+        if not self._held:
+            return False
         hands = NAMES if hand is None else (hand,)
         return any((output, name) in self._held for name in hands)
 
     def holds_all(self, hand: HandName) -> bool:
         """Whether nothing may move for this hand."""
-        return self.outputs(hand) == OUTPUTS
+        return bool(self._held) and self.outputs(hand) == OUTPUTS
 
     def outputs(self, hand: HandName) -> tuple[Output, ...]:
         """Name the outputs that must rest for this hand."""

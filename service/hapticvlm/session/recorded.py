@@ -1,9 +1,9 @@
-"""A session that keeps on tape what went into it, so that it can be run again bit for bit.
+"""A session that writes a log of its inputs, so that it can be run again bit for bit.
 
-Everything that changes a SceneSession comes in through a few calls, each with the time. A taped
+Everything that changes a SceneSession comes in through a few calls, each with the time. A recorded
 session writes each call down, in order, before it is carried out: with the same calls a new session
-asks for the same outputs. Pictures are no part of that; the shell may keep them beside the tape.
-Knows no file: lines go to whoever is told.
+asks for the same outputs. Pictures are no part of that; the shell may keep them beside the log.
+The names in the lines are a file format and stay when code is renamed. Knows no file.
 """
 
 from __future__ import annotations
@@ -21,85 +21,105 @@ from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.voices import Command
 from hapticvlm.session.actions import (
     Action,
     Ask,
     AskAmbient,
     AskMaterial,
-    LookAt,
+    DrivePlate,
+    HoldOutputs,
+    PlayVibration,
+    RecogniseFrame,
+    ReleaseHand,
     Reply,
-    Watch,
+    RestPlate,
+    SetGain,
 )
 from hapticvlm.session.session import SceneSession
 
 Line = dict[str, Any]
-Told = Callable[[Line, Frame | None], None]
+_NAMES: dict[type, str] = {
+    ReleaseHand: "ReleaseHand",
+    SetGain: "SetGain",
+    DrivePlate: "DrivePlate",
+    RestPlate: "RestPlate",
+    HoldOutputs: "HoldOutputs",
+}
+WriteLine = Callable[[Line, Frame | None], None]
 
 
-class TapedSession(SceneSession):
-    """A SceneSession whose inputs, and what it has the outputs do, are told as lines.
+class RecordedSession(SceneSession):
+    """A SceneSession whose inputs, and what it has the outputs do, are written as lines.
 
-    `tell` is called for every input with a line that JSON can hold, and the frame if it is one.
+    `write_line` is called for every input with a line that JSON can hold, and the frame if any.
     """
 
-    def __init__(self, *, tell: Told, **given: Any) -> None:
+    def __init__(self, *, write_line: WriteLine, **given: Any) -> None:
         super().__init__(**given)
-        self._tell = tell
+        self._write_line = write_line
         self._numbers = itertools.count(1)
 
     def receive(self, message: ClientMessage, now: float) -> list[Action]:
-        """Take in one message; one that is refused is on the tape too, as it may be again."""
+        """Receive one message; a refused one is written too, as it may be refused again."""
         frame = message if isinstance(message, Frame) else None
-        self._tell({"now": now, "in": "message", "message": _bare(message)}, frame)
-        return self._told(super().receive(message, now))
+        self._write_line({"now": now, "in": "message", "message": _bare(message)}, frame)
+        return self._logged(super().receive(message, now))
 
     def recognised(
-        self, look: LookAt, evidence: Evidence | None, stages_ms: dict[str, float], now: float
+        self,
+        action: RecogniseFrame,
+        evidence: Evidence | None,
+        stages_ms: dict[str, float],
+        now: float,
     ) -> list[Action]:
-        """Take in what a look gave."""
-        line = {"now": now, "in": "look", "number": look.number, "stages_ms": stages_ms}
-        self._tell({**line, "evidence": _plain(evidence)}, None)
-        return self._told(super().recognised(look, evidence, stages_ms, now))
+        """Receive what a recognition gave."""
+        line = {"now": now, "in": "look", "number": action.number, "stages_ms": stages_ms}
+        self._write_line({**line, "evidence": _plain(evidence)}, None)
+        return self._logged(super().recognised(action, evidence, stages_ms, now))
 
-    def sighted(self, look: LookAt, sight: SceneView | None, now: float) -> list[Action]:
-        """Take in what the scene as a whole looks like."""
+    def scene_view_received(
+        self, action: RecogniseFrame, scene_view: SceneView | None, now: float
+    ) -> list[Action]:
+        """Receive what the scene as a whole looks like."""
         seen = None
-        if sight is not None:
-            seen = {"embedding": sight.embedding.tolist(), "brightness": sight.brightness}
-        self._tell({"now": now, "in": "sight", "number": look.number, "sight": seen}, None)
-        return self._told(super().sighted(look, sight, now))
+        if scene_view is not None:
+            embedding = scene_view.embedding.tolist()
+            seen = {"embedding": embedding, "brightness": scene_view.brightness}
+        self._write_line({"now": now, "in": "sight", "number": action.number, "sight": seen}, None)
+        return self._logged(super().scene_view_received(action, scene_view, now))
 
     def answered(self, ask: Ask, answer: Reading | Evidence | None, now: float) -> list[Action]:
-        """Take in what a VLM answered."""
+        """Receive what a VLM answered."""
         line = {"now": now, "in": "answer", "number": ask.number}
         kind = None if answer is None else type(answer).__name__.lower()
-        self._tell({**line, "kind": kind, "answer": _plain(answer)}, None)
-        return self._told(super().answered(ask, answer, now))
+        self._write_line({**line, "kind": kind, "answer": _plain(answer)}, None)
+        return self._logged(super().answered(ask, answer, now))
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
         """Let time pass."""
-        self._tell({"now": now, "in": "tick", "reading": _plain(reading)}, None)
-        return self._told(super().tick(now, reading))
+        self._write_line({"now": now, "in": "tick", "reading": _plain(reading)}, None)
+        return self._logged(super().tick(now, reading))
 
     def rest(self) -> None:
         """Drop every lease."""
-        self._tell({"in": "rest"}, None)
+        self._write_line({"in": "rest"}, None)
         super().rest()
 
     def held(self, scope: Scope) -> None:
         """Note that outputs were stopped."""
-        self._tell({"in": "held", "scope": scope}, None)
+        self._write_line({"in": "held", "scope": scope}, None)
         super().held(scope)
 
-    def _told(self, actions: list[Action]) -> list[Action]:
-        """Give looks and questions numbers, and tell what the outputs are to do."""
+    def _logged(self, actions: list[Action]) -> list[Action]:
+        """Write what the outputs are to do; recognitions and questions get numbers."""
         numbered = [self._numbered(action) for action in actions]
         if done := outputs(numbered):
-            self._tell({"out": done}, None)
+            self._write_line({"out": done}, None)
         return numbered
 
     def _numbered(self, action: Action) -> Action:
-        if isinstance(action, LookAt | AskAmbient | AskMaterial):
+        if isinstance(action, RecogniseFrame | AskAmbient | AskMaterial):
             return dataclasses.replace(action, number=next(self._numbers))
         return action
 
@@ -117,15 +137,22 @@ def head(given: dict[str, Any]) -> Line:
 
 
 def outputs(actions: list[Action]) -> list[Line]:
-    """Write what actions do to the outputs and say of materials, to compare bit for bit."""
-    told: list[Line] = []
+    """Write what actions do to the outputs and announce, to compare bit for bit."""
+    lines: list[Line] = []
     for action in actions:
         if isinstance(action, Reply):
             if isinstance(action.message, messages.Decision):
-                told.append({"do": "say", **_plain(action.message)})
-        elif not isinstance(action, LookAt | AskAmbient | AskMaterial | Watch):
-            told.append({"do": type(action).__name__, **_plain(action)})
-    return told
+                lines.append({"do": "say", **_plain(action.message)})
+        elif isinstance(action, PlayVibration):
+            lines.append({"do": "PlayVibration", "command": _command(action.command)})
+        elif (name := _NAMES.get(type(action))) is not None:
+            lines.append({"do": name, **_plain(action)})
+    return lines
+
+
+def _command(command: Command) -> Line:
+    fields: Line = _plain(command)
+    return {"stroke" if name == "motion" else name: value for name, value in fields.items()}
 
 
 def _bare(message: ClientMessage) -> Line:

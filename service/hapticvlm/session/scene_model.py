@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hapticvlm.materials import Material
+from hapticvlm.materials import UNKNOWN, Material
 from hapticvlm.messages import Decision, MessageError, Scene
-from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.plate_limits import PlateLimits
 from hapticvlm.rendering.thermal import ThermalContact
 from hapticvlm.session import decisions
-from hapticvlm.session.actions import AskMaterial, LookAt
+from hapticvlm.session.actions import AskMaterial, RecogniseFrame
+from hapticvlm.session.decisions import DecisionInputs
 from hapticvlm.session.scene_objects import Key, SceneObjects
 from hapticvlm.session.surroundings import Surroundings
 
 
-class World:
+class SceneModel:
     """Objects and surroundings of one scene; can_ask = a VLM answers questions on both."""
 
     def __init__(
@@ -32,7 +33,7 @@ class World:
         return tuple(self._table)
 
     def declare(self, scene: Scene) -> None:
-        """Take in what the scene states. Raises MessageError and changes nothing if wrong."""
+        """Receive the scene's objects. Raises MessageError and changes nothing if wrong."""
         try:
             self.objects.declare(scene)
         except MessageError as error:
@@ -43,35 +44,54 @@ class World:
 
     def material(self, key: Key) -> str | None:
         """Return what this object is made of, or None for unknown."""
-        return decisions.known(self.objects.verdict(key).material)
+        material = self.objects.verdict(key).material
+        return None if material == UNKNOWN else material
 
     def contact(self, key: Key) -> ThermalContact | None:
         """Return the thermal contact of skin and this object, or None for unknown."""
-        verdict, facts = self.objects.verdict(key), self.objects.facts(key)
-        warmth = decisions.surface_of(_name(key), verdict, facts, self.surroundings.ambient)
-        return decisions.contact(
-            verdict, facts, warmth.value_c, self._table, self._contact_resistance
-        )
+        state, ambient = self.objects.state(key), self.surroundings.ambient
+        verdict = state.verdict
+        assert verdict is not None
+        inputs = (verdict, state.facts, ambient)
+        if state.met_from != inputs:
+            surface = decisions.surface_of(_name(key), verdict, state.facts, ambient)
+            state.contact = decisions.contact(
+                verdict, state.facts, surface.value_c, self._table, self._contact_resistance
+            )
+            state.met_from = inputs
+        return state.contact
 
-    def decision(
-        self, key: Key, gain: float, reading: PlateReading, manner: str | None
-    ) -> Decision:
-        """Write the decision on this object at this thermal gain, touched in this manner."""
-        around = decisions.Circumstances(self.surroundings.ambient, gain, reading, self._table)
-        verdict, facts = self.objects.verdict(key), self.objects.facts(key)
-        return decisions.describe(_name(key), verdict, facts, around, manner)
+    def decision(self, key: Key, gain: float, limits: PlateLimits) -> Decision:
+        """Return the decision on this object, made anew only if its inputs have changed."""
+        state, ambient = self.objects.state(key), self.surroundings.ambient
+        assert state.verdict is not None
+        inputs = (state.verdict, state.facts, ambient, gain, limits)
+        if state.decision is None or state.decided_from != inputs:
+            state.decision = decisions.decide(_name(key), DecisionInputs(*inputs), self._table)
+            state.decided_from = inputs
+        return state.decision
 
-    def is_news(self, key: Key, decision: Decision) -> bool:
-        """Tell whether this decision differs from the last one announced; remember it."""
-        return self.objects.is_news(key, decisions.gist(decision))
+    def changed_decision(self, key: Key, gain: float, limits: PlateLimits) -> Decision | None:
+        """Return the decision if it differs from the one last announced, else None.
 
-    def question(self, look: LookAt, now: float) -> list[AskMaterial]:
+        Compares before it makes anything: a touch that only renews its lease ends here.
+        """
+        state, ambient = self.objects.state(key), self.surroundings.ambient
+        inputs = (state.verdict, state.facts, ambient, gain, limits)
+        if state.compared_from == inputs:
+            return None
+        decision = self.decision(key, gain, limits)
+        change = decisions.change_key(decision)
+        before, state.announced, state.compared_from = state.announced, change, inputs
+        return decision if change != before else None
+
+    def question(self, action: RecogniseFrame, now: float) -> list[AskMaterial]:
         """Have a VLM asked what a named object is made of that the encoder leaves unknown."""
-        if not self._can_ask or not isinstance(look.key, str):
+        if not self._can_ask or not isinstance(action.key, str):
             return []
-        if not self.objects.wants_telling(look.key, now):
+        if not self.objects.wants_question(action.key, now):
             return []
-        return [AskMaterial(look.frame, look.key, look.generation)]
+        return [AskMaterial(action.frame, action.key, action.generation)]
 
 
 def _name(key: Key) -> str | None:

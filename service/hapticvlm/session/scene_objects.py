@@ -1,10 +1,10 @@
-"""What is known of each object, and what it was decided to be.
+"""What is known of each object: evidence, verdict, and the decision kept until one of them changes.
 
-Evidence is gathered in the ladder's order and only as far as needed: the scene's own statement, the
-name, the shader; the encoder's is added when a picture was looked at. Names are read on first need.
-The looks at one object are fused, live frames and views to enrol alike. The key ("region", hand)
-stands for what that hand touches in the newest frame, None for what a frame without an object id
-shows: that is no one object, so there each look stands alone.
+Evidence is gathered in the ladder's order and only as far as needed: what the scene gives, the
+name, the shader; the encoder's is added when a frame was recognised. Names are read on first need.
+The recognitions of one object are fused, live frames and frames to enrol alike. The key ("region",
+hand) stands for what that hand touches in the newest frame, None for what a frame without an object
+id shows: that may be several objects, so there each recognition stands alone.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from dataclasses import dataclass
 
 from hapticvlm import materials
 from hapticvlm.materials import Material
-from hapticvlm.messages import MessageError, Scene, SceneObject
+from hapticvlm.messages import Decision, MessageError, Scene, SceneObject
 from hapticvlm.recognition import fusion, ladder, names
 from hapticvlm.recognition.fusion import Fused
 from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.recognition.names import Lexicon
+from hapticvlm.rendering.thermal import ThermalContact
 
 MAX_KNOWN = 8192
 ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
@@ -32,14 +33,25 @@ _NOBODY = ("nobody", "")
 
 
 @dataclass(slots=True)
-class _Known:
+class ObjectState:
+    """One object: what the scene gives, evidence by source, verdict, and the decision kept.
+
+    `decided_from` are the inputs of `decision`, `compared_from` those of the last comparison with
+    what was `announced`, and `met_from` those of `contact`.
+    """
+
     facts: SceneObject | None
-    stated: tuple[Evidence, ...] | None = None
-    seen: Fused | None = None
-    told: Evidence | None = None
+    given: tuple[Evidence, ...] | None = None
+    recognised: Fused | None = None
+    vlm: Evidence | None = None
     asked_at: float | None = None
     verdict: Verdict | None = None
+    decision: Decision | None = None
+    decided_from: Hashable = None
+    compared_from: Hashable = None
     announced: Hashable = None
+    contact: ThermalContact | None = None
+    met_from: Hashable = None
 
 
 class SceneObjects:
@@ -48,7 +60,7 @@ class SceneObjects:
     def __init__(self, table: Mapping[str, Material] = materials.MATERIALS) -> None:
         self._table = table
         self._lexicon = names.read_lexicon(table)
-        self._known: dict[Key, _Known] = {}
+        self._known: dict[Key, ObjectState] = {}
         self._replaced = 0
         self._forgotten: Counter[Key] = Counter()
 
@@ -57,107 +69,112 @@ class SceneObjects:
         return self._replaced + self._forgotten[key]
 
     def declare(self, scene: Scene) -> None:
-        """Take in what the scene states; raises MessageError and changes nothing if wrong."""
-        for index, stated in enumerate(scene.objects):
-            _check_material(stated.material, self._table, f"$.objects[{index}].material")
+        """Receive the scene's objects. Raises MessageError and changes nothing if wrong."""
+        for index, given in enumerate(scene.objects):
+            _check_material(given.material, self._table, f"$.objects[{index}].material")
         for index, name in enumerate(scene.materials or ()):
             _check_material(name, self._table, f"$.materials[{index}]")
         declared = {key for key, known in self._known.items() if known.facts and not scene.replace}
-        if len(declared | {stated.object_id for stated in scene.objects}) > MAX_KNOWN:
+        if len(declared | {given.object_id for given in scene.objects}) > MAX_KNOWN:
             text = f"$.objects: more than {MAX_KNOWN}; send `replace` true with those in use"
             raise MessageError("limit", text, path="$.objects")
         if scene.replace:
             self._known.clear()
             self._replaced += 1
-        for stated in scene.objects:
-            known = self._known.get(stated.object_id) or _Known(None)
-            self._known[stated.object_id] = _Known(
-                stated, seen=known.seen, told=known.told, asked_at=known.asked_at
+        for given in scene.objects:
+            known = self._known.get(given.object_id) or ObjectState(None)
+            self._known[given.object_id] = ObjectState(
+                given, recognised=known.recognised, vlm=known.vlm, asked_at=known.asked_at
             )
 
+    def state(self, key: Key) -> ObjectState:
+        """Return what is known of this object, its verdict included."""
+        known = self._known.get(key)
+        if known is None:
+            known = self._new(key)
+        if known.verdict is None:
+            known.verdict = ladder.decide(self._evidence(key, known))
+        return known
+
     def facts(self, key: Key) -> SceneObject | None:
-        """Return what the scene stated of this object, if anything."""
+        """Return what the scene gives of this object, if anything."""
         known = self._known.get(key)
         return known.facts if known else None
 
-    def is_decided(self, key: Key) -> bool:
-        """Tell whether a verdict on this object is at hand."""
+    def has_verdict(self, key: Key) -> bool:
+        """Whether a verdict on this object is at hand."""
         known = self._known.get(key)
         return known is not None and known.verdict is not None
 
-    def is_seen(self, key: Key) -> bool:
-        """Tell whether a picture of this object is remembered."""
+    def is_recognised(self, key: Key) -> bool:
+        """Whether a recognition of this object is kept."""
         known = self._known.get(key)
-        return known is not None and known.seen is not None
-
-    def is_news(self, key: Key, gist: Hashable) -> bool:
-        """Tell whether this differs from what was last announced of the object; remember it."""
-        known = self._entry(key)
-        before, known.announced = known.announced, gist
-        return before != gist
+        return known is not None and known.recognised is not None
 
     def forget(self, key: Key) -> None:
-        """Forget what was seen under this key, and what is still being looked at."""
+        """Forget what was recognised under this key, and what is still being recognised."""
         self._known.pop(key, None)
         self._forgotten[key] += 1
 
     def verdict(self, key: Key) -> Verdict:
         """Return what this object is, from the cache or from what is known so far."""
-        known = self._entry(key)
-        if known.verdict is None:
-            known.verdict = ladder.decide(self._evidence(key, known))
-        return known.verdict
+        verdict = self.state(key).verdict
+        assert verdict is not None
+        return verdict
 
-    def needs_look(self, key: Key) -> bool:
-        """Tell whether a picture of this object could still change its verdict."""
-        return not ladder.is_sure(self._stated(key, self._entry(key)))
+    def needs_recognition(self, key: Key) -> bool:
+        """Whether a picture of this object could still change its verdict."""
+        return not ladder.is_sure(self._given(key, self._entry(key)))
 
-    def see(self, key: Key, evidence: Evidence) -> Verdict:
-        """Take in what the encoder says of a new picture and return the verdict."""
+    def add_recognition(self, key: Key, evidence: Evidence) -> Verdict:
+        """Receive the encoder's evidence of a new picture and return the verdict."""
         known = self._entry(key)
-        known.seen = fusion.update(None if key is None else known.seen, evidence)
+        before = None if key is None else known.recognised
+        known.recognised = fusion.update(before, evidence)
         new = ladder.decide(self._evidence(key, known))
         known.verdict = ladder.prefer(known.verdict, new)
         return known.verdict
 
-    def wants_telling(self, key: Key, now: float) -> bool:
-        """Tell whether a VLM should be asked what this object is made of; count it as asked."""
+    def wants_question(self, key: Key, now: float) -> bool:
+        """Whether a VLM should be asked what this object is made of; it then counts as asked."""
         known = self._entry(key)
-        if known.told is not None or self.verdict(key).material != materials.UNKNOWN:
+        if known.vlm is not None or self.verdict(key).material != materials.UNKNOWN:
             return False
         if known.asked_at is not None and 0.0 <= now - known.asked_at < ASK_AGAIN_S:
             return False
         known.asked_at = now
         return True
 
-    def hear(self, key: Key, evidence: Evidence) -> None:
-        """Take in what a VLM says of this object."""
+    def add_reply(self, key: Key, evidence: Evidence) -> None:
+        """Receive a VLM's evidence on this object."""
         known = self._entry(key)
-        known.told = evidence
+        known.vlm = evidence
         known.verdict = ladder.prefer(known.verdict, ladder.decide(self._evidence(key, known)))
 
-    def _entry(self, key: Key) -> _Known:
+    def _entry(self, key: Key) -> ObjectState:
         known = self._known.get(key)
-        if known is None:
-            known = _Known(None)
-            if len(self._known) < MAX_KNOWN or self._forget_one():
-                self._known[key] = known
+        return self._new(key) if known is None else known
+
+    def _new(self, key: Key) -> ObjectState:
+        known = ObjectState(None)
+        if len(self._known) < MAX_KNOWN or self._has_made_room():
+            self._known[key] = known
         return known
 
-    def _forget_one(self) -> bool:
-        """Make room by forgetting the oldest undeclared object, if there is one."""
+    def _has_made_room(self) -> bool:
+        """Forget the oldest undeclared object, if there is one."""
         undeclared = next((k for k, known in self._known.items() if known.facts is None), _NOBODY)
         return self._known.pop(undeclared, None) is not None
 
-    def _evidence(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
-        seen = () if known.seen is None else (known.seen.evidence,)
-        told = () if known.told is None else (known.told,)
-        return (*self._stated(key, known), *seen, *told)
+    def _evidence(self, key: Key, known: ObjectState) -> tuple[Evidence, ...]:
+        recognised = () if known.recognised is None else (known.recognised.evidence,)
+        reply = () if known.vlm is None else (known.vlm,)
+        return (*self._given(key, known), *recognised, *reply)
 
-    def _stated(self, key: Key, known: _Known) -> tuple[Evidence, ...]:
-        if known.stated is None:
-            known.stated = _gather(key, known.facts, self._lexicon)
-        return known.stated
+    def _given(self, key: Key, known: ObjectState) -> tuple[Evidence, ...]:
+        if known.given is None:
+            known.given = _gather(key, known.facts, self._lexicon)
+        return known.given
 
 
 def _gather(key: Key, facts: SceneObject | None, lexicon: Lexicon) -> tuple[Evidence, ...]:

@@ -1,7 +1,7 @@
 """SceneSession: the protocol's state machine for one connection. Does no I/O and reads no clock.
 
-Feed it messages, looks and ticks with the time; carry out the actions it returns, in order. A
-message that is wrong raises MessageError before anything has changed. An observer describes no
+Feed it messages, recognitions and ticks with the time; carry out the actions it returns, in order.
+A message that is wrong raises MessageError before anything has changed. An observer describes no
 scene, and only the owner moves outputs.
 """
 
@@ -35,17 +35,17 @@ from hapticvlm.session.actions import (
     Ask,
     AskAmbient,
     AskMaterial,
-    HoldAtRest,
-    LookAt,
+    HoldOutputs,
+    RecogniseFrame,
     Reply,
     SetGain,
     Watch,
 )
-from hapticvlm.session.frames import SURROUNDINGS, Frames, look_around
+from hapticvlm.session.frames import SURROUNDINGS, Frames, recognise_scene
 from hapticvlm.session.hands import Hold
 from hapticvlm.session.plate_target import AT_REST
-from hapticvlm.session.scene_model import World
-from hapticvlm.session.touch import Touching
+from hapticvlm.session.scene_model import SceneModel
+from hapticvlm.session.touch import TouchTracker
 
 
 def check_describes(message: Frame | Scene, *, observer: bool) -> None:
@@ -97,38 +97,38 @@ class SceneSession:
     ) -> None:
         self.owner = owner
         self.observer = observer
-        self._world = World(table, can_ask=can_ask, contact_resistance=contact_resistance)
+        self._model = SceneModel(table, can_ask=can_ask, contact_resistance=contact_resistance)
         self._frames = Frames()
         held = hold if hold is not None else Hold()
-        self._touching = Touching(self._world, self._frames, held, reading)
+        self._touches = TouchTracker(self._model, self._frames, held, reading)
 
     @property
     def materials(self) -> tuple[str, ...]:
         """What this scene's objects may be made of."""
-        return self._world.materials
+        return self._model.materials
 
     def name(self, object_id: str | None) -> str | None:
         """Return what the scene calls this object, if it gave it a name."""
-        facts = None if object_id is None else self._world.objects.facts(object_id)
+        facts = None if object_id is None else self._model.objects.facts(object_id)
         return None if facts is None else facts.name
 
     @property
     def leases(self) -> int:
         """How many hands hold a lease."""
-        return self._touching.hands.leases
+        return self._touches.hands.leases
 
     @property
     def late_contacts(self) -> int:
         """How many contacts made no impact because they came too late."""
-        return self._touching.late_contacts
+        return self._touches.late_contacts
 
     def receive(self, message: ClientMessage, now: float) -> list[Action]:
-        """Take in one message; raises MessageError if it is refused."""
-        self._world.surroundings.follow(now)
+        """Receive one message; raises MessageError if it is refused."""
+        self._model.surroundings.update(now)
         match message:
             case Touch():
                 check_touch(message, owner=self.owner)
-                return self._touching.follow(message, now)
+                return self._touches.receive(message, now)
             case Frame():
                 return self._frame(message, now)
             case Scene():
@@ -136,52 +136,61 @@ class SceneSession:
             case Set():
                 return self._set(message)
             case Stop():
-                return [HoldAtRest(message.scope), Reply(Ok(id=message.id))]
+                return [HoldOutputs(message.scope), Reply(Ok(id=message.id))]
             case Hello():
                 text = "hello was already said; open a new connection to start again"
                 raise MessageError("protocol", text, path="$.type", id=message.id)
 
-    def sighted(self, look: LookAt, sight: SceneView | None, now: float) -> list[Action]:
-        """Take in what the scene as a whole looks like; None means it has not changed."""
-        view = None if sight is None else self._world.surroundings.see(sight, now)
-        return [] if view is None else [AskAmbient(look.frame, view)]
+    def scene_view_received(
+        self, action: RecogniseFrame, scene_view: SceneView | None, now: float
+    ) -> list[Action]:
+        """Receive what the scene as a whole looks like; None means it has not changed."""
+        if scene_view is None:
+            return []
+        view = self._model.surroundings.update_view(scene_view, now)
+        return [] if view is None else [AskAmbient(action.frame, view)]
 
     def answered(self, ask: Ask, answer: Reading | Evidence | None, now: float) -> list[Action]:
-        """Take in what a VLM answered; None means it has no answer."""
-        surroundings, objects = self._world.surroundings, self._world.objects
-        surroundings.follow(now)
+        """Receive what a VLM answered; None means it has no answer."""
+        surroundings, objects = self._model.surroundings, self._model.objects
+        surroundings.update(now)
         match ask, answer:
             case AskAmbient(), Reading():
-                surroundings.learn(ask.view, answer, now)
+                surroundings.add_reading(ask.view, answer, now)
             case AskAmbient(), _:
                 surroundings.fail(ask.view)
             case AskMaterial(), Evidence() if ask.generation == objects.generation(ask.key):
-                objects.hear(ask.key, answer)
-        return self._touching.renew()
+                objects.add_reply(ask.key, answer)
+        return self._touches.refresh()
 
     def recognised(
-        self, look: LookAt, evidence: Evidence | None, stages_ms: dict[str, float], now: float
+        self,
+        action: RecogniseFrame,
+        evidence: Evidence | None,
+        stages_ms: dict[str, float],
+        now: float,
     ) -> list[Action]:
-        """Take in what a look gave; None means its picture has not changed."""
-        frame, key = look.frame, look.key
-        if look.generation != self._world.objects.generation(key):
+        """Receive what a recognition gave; None means its picture has not changed."""
+        frame, key = action.frame, action.key
+        if action.generation != self._model.objects.generation(key):
             return self.skipped(frame, "superseded")
         if evidence is None:
             return self.skipped(frame, "unchanged")
-        self._world.objects.see(key, evidence)
-        decision = self._touching.decision(key)
-        is_news = self._world.is_news(key, decision)
+        self._model.objects.add_recognition(key, evidence)
+        has_changed = self._touches.changed_decision(key) is not None
         actions: list[Action] = []
-        if frame.id or is_news:
-            age_ms = self.age_s(frame, now) * 1000.0
-            told = msgspec.structs.replace(
-                decision, id=frame.id, stages_ms=stages_ms, frame_age_ms=age_ms
+        if frame.id or has_changed:
+            answer = msgspec.structs.replace(
+                self._touches.decision(key),
+                id=frame.id,
+                stages_ms=stages_ms,
+                frame_age_ms=self.age_s(frame, now) * 1000.0,
             )
-            actions.append(Reply(told))
-        return [*actions, *self._touching.refeel(key), *self._world.question(look, now)]
+            actions.append(Reply(answer))
+        return [*actions, *self._touches.refresh_texture(key), *self._model.question(action, now)]
 
     def skipped(self, frame: Frame, reason: SkipReason) -> list[Action]:
-        """Say that `frame` was not looked at."""
+        """Answer that `frame` was not recognised."""
         return [Reply(Skipped(id=frame.id, reason=reason))] if frame.id else []
 
     def age_s(self, frame: Frame, now: float) -> float:
@@ -189,21 +198,21 @@ class SceneSession:
         return self._frames.age_s(frame, now)
 
     def is_stale(self, frame: Frame, now: float) -> bool:
-        """Tell whether the frame has outlived its own `max_age_ms`."""
+        """Whether the frame has outlived its own `max_age_ms`."""
         return self._frames.is_stale(frame, now)
 
-    def wants_anew(self, look: LookAt) -> bool:
-        """Tell whether to look even if the picture is unchanged: nothing is remembered of it."""
-        return look.key != SURROUNDINGS and not self._world.objects.is_seen(look.key)
+    def wants_anew(self, action: RecogniseFrame) -> bool:
+        """Whether to recognise even an unchanged picture: nothing is kept of what it shows."""
+        return action.key != SURROUNDINGS and not self._model.objects.is_recognised(action.key)
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
-        """Let leases lapse and follow the plate's course; call at 50 Hz or so while owner."""
-        self._world.surroundings.follow(now)
-        return self._touching.tick(now, reading)
+        """End leases that lapsed and move the plate; call at 50 Hz or so while owner."""
+        self._model.surroundings.update(now)
+        return self._touches.tick(now, reading)
 
     def rest(self) -> None:
         """Drop every lease: the outputs were put to rest from outside."""
-        self._touching.hands.let_go()
+        self._touches.hands.release()
 
     def held(self, scope: Scope) -> None:
         """Note that outputs were stopped; the hold itself is shared by all sessions."""
@@ -214,26 +223,26 @@ class SceneSession:
             return self.skipped(frame, "rate")
         touched: list[Action] = []
         if frame.purpose == "live":
-            touched = self._touching.look_again()
-            if self._world.surroundings.wants_sight(now):
-                touched.append(look_around(frame))
+            touched = self._touches.recognise_again()
+            if self._model.surroundings.wants_scene_view(now):
+                touched.append(recognise_scene(frame))
         return [*touched, *self._answer_frame(frame, now)]
 
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
-        """Answer at once what needs no look, else have the frame looked at."""
-        key, objects = frame.object_id, self._world.objects
-        if key is None or objects.needs_look(key):
-            return [LookAt(frame, key, objects.generation(key))]
-        cached = objects.is_decided(key)
+        """Answer at once what needs no recognition, else have the frame recognised."""
+        key, objects = frame.object_id, self._model.objects
+        if key is None or objects.needs_recognition(key):
+            return [RecogniseFrame(frame, key, objects.generation(key))]
+        cached = objects.has_verdict(key)
         age_ms = self.age_s(frame, now) * 1000.0
-        decision = self._touching.decision(key)
-        told = msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
-        return [Reply(told)]
+        decision = self._touches.decision(key)
+        answer = msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
+        return [Reply(answer)]
 
     def _scene(self, scene: Scene) -> list[Action]:
         check_describes(scene, observer=self.observer)
-        self._world.declare(scene)
-        return [Reply(Ok(id=scene.id)), *self._touching.renew()]
+        self._model.declare(scene)
+        return [Reply(Ok(id=scene.id)), *self._touches.refresh()]
 
     def _set(self, wanted: Set) -> list[Action]:
         check_set(wanted, owner=self.owner, observer=self.observer)
@@ -244,9 +253,9 @@ class SceneSession:
         if wanted.watch is not None:
             actions.append(Watch(frozenset(wanted.watch)))
         if wanted.ambient_c is not None:
-            self._world.surroundings.scene_c = wanted.ambient_c
+            self._model.surroundings.scene_c = wanted.ambient_c
         if wanted.thermal_gain is not None:
-            self._touching.drive.gain = wanted.thermal_gain
+            self._touches.plate.gain = wanted.thermal_gain
         if wanted.vibration_gain is not None:
             actions.append(SetGain(wanted.vibration_gain))
-        return [*actions, Reply(Ok(id=wanted.id)), *self._touching.renew()]
+        return [*actions, Reply(Ok(id=wanted.id)), *self._touches.refresh()]

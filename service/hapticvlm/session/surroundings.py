@@ -1,11 +1,11 @@
 """The surroundings of one scene: how warm they are believed to be, and when to ask again.
 
-A frame is looked at twice a second. A view that was never asked about and lasts for SETTLE_S is
+A whole frame is recognised twice a second. A view never asked about that lasts for SETTLE_S is
 worth a question, at most one in ASK_EVERY_S, and a longer pause after each question that failed.
 Views asked about are remembered, so that a light that flickers is asked about twice and no more.
 Readings whose intervals overlap are of one climate and are averaged; one that contradicts, of
 another place and not of another light, begins a new climate. The default gives way at once; from
-one reading to the next what is felt follows slowly and in steps. Knows no model and no clock.
+one reading to the next what is rendered follows slowly and in steps. Knows no model and no clock.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from dataclasses import dataclass, replace
 from hapticvlm.recognition.ambient import Ambient, SceneView, ambient, distance, is_informative
 from hapticvlm.recognition.vlm.answers import Reading
 
-SIGHT_EVERY_S = 0.5
+VIEW_EVERY_S = 0.5
 SETTLE_S = 2.0
 ASK_EVERY_S = 10.0
 LATE_S = 120.0  # after this long without an answer a question counts as failed
 LONGEST_PAUSE_S = 300.0
-# Cosine distance of our encoder between looks: 0.05 (median) from one step of a slow orbit to the
+# Cosine distance of our encoder between frames: 0.05 (median) from one step of a slow orbit to the
 # next, 0.4 to 0.7 between views of one room, 0.6 to 0.8 between outdoor pictures of one weather.
 NEW_VIEW = 0.5
 NEW_LIGHT = 0.25  # of full brightness
@@ -39,33 +39,33 @@ class _View:
 
 
 class Surroundings:
-    """What the scene stated, what was read off its frames, and what is made of both."""
+    """What the scene gives, what was read off its frames, and the ambient made of both."""
 
     def __init__(self, *, can_ask: bool = False) -> None:
-        self.scene_c: float | None = None
         self._can_ask = can_ask
         self._views: OrderedDict[int, _View] = OrderedDict()
         self._numbers = 0
         self._here: int | None = None
         self._candidate: tuple[SceneView, float] | None = None
-        self._sighted_at = self._asked_at = float("-inf")
+        self._viewed_at = self._asked_at = float("-inf")
         self._asking: int | None = None
         self._failures = 0
         self._climate: OrderedDict[int, Reading] = OrderedDict()
-        self._felt = ambient(None)
-        self._followed_at: float | None = None
+        self._believed = self._rendered = ambient(None)
+        self._updated_at: float | None = None
+        self._given: Ambient | None = None
 
-    def wants_sight(self, now: float) -> bool:
-        """Tell whether a live frame should be looked at as a whole now; count it as looked at."""
+    def wants_scene_view(self, now: float) -> bool:
+        """Whether to recognise a live frame as a whole now; it then counts as recognised."""
         if not self._can_ask or self.scene_c is not None:
             return False
-        if 0.0 <= now - self._sighted_at < SIGHT_EVERY_S:
+        if 0.0 <= now - self._viewed_at < VIEW_EVERY_S:
             return False
-        self._sighted_at = now
+        self._viewed_at = now
         return True
 
-    def see(self, sight: SceneView, now: float) -> int | None:
-        """Take in what the scene looks like; return the number of the view to ask about, if any."""
+    def update_view(self, sight: SceneView, now: float) -> int | None:
+        """Receive the newest scene view; return the number of the view to ask about, if any."""
         known = self._find(sight)
         if known is not None and known == self._here:
             self._candidate = None
@@ -73,22 +73,22 @@ class Surroundings:
         if not self._has_settled(sight, now):
             return None
         if known is not None:
-            self._arrive(known)
+            self._enter(known)
             return None
         return self._question(sight, now)
 
-    def learn(self, view: int, reading: Reading, now: float) -> None:
-        """Take in the answer to the question about `view`."""
+    def add_reading(self, view: int, reading: Reading, now: float) -> None:
+        """Receive the answer to the question about `view`."""
         self._answered(view)
         self._failures = 0
         if view in self._views and is_informative(reading):
             self._views[view].reading = reading
-            self.follow(now)
-            self._believe(view, reading)
-            self.follow(now)
+            self.update(now)
+            self._join_climate(view, reading)
+            self.update(now)
 
     def fail(self, view: int) -> None:
-        """Take in that the question about `view` has no answer: ask again later, and less often."""
+        """Note that the question about `view` has no answer: ask again later, and less often."""
         self._answered(view)
         self._views.pop(view, None)
         self._failures += 1
@@ -97,26 +97,37 @@ class Surroundings:
 
     @property
     def ambient(self) -> Ambient:
-        """The ambient to render with, as of the last `follow`; degC."""
-        return self._felt if self.scene_c is None else ambient(self.scene_c)
+        """The ambient to render with, as of the last `update`; degC."""
+        return self._rendered if self._given is None else self._given
 
-    def follow(self, now: float) -> None:
-        """Let what is felt come closer to what is believed, in steps; call it often."""
-        wanted = ambient(None, tuple(self._climate.values()))
-        since = self._followed_at
-        if since is None or wanted.source != self._felt.source or wanted == self._felt:
-            self._felt, self._followed_at = wanted, now
+    @property
+    def scene_c(self) -> float | None:
+        """The ambient that the scene itself gives, degC, or None."""
+        return None if self._given is None else self._given.value_c
+
+    @scene_c.setter
+    def scene_c(self, value_c: float) -> None:
+        self._given = ambient(value_c)
+
+    def update(self, now: float) -> None:
+        """Bring the ambient that is rendered closer to what is believed; call it often."""
+        wanted, since = self._believed, self._updated_at
+        if wanted is self._rendered:
+            self._updated_at = now
+            return
+        if since is None or wanted.source != self._rendered.source or wanted == self._rendered:
+            self._rendered, self._updated_at = wanted, now
             return
         share = -math.expm1(-max(0.0, now - since) / TAU_S)
-        step_c = share * (wanted.value_c - self._felt.value_c)
-        left_c = abs(wanted.value_c - self._felt.value_c) - abs(step_c)
+        step_c = share * (wanted.value_c - self._rendered.value_c)
+        left_c = abs(wanted.value_c - self._rendered.value_c) - abs(step_c)
         if left_c < STEP_C:
-            self._felt, self._followed_at = wanted, now
+            self._rendered, self._updated_at = wanted, now
         elif abs(step_c) >= STEP_C:
-            value_c = self._felt.value_c + step_c
+            value_c = self._rendered.value_c + step_c
             low_c, high_c = min(value_c, wanted.low_c), max(value_c, wanted.high_c)
-            self._felt = replace(wanted, value_c=value_c, low_c=low_c, high_c=high_c)
-            self._followed_at = now
+            self._rendered = replace(wanted, value_c=value_c, low_c=low_c, high_c=high_c)
+            self._updated_at = now
 
     def _find(self, sight: SceneView) -> int | None:
         for number, view in self._views.items():
@@ -132,12 +143,12 @@ class Surroundings:
             self._candidate = (sight, now)
         return now - self._candidate[1] >= SETTLE_S
 
-    def _arrive(self, view: int) -> None:
+    def _enter(self, view: int) -> None:
         self._here, self._candidate = view, None
         self._views.move_to_end(view)
         reading = self._views[view].reading
         if reading is not None:
-            self._believe(view, reading)
+            self._join_climate(view, reading)
 
     def _question(self, sight: SceneView, now: float) -> int | None:
         if self._asking is not None and now - self._asked_at > LATE_S:
@@ -148,7 +159,7 @@ class Surroundings:
         self._numbers += 1
         self._asking, self._asked_at = self._numbers, now
         self._views[self._numbers] = _View(sight)
-        self._arrive(self._numbers)
+        self._enter(self._numbers)
         if len(self._views) > MAX_VIEWS:
             self._views.popitem(last=False)
         return self._numbers
@@ -163,7 +174,7 @@ class Surroundings:
         if self._asking == view:
             self._asking = None
 
-    def _believe(self, view: int, reading: Reading) -> None:
+    def _join_climate(self, view: int, reading: Reading) -> None:
         """Join the climate believed in, or begin a new one when the reading contradicts it."""
         held = [other for number, other in self._climate.items() if number != view]
         contradicts = held and not _overlap(ambient(None, held), reading)
@@ -173,11 +184,12 @@ class Surroundings:
         self._climate.move_to_end(view)
         while len(self._climate) > READINGS:
             self._climate.popitem(last=False)
+        self._believed = ambient(None, tuple(self._climate.values()))
 
 
-def _is_alike(one: SceneView, other: SceneView) -> bool:
-    dimmed = abs(one.brightness - other.brightness)
-    return distance(one, other) <= NEW_VIEW and dimmed <= NEW_LIGHT
+def _is_alike(view: SceneView, other: SceneView) -> bool:
+    dimmed = abs(view.brightness - other.brightness)
+    return distance(view, other) <= NEW_VIEW and dimmed <= NEW_LIGHT
 
 
 def _overlap(believed: Ambient, reading: Reading) -> bool:

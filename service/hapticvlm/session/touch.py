@@ -7,123 +7,135 @@ import msgspec
 from hapticvlm.messages import Decision, MessageError, Ok, Touch
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.rendering.voices import Command
-from hapticvlm.session.actions import Action, Feel, LetGo, Reply
+from hapticvlm.session import decisions
+from hapticvlm.session.actions import Action, PlayVibration, ReleaseHand, Reply
 from hapticvlm.session.frames import Frames
 from hapticvlm.session.hands import Hand, Hands, Hold
-from hapticvlm.session.plate_target import PlateDrive
-from hapticvlm.session.scene_model import World
+from hapticvlm.session.plate_target import NEUTRAL_HOLD_S, PlateTarget
+from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.scene_objects import Key
 
 
-class Touching:
-    """The hands of one scene and the plate they share; what they touch is in `world`."""
+class TouchTracker:
+    """The hands of one scene and the plate they share; what they touch is in `scene`."""
 
-    def __init__(self, world: World, frames: Frames, hold: Hold, reading: PlateReading) -> None:
+    def __init__(
+        self, scene: SceneModel, frames: Frames, hold: Hold, reading: PlateReading
+    ) -> None:
         self.hands = Hands()
-        self.drive = PlateDrive(reading)
+        self.plate = PlateTarget(reading)
         self.late_contacts = 0  # that made no impact because they came too late
-        self._world = world
+        self._scene = scene
         self._frames = frames
         self._hold = hold
         self._onsets = 0
+        self._touched_at = float("-inf")
 
-    def follow(self, touch: Touch, now: float) -> list[Action]:
-        """Take in one touch of the owner. Raises MessageError while a stop holds both outputs."""
-        self._frames.hear(touch, now)
-        self._hold.follow(touch)
+    def receive(self, touch: Touch, now: float) -> list[Action]:
+        """Receive one touch of the owner. Raises MessageError while a stop holds both outputs."""
+        self._frames.observe_touch(touch, now)
+        self._hold.update(touch)
         hand = self.hands[touch.hand]
         if touch.phase == "release":
-            hand.let_go()
-            return [LetGo(hand.number), Reply(Ok(id=touch.id))]
+            hand.release()
+            return [ReleaseHand(hand.number), Reply(Ok(id=touch.id))]
         if self._hold.holds_all(touch.hand):
             text = "outputs are held by stop: send release, then a new approach or contact"
             raise MessageError("unsafe", text, path="$.phase", id=touch.id)
         return self._move(hand, touch, now)
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
-        """Let leases lapse and follow the plate's course."""
-        lapsed: list[Action] = [LetGo(hand.number) for hand in self.hands.lapse(now)]
-        return lapsed + self._heat(now, self.drive.elapse(now, reading))
+        """End the leases that lapsed and move the plate along its trajectory."""
+        lapsed: list[Action] = [ReleaseHand(hand.number) for hand in self.hands.lapse(now)]
+        return lapsed + self._drive_plate(now, self.plate.elapse(now, reading))
 
     def decision(self, key: Key) -> Decision:
-        """Write the decision on what lies under this key."""
-        manner = self.hands.manner(key)
-        return self._world.decision(key, self.drive.gain, self.drive.reading, manner)
+        """Return the decision on what lies under this key, with the pattern of a hand on it."""
+        decision = self._scene.decision(key, self.plate.gain, self.plate.limits)
+        return decisions.touched_as(decision, self.hands.interaction_on(key))
 
-    def look_again(self) -> list[Action]:
-        """Have the regions under the hands looked at in the newest frame."""
-        looks: list[Action] = []
-        for hand in self.hands:
-            if hand.is_touching:
-                looks += self._look(hand)
-        return looks
+    def changed_decision(self, key: Key) -> Decision | None:
+        """Return the decision on this if it differs from the one last announced, else None."""
+        changed = self._scene.changed_decision(key, self.plate.gain, self.plate.limits)
+        if changed is None:
+            return None
+        return decisions.touched_as(changed, self.hands.interaction_on(key))
 
-    def renew(self) -> list[Action]:
-        """Say and feel what changed for the hands after the scene or a setting changed."""
+    def recognise_again(self) -> list[Action]:
+        """Have the regions under the hands recognised in the newest frame."""
         actions: list[Action] = []
         for hand in self.hands:
             if hand.is_touching:
-                actions += self.refeel(hand.key)
-                actions += self._news(hand, cached=False)
+                actions += self._recognise(hand)
         return actions
 
-    def refeel(self, key: Key) -> list[Action]:
+    def refresh(self) -> list[Action]:
+        """Announce and play what changed for the hands after the scene or a setting changed."""
+        actions: list[Action] = []
+        for hand in self.hands:
+            if hand.is_touching:
+                actions += self.refresh_texture(hand.key)
+                actions += self._announce(hand, cached=False)
+        return actions
+
+    def refresh_texture(self, key: Key) -> list[Action]:
         """Give a rubbing hand its texture anew; an impact that rings is left alone."""
         return [
             action
             for hand in self.hands
             if hand.is_felt and hand.rubs and hand.key == key
-            for action in self._feel(hand, onset=False)
+            for action in self._play(hand, onset=False)
         ]
 
     def _move(self, hand: Hand, touch: Touch, now: float) -> list[Action]:
         was_felt, was_touching = hand.is_felt, hand.is_touching
-        onset = hand.follow(touch, now)
+        onset = hand.update(touch, now)
         is_late = onset and self._frames.is_late(touch, now)
         self.late_contacts += is_late
-        self.drive.touched(now)
+        self._touched_at = now
         begins = hand.is_touching and not was_touching
         if begins and isinstance(hand.key, tuple):
-            self._world.objects.forget(hand.key)
-        was_decided = self._world.objects.is_decided(hand.key)
+            self._scene.objects.forget(hand.key)
+        had_verdict = self._scene.objects.has_verdict(hand.key)
         actions: list[Action] = []
         if hand.is_felt and (hand.rubs or not is_late):
-            actions += self._feel(hand, onset=onset and not is_late)
+            actions += self._play(hand, onset=onset and not is_late)
         elif was_felt and not hand.is_felt:
-            actions.append(LetGo(hand.number))
+            actions.append(ReleaseHand(hand.number))
         actions.append(Reply(Ok(id=touch.id)))
-        actions += self._news(hand, cached=was_decided)
-        return [*actions, *self._look(hand)] if begins else actions
+        actions += self._announce(hand, cached=had_verdict)
+        return [*actions, *self._recognise(hand)] if begins else actions
 
-    def _look(self, hand: Hand) -> list[Action]:
-        return [*self._frames.look_at_region(hand, self._world.objects.generation(hand.key))]
+    def _recognise(self, hand: Hand) -> list[Action]:
+        return [*self._frames.recognise_region(hand, self._scene.objects.generation(hand.key))]
 
-    def _news(self, hand: Hand, *, cached: bool) -> list[Action]:
-        """Tell the decision on what a hand touches if it is new or changed."""
-        decision = self.decision(hand.key)
-        if not self._world.is_news(hand.key, decision):
+    def _announce(self, hand: Hand, *, cached: bool) -> list[Action]:
+        """Announce the decision on what a hand touches if it is new or changed."""
+        changed = self.changed_decision(hand.key)
+        if changed is None:
             return []
-        return [Reply(msgspec.structs.replace(decision, cached=cached))]
+        return [Reply(msgspec.structs.replace(changed, cached=cached))]
 
-    def _feel(self, hand: Hand, *, onset: bool) -> list[Action]:
+    def _play(self, hand: Hand, *, onset: bool) -> list[Action]:
         if self._hold.holds("speaker", hand.name) or hand.lease_until is None:
             return []
         self._onsets += onset
         command = Command(
             hand=hand.number,
-            material=self._world.material(hand.key),
-            interaction=hand.manner,
+            material=self._scene.material(hand.key),
+            interaction=hand.interaction_name,
             onset=onset,
-            stroke=hand.stroke,
+            motion=hand.motion,
             seed=self._onsets,
             expires_at=hand.lease_until,
         )
-        return [Feel(command)]
+        return [PlayVibration(command)]
 
-    def _heat(self, now: float, elapsed: float) -> list[Action]:
+    def _drive_plate(self, now: float, elapsed: float) -> list[Action]:
         hand = self.hands.on_plate
         is_held = self._hold.holds("peltier", hand.name if hand else None)
-        if is_held or self.drive.is_idle(now):
-            return self.drive.rest(now)
-        contact = self._world.contact(hand.key) if hand else None
-        return self.drive.follow(hand, contact, now, elapsed)
+        is_idle = not 0.0 <= now - self._touched_at <= NEUTRAL_HOLD_S
+        if is_held or is_idle:
+            return self.plate.rest(now)
+        contact = self._scene.contact(hand.key) if hand else None
+        return self.plate.update(hand, contact, now, elapsed)

@@ -18,7 +18,7 @@ from hapticvlm.messages import Interaction, Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ
 from hapticvlm.rendering.voices import Voices
-from hapticvlm.session.actions import Action, Feel, Heat, LetGo
+from hapticvlm.session.actions import Action, DrivePlate, PlayVibration, ReleaseHand
 from hapticvlm.session.plate_target import AT_REST
 from hapticvlm.session.session import SceneSession
 from hapticvlm.study.stimuli import Stimulus
@@ -55,7 +55,7 @@ def skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
         now = step * STEP_S
         session.receive(_touch(stimulus, part, now), now)
         for action in session.tick(now, plate.advance(now)):
-            if isinstance(action, Heat):
+            if isinstance(action, DrivePlate):
                 plate.command(action.setpoint_c, action.ttl_s, now)
         plate.advance(now + STEP_S)
         found.append(plate.skin_c)
@@ -106,9 +106,9 @@ def _touch(stimulus: Stimulus, part: Part | None, now: float) -> Touch:
 
 def _sound(voices: Voices, action: Action, seed: int) -> None:
     """Have the speaker's voices obey; an impact that is held does not rub."""
-    if isinstance(action, LetGo):
+    if isinstance(action, ReleaseHand):
         voices.release(action.hand)
-    elif isinstance(action, Feel):
+    elif isinstance(action, PlayVibration):
         command = action.command
         if command.onset or command.interaction not in IMPACTS:
             seeded = dataclasses.replace(command, seed=1000 * seed + command.seed)

@@ -16,13 +16,8 @@ from typing import Any, get_args
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.messages import Interaction
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import (
-    LEAD_S,
-    SETPOINT_MAX_C,
-    SETPOINT_MIN_C,
-    share,
-    thermal_contact,
-)
+from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
+from hapticvlm.rendering.thermal import LEAD_S, share, thermal_contact
 
 MOST_PATTERNS = 40
 OBJECT_C = (-100.0, 400.0)  # degC, what the protocol takes as an object's temperature

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.plate_limits import limit
 from hapticvlm.rendering.thermal import ThermalContact
-from hapticvlm.rendering.thermal_course import Course
+from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 
 if TYPE_CHECKING:
     from hapticvlm.devices.peltier import Plate
@@ -23,7 +23,7 @@ class Bench:
     def __init__(self, plate: Plate) -> None:
         self._plate = plate
         self._lock = threading.Lock()
-        self._course, self._contact = Course(), None  # type: tuple[Course, ThermalContact | None]
+        self._course, self._contact = ThermalTrajectory(), None  # type: tuple[ThermalTrajectory, ThermalContact | None]
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="bench", daemon=True)
         self._thread.start()
@@ -32,7 +32,7 @@ class Bench:
         """Wait for a touch of this, as an approach does."""
         with self._lock:
             self._contact = contact
-            self._course = Course().approach(contact, time.monotonic())
+            self._course = ThermalTrajectory().approach(contact, time.monotonic())
 
     def touch(self) -> None:
         """Go on as if the object just prepared were touched now."""
@@ -42,7 +42,7 @@ class Bench:
     def let_go(self) -> None:
         """Return to neutral and forget the touch."""
         with self._lock:
-            self._course = Course()
+            self._course = ThermalTrajectory()
 
     def close(self) -> None:
         """Rest the plate and end the thread."""

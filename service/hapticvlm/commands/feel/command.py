@@ -137,14 +137,14 @@ def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound
     from hapticvlm.commands.feel.heat import heat
     from hapticvlm.commands.feel.sound import sound
     from hapticvlm.materials import MATERIALS
-    from hapticvlm.rendering.vibration import Stroke
+    from hapticvlm.rendering.vibration import Motion
 
-    stroke = Stroke(options.speed, options.force)
+    motion = Motion(options.speed, options.force)
     others = {} if options.patterns is None else MATERIALS  # of which recordings may be, too
     voices = voice_options.voices(options, {**others, material.name: material})
     return (
         heat(material, _warmth(options), options.seconds),
-        sound(material, options.interaction, stroke, options.seconds, voices),
+        sound(material, options.interaction, motion, options.seconds, voices),
     )
 
 

@@ -18,7 +18,7 @@ from hapticvlm.rendering.thermal import (
     contact_temperature_c,
     thermal_contact,
 )
-from hapticvlm.rendering.thermal_course import Course
+from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 
 APPROACH_S = 0.5
 TICK_S = 0.02
@@ -60,7 +60,7 @@ class Heat:
 def heat(material: Material, warmth: Warmth, seconds: float) -> Heat:
     """Follow a touch of this material for some seconds."""
     contact = _contact(material, warmth)
-    real = Course(lead_s=0.0).touch(contact, material.name, 0.0)
+    real = ThermalTrajectory(lead_s=0.0).touch(contact, material.name, 0.0)
     wanted, limited = _plate(contact, warmth.ambient_c, seconds)
     times = [round(TICK_S * tick, 6) for tick in range(len(wanted))]
     return Heat(
@@ -107,7 +107,7 @@ def _plate(
         heated_s=0.0,
         faults=(),
     )
-    course, setpoint_c = Course(), NEUTRAL_C
+    course, setpoint_c = ThermalTrajectory(), NEUTRAL_C
     wanted, sent = [], []
     for tick in range(-round(APPROACH_S / TICK_S), round(seconds / TICK_S) + 1):
         now = TICK_S * tick

@@ -84,8 +84,8 @@ def _wave(axes: Axes, sound: Sound) -> None:
     axes.plot(times, sound.wave, color=PHYSICS, linewidth=0.5)
     axes.set_ylim(-1.05, 1.05)
     how = sound.interaction or "strike, then slide"
-    stroke = f"{sound.stroke.speed_mps:g} m/s, {sound.stroke.force_n:g} N"
-    _name(axes, f"vibration: {how} at {stroke}", "s", "of full scale")
+    motion = f"{sound.motion.speed_mps:g} m/s, {sound.motion.force_n:g} N"
+    _name(axes, f"vibration: {how} at {motion}", "s", "of full scale")
 
 
 def _spectrum(axes: Axes, sound: Sound) -> None:

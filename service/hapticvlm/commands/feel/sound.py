@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hapticvlm.materials import Material
 from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.transposition import felt_hz
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, Stroke
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command, Voices
 
 RUB_AT_S = 0.4
@@ -34,7 +34,7 @@ class Sound:
 
     material: Material
     interaction: str | None
-    stroke: Stroke
+    motion: Motion
     wave: NDArray[np.float32]
 
     def describe(self) -> dict[str, Any]:
@@ -43,8 +43,8 @@ class Sound:
         levels_db, inside = spectrum(self.wave)
         return {
             "interaction": self.interaction or "strike, then slide",
-            "speed_mps": self.stroke.speed_mps,
-            "force_n": self.stroke.force_n,
+            "speed_mps": self.motion.speed_mps,
+            "force_n": self.motion.force_n,
             "rate_hz": RATE_HZ,
             "seconds": self.wave.size / RATE_HZ,
             "modes": [asdict(mode) for mode in facts.modes],
@@ -52,7 +52,7 @@ class Sound:
             "bandwidth": facts.bandwidth,
             "roughness": facts.roughness,
             "stick": facts.stick,
-            "texture_hz": felt_hz(self.stroke.speed_mps / facts.pitch_m),
+            "texture_hz": felt_hz(self.motion.speed_mps / facts.pitch_m),
             "peak": float(np.abs(self.wave).max()),
             "rms": float(np.sqrt(np.mean(np.square(self.wave, dtype=np.float64)))),
             "share_1_to_1000_hz": inside,
@@ -67,7 +67,7 @@ class Sound:
 def sound(
     material: Material,
     interaction: str | None,
-    stroke: Stroke,
+    motion: Motion,
     seconds: float,
     voices: Voices | None = None,
 ) -> Sound:
@@ -76,14 +76,14 @@ def sound(
         voices = Voices(table={material.name: material})
     count = max(round(seconds * RATE_HZ), 1)
     blocks, rubs = [], False
-    voices.obey(_command(material.name, interaction or "strike", stroke, onset=True))
+    voices.obey(_command(material.name, interaction or "strike", motion, onset=True))
     for begin in range(0, count, BLOCK):
         now = begin / RATE_HZ
         if interaction is None and not rubs and now >= RUB_AT_S:
             rubs = True
-            voices.obey(_command(material.name, "slide", stroke, onset=False))
+            voices.obey(_command(material.name, "slide", motion, onset=False))
         blocks.append(voices.render(min(BLOCK, count - begin), now))
-    return Sound(material, interaction, stroke, np.concatenate(blocks))
+    return Sound(material, interaction, motion, np.concatenate(blocks))
 
 
 def spectrum(wave_: NDArray[np.float32]) -> tuple[list[float], float]:
@@ -113,13 +113,13 @@ def write_wav(path: Path, samples: NDArray[np.float32]) -> None:
         file.writeframes((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes())
 
 
-def _command(material: str, interaction: str, stroke: Stroke, *, onset: bool) -> Command:
+def _command(material: str, interaction: str, motion: Motion, *, onset: bool) -> Command:
     return Command(
         hand=1,
         material=material,
         interaction=interaction,
         onset=onset and interaction in IMPACTS,
-        stroke=stroke,
+        motion=motion,
         seed=1,
         expires_at=math.inf,
     )

@@ -10,7 +10,7 @@ from typing import Any
 
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.speaker import Speaker
-from hapticvlm.rendering.vibration import Stroke
+from hapticvlm.rendering.vibration import Motion
 from hapticvlm.rendering.voices import Command
 from hapticvlm_lab.bench.audio.conditions import stolen_s
 
@@ -54,7 +54,7 @@ def command(interaction: str, seed: int, lease_s: float) -> Command:
         material="wood",
         interaction=interaction,
         onset=interaction == "strike",
-        stroke=Stroke(0.5, 2.0),
+        motion=Motion(0.5, 2.0),
         seed=seed,
         expires_at=time.monotonic() + lease_s,
     )

@@ -19,7 +19,7 @@ from typing import Any
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.output import JACK
 from hapticvlm.devices.speaker import Speaker
-from hapticvlm.rendering.vibration import RATE_HZ, Stroke
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command
 from hapticvlm_lab.bench.audio.sink import SinkError
 
@@ -79,7 +79,7 @@ def settings(block: int, *, realtime: bool) -> AudioSettings:
 
 def _slide() -> Command:
     lease = time.monotonic() + _LEASE_S
-    return Command(1, "wood", "slide", False, Stroke(0.5, 2.0), 1, lease)
+    return Command(1, "wood", "slide", False, Motion(0.5, 2.0), 1, lease)
 
 
 def _await(server: subprocess.Popen[bytes], name: str) -> None:

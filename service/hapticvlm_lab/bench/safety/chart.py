@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from hapticvlm import __version__
-from hapticvlm.rendering.thermal import PLATE_TRIP_HIGH_C
+from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C
 from hapticvlm_lab.bench.safety import plots
 from hapticvlm_lab.bench.safety.core import FULL_SCALE_A, Core, Setting, build
 from hapticvlm_lab.bench.safety.rig import Outcome

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from hapticvlm.rendering.thermal import PLATE_TRIP_HIGH_C
+from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C
 from hapticvlm_lab.bench.safety.rows import Off, Row
 
 COLOURS = ("#1b7837", "#2166ac", "#b2182b", "#b35806")

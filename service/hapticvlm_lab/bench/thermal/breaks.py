@@ -24,7 +24,7 @@ from hapticvlm.rendering.thermal import (
     skin_surface_c,
     thermal_contact,
 )
-from hapticvlm.rendering.thermal_course import Course
+from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 from hapticvlm_lab.bench.thermal import grids
 from hapticvlm_lab.bench.thermal.grids import Floats
 from hapticvlm_lab.bench.thermal.loop import AFTER_S, ReturnFromWindup, wind_up
@@ -155,10 +155,14 @@ def no_numbers() -> list[Trial]:
     """NaN and infinity as temperature, time and wish."""
     glass = thermal_contact(MATERIALS["glass"].thermal, 22.0)
     cases = {
-        "surface NaN": Course().touch(replace(glass, surface_c=math.nan), 1, 0.0).wanted_c(1.0),
-        "surface inf": Course().touch(replace(glass, surface_c=math.inf), 1, 0.0).wanted_c(1.0),
-        "time NaN": Course().touch(glass, 1, 0.0).wanted_c(math.nan),
-        "R'' NaN": Course()
+        "surface NaN": ThermalTrajectory()
+        .touch(replace(glass, surface_c=math.nan), 1, 0.0)
+        .wanted_c(1.0),
+        "surface inf": ThermalTrajectory()
+        .touch(replace(glass, surface_c=math.inf), 1, 0.0)
+        .wanted_c(1.0),
+        "time NaN": ThermalTrajectory().touch(glass, 1, 0.0).wanted_c(math.nan),
+        "R'' NaN": ThermalTrajectory()
         .touch(replace(glass, contact_resistance=math.nan), 1, 0.0)
         .wanted_c(1.0),
     }

@@ -21,7 +21,7 @@ from hapticvlm.rendering.thermal import (
     progress,
     skin_surface_c,
 )
-from hapticvlm.rendering.thermal_course import Course
+from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 from hapticvlm_lab.bench.thermal import grids
 from hapticvlm_lab.bench.thermal.grids import Floats, Rule
 from hapticvlm_lab.bench.thermal.traces import Traced
@@ -55,7 +55,7 @@ class Closed:
 
     def __init__(self, frame_s: float) -> None:
         self._frame_s, self._now, self._count = frame_s, 0.0, 0
-        self._course = Course(lead_s=0.0)
+        self._course = ThermalTrajectory(lead_s=0.0)
 
     def touch(self, contact: ThermalContact) -> None:
         """Slide to this object."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import linalg, signal
 
 from hapticvlm.materials import MATERIALS, Mode, Vibration
-from hapticvlm.rendering.vibration import RATE_HZ, Stroke, Texture, impact
+from hapticvlm.rendering.vibration import RATE_HZ, Motion, Texture, impact
 from hapticvlm.rendering.voices import Command, Voices
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
 
@@ -31,7 +31,7 @@ SHIPPED = "as shipped"
 HIT_MPS = (0.3, 1.0, 5.0)
 ORDERS = (2, 4, 8, 16, 32, 64)
 AR_RATE_HZ = 4_000  # twice the band; what is made there is read up to RATE_HZ
-RUBBED = Stroke(0.15, 0.0)  # no force: nothing sticks, the noise alone is compared
+RUBBED = Motion(0.15, 0.0)  # no force: nothing sticks, the noise alone is compared
 STEADY_S = 12.0
 BLOCKS = (16, 32, 64, 128, 256, 512, 1024)
 UPDATES_HZ = 75.0
@@ -67,7 +67,7 @@ def modes() -> list[Row]:
             errors |= {f"{name} at {hit:g} m/s": _cut_db(full, cut, hit) for hit in HIT_MPS}
             key = name, len(cut.modes)
             if key not in costs:
-                costs[key] = _least_us(lambda v=cut: impact(v, "strike", Stroke(1.0, 1.0), 0))  # type: ignore[misc]
+                costs[key] = _least_us(lambda v=cut: impact(v, "strike", Motion(1.0, 1.0), 0))  # type: ignore[misc]
             cost_us.append(costs[key])
         found.append(_row("modes", value, errors, float(np.mean(cost_us))))
     return found
@@ -128,8 +128,8 @@ def _whole_row(vibration: Vibration) -> Vibration:
 
 
 def _cut_db(full: Vibration, cut: Vibration, speed_mps: float) -> float:
-    stroke = Stroke(speed_mps, 1.0)
-    meant, given = (event_db(impact(v, "strike", stroke, 0)) for v in (full, cut))
+    motion = Motion(speed_mps, 1.0)
+    meant, given = (event_db(impact(v, "strike", motion, 0)) for v in (full, cut))
     return difference_db(meant, given)
 
 
@@ -158,7 +158,7 @@ def _filtered(taps: NDArray[np.float64], gain: float, seconds: float) -> Wave:
 def _two_hands() -> Voices:
     voices = Voices()
     for hand, name in enumerate(("wood", "rubber")):
-        voices.obey(Command(hand, name, "slide", False, Stroke(0.2, 2.0), hand, np.inf))
+        voices.obey(Command(hand, name, "slide", False, Motion(0.2, 2.0), hand, np.inf))
     for _ in range(40):
         voices.render(256, 0.0)
     return voices
@@ -172,8 +172,8 @@ def _moving(size: int) -> Wave:
         while told * every < begin:
             speed_mps = 0.2 + 0.1 * np.sin(2.0 * np.pi * told / UPDATES_HZ)
             for hand, name in enumerate(("wood", "rubber")):
-                stroke = Stroke(float(speed_mps), 2.0)
-                voices.obey(Command(hand, name, "slide", False, stroke, hand, np.inf))
+                motion = Motion(float(speed_mps), 2.0)
+                voices.obey(Command(hand, name, "slide", False, motion, hand, np.inf))
             told += 1
         waves.append(voices.render(step, 0.0))
     return np.concatenate(waves)

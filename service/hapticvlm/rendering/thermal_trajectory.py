@@ -1,4 +1,4 @@
-"""The course of a touch: approach, contact, slide to another object midway, release. Pure.
+"""The skin over a whole touch: approach, contact, slide to another object midway, release. Pure.
 
 Skin does not forget. A contact that ends leaves its cold (or heat) in the depth of the skin, which
 the surface shows until it has spread; the next object meets that skin, not resting skin, and takes
@@ -24,8 +24,8 @@ BRIEF_LIFT_S = 0.15  # s, about the lift of a quick tap; our choice
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
-    """One palm's past and present; begin with Course() and go on with what the methods return.
+class ThermalTrajectory:
+    """One palm's contacts, past and present; each method returns the trajectory to go on with.
 
     `lead_s` lets heat run ahead of vibration (docs/physics.md 1.3): an approach waits where the
     skin would be that long after contact and contact goes on from there; 0 is a real object.
@@ -40,7 +40,7 @@ class Course:
     past_at: float = 0.0  # when `past` was so
     fading: Fading = ()  # of `past`, under `contact`, from `begun_at` on
 
-    def approach(self, contact: ThermalContact | None, now: float) -> Course:
+    def approach(self, contact: ThermalContact | None, now: float) -> ThermalTrajectory:
         """Wait for a contact, or for nothing known; what was touched is let go, if not at once."""
         if self.begun_at is not None and contact is not None and contact == self.contact:
             lifted_at = now if self.lifted_at is None else self.lifted_at
@@ -48,7 +48,7 @@ class Course:
                 return replace(self, lifted_at=lifted_at)
         return replace(self.release(now), contact=contact)
 
-    def touch(self, contact: ThermalContact | None, key: Hashable, now: float) -> Course:
+    def touch(self, contact: ThermalContact | None, key: Hashable, now: float) -> ThermalTrajectory:
         """Be in contact with the object `key`; call as often as you like.
 
         A new key is a slide to another object; the same key with another contact is a belief that
@@ -65,10 +65,10 @@ class Course:
         met = replace(ended, key=key, begun_at=begun_at, past=past, past_at=now)
         return met._believing(contact)
 
-    def release(self, now: float) -> Course:
+    def release(self, now: float) -> ThermalTrajectory:
         """End the contact; what it left in the skin stays and fades."""
         ended_at = now if self.lifted_at is None else self.lifted_at
-        rested = Course(self.lead_s, past=self.past, past_at=self.past_at)
+        rested = ThermalTrajectory(self.lead_s, past=self.past, past_at=self.past_at)
         if self.contact is None or self.begun_at is None or not ended_at > self.begun_at:
             return rested
         change_c = self.skin_c(ended_at) - self.contact.skin_c
@@ -97,7 +97,7 @@ class Course:
             return NEUTRAL_C
         return NEUTRAL_C + gain * (self.skin_c(now) - NEUTRAL_C)
 
-    def _believing(self, contact: ThermalContact | None) -> Course:
+    def _believing(self, contact: ThermalContact | None) -> ThermalTrajectory:
         """Go on under another belief of what is touched."""
         fades = () if contact is None else fading(self.past, contact)
         return replace(self, contact=contact, fading=fades)

@@ -16,8 +16,8 @@ from hapticvlm.rendering.thermal import (
     skin_surface_c,
     thermal_contact,
 )
-from hapticvlm.rendering.thermal_course import BRIEF_LIFT_S, Course
 from hapticvlm.rendering.thermal_history import RATES, aged
+from hapticvlm.rendering.thermal_trajectory import BRIEF_LIFT_S, ThermalTrajectory
 from hapticvlm_lab.bench.thermal.reference import Stage, sharp, skin_surface
 
 ALUMINIUM = Thermal(167, 2700, 896)
@@ -25,7 +25,7 @@ METAL = thermal_contact(MATERIALS["metal"].thermal, 22.0)
 WOOD = thermal_contact(MATERIALS["wood"].thermal, 22.0)
 GLASS = thermal_contact(MATERIALS["glass"].thermal, 22.0)
 FABRIC = thermal_contact(MATERIALS["fabric"].thermal, 22.0)
-REAL = Course(lead_s=0.0)  # what a real object would do
+REAL = ThermalTrajectory(lead_s=0.0)  # what a real object would do
 STATED_C = 0.05  # of which finite differences have 0.02 themselves
 
 
@@ -140,7 +140,7 @@ def test_the_first_touch_is_the_plain_transient() -> None:
 
 
 def test_an_approach_waits_where_contact_goes_on() -> None:
-    near = Course().approach(METAL, 1.0)
+    near = ThermalTrajectory().approach(METAL, 1.0)
     touched = near.touch(METAL, "knife", 2.0)
 
     assert near.wanted_c(1.0) == near.wanted_c(2.0) == skin_surface_c(METAL, LEAD_S)
@@ -149,7 +149,7 @@ def test_an_approach_waits_where_contact_goes_on() -> None:
 
 
 def test_a_contact_that_goes_on_does_not_begin_again() -> None:
-    course = Course().touch(METAL, "knife", 1.0)
+    course = ThermalTrajectory().touch(METAL, "knife", 1.0)
 
     assert course.touch(METAL, "knife", 1.5) is course
     believed = course.touch(replace(METAL, surface_c=10.0), "knife", 1.5)
@@ -158,7 +158,7 @@ def test_a_contact_that_goes_on_does_not_begin_again() -> None:
 
 
 def test_taps_in_quick_succession_are_one_contact() -> None:
-    held = tapped = Course().touch(GLASS, "pane", 0.0)
+    held = tapped = ThermalTrajectory().touch(GLASS, "pane", 0.0)
     for lifted_at in (0.34, 0.74, 1.14):
         for late_s in (0.0, 0.02, 0.06):
             tapped = tapped.approach(GLASS, lifted_at + late_s)
@@ -169,44 +169,51 @@ def test_taps_in_quick_succession_are_one_contact() -> None:
 
 
 def test_a_longer_lift_ends_the_contact_when_the_hand_left() -> None:
-    course = Course().touch(GLASS, "pane", 0.0)
+    course = ThermalTrajectory().touch(GLASS, "pane", 0.0)
     for now in (1.0, 1.1, 1.01 + BRIEF_LIFT_S):
         course = course.approach(GLASS, now)
 
-    touched_c = Course().touch(GLASS, "pane", 0.0).skin_c(1.0)
+    touched_c = ThermalTrajectory().touch(GLASS, "pane", 0.0).skin_c(1.0)
     assert course.past_at == 1.0
     assert sum(course.past) == pytest.approx(touched_c - GLASS.skin_c)
     assert course.begun_at is None
 
 
 def test_a_brief_lift_from_one_object_to_another_is_no_slide() -> None:
-    course = Course().touch(GLASS, "pane", 0.0).approach(GLASS, 1.0).touch(GLASS, "other", 1.1)
+    course = (
+        ThermalTrajectory()
+        .touch(GLASS, "pane", 0.0)
+        .approach(GLASS, 1.0)
+        .touch(GLASS, "other", 1.1)
+    )
 
     assert course.begun_at == 1.1 - LEAD_S
-    assert course.past == aged(Course().touch(GLASS, "pane", 0.0).release(1.0).past, 1.1 - 1.0)
+    assert course.past == aged(
+        ThermalTrajectory().touch(GLASS, "pane", 0.0).release(1.0).past, 1.1 - 1.0
+    )
 
 
 def test_an_unknown_material_is_neutral_and_leaves_nothing() -> None:
-    course = Course().touch(None, "blob", 1.0)
+    course = ThermalTrajectory().touch(None, "blob", 1.0)
 
     assert course.wanted_c(3.0) == 32.0
     assert course.release(3.0).past == ()
 
 
 def test_what_becomes_known_during_a_touch_begins_with_its_lead() -> None:
-    known = Course().touch(None, "blob", 1.0).touch(METAL, "blob, seen", 1.3)
+    known = ThermalTrajectory().touch(None, "blob", 1.0).touch(METAL, "blob, seen", 1.3)
 
     assert known.begun_at == 1.3 - LEAD_S
     assert known.past == ()
 
 
 def test_a_released_hand_wants_a_neutral_plate() -> None:
-    assert Course().touch(METAL, "knife", 0.0).release(2.0).wanted_c(2.0) == 32.0
-    assert Course().wanted_c(0.0) == 32.0
+    assert ThermalTrajectory().touch(METAL, "knife", 0.0).release(2.0).wanted_c(2.0) == 32.0
+    assert ThermalTrajectory().wanted_c(0.0) == 32.0
 
 
 def test_gain_damps_or_exaggerates_the_deviation_from_neutral() -> None:
-    course = Course().touch(METAL, "knife", 0.0)
+    course = ThermalTrajectory().touch(METAL, "knife", 0.0)
     full_c = course.wanted_c(1.0) - 32.0
 
     for gain in (0.0, 0.5, 2.0):
@@ -223,14 +230,14 @@ def test_skin_warmer_than_neutral_is_where_the_course_starts() -> None:
 
 @pytest.mark.parametrize("broken_c", [math.nan, math.inf])
 def test_a_broken_contact_leaves_no_trace(broken_c: float) -> None:
-    course = Course().touch(replace(METAL, surface_c=broken_c), "knife", 0.0)
+    course = ThermalTrajectory().touch(replace(METAL, surface_c=broken_c), "knife", 0.0)
 
     assert math.isfinite(course.touch(WOOD, "handle", 1.0).wanted_c(1.5))
 
 
 @pytest.mark.parametrize("now", [0.5, -1e9])
 def test_a_clock_that_jumps_back_gives_a_number(now: float) -> None:
-    course = Course().touch(METAL, "knife", 1.0).touch(WOOD, "handle", 2.0)
+    course = ThermalTrajectory().touch(METAL, "knife", 1.0).touch(WOOD, "handle", 2.0)
 
     assert 22.0 <= course.wanted_c(now) <= 32.0
     assert 22.0 <= course.release(now).skin_c(now) <= 32.0
