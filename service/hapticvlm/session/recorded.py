@@ -40,11 +40,11 @@ from hapticvlm.session.session import SceneSession
 
 Line = dict[str, Any]
 _NAMES: dict[type, str] = {
-    ReleaseHand: "ReleaseHand",
+    ReleaseHand: "LetGo",
     SetGain: "SetGain",
-    DrivePlate: "DrivePlate",
+    DrivePlate: "Heat",
     RestPlate: "RestPlate",
-    HoldOutputs: "HoldOutputs",
+    HoldOutputs: "HoldAtRest",
 }
 WriteLine = Callable[[Line, Frame | None], None]
 
@@ -144,7 +144,7 @@ def outputs(actions: list[Action]) -> list[Line]:
             if isinstance(action.message, messages.Decision):
                 lines.append({"do": "say", **_plain(action.message)})
         elif isinstance(action, PlayVibration):
-            lines.append({"do": "PlayVibration", "command": _command(action.command)})
+            lines.append({"do": "Feel", "command": _command(action.command)})
         elif (name := _NAMES.get(type(action))) is not None:
             lines.append({"do": name, **_plain(action)})
     return lines
