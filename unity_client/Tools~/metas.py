@@ -12,6 +12,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1]
+# Samples whose files refer to each other: Unity copies their .meta files along.
+SAMPLES = (PACKAGE / "Samples~" / "Mouse",)
 NAMESPACE = uuid.uuid5(uuid.NAMESPACE_DNS, "com.hapticvlm.client")
 MOVED: dict[str, str] = {}  # new path: the path whose GUID it keeps
 IMPORTERS = {
@@ -19,6 +21,8 @@ IMPORTERS = {
     "  executionOrder: 0\n  icon: {instanceID: 0}\n",
     ".asmdef": "AssemblyDefinitionImporter:\n  externalObjects: {}\n",
     ".json": "PackageManifestImporter:\n  externalObjects: {}\n",
+    ".unity": "DefaultImporter:\n  externalObjects: {}\n",
+    ".prefab": "PrefabImporter:\n  externalObjects: {}\n",
     ".md": "TextScriptImporter:\n  externalObjects: {}\n",
 }
 TAIL = "  userData: \n  assetBundleName: \n  assetBundleVariant: \n"
@@ -26,7 +30,8 @@ TAIL = "  userData: \n  assetBundleName: \n  assetBundleVariant: \n"
 
 def main(arguments: list[str]) -> int:
     """Write all .meta files, or with --check say which are stale, missing or left over."""
-    wanted = {Path(f"{asset}.meta"): meta(asset) for asset in assets(PACKAGE)}
+    found = [asset for folder in (PACKAGE, *SAMPLES) for asset in assets(folder)]
+    wanted = {Path(f"{asset}.meta"): meta(asset) for asset in found}
     stale = [path for path, text in wanted.items() if not is_current(path, text)]
     left_over = [path for path in PACKAGE.rglob("*.meta") if path not in wanted]
     if "--check" not in arguments:
@@ -52,12 +57,16 @@ def assets(folder: Path) -> Iterator[Path]:
 
 def meta(asset: Path) -> str:
     """Return the text of an asset's .meta file."""
-    name = asset.relative_to(PACKAGE).as_posix()
-    guid = uuid.uuid5(NAMESPACE, MOVED.get(name, name)).hex
-    head = f"fileFormatVersion: 2\nguid: {guid}\n"
+    head = f"fileFormatVersion: 2\nguid: {guid(asset)}\n"
     if asset.is_dir():
         return f"{head}folderAsset: yes\nDefaultImporter:\n  externalObjects: {{}}\n{TAIL}"
     return head + IMPORTERS[asset.suffix] + TAIL
+
+
+def guid(asset: Path) -> str:
+    """Return the GUID that an asset has for ever."""
+    name = asset.relative_to(PACKAGE).as_posix()
+    return uuid.uuid5(NAMESPACE, MOVED.get(name, name)).hex
 
 
 def is_current(path: Path, text: str) -> bool:

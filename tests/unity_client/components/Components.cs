@@ -18,7 +18,7 @@ public static class Components
     {
         if (arguments[0] == "members") return Members.Print(arguments);
         if (arguments[0] == "playmode") return PlayMode.Run(arguments[1]);
-        if (arguments.Length > 2)
+        if (arguments.Length > 3)
         {
             ImageConversion.Jpeg = File.ReadAllBytes(arguments[2]);
             ImageConversion.Png = File.ReadAllBytes(arguments[3]);
@@ -31,6 +31,7 @@ public static class Components
             case "cycles": Cycles(arguments[1]); break;
             case "scan": Scanning(arguments[1]); break;
             case "window": EditorParts.Show(arguments[1]); break;
+            case "mouse": SampleScene.Play(arguments[1], arguments[2]); break;
             case "controllers": Hands.Run(arguments[1]); break;
             default: return Others(arguments[0], arguments[1]);
         }

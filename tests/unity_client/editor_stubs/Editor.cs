@@ -5,8 +5,6 @@ using UnityEngine;
 
 namespace UnityEngine
 {
-    public struct Vector2 { }
-
     public class ScriptableObject : Object { }
 }
 

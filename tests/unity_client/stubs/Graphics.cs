@@ -157,6 +157,14 @@ namespace UnityEngine
             Player.StandInBytes += GC.GetAllocatedBytesForCurrentThread() - bytes;
         }
 
+        public static Camera main { get { return GameObject.Scene.Find(thing => thing.tag == "MainCamera").GetComponent<Camera>(); } }
+
+        public Ray ScreenPointToRay(Vector3 pos)
+        {
+            float x = (pos.x - 0.5f * Screen.width) / Screen.PixelsPerMetre, y = (pos.y - 0.5f * Screen.height) / Screen.PixelsPerMetre;
+            return new Ray { origin = transform.position + new Vector3(x, y, 0f), direction = new Vector3(0f, 0f, 1f) };
+        }
+
         public Vector3 WorldToViewportPoint(Vector3 position)
         {
             Vector3 d = position - transform.position;
@@ -336,7 +344,10 @@ namespace UnityEngine.Rendering
         }
     }
 
-    public class RenderPipelineAsset : Object { }
+    public class RenderPipelineAsset : Object
+    {
+        public virtual Material defaultMaterial { get { return null; } }
+    }
 
     public static class GraphicsSettings
     {

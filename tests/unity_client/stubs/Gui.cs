@@ -13,7 +13,9 @@ namespace UnityEngine
     {
         public static string Pressed = "";
 
-        public static void Label(string text, params GUILayoutOption[] options) { }
+        public static readonly System.Collections.Generic.List<string> Labels = new System.Collections.Generic.List<string>();
+
+        public static void Label(string text, params GUILayoutOption[] options) { Labels.Add(text); }
         public static GUILayoutOption Height(float height) { return null; }
 
         public static bool Button(string text, params GUILayoutOption[] options)

@@ -168,6 +168,13 @@ namespace UnityEngine
             Collect(results);
         }
 
+        public T[] GetComponentsInChildren<T>()
+        {
+            var found = new List<T>();
+            Collect(found);
+            return found.ToArray();
+        }
+
         public T GetComponentInChildren<T>()
         {
             T found = GetComponent<T>();

@@ -66,6 +66,21 @@ namespace UnityEngine
     {
         public static readonly List<Collider> World = new List<Collider>();
 
+        // Straight ahead, along z.
+        public static bool Raycast(Ray ray, out RaycastHit hitInfo, float maxDistance, int layerMask, QueryTriggerInteraction queryTriggerInteraction)
+        {
+            hitInfo = default(RaycastHit);
+            foreach (Collider collider in World)
+            {
+                Vector3 d = ray.origin - collider.bounds.center, e = collider.bounds.extents;
+                if (collider.isTrigger || System.Math.Abs(d.x) > e.x || System.Math.Abs(d.y) > e.y) continue;
+                hitInfo.point = new Vector3(ray.origin.x, ray.origin.y, collider.bounds.center.z - e.z);
+                hitInfo.normal = new Vector3(0f, 0f, -1f);
+                return true;
+            }
+            return false;
+        }
+
         public static int OverlapSphereNonAlloc(Vector3 position, float radius, Collider[] results, int layerMask)
         {
             int found = 0;

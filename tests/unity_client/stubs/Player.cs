@@ -103,6 +103,13 @@ public static class Player
         LongestMs = Math.Max(LongestMs, tickMs);
     }
 
+    // Draws the GUI of all components.
+    public static void DrawGui()
+    {
+        GUILayout.Labels.Clear();
+        foreach (Calls calls in Live.ToArray()) Call(calls.Of, "OnGUI");
+    }
+
     // Sends a message with an argument, as physics and the system do.
     public static void Send(GameObject to, string message, params object[] arguments)
     {

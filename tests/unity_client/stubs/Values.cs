@@ -16,6 +16,12 @@ namespace UnityEngine
         public float magnitude { get { return (float)Math.Sqrt(x * x + y * y + z * z); } }
 
         public static Vector3 operator +(Vector3 a, Vector3 b) { return new Vector3(a.x + b.x, a.y + b.y, a.z + b.z); }
+        public static Vector3 MoveTowards(Vector3 current, Vector3 target, float maxDistanceDelta)
+        {
+            Vector3 way = target - current;
+            return way.magnitude <= maxDistanceDelta ? target : current + way * (maxDistanceDelta / way.magnitude);
+        }
+
         public static Vector3 zero { get { return default(Vector3); } }
         public static Vector3 one { get { return new Vector3(1f, 1f, 1f); } }
         public static Vector3 operator -(Vector3 a, Vector3 b) { return new Vector3(a.x - b.x, a.y - b.y, a.z - b.z); }
@@ -84,6 +90,7 @@ namespace UnityEngine
     {
         public static float unscaledTime { get; internal set; }
         public static float unscaledDeltaTime { get; internal set; }
+        public static float deltaTime { get { return unscaledDeltaTime * timeScale; } }
         public static float timeScale { get; set; } = 1f;
         public static float time { get { return unscaledTime; } }
         public static float fixedDeltaTime { get { return 0.02f; } }

@@ -17,6 +17,9 @@ namespace HapticVLM.Samples
         void Start()
         {
             streamer = GetComponent<FrameStreamer>();
+            if (hand != null) return;
+            Debug.LogWarning("Show What Is Touched: name a Haptic Hand in the inspector.", this);
+            enabled = false;
         }
 
         void Update()
@@ -24,8 +27,8 @@ namespace HapticVLM.Samples
             string touched = hand.TouchedObjectId;
             if (touched == shown) return;
             shown = touched;
-            HapticObject one = HapticObject.ById(touched);
-            if (one != null && (one.Material == null || one.Material == "unknown")) streamer.Capture(one);
+            HapticObject target = HapticObject.ById(touched);
+            if (target != null && (target.Material == null || target.Material == "unknown")) streamer.Capture(target);
         }
     }
 }

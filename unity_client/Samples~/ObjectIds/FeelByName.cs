@@ -28,8 +28,8 @@ namespace HapticVLM.Samples
 
         static void Report(Decision decision)
         {
-            HapticObject one = HapticObject.ById(decision.ObjectId);
-            Debug.Log(one.name + " feels like " + decision.Material + ", by " + decision.Source, one);
+            HapticObject felt = HapticObject.ById(decision.ObjectId);
+            Debug.Log(felt.name + " feels like " + decision.Material + ", by " + decision.Source, felt);
         }
     }
 }

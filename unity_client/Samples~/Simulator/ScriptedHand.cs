@@ -46,7 +46,8 @@ namespace HapticVLM.Samples
 
         void OnGUI()
         {
-            GUILayout.Label("HapticVLM: " + client.State);
+            GUILayout.Label("HapticVLM: " + client.Status);
+            if (objects.Length == 0) GUILayout.Label("Scripted Hand: name the objects to touch in the inspector.");
             GUILayout.Label(plate);
             GUILayout.Label(decided);
             if (GUILayout.Button("STOP")) client.Stop();

@@ -1,0 +1,66 @@
+using UnityEngine;
+using UnityEngine.Rendering;
+
+namespace HapticVLM.Samples
+{
+    /// <summary>
+    /// Moves a Haptic Hand with the mouse: it hovers over what the pointer is on, and touches it while
+    /// the left button is down. Says on the screen what is felt. Reads the mouse through the GUI, which
+    /// works with either of the engine's input systems.
+    /// </summary>
+    [RequireComponent(typeof(HapticHand))]
+    public sealed class MouseHand : MonoBehaviour
+    {
+        const float HoverM = 0.1f;
+        const float ReachM = 10f;
+
+        [SerializeField] float metresPerSecond = 0.8f;
+        [SerializeField] Camera view;
+
+        HapticHand hand;
+        Vector3 target;
+        Vector2 pointer;
+        bool isPressed;
+
+        void Start()
+        {
+            hand = GetComponent<HapticHand>();
+            target = transform.position;
+            if (view == null) view = Camera.main;
+            UsePipelineMaterial();
+        }
+
+        void Update()
+        {
+            Ray ray = view.ScreenPointToRay(new Vector3(pointer.x, Screen.height - pointer.y, 0f));
+            RaycastHit hit;
+            if (Physics.Raycast(ray, out hit, ReachM, ~0, QueryTriggerInteraction.Ignore))
+                target = hit.point + hit.normal * (isPressed ? 0f : HoverM);
+            transform.position = Vector3.MoveTowards(transform.position, target, metresPerSecond * Time.deltaTime);
+        }
+
+        void OnGUI()
+        {
+            pointer = Event.current.mousePosition;
+            if (Event.current.type == EventType.MouseDown) isPressed = true;
+            if (Event.current.type == EventType.MouseUp) isPressed = false;
+            GUILayout.Label("Point at a thing, hold the left button to touch it, and rub.");
+            GUILayout.Label(HapticClient.Active == null ? "no Haptic Client" : HapticClient.Active.Status);
+            HapticObject touched = HapticObject.ById(hand.TouchedObjectId);
+            if (touched == null) return;
+            string what = touched.Material == null ? "deciding ..." : touched.Material + ", by " + touched.Source;
+            GUILayout.Label(touched.name + ": " + what + ", rubbed at " + hand.SpeedMps.ToString("F2") + " m/s");
+        }
+
+        /// <summary>The scene was saved with the built-in pipeline's material, which others draw in pink.</summary>
+        void UsePipelineMaterial()
+        {
+            RenderPipelineAsset pipeline = GraphicsSettings.currentRenderPipeline;
+            if (pipeline == null) return;
+            foreach (GameObject root in gameObject.scene.GetRootGameObjects())
+            {
+                foreach (Renderer renderer in root.GetComponentsInChildren<Renderer>()) renderer.sharedMaterial = pipeline.defaultMaterial;
+            }
+        }
+    }
+}
