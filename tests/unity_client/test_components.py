@@ -109,7 +109,5 @@ def test_the_editor_window_shows_decisions_and_the_plate_and_stops(play):
     assert "threads left after reload 0" in said
 
 
-def test_the_readme_s_sample_says_what_the_readme_shows(play):
-    shown = "OakTable feels like wood, by Name"
-    assert shown in (mono.PACKAGE / "README.md").read_text()
-    assert shown in play("sample")
+def test_the_sample_of_object_ids_logs_what_is_felt(play):
+    assert "OakTable feels like wood, by Name" in play("sample")

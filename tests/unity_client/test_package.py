@@ -76,9 +76,9 @@ def test_nothing_of_the_package_is_larger_than_a_reader_can_hold():
             assert len(source.read_text().splitlines()) <= 300, source
 
 
-def test_the_readme_s_way_to_the_first_decision_has_at_most_six_steps():
+def test_the_readme_s_way_to_the_first_touch_has_at_most_five_steps():
     text = (PACKAGE / "README.md").read_text()
     section = text.split("## First decision")[1].split("\n## ")[0]
     steps = re.findall(r"^(\d+)\. ", section, re.MULTILINE)
-    assert 1 <= len(steps) <= 6
+    assert 1 <= len(steps) <= 5
     assert steps == [str(number + 1) for number in range(len(steps))]

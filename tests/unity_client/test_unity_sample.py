@@ -103,5 +103,8 @@ def test_pressed_play_the_sample_is_felt_by_the_mouse(build):
         ("SteelKettle", "metal"),
     ):
         assert f"screen {name}: {material}, by Name" in said, said
+    shown = "OakTable: wood, by Name"
+    assert shown in said
+    assert shown in (PACKAGE / "README.md").read_text()
     assert "exceptions 0" in said
     assert "threads left 0" in said

@@ -75,7 +75,7 @@ def test_no_file_of_the_package_is_lost_on_the_way_through_git(package):
 
 def test_package_and_service_are_of_one_version_which_the_changelog_tells(package):
     assert manifest(package)["version"] == __version__
-    newest = re.search(r"^## \[(.+?)\]", (package / "CHANGELOG.md").read_text(), re.MULTILINE)
+    newest = re.search(r"^## \[([\d.]+)\]", (package / "CHANGELOG.md").read_text(), re.MULTILINE)
     assert newest
     assert newest.group(1) == __version__
 

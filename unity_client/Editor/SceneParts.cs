@@ -30,7 +30,7 @@ namespace HapticVLM.Editor
                 all.AddRange(some);
             }
             if (all.Count == 0) all = All<Collider>();
-            all.RemoveAll(collider => collider.isTrigger || collider is CharacterController || IsUnder(collider.transform, rig)
+            all.RemoveAll(collider => collider.isTrigger || !collider.gameObject.activeInHierarchy || collider is CharacterController || IsUnder(collider.transform, rig)
                 || collider.GetComponentInParent<HapticHand>() != null);
             return all;
         }
