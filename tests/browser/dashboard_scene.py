@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, Page, ViewportSize, expect, sync_playwright
 
 from hapticvlm.client import Client, Refused, connect
 from hapticvlm.devices.simulated_board import SimulatedBoard
@@ -37,6 +37,12 @@ SIDE = 224
 STROKES = 30
 FRAME_S, SLIDE_S, START_S = 0.2, 0.05, 30.0
 BOARD_S = 0.01
+PATIENCE_MS = 60_000  # a loaded machine starts a service in half a minute
+DESKTOP = (1280, 900)
+WATCH_POLICY = """
+window.violations = [];
+addEventListener("securitypolicyviolation", (event) => violations.push(event.violatedDirective));
+"""
 
 Stroke = Callable[[Client, str, threading.Event], Awaitable[None]]
 
@@ -61,6 +67,24 @@ def chromium() -> Iterator[Browser]:
             yield browser
         finally:
             browser.close()
+
+
+@contextmanager
+def dashboard(
+    browser: Browser, address: str, size: tuple[int, int] = DESKTOP, **options: Any
+) -> Iterator[Page]:
+    """Open the dashboard in a context of its own and wait until it is connected."""
+    viewport = ViewportSize(width=size[0], height=size[1])
+    context = browser.new_context(viewport=viewport, **options)
+    context.set_default_timeout(PATIENCE_MS)
+    page = context.new_page()
+    page.add_init_script(WATCH_POLICY)
+    page.goto(address)
+    try:
+        expect(page.locator("#link")).to_contain_text("Connected to hapticvlm")
+        yield page
+    finally:
+        context.close()
 
 
 @contextmanager

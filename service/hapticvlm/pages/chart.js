@@ -3,7 +3,7 @@ import { eachFrame } from "./dom.js";
 
 const MOST_PIXELS = 2; // per CSS pixel: more is not seen and costs
 const CALM_MS = 1000; // between pictures for who asked for reduced motion
-const COLOURS = ["ink", "soft", "line", "plate", "setpoint", "wave", "stop"];
+const COLOURS = ["ink", "soft", "line", "card", "setpoint", "wave", "wave-soft"];
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 let colours = null;
 
@@ -59,7 +59,7 @@ export class Chart {
     const context = this.canvas.getContext("2d");
     context.setTransform(scale, 0, 0, scale, 0, 0);
     context.clearRect(0, 0, width, height);
-    context.font = "12px system-ui, sans-serif";
+    context.font = "11px system-ui, sans-serif";
     this.paint(context, width, height);
   }
 }
@@ -74,9 +74,10 @@ export function rule(context, y, width, words) {
 }
 
 // count points, x(i) and y(i); a y that is NaN, a missing reading, leaves a gap.
-export function trace(context, { count, x, y, colour, dash = [] }) {
+export function trace(context, { count, x, y, colour, dash = [], thick = 2 }) {
   context.strokeStyle = colour;
-  context.lineWidth = 2;
+  context.lineWidth = thick;
+  context.lineJoin = "round";
   context.setLineDash(dash);
   context.beginPath();
   let isDrawing = false;

@@ -1,25 +1,30 @@
 // The dashboard: watches the service as an observer, and can stop it. Wires the panels together.
+import * as connecting from "./connect.js";
 import * as decisions from "./decisions.js";
 import { byId, clock, say } from "./dom.js";
 import * as faults from "./faults.js";
 import * as frame from "./frame.js";
 import { Link } from "./link.js";
+import { offerSound } from "./hear.js";
 import * as log from "./log.js";
 import * as plate from "./plate.js";
 import * as service from "./service.js";
 import * as speaker from "./speaker.js";
 import * as stages from "./stages.js";
 import { offerStop, showHeld } from "./stop.js";
+import * as teach from "./teach.js";
 import { offerThemes } from "./theme.js";
+import * as trial from "./trial.js";
 
 const STATUS_MS = 1000;
 const STATUS_PATIENCE_MS = 5000;
 const TOKEN_KEY = "hapticvlm-token"; // kept as long as this tab
-const VIEWS = { frames: frame.show, waveform: speaker.waveform, log: log.take };
+const VIEWS = { frames: frame.take, waveform: speaker.waveform, log: log.take };
 
 let faultNames = "";
 let connected = "Connected.";
-const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`, {
+const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
+const link = new Link(url, {
   onMessage: take,
   onState: showState,
   token: new URLSearchParams(location.hash.slice(1)).get("token") ?? sessionStorage.getItem(TOKEN_KEY),
@@ -42,7 +47,7 @@ function take(message) {
 }
 
 function welcome(message) {
-  for (const panel of [plate, speaker, service]) panel.welcome(message);
+  for (const panel of [plate, speaker, service, trial, teach]) panel.welcome(message);
   connected = `Connected to ${message.service.name} ${message.service.version}.`;
   say(byId("link"), connected);
   watch();
@@ -82,6 +87,7 @@ async function askStatus() {
     const status = await (await fetch("/status", { signal: AbortSignal.timeout(STATUS_PATIENCE_MS) })).json();
     if (link.state !== "open") return;
     service.show(status);
+    connecting.show(status);
     faults.show(status);
     stages.paint(status.speaker.command_wait_ms);
     showHeld(status.held);
@@ -106,6 +112,10 @@ document.addEventListener("visibilitychange", () => {
   askStatus();
 });
 offerThemes();
+offerSound();
+connecting.begin(url);
+teach.begin(link);
+trial.offerTouches(url, () => ({ token: link.token }));
 offerStop(link, askStatus);
 decisions.offerChoice();
 link.connect();

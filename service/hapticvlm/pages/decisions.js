@@ -1,25 +1,34 @@
-// What was decided lately, an object a row; the newest or a chosen one is explained in full.
+// What was decided lately, an object a tile; the newest or a chosen one is explained in full, beside its own frame.
 //
-// Rows stay in place and keep the keyboard's focus when they change; a new object comes first.
-import { byId, clock, eachFrame, make, percent, say } from "./dom.js";
+// Tiles stay in place and keep the keyboard's focus when they change; a new object comes first.
+import { byId, eachFrame, make, percent, say } from "./dom.js";
+import { materialColour } from "./feel.js";
+import * as frame from "./frame.js";
+import { glyph } from "./study.glyphs.js";
+import * as teach from "./teach.js";
 import { explain } from "./why.js";
 
-const MOST_OBJECTS = 20;
+const MOST_OBJECTS = 24;
 const NEWS_MS = 2000; // between announcements to a screen reader
 
-const objects = new Map(); // name -> {decision, at, row}, least lately decided first
+const objects = new Map(); // key -> {decision, tile}, least lately decided first
 let chosen = null; // null = the newest
 let told = "";
 let toldAt = -Infinity;
 let timer = null;
 const paintSoon = eachFrame(paint);
+frame.onFrame((key) => objects.has(key) && picture(key));
+
+export const titleOf = ({ name, object_id: id }) => name || id || "touched region";
 
 export function take(decision) {
-  const name = decision.object_id ?? "(touched region)";
-  const row = objects.get(name)?.row ?? addRow(name);
-  objects.delete(name);
-  objects.set(name, { decision, at: clock(), row });
+  const key = frame.keyOf(decision);
+  const isNew = !objects.has(key);
+  const tile = objects.get(key)?.tile ?? addTile(key);
+  objects.delete(key);
+  objects.set(key, { decision, tile });
   if (objects.size > MOST_OBJECTS) forget(objects.keys().next().value);
+  if (isNew) picture(key);
   announce();
   paintSoon();
 }
@@ -28,42 +37,70 @@ export function offerChoice() {
   byId("newest").addEventListener("click", () => choose(null));
 }
 
-function addRow(name) {
+function addTile(key) {
   if (!objects.size) byId("objects").replaceChildren();
-  const row = byId("objects").insertRow(0);
-  const button = make("button", name, { type: "button" });
-  button.addEventListener("click", () => choose(name));
-  const head = make("th", "", { scope: "row" });
-  head.append(button);
-  row.append(head);
-  for (let column = 0; column < 4; column++) row.insertCell();
-  return row;
+  const item = make("li");
+  const button = make("button", "", { type: "button", className: "tile" });
+  const words = make("span", "", { className: "words" });
+  words.append(make("b"), make("span", "", { className: "what" }), make("span", "", { className: "sure" }));
+  button.append(make("canvas", "", { width: 168, height: 126, ariaHidden: "true" }), make("span", "", { className: "glyph" }), words);
+  button.addEventListener("click", () => choose(key));
+  item.append(button);
+  byId("objects").prepend(item);
+  return item;
 }
 
-function forget(name) {
-  objects.get(name).row.remove();
-  objects.delete(name);
-  if (chosen === name) chosen = null;
+async function picture(key) {
+  const { tile } = objects.get(key);
+  const canvas = tile.querySelector("canvas");
+  tile.classList.toggle("pictured", await frame.thumbnail(key, canvas));
 }
 
-function choose(name) {
-  chosen = name;
+function forget(key) {
+  objects.get(key).tile.remove();
+  objects.delete(key);
+  if (chosen === key) chosen = null;
+}
+
+function choose(key) {
+  chosen = key;
   paint();
 }
 
 function paint() {
-  for (const [name, { decision, at, row }] of objects) {
-    row.querySelector("button").ariaPressed = String(name === chosen);
-    const texts = [decision.material, percent(decision.confidence), decision.source, at];
-    texts.forEach((text, index) => say(row.cells[index + 1], text));
-  }
+  const shown = objects.has(chosen) ? chosen : [...objects.keys()].at(-1);
+  for (const [key, { decision, tile }] of objects) fill(tile, decision, key === chosen, key === shown);
   byId("newest").ariaPressed = String(chosen === null);
-  const shown = objects.get(chosen) ?? newest();
-  if (shown) explain(shown.decision);
+  if (shown === undefined) return;
+  const { decision } = objects.get(shown);
+  byId("welcome-card").hidden = true;
+  byId("decision-card").hidden = false;
+  explain(decision, titleOf(decision));
+  byId("frame-glyph").replaceChildren(glyph(decision));
+  frame.show(shown, titleOf(decision), frame.hasFrame(shown) ? "" : whyNone(decision));
+  teach.offer(decision, titleOf(decision));
 }
 
-function newest() {
-  return [...objects.values()].at(-1);
+function fill(tile, decision, isChosen, isShown) {
+  const button = tile.firstElementChild;
+  button.ariaPressed = String(isChosen);
+  tile.classList.toggle("shown", isShown);
+  tile.classList.toggle("unknown", decision.material === "unknown");
+  if (tile.dataset.material !== decision.material) drawBody(tile, decision.material);
+  const [name, what, sure] = button.lastElementChild.children;
+  say(name, titleOf(decision));
+  say(what, decision.material);
+  say(sure, percent(decision.confidence));
+}
+
+function drawBody(tile, material) {
+  tile.dataset.material = material;
+  tile.style.setProperty("--body", materialColour(material));
+  tile.querySelector(".glyph").replaceChildren(glyph({ material }));
+}
+
+function whyNone({ source }) {
+  return source === "encoder" || source === "unknown" ? "No frame of it has come here yet." : `No frame was needed: the ${source} was enough.`;
 }
 
 // The newest decision for a screen reader, when it differs; never faster than it can be heard.
@@ -75,10 +112,10 @@ function announce() {
   }
   clearTimeout(timer);
   timer = null;
-  const { object_id, material, confidence, source } = newest().decision;
-  const news = `${object_id ?? "The touched region"} is ${material}, by ${source}`;
+  const { decision } = [...objects.values()].at(-1);
+  const news = `${titleOf(decision)} is ${decision.material}, by ${decision.source}`;
   if (news === told) return;
   told = news;
   toldAt = performance.now();
-  say(byId("news"), `${news}, ${percent(confidence)} sure.`);
+  say(byId("news"), `${news}, ${percent(decision.confidence)} sure.`);
 }

@@ -1,4 +1,4 @@
-// The connection to the service: hello as an observer, answers by id, reconnects by itself.
+// A connection to the service: hello, answers by id; an observer's reconnects by itself.
 //
 // States: connecting, open, silent (connected, but the service says nothing: it hangs), gone, token
 // (it wants one). JSON, because a page can read it; pictures come as base64.
@@ -9,17 +9,20 @@ const SILENT_MS = 3000; // telemetry comes every 100 ms
 const ANSWER_MS = 2000;
 
 export class Link {
-  constructor(url, { onMessage, onState, token = null }) {
+  constructor(url, { onMessage, onState = () => {}, token = null, role = "observer", name = "dashboard", keeps = true }) {
     this.url = url;
     this.onMessage = onMessage;
     this.onState = onState;
     this.token = token;
+    this.role = role;
+    this.name = name;
+    this.keeps = keeps; // reconnects
     this.state = "connecting";
     this.heardAt = null;
     this.asked = new Map();
     this.nextId = 1;
     this.waitMs = FIRST_WAIT_MS;
-    setInterval(() => this.#listen(), SILENT_MS / 3);
+    this.listening = setInterval(() => this.#listen(), SILENT_MS / 3);
   }
 
   connect() {
@@ -42,6 +45,11 @@ export class Link {
     });
   }
 
+  close() {
+    this.keeps = false;
+    this.socket?.close();
+  }
+
   offer(token) {
     this.token = token;
     this.#become("connecting");
@@ -49,8 +57,8 @@ export class Link {
   }
 
   async #hello() {
-    const client = { name: "dashboard", version: "1" };
-    const hello = { type: "hello", client, protocol: { major: 1, minor: 0 }, role: "observer" };
+    const client = { name: this.name, version: "1" };
+    const hello = { type: "hello", client, protocol: { major: 1, minor: 0 }, role: this.role };
     const answer = await this.ask(this.token ? { ...hello, token: this.token } : hello);
     if (answer.type === "welcome") this.#welcomed(answer);
     else if (answer.type === "error") this.#refused(answer);
@@ -87,6 +95,7 @@ export class Link {
     for (const id of [...this.asked.keys()]) this.#answer({ id, type: "lost" });
     if (this.state === "token") return;
     this.#become("gone");
+    if (!this.keeps) return clearInterval(this.listening);
     setTimeout(() => this.connect(), this.waitMs * (0.75 + 0.5 * Math.random()));
     this.waitMs = Math.min(2 * this.waitMs, LONGEST_WAIT_MS);
   }

@@ -1,5 +1,5 @@
 // What the service says of itself once a second: owner, models, VLM, drops and refusals.
-import { byId, list } from "./dom.js";
+import { byId, list, say } from "./dom.js";
 
 let welcomed = null;
 
@@ -8,8 +8,16 @@ export function welcome(message) {
 }
 
 export function show(status) {
+  say(byId("owner"), ownerWords(status));
+  byId("owner").dataset.owned = String(Boolean(status.owner));
   list(byId("service"), facts(status));
   list(byId("counts"), counts(status));
+}
+
+function ownerWords({ owner, leases }) {
+  if (!owner) return "Nobody owns the outputs";
+  const [, name] = /^'(.*)' #\d+$/.exec(owner) ?? [null, owner];
+  return `Owner: ${name}${leases ? ", touching" : ""}`;
 }
 
 function facts(status) {

@@ -1,59 +1,81 @@
-// The palm speaker: level, the newest tenth of a second, and what frequencies are in it.
+// The palm speaker: how strongly it vibrates over the last seconds, the newest tenth of one, and its frequencies.
 import { Chart, palette, rule, trace } from "./chart.js";
 import { byId, eachFrame, named, say } from "./dom.js";
+import { sound, speakerIs } from "./hear.js";
+import { Ring } from "./ring.js";
 import { BINS, HIGHEST_HZ, STEP_HZ, decibels, spectrum, strongestHz } from "./spectrum.js";
 
+const SHOWN_S = 0.1;
+const RIBBON_S = 8;
+const SLICE_S = 0.02; // of the ribbon
+const REPAINT_MS = 45;
 const LOWEST_DB = -80;
 const SILENT = 1e-4; // of full scale
 const SCALES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
 const DECAY = 0.97; // of the waveform's scale per picture, so that it does not jump
 
+const ribbon = new Ring(RIBBON_S / SLICE_S, 1); // peaks, one a slice
 let samples = [];
 let rateHz = null;
-let isSilent = true;
+let next = null; // number of the sample that is to follow
+let slice = { peak: 0, left: 0 };
+let wasSilent = false;
 let amplitudes = null; // of the samples, once asked for
 let peak = 0;
-const wave = new Chart(byId("wave-chart"), paintWave);
-const lines = new Chart(byId("spectrum-chart"), paintSpectrum);
+const history = new Chart(byId("ribbon-chart"), paintRibbon, REPAINT_MS);
+const wave = new Chart(byId("wave-chart"), paintWave, REPAINT_MS);
+const lines = new Chart(byId("spectrum-chart"), paintSpectrum, 2 * REPAINT_MS);
 const tellStrongest = eachFrame(() => say(byId("strongest"), strongest()));
 
 export function welcome(message) {
   const { speaker } = message.devices;
   say(byId("speaker-name"), named(speaker));
+  speakerIs(speaker);
 }
 
 export function telemetry(message) {
   say(byId("level"), message.speaker_level.toFixed(3));
+  tellStrongest();
 }
 
 export function waveform(view) {
-  const wasSilent = isSilent && samples.length > 0;
-  take(view.samples, view.rate_hz);
-  if (!(isSilent && wasSilent)) repaint();
+  sound.take(view);
+  take(view);
+  history.change();
+  const isSilent = samples.every((sample) => Math.abs(sample) < SILENT);
+  if (!(isSilent && wasSilent)) for (const chart of [wave, lines]) chart.change();
+  wasSilent = isSilent;
 }
 
 // Nothing is known of the speaker while the service is not heard.
 export function gap() {
-  take([], null);
+  sound.silence();
+  samples = [];
+  next = amplitudes = null;
+  ribbon.push(null);
   say(byId("level"), "no reading");
-  repaint();
-}
-
-function take(newest, hertz) {
-  samples = newest;
-  rateHz = hertz;
-  isSilent = samples.every((sample) => Math.abs(sample) < SILENT);
-  amplitudes = null;
-}
-
-function repaint() {
-  wave.change();
-  lines.change();
+  for (const chart of [history, wave, lines]) chart.change();
   tellStrongest();
 }
 
+// Pieces follow each other; one that does not begins anew.
+function take({ samples: newest, rate_hz: hertz, start }) {
+  if (start !== next || hertz !== rateHz) samples = [];
+  next = start + newest.length;
+  rateHz = hertz;
+  samples = samples.concat(newest).slice(-Math.round(SHOWN_S * hertz));
+  amplitudes = null;
+  for (const sample of newest) {
+    slice.peak = Math.max(slice.peak, Math.abs(sample));
+    if (++slice.left < SLICE_S * hertz) continue;
+    ribbon.push(slice.peak);
+    slice = { peak: 0, left: 0 };
+  }
+}
+
 function strongest() {
-  if (!samples.length) return "not known";
+  if (samples.length < 2) return "not known";
+  const isSilent = samples.every((sample) => Math.abs(sample) < SILENT);
   return isSilent ? "silent" : `strongest at ${strongestHz(found())} Hz`;
 }
 
@@ -61,22 +83,60 @@ function found() {
   return (amplitudes ??= spectrum(samples, rateHz));
 }
 
+// The envelope, mirrored: what the palm feels as time goes by; the newest on the right.
+function paintRibbon(context, width, height) {
+  const { wave: colour, line, soft } = palette();
+  const [middle, foot] = [(height - 14) / 2, height - 2];
+  let most = 0.02;
+  for (let row = 0; row < ribbon.count; row++) most = Math.max(most, ribbon.at(row, 0) || 0);
+  context.fillStyle = line;
+  context.fillRect(0, Math.round(middle), width, 1);
+  context.fillStyle = colour;
+  const step = width / ribbon.rows;
+  for (let row = 0; row < ribbon.count; row++) {
+    const half = (ribbon.at(row, 0) / most) * (middle - 2);
+    if (half > 0.4) context.fillRect(width - (ribbon.count - row) * step, middle - half, Math.max(1, step), 2 * half);
+  }
+  context.fillStyle = soft;
+  context.fillText(`${RIBBON_S} s`, 2, foot);
+  context.fillText("now", width - 24, foot);
+}
+
 function paintWave(context, width, height) {
   peak = samples.reduce((most, sample) => Math.max(most, Math.abs(sample)), peak * DECAY);
   const scale = SCALES.find((step) => step >= peak) ?? 1;
-  const y = (value) => height * (0.5 - 0.46 * (value / scale));
+  const y = (value) => (height - 14) * (0.5 - 0.46 * (value / scale));
   rule(context, y(0), width, "");
-  rule(context, y(scale) + 14, width, `±${scale} of full scale`);
   const x = (index) => (width * index) / (samples.length - 1);
   trace(context, { count: samples.length, x, y: (index) => y(samples[index]), colour: palette().wave });
+  label(context, height, `±${scale} of full scale, 0.1 s`);
 }
 
 function paintSpectrum(context, width, height) {
-  const y = (level) => height * (1 - Math.max(0, level - LOWEST_DB) / -LOWEST_DB) + 2;
-  rule(context, y(-20), width, "-20 dB of full scale");
-  rule(context, y(-60), width, "-60 dB");
+  const foot = height - 14;
+  const y = (level) => foot * (1 - Math.max(0, level - LOWEST_DB) / -LOWEST_DB) + 2;
+  rule(context, y(-60), width, "");
+  rule(context, y(-20), width, "");
   const x = (bin) => (width * bin * STEP_HZ) / HIGHEST_HZ;
-  for (const hertz of [250, 500, 750]) context.fillText(`${hertz} Hz`, x(hertz / STEP_HZ) - 18, height - 4);
-  if (!samples.length) return;
-  trace(context, { count: BINS, x, y: (bin) => y(decibels(found()[bin])), colour: palette().wave });
+  label(context, height, "0");
+  context.fillText("500", x(50) - 10, height - 2);
+  context.fillText("1000 Hz", width - 48, height - 2);
+  if (samples.length < 2) return;
+  const line = { count: BINS, x, y: (bin) => y(decibels(found()[bin])), colour: palette().wave };
+  fillBelow(context, line, foot);
+  trace(context, line);
+}
+
+function fillBelow(context, { count, x, y }, foot) {
+  context.fillStyle = palette()["wave-soft"];
+  context.beginPath();
+  context.moveTo(x(0), foot);
+  for (let bin = 0; bin < count; bin++) context.lineTo(x(bin), y(bin));
+  context.lineTo(x(count - 1), foot);
+  context.fill();
+}
+
+function label(context, height, text) {
+  context.fillStyle = palette().soft;
+  context.fillText(text, 2, height - 2);
 }

@@ -1,11 +1,13 @@
 // The stop: one button and the Escape key. It says what became of it, above all when nothing did.
 import { byId, clock, say } from "./dom.js";
+import { sound } from "./hear.js";
 
 const BY_HAND = "switch the devices off by hand";
 
 // `whenDone` is called after the service has answered.
 export function offerStop(link, whenDone) {
   const stop = async () => {
+    sound.silence();
     say(byId("stopped"), "Stopping.");
     const answer = await link.ask({ type: "stop", scope: "all" });
     say(byId("stopped"), outcome(answer));

@@ -1,5 +1,6 @@
 // One decision in full: the material, what each rung of the ladder said, and what follows for the plate.
 import { byId, degrees, list, make, percent, say } from "./dom.js";
+import { NEUTRAL_C, materialColour, warmthColour, warmthWord } from "./feel.js";
 
 const RUNGS = ["scene", "name", "shader", "encoder", "vlm"];
 const RUNG_WORDS = {
@@ -25,10 +26,18 @@ const AMBIENT_WORDS = {
 };
 const SURFACE_WORDS = { scene: "the scene", name: "its name", sun: "the sun", ambient: "the ambient" };
 
-export function explain(decision) {
+const BASIS_WORDS = {
+  expectation: "an expectation over what it may be",
+  neutral: "nothing: it is not known",
+};
+const FEWEST_C = 0.05;
+
+export function explain(decision, title) {
   say(byId("material"), decision.material);
-  say(byId("object"), decision.object_id ?? "the touched region");
+  say(byId("object"), title);
   say(byId("verdict"), verdict(decision));
+  byId("decision-card").style.setProperty("--body", materialColour(decision.material));
+  fillFeel(decision);
   RUNGS.forEach((rung, index) => fillRung(rungRow(index), rung, decision));
   list(byId("because"), because(decision));
 }
@@ -37,6 +46,16 @@ export function verdict({ confidence, source, runner_up, cached }) {
   const next = runner_up ? `; next ${runner_up}` : "";
   const kept = cached ? "; kept from before" : "";
   return `${percent(confidence)} sure: ${RUNG_WORDS[source]} (${source})${next}${kept}`;
+}
+
+// What a hand feels of it, in two chips: warmth and vibration.
+function fillFeel({ contact_c, setpoint_c, thermal_cue, pattern, surface_c }) {
+  const limited = contact_c != null && Math.abs(setpoint_c - contact_c) > FEWEST_C ? `, the plate goes to ${degrees(setpoint_c)}` : "";
+  const words = thermal_cue ? `feels ${warmthWord(setpoint_c)}: skin meets it at ${degrees(contact_c)}${limited}` : "no warmth or cold to be felt";
+  byId("feel-warmth").style.setProperty("--now", warmthColour(thermal_cue ? setpoint_c : NEUTRAL_C));
+  say(byId("feel-warmth-words"), words);
+  say(byId("feel-surface"), `its surface is at ${degrees(surface_c)}`);
+  say(byId("feel-pattern"), pattern ?? "not touched now");
 }
 
 function rungRow(index) {
@@ -74,6 +93,7 @@ function because(decision) {
     ["setpoint", setpoint(decision)],
     ["thermal cue", decision.thermal_cue ? "can be felt" : "none: too small to be felt"],
     ["vibration", decision.pattern ?? "none now"],
+    ...(BASIS_WORDS[decision.basis] ? [["felt from", BASIS_WORDS[decision.basis]]] : []),
     ["frame's age", decision.frame_age_ms == null ? "no frame" : `${decision.frame_age_ms.toFixed(0)} ms`],
   ];
 }

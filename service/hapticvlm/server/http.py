@@ -20,7 +20,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
-from hapticvlm.server import scene_files
+from hapticvlm.server import reach, scene_files
 from hapticvlm.server.lan_pages import CHALLENGE, LanPages
 from hapticvlm.server.scene_files import TYPES
 
@@ -86,7 +86,10 @@ def answer(
     if path == "/healthz":
         return _response(200, "ok\n")
     if path == "/status":
-        return _response(200, json.dumps(status()) + "\n", "application/json")
+        told = {**status(), "reach": reach.of_pages(policy.lan_pages, connection.local_address[1])}
+        return _response(200, json.dumps(told) + "\n", "application/json")
+    if path == "/connect.svg":
+        return _code(policy.lan_pages, connection.local_address[1])
     if policy.scene_folder is not None and path.startswith(scene_files.PREFIX):
         return _scene_file(policy.scene_folder, path)
     return _page(path)
@@ -118,6 +121,13 @@ def _scene_file(folder: Path, path: str) -> Response:
     if file.suffix == ".html":
         csp += f"; script-src 'self'{scene_files.script_sources(text)}"
     return _response(200, text, TYPES[file.suffix], csp)
+
+
+def _code(lan_pages: LanPages | None, port: int) -> Response:
+    page = reach.of_pages(lan_pages, port)["page"]
+    if page is None:
+        return _response(404, f"{reach.HERE_ONLY}\n")
+    return _response(200, reach.code(page), TYPES[".svg"])
 
 
 def _page(path: str) -> Response:

@@ -1,0 +1,164 @@
+// Plays the waveform stream: its few thousand samples a second, made into the output's rate by a windowed sinc.
+//
+// Samples are numbered by the service, so a piece that comes twice or late harms nothing. A few milliseconds are
+// kept in hand against jitter: more after each time they ran out, less while all goes well.
+
+const KEPT = 16384; // samples of the stream, a power of two
+const HALF = 8; // taps on either side
+const PHASES = 256;
+const SHAPE = 8; // of the Kaiser window: what lies above the stream's own band is 80 dB down
+const LEAST_S = 0.03;
+const MOST_S = 0.15;
+const STEP_S = 0.01;
+const CALM_S = 10; // without running dry, before less is kept in hand
+const HURRY = 0.02; // share by which it plays faster when too much has piled up
+const LATE_S = 0.1; // more than this too much is skipped
+const FADE_S = 0.004;
+const DEAF_S = 0.4; // after a stop: what was already on its way is not played
+const SILENT = 2e-4;
+const REPORT_S = 0.1;
+const TABLE = taps();
+
+class StreamPlayer extends AudioWorkletProcessor {
+  constructor() {
+    super();
+    this.samples = new Float32Array(KEPT);
+    this.rateHz = 3000;
+    this.end = null; // number after the newest sample; null = none yet
+    this.at = null; // number (with fraction) now played; null = waiting
+    this.keepS = LEAST_S;
+    this.gain = 0;
+    this.deafUntil = 0;
+    this.isStopping = false;
+    this.calmSince = 0;
+    this.reportAt = 0;
+    this.peak = 0;
+    this.port.onmessage = ({ data }) => this.#receive(data);
+  }
+
+  process(_inputs, [[output, ...others]]) {
+    const step = this.#advance();
+    const fade = 1 / (FADE_S * sampleRate);
+    for (let index = 0; index < output.length; index++) {
+      const isPlaying = this.at !== null && !this.isStopping && this.at + HALF < this.end;
+      this.gain = Math.max(0, Math.min(1, this.gain + (isPlaying ? fade : -fade)));
+      const value = this.at === null ? 0 : this.#sample(Math.min(this.at, this.end - HALF - 1)) * this.gain;
+      output[index] = value;
+      this.peak = Math.max(this.peak, Math.abs(value));
+      if (isPlaying) this.at += step;
+    }
+    for (const other of others) other.set(output);
+    if (this.isStopping && this.gain === 0) this.#forget();
+    this.#report();
+    return true;
+  }
+
+  // Begins, skips or hurries, as much as lies in hand asks for; returns how far one output sample goes.
+  #advance() {
+    const plain = this.rateHz / sampleRate;
+    if (this.end === null) return plain;
+    const target = this.keepS * this.rateHz + HALF;
+    if (this.at === null) {
+      if (this.gain === 0 && this.end - this.first >= target) this.at = this.end - target;
+      return plain;
+    }
+    const inHand = this.end - this.at;
+    if (inHand <= HALF + 1) this.#ranDry();
+    else if (inHand - target > LATE_S * this.rateHz) this.at = this.end - target;
+    else if (currentTime - this.calmSince > CALM_S) {
+      this.calmSince = currentTime;
+      this.keepS = Math.max(LEAST_S, this.keepS - STEP_S);
+    }
+    return inHand - target > STEP_S * this.rateHz ? plain * (1 + HURRY) : plain;
+  }
+
+  #ranDry() {
+    if (this.gain > 0) return; // fading out on the last samples
+    this.at = null;
+    this.first = this.end;
+    this.keepS = Math.min(MOST_S, this.keepS + STEP_S);
+    this.calmSince = currentTime;
+  }
+
+  #receive({ start, samples, rateHz, silence }) {
+    if (silence) return this.#fallSilent();
+    if (this.isStopping) return;
+    if (currentTime < this.deafUntil) {
+      if (!samples.every((sample) => Math.abs(sample) < SILENT)) return;
+      this.deafUntil = 0; // the stop has arrived: what follows is new
+    }
+    this.rateHz = rateHz;
+    if (this.end === null || start > this.end || start + samples.length < this.end - this.rateHz) this.#beginAt(start);
+    for (let index = 0; index < samples.length; index++) this.samples[(start + index) & (KEPT - 1)] = samples[index];
+    this.end = Math.max(this.end, start + samples.length);
+  }
+
+  // After a gap, or a new audio engine: what was before is silence.
+  #beginAt(start) {
+    this.samples.fill(0);
+    this.end = start;
+    this.first = start;
+    this.at = null;
+  }
+
+  #fallSilent() {
+    this.deafUntil = currentTime + DEAF_S;
+    this.isStopping = true;
+  }
+
+  #forget() {
+    this.isStopping = false;
+    this.end = this.at = null;
+  }
+
+  #sample(at) {
+    const whole = Math.floor(at);
+    const phase = (at - whole) * PHASES;
+    const row = Math.floor(phase);
+    const share = phase - row;
+    const offset = row * 2 * HALF;
+    let sum = 0;
+    for (let tap = 0; tap < 2 * HALF; tap++) {
+      const weight = TABLE[offset + tap] + share * (TABLE[offset + 2 * HALF + tap] - TABLE[offset + tap]);
+      sum += weight * this.samples[(whole - HALF + 1 + tap) & (KEPT - 1)];
+    }
+    return sum;
+  }
+
+  #report() {
+    if (currentTime < this.reportAt) return;
+    this.reportAt = currentTime + REPORT_S;
+    const inHandMs = this.at === null ? null : (1000 * (this.end - this.at)) / this.rateHz;
+    this.port.postMessage({ inHandMs, peak: this.peak });
+    this.peak = 0;
+  }
+}
+
+// (PHASES + 1) rows of 2 * HALF weights; row r is for a sample r / PHASES of the way to the next.
+function taps() {
+  const table = new Float32Array((PHASES + 1) * 2 * HALF);
+  for (let row = 0; row <= PHASES; row++) {
+    for (let tap = 0; tap < 2 * HALF; tap++) {
+      const x = tap - HALF + 1 - row / PHASES;
+      const inside = Math.max(0, 1 - (x / HALF) ** 2);
+      table[row * 2 * HALF + tap] = sinc(x) * (bessel(SHAPE * Math.sqrt(inside)) / bessel(SHAPE));
+    }
+  }
+  return table;
+}
+
+function sinc(x) {
+  return x === 0 ? 1 : Math.sin(Math.PI * x) / (Math.PI * x);
+}
+
+// Modified Bessel function of the first kind, order 0, by its series.
+function bessel(x) {
+  let [sum, term] = [1, 1];
+  for (let n = 1; n < 30; n++) {
+    term *= (x / (2 * n)) ** 2;
+    sum += term;
+  }
+  return sum;
+}
+
+registerProcessor("stream-player", StreamPlayer);

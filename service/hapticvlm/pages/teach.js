@@ -1,0 +1,36 @@
+// "This is ...": a person says what an object is made of. The one place that asks the service to believe it.
+import { byId, make, say } from "./dom.js";
+
+let link = null;
+let current = null;
+
+export function begin(given) {
+  link = given;
+  byId("teach").addEventListener("submit", (event) => {
+    event.preventDefault();
+    state(byId("teach-material").value);
+  });
+}
+
+export function welcome({ materials }) {
+  const select = byId("teach-material");
+  if (!select.options.length) select.append(...materials.map((name) => make("option", name, { value: name })));
+}
+
+// Offers the choice for the object that is shown; what the scene itself states needs none.
+export function offer(decision, title) {
+  const isOther = current?.object_id !== decision.object_id;
+  current = decision;
+  byId("teach").hidden = !decision.object_id || decision.source === "scene";
+  if (!isOther) return;
+  say(byId("teach-label"), `${title} is`);
+  say(byId("teach-told"), "");
+  const likely = decision.material === "unknown" ? decision.runner_up : decision.material;
+  if (likely) byId("teach-material").value = likely;
+}
+
+// Only the owner's scene may state a material; what the service answers is shown as it is.
+async function state(material) {
+  const answer = await link.ask({ type: "scene", objects: [{ object_id: current.object_id, material }], replace: false });
+  say(byId("teach-told"), answer.type === "ok" ? `Taken: ${material}, until the scene ends.` : (answer.text ?? "The service did not answer."));
+}

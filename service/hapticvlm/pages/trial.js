@@ -1,0 +1,182 @@
+// Test touches: the dashboard as a scene of one object, which holds the outputs only while it is used.
+import { byId, make, say } from "./dom.js";
+import { materialColour, warmthColour } from "./feel.js";
+import { startWithTouch } from "./hear.js";
+import { Link } from "./link.js";
+import { glyph } from "./study.glyphs.js";
+
+const OBJECT = "test touch";
+const RENEW_MS = 50; // a lease lasts 250
+const TAP_MS = 900; // of a click that is no press: a key of a screen reader
+const GIVE_BACK_MS = 4000; // after the last touch
+const STROKE_S = 0.9; // to and fro
+const INTERACTIONS = {
+  strike: { speed: 0.6, force: 4 },
+  tap: { speed: 0.25, force: 1.5 },
+  press: { speed: 0.05, force: 8 },
+  slide: { speed: 0.25, force: 1.5, moves: true },
+  carve: { speed: 0.2, force: 5, moves: true },
+  swing: { speed: 1.5, force: 0, moves: true },
+};
+const held = { interaction: null, began: 0, timer: null, button: null };
+let url = "";
+let options = {};
+let link = null;
+let giving = null;
+let stated = "";
+
+export function offerTouches(address, given) {
+  url = address;
+  options = given;
+  byId("trial-interactions").append(...Object.keys(INTERACTIONS).map(button));
+  for (const id of ["trial-heat", "trial-level"]) byId(id).addEventListener("input", showSliders);
+  byId("trial-material").addEventListener("change", () => { paintGlyphs(); state(); });
+  byId("trial-level").addEventListener("change", setLevel);
+  byId("trial-heat").addEventListener("change", state);
+  addEventListener("blur", release);
+  showSliders();
+}
+
+export function welcome({ materials }) {
+  const select = byId("trial-material");
+  if (select.options.length) return;
+  select.append(...materials.map((name) => make("option", name, { value: name })));
+  paintGlyphs();
+}
+
+function button(interaction) {
+  const element = make("button", "", { type: "button", className: "interaction" });
+  element.dataset.interaction = interaction;
+  element.append(make("span", "", { className: "glyph" }), make("span", interaction));
+  element.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    element.setPointerCapture(event.pointerId);
+    press(interaction, element);
+  });
+  for (const end of ["pointerup", "pointercancel", "lostpointercapture", "keyup"]) element.addEventListener(end, release);
+  element.addEventListener("keydown", (event) => {
+    if (event.repeat || ![" ", "Enter"].includes(event.key)) return;
+    event.preventDefault();
+    press(interaction, element);
+  });
+  element.addEventListener("click", (event) => {
+    if (event.detail > 0 || held.interaction) return; // a press has been a touch already
+    press(interaction, element);
+    setTimeout(release, TAP_MS);
+  });
+  return element;
+}
+
+async function press(interaction, element) {
+  release();
+  startWithTouch();
+  clearTimeout(giving);
+  Object.assign(held, { interaction, began: performance.now(), button: element });
+  element.ariaPressed = "true";
+  if (!(await own())) return;
+  const { speed, force } = INTERACTIONS[interaction];
+  if (interaction === "swing") touch("approach", speed, force, interaction);
+  else touch("contact", speed, force, interaction);
+  if (held.interaction === interaction) held.timer ??= setInterval(renew, RENEW_MS);
+  else setTimeout(letGo, RENEW_MS); // a click shorter than it took to get the outputs
+}
+
+function renew() {
+  const { interaction } = held;
+  const { speed, force, moves } = INTERACTIONS[interaction];
+  const swing = Math.abs(Math.sin((Math.PI * (performance.now() - held.began)) / 1000 / STROKE_S));
+  if (interaction === "swing") touch("approach", speed * swing, force);
+  else if (moves) touch("slide", speed * swing, force);
+  else touch("contact", 0, Math.min(force, 3));
+}
+
+function release() {
+  if (!held.interaction) return;
+  clearInterval(held.timer);
+  held.button.ariaPressed = "false";
+  Object.assign(held, { interaction: null, timer: null, button: null });
+  letGo();
+  giving = setTimeout(giveBack, GIVE_BACK_MS);
+}
+
+function letGo() {
+  if (link?.state === "open" && !held.interaction) touch("release", 0, 0, null);
+}
+
+function touch(phase, speed_mps, force_n, interaction = held.interaction) {
+  const fields = { phase, hand: "right", speed_mps, force_n, captured_at: performance.now() / 1000 };
+  link.ask({ type: "touch", object_id: OBJECT, ...fields, ...(interaction && { interaction }) }).then(told);
+}
+
+// Resolves to whether the outputs are this page's now.
+function own() {
+  if (link?.state === "open") return Promise.resolve(true);
+  say(byId("trial-told"), "Asking for the outputs.");
+  return new Promise((resolve) => {
+    const onMessage = async (message) => {
+      if (message.type !== "welcome") return;
+      if (!message.owner) {
+        refused();
+        return resolve(false);
+      }
+      stated = "";
+      await state();
+      await setLevel();
+      await link.ask({ type: "touch", phase: "release", object_id: OBJECT, hand: "right", speed_mps: 0, force_n: 0, captured_at: performance.now() / 1000 });
+      say(byId("trial-told"), "This page holds the outputs. Keep a button pressed to go on touching.");
+      resolve(true);
+    };
+    const onState = (now) => {
+      if (now !== "gone") return;
+      link = null;
+      resolve(false);
+    };
+    link = new Link(url, { ...options(), onMessage, onState, role: "scene", name: "dashboard test touch", keeps: false });
+    link.connect();
+  });
+}
+
+function refused() {
+  say(byId("trial-told"), "Another scene owns the outputs: test touches work when it has left.");
+  link.close();
+  link = null;
+}
+
+function giveBack() {
+  link?.close();
+  link = null;
+  say(byId("trial-told"), "The outputs are free again.");
+}
+
+function told(answer) {
+  if (answer.type === "error") say(byId("trial-told"), answer.text);
+}
+
+// States what the test object is made of and how warm it is; resolves when the service has it.
+async function state() {
+  const temperature_c = Number(byId("trial-heat").value);
+  const object = { object_id: OBJECT, material: byId("trial-material").value, temperature_c };
+  const key = JSON.stringify(object);
+  if (link?.state !== "open" || key === stated) return;
+  stated = key;
+  told(await link.ask({ type: "scene", objects: [object], replace: true }));
+}
+
+async function setLevel() {
+  if (link?.state === "open") told(await link.ask({ type: "set", vibration_gain: Number(byId("trial-level").value) }));
+}
+
+function showSliders() {
+  const heat = Number(byId("trial-heat").value);
+  say(byId("trial-heat-said"), `${heat} °C`);
+  byId("trial-heat").style.accentColor = warmthColour(heat);
+  say(byId("trial-level-said"), `${Math.round(100 * byId("trial-level").value)} %`);
+}
+
+function paintGlyphs() {
+  const material = byId("trial-material").value;
+  for (const element of byId("trial-interactions").children) {
+    element.style.setProperty("--body", materialColour(material));
+    element.firstElementChild.replaceChildren(glyph({ material, interaction: element.dataset.interaction }));
+  }
+}

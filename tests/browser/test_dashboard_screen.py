@@ -1,0 +1,247 @@
+"""The dashboard's first screen: outputs, a stop that never moves, test touches, how to connect."""
+
+import asyncio
+import io
+import os
+import re
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from conftest import status
+from dashboard_scene import (
+    AXE,
+    PATIENCE_MS,
+    chromium,
+    dashboard,
+    missing,
+    touching,
+)
+from PIL import Image
+from playwright.sync_api import Browser, Page, expect
+
+from hapticvlm.client import connect
+from hapticvlm.commands.local_service import Service, running
+
+pytestmark = pytest.mark.browser
+
+SCREEN, PHONE = (1280, 800), (390, 844)
+OUTPUTS = ("plate", "plate-scale", "plate-chart", "level", "ribbon-chart", "wave-chart")
+FAULT = """async () => {
+  const faults = await import("./faults.js");
+  faults.show({ plate: { faults: { a: "it is hot (a): wait" } }, speaker: { plays: false } });
+}"""
+PLACE = """(id) => {
+  const { x, y, width, height } = document.getElementById(id).getBoundingClientRect();
+  return [x, y, width, height];
+}"""
+PIXELS = """async () => {
+  const canvas = document.getElementById("frame");
+  const at = (x, y) => [...canvas.getContext("2d").getImageData(x, y, 1, 1).data].slice(0, 3);
+  return { outside: at(8, 8), inside: at(112, 112), line: at(112, 54) };
+}"""
+LET_GO_S = 8.0
+FELT = re.compile(r"0\.\d*[1-9]")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    reason = missing()
+    if reason and os.environ.get("CI"):
+        pytest.fail(reason)
+    if reason:
+        pytest.skip(reason)
+    expect.set_options(timeout=PATIENCE_MS)
+    with chromium() as browser:
+        yield browser
+
+
+def states(page: Page, service: Service) -> Iterator[str]:
+    """Bring the page into each of its states, in turn."""
+    yield "idle"
+    with touching(service.url):
+        expect(page.locator("#objects li")).to_have_count(4)
+        yield "touched"
+    page.evaluate(FAULT)
+    yield "fault"
+    page.keyboard.press("Escape")
+    expect(page.locator("#stopped")).to_contain_text("Stopped at")
+    yield "stopped"
+    service.process.kill()
+    expect(page.locator("#link")).to_contain_text("Service gone since")
+    yield "gone"
+
+
+@pytest.fixture(scope="module")
+def seen(browser: Browser) -> dict[str, Any]:
+    """What each state of the page shows where, light and large, dark and on a phone."""
+    found: dict[str, Any] = {}
+    for scheme, size in (("light", SCREEN), ("dark", PHONE)):
+        with (
+            running() as service,
+            dashboard(browser, service.page, size, color_scheme=scheme) as page,
+        ):
+            page.evaluate(AXE.read_text(encoding="utf-8"))
+            for state in states(page, service):
+                found[f"{state}, {scheme}"] = {
+                    "stop": page.evaluate(PLACE, "stop"),
+                    "outputs": {name: page.evaluate(PLACE, name) for name in OUTPUTS},
+                    "width": page.evaluate("document.scrollingElement.scrollWidth"),
+                    "axe": page.evaluate("axe.run()")["violations"],
+                }
+    return found
+
+
+def test_the_stop_has_one_place_in_every_state(seen: dict[str, Any]) -> None:
+    for scheme in ("light", "dark"):
+        places = [one["stop"] for name, one in seen.items() if name.endswith(scheme)]
+        assert len(places) == 5
+        assert all(place == places[0] for place in places)
+
+
+def test_both_outputs_are_on_the_first_screen_in_every_state(seen: dict[str, Any]) -> None:
+    for name, state in seen.items():
+        if not name.endswith("light"):
+            continue
+        for output, (x, y, width, height) in state["outputs"].items():
+            assert x >= 0, (name, output)
+            assert y >= 0, (name, output)
+            assert x + width <= SCREEN[0], (name, output)
+            assert y + height <= SCREEN[1], (name, output)
+            assert min(width, height) >= 15, (name, output)
+
+
+def test_axe_finds_nothing_in_any_state(seen: dict[str, Any]) -> None:
+    said = {name: [one["id"] for one in state["axe"]] for name, state in seen.items()}
+    assert {name: ids for name, ids in said.items() if ids} == {}
+
+
+def test_nothing_scrolls_sideways_on_a_phone(seen: dict[str, Any]) -> None:
+    widths = [state["width"] for name, state in seen.items() if name.endswith("dark")]
+    assert max(widths) <= PHONE[0]
+
+
+def test_a_pressed_test_touch_moves_both_outputs_and_gives_them_back(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, SCREEN) as page:
+        page.select_option("#trial-material", "metal")
+        page.locator("#trial-heat").fill("5")
+        page.locator(".interaction[data-interaction=slide]").hover()
+        page.mouse.down()
+        expect(page.locator("#owner")).to_contain_text("dashboard test touch")
+        expect(page.locator("#material")).to_have_text("metal")
+        expect(page.locator("#level")).to_have_text(FELT)
+        assert status(service)["plate"]["setpoint_c"] < 30.0
+        page.mouse.up()
+        expect(page.locator("#level")).to_have_text("0.000")
+        assert status(service)["leases"] == 0
+        expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
+
+
+def test_a_key_is_a_test_touch_too(service: Service, browser: Browser) -> None:
+    with dashboard(browser, service.page, SCREEN) as page:
+        page.locator(".interaction[data-interaction=slide]").focus()
+        page.keyboard.down("Enter")
+        expect(page.locator("#level")).to_have_text(FELT)
+        page.keyboard.up("Enter")
+        expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
+
+
+def test_while_a_scene_owns_the_outputs_a_test_touch_says_so_and_moves_nothing(
+    service: Service, browser: Browser
+) -> None:
+    with (
+        dashboard(browser, service.page, SCREEN) as page,
+        touching(service.url, only="kettle"),
+    ):
+        expect(page.locator("#owner")).to_contain_text("test scene")
+        page.locator(".interaction[data-interaction=strike]").click(delay=300)
+        expect(page.locator("#trial-told")).to_contain_text("Another scene owns the outputs")
+
+
+def test_a_frame_stands_beside_its_own_decision_outlined_by_its_mask(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, SCREEN) as page, masked_frame(service):
+        page.get_by_role("button", name="Object_07").click()
+        expect(page.locator("#frame-said")).to_contain_text("Object_07; outlined by its mask")
+        assert page.locator("#object").inner_text() == "Object_07"
+        pixels = page.evaluate(PIXELS)
+        assert pixels["line"] == [255, 255, 255]
+        assert np.mean(pixels["outside"]) < 0.7 * 200
+        assert np.mean(pixels["inside"]) > 0.9 * 200
+        page.get_by_role("button", name="kettle").click()
+        expect(page.locator("#frame")).to_be_hidden()
+        expect(page.locator("#frame-why")).to_contain_text("the scene was enough")
+
+
+class masked_frame:
+    """A scene that shows one grey frame with a mask of its middle, and touches a kettle."""
+
+    def __init__(self, service: Service) -> None:
+        self._service = service
+        self._ending = threading.Event()
+        self._began = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> None:
+        self._thread.start()
+        assert self._began.wait(30.0)
+
+    def __exit__(self, *_: object) -> None:
+        self._ending.set()
+        self._thread.join(30.0)
+
+    def _run(self) -> None:
+        asyncio.run(self._perform())
+
+    async def _perform(self) -> None:
+        grey = np.full((224, 224), 200, np.uint8)
+        mask = np.zeros((224, 224), np.uint8)
+        mask[56:168, 56:168] = 255
+        image = cv2.imencode(".png", grey)[1].tobytes()
+        outline = cv2.imencode(".png", mask)[1].tobytes()
+        async with connect(self._service.url, name="masked scene") as client:
+            objects = [
+                {"object_id": "o7", "name": "Object_07"},
+                {"object_id": "kettle", "material": "metal"},
+            ]
+            await client.scene(objects)
+            await client.touch("release", "kettle")
+            await client.frame(image, 224, 224, format="png", object_id="o7", mask=outline)
+            await client.touch("contact", "kettle", speed_mps=0.1, force_n=1.0)
+            self._began.set()
+            while not self._ending.wait(0.1):
+                pass
+
+
+def test_idle_it_says_how_to_connect(service: Service, browser: Browser) -> None:
+    with dashboard(browser, service.page, SCREEN) as page:
+        expect(page.locator("#address")).to_have_text(service.url)
+        expect(page.locator("#snippet")).to_contain_text(f'connect("{service.url}")')
+        page.get_by_role("button", name="Unity").click()
+        expect(page.locator("#snippet")).to_contain_text(service.url)
+        expect(page.locator("#qr")).to_be_hidden()
+        expect(page.locator("#reach-said")).to_contain_text("--pages-from lan")
+
+
+def test_a_camera_reads_the_address_off_the_page_that_the_network_may_open(
+    browser: Browser,
+) -> None:
+    token = "a-token-long-enough"
+    options = ["--host", "0.0.0.0", "--token", token, "--pages-from", "lan"]
+    with running(options) as service:
+        port = service.page.rsplit(":", 1)[1].strip("/")
+        with dashboard(browser, f"http://127.0.0.1:{port}/#token={token}", SCREEN) as page:
+            code = page.locator("#qr")
+            expect(code).to_be_visible()
+            page.wait_for_load_state("networkidle")
+            shot = np.asarray(Image.open(io.BytesIO(code.screenshot())).convert("RGB"))
+            read, *_ = cv2.QRCodeDetector().detectAndDecode(shot)
+            assert read.startswith("http://")
+            assert read.endswith(f":{port}/")
+            assert read in page.inner_text("#reach-said")
