@@ -11,15 +11,20 @@
 namespace {
 
 const uint32_t BAUD = 250000;
-const uint8_t CONVERSIONS = 16;  // of each thermistor, summed
-const uint8_t HEAT_PIN = _BV(PB1), COOL_PIN = _BV(PB2), ENABLE_PIN = _BV(PB0);
+// 16 conversions of each thermistor, spread evenly over a step of 20 ms: one mains period of 50 Hz
+// averages to nothing and one of 60 Hz to a sixth. 50 ticks carry 48, each half leaves its last out.
+const uint8_t TICKS = 50, HALF = TICKS / 2, CONVERSIONS = 16 * plate::PLACES;
+static_assert(TICKS * 2 / 5 == plate::STEP_MS, "a tick is 0.4 ms");
+const uint8_t CONVERTER = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1) | _BV(ADPS0);  // 104 us each
+const uint8_t HEAT_PIN = _BV(PB1), COOL_PIN = _BV(PB2), ENABLE_PIN = _BV(PB0);  // port B
+const uint8_t CUT_OUT_PIN = _BV(PD7);  // port D, low while closed
 
 plate::Keepsake keepsake __attribute__((section(".noinit")));
 uint8_t reset_cause __attribute__((section(".noinit")));
 
 volatile uint32_t uptime_ms;
-volatile uint16_t sums[plate::PLACES];
-volatile uint8_t converted;  // conversions of this step so far
+volatile uint16_t sums[plate::PLACES], due_sums[plate::PLACES];  // of this step so far, of the last one
+volatile uint8_t converted;                                      // conversions of this step so far
 volatile bool step_is_due;
 
 // Powers of two, so that an index wraps by a mask.
@@ -30,26 +35,32 @@ volatile uint8_t tx_bytes[TX_ROOM], tx_head, tx_tail;
 void start_conversion() {
     const uint8_t place = converted % plate::PLACES;
     ADMUX = _BV(REFS0) | place;
-    ADCSRA |= _BV(ADSC);
+    ADCSRA = CONVERTER | _BV(ADSC);
 }
 
+// The whole of each register, at every step: what a disturbance flipped is right again 20 ms later.
 // Both pins stay outputs; without their COM bits they are the zeros of PORTB, not a pulse a period.
+void write_bridge(uint8_t enable, uint8_t com) {
+    PORTB = enable;
+    DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN;
+    TCCR1A = com | _BV(WGM11);        // mode 6: fast PWM, 9 bits
+    TCCR1B = _BV(WGM12) | _BV(CS10);  // 31.25 kHz
+    PORTD = CUT_OUT_PIN;              // its pull-up
+}
+
 void disconnect_bridge() {
-    PORTB &= ~(ENABLE_PIN | HEAT_PIN | COOL_PIN);
-    TCCR1A &= ~(_BV(COM1A1) | _BV(COM1B1));
+    write_bridge(0, 0);
     OCR1A = OCR1B = 0;
 }
 
-void start_pins() {
-    PORTB &= ~(ENABLE_PIN | HEAT_PIN | COOL_PIN);
-    DDRB |= ENABLE_PIN | HEAT_PIN | COOL_PIN;
-    TCCR1A = _BV(WGM11);             // mode 6: fast PWM, 9 bits
-    TCCR1B = _BV(WGM12) | _BV(CS10);  // 31.25 kHz
+void begin_sums() {
+    converted = 0;
+    for (uint8_t place = 0; place < plate::PLACES; place++) sums[place] = 0;
 }
 
 void start_clock() {
-    TCCR0A = _BV(WGM01);  // 1 kHz
-    OCR0A = F_CPU / 64 / 1000 - 1;
+    TCCR0A = _BV(WGM01);  // 2.5 kHz
+    OCR0A = F_CPU / 64 / 2500 - 1;
     TIMSK0 = _BV(OCIE0A);
     TCCR0B = _BV(CS01) | _BV(CS00);
 }
@@ -57,7 +68,7 @@ void start_clock() {
 void start_converter() {
     ADMUX = _BV(REFS0);
     DIDR0 = _BV(ADC0D) | _BV(ADC1D) | _BV(ADC2D);
-    ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1) | _BV(ADPS0);  // 125 kHz, 104 us each
+    ADCSRA = CONVERTER;
 }
 
 void start_serial() {
@@ -71,10 +82,7 @@ bool take_sums(uint16_t* taken) {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         if (!step_is_due) return false;
         step_is_due = false;
-        for (uint8_t place = 0; place < plate::PLACES; place++) {
-            taken[place] = sums[place];
-            sums[place] = 0;
-        }
+        for (uint8_t place = 0; place < plate::PLACES; place++) taken[place] = due_sums[place];
     }
     return true;
 }
@@ -109,20 +117,21 @@ extern "C" void keep_reset_cause() {
 }
 
 ISR(TIMER0_COMPA_vect) {
-    static uint8_t ms;
-    uptime_ms++;
-    if (++ms < plate::STEP_MS) return;
-    ms = 0;
-    converted = 0;
-    start_conversion();
+    static uint8_t tick, fifths;
+    if ((fifths += 2) >= 5) {
+        fifths -= 5;
+        uptime_ms++;
+    }
+    if (tick == 0) begin_sums();
+    if (tick != HALF - 1 && tick != TICKS - 1) start_conversion();
+    if (++tick == TICKS) tick = 0;
 }
 
 ISR(ADC_vect) {
     sums[converted % plate::PLACES] += ADC;
-    if (++converted < CONVERSIONS * plate::PLACES)
-        start_conversion();
-    else
-        step_is_due = true;
+    if (++converted < CONVERSIONS) return;
+    for (uint8_t place = 0; place < plate::PLACES; place++) due_sums[place] = sums[place];
+    step_is_due = true;
 }
 
 ISR(USART_RX_vect) {
@@ -160,15 +169,11 @@ void hal_drive(int16_t counts) {
         disconnect_bridge();
         return;
     }
-    const uint8_t other = counts > 0 ? _BV(COM1B1) : _BV(COM1A1);
-    const uint8_t own = counts > 0 ? _BV(COM1A1) : _BV(COM1B1);
-    TCCR1A &= ~other;
     if (counts > 0)
         OCR1A = counts - 1;
     else
         OCR1B = -counts - 1;
-    TCCR1A |= own;
-    PORTB |= ENABLE_PIN;
+    write_bridge(ENABLE_PIN, counts > 0 ? _BV(COM1A1) : _BV(COM1B1));
 }
 
 void hal_send(const uint8_t* bytes, uint8_t count) {
@@ -179,6 +184,10 @@ void hal_send(const uint8_t* bytes, uint8_t count) {
         tx_head = (tx_head + 1) % TX_ROOM;
     }
     UCSR0B |= _BV(UDRIE0);
+}
+
+bool hal_cut_out_is_open() {
+    return PIND & CUT_OUT_PIN;
 }
 
 Keepsake& hal_keepsake() {
@@ -193,12 +202,12 @@ void hal_feed_watchdog() {
 
 int main() {
     static plate::Board board;
-    start_pins();
+    wdt_enable(WDTO_120MS);
+    disconnect_bridge();
     start(board);
     start_clock();
     start_converter();
     start_serial();
-    wdt_enable(WDTO_120MS);
     set_sleep_mode(SLEEP_MODE_IDLE);
     sei();
     for (;;) {

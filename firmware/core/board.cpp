@@ -23,12 +23,12 @@ void latch(Board& board, uint32_t faults) {
     board.faults |= faults;
     if (!board.faults) return;
     open_bridge(board);
+    start_judging(board.plausibility);
     board.state = State::faulted;
 }
 
 void close_bridge(Board& board) {
     start_loop(board.loop, plate_c(board.sensors));
-    start_judging(board.plausibility);
 }
 
 void lapse(Board& board) {
@@ -58,9 +58,16 @@ void drive(Board& board) {
 }
 
 uint32_t judge_drive(Board& board, bool grown) {
+    if (!is_driving(board)) pause_judging(board.plausibility);
     if (!is_driving(board) || !plate_is_known(board.sensors)) return 0;
     const float error_c = board.loop.goal_c - plate_c(board.sensors);
     return judge(board.plausibility, board.sensors, grown, board.loop.current_a, error_c);
+}
+
+// Unsaid while nothing is driven: the cut-out is open until its button was pressed.
+uint32_t cut_out_fault(Board& board) {
+    board.cut_out_ms = is_driving(board) && hal_cut_out_is_open() ? board.cut_out_ms + STEP_MS : 0;
+    return board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0;
 }
 
 void account(Board& board) {
@@ -82,6 +89,7 @@ void report(Board& board) {
 
 void start(Board& board) {
     board = Board();
+    start_judging(board.plausibility);
     hal_drive(0);
     Keepsake& keepsake = hal_keepsake();
     board.reset_cause = hal_reset_cause();
@@ -95,7 +103,7 @@ void start(Board& board) {
 
 void step(Board& board, const uint16_t sums[PLACES]) {
     const bool grown = take_readings(board.sensors, sums);
-    board.causes = sensor_faults(board.sensors) | judge_drive(board, grown);
+    board.causes = sensor_faults(board.sensors) | judge_drive(board, grown) | cut_out_fault(board);
     if (dose_is_spent(board.session)) board.causes |= bit(DOSE_SPENT);
     latch(board, board.causes);
     lapse(board);

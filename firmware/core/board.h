@@ -18,6 +18,7 @@ struct Board {
     float asked_c;
     uint16_t ttl_ms;
     uint16_t returning_ms;
+    uint16_t cut_out_ms;  // for how long it was open while driving
     Sensors sensors;
     Plausibility plausibility;
     Loop loop;

@@ -47,8 +47,9 @@ const float HEAT_LIMIT_A = HEAT_LIMIT_MA * 0.001f, COOL_LIMIT_A = COOL_LIMIT_MA 
 // Temperatures at which the bridge opens
 const float TRIP_HIGH_C = 43.0f;
 const float TRIP_LOW_C = 13.0f;
-// With the bridge open a sink heats the plate through the module: at 46 degC, its fan dead, the skin stays below 42.6.
-const float SINK_TRIP_C = 46.0f;
+// With the bridge open a sink heats the plate through the module. From 44 degC, its fan dead in a room of 35, one of
+// 500 J/K warms the skin to 41.7 and spends 1.2 CEM43 in 15 min; from 46 it would be 43.2 and 7.6.
+const float SINK_TRIP_C = 44.0f;
 const float SINK_WARM_C = 38.0f;  // from here to the trip cooling is given up step by step; our choice
 
 // Thermistors: 10 kohm, beta 3950, to ground; 10 kohm to AVCC. A reading is a sum of 16 conversions of 10 bits.
@@ -64,6 +65,8 @@ const float FROZEN_C = 0.15f;         // moved less than this in the window ...
 const float FROZEN_OTHER_C = 1.0f;    // ... while the other one moved more than this
 const float JUMP_STEP_C = 2.5f;       // in one step; a palm at 35 degC on a plate at 18 gives 0.7
 const float JUMP_SINK_STEP_C = 1.5f;  // a sink of 10 J/K with 15 W moves 0.03
+
+const uint16_t CUT_OUT_MS = 100;  // of an open cut-out: a relay bounces for less than 10
 
 // Thermal dose and heat of a session
 const float DOSE_LIMIT_CEM43 = 2.0f;
@@ -86,6 +89,7 @@ const float STILL_C = 0.05f;                         // in a window: twice what 
 const float HELD_C = 0.3f;                           // nearer to its goal, below full drive, a plate may stand still
 const float ALONG_C = 0.2f;                          // in a window: the plate follows
 const float STALLED_HEAT_J = 7.0f, STALLED_COOL_J = 15.0f;  // spent on a plate that does not follow
+const uint16_t FORGET_MS = 5000;  // with the bridge open; our choice: a touch is over by then
 const float AWAY_C = 0.8f;                           // in a window: more than a plate drifts that has no current
 const float EASED = 0.98f;                           // a current that falls as a touch wears off
 // The wrong way by this much in a window, and still so in its last half, when a touch has settled.

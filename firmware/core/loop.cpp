@@ -8,11 +8,9 @@
 namespace plate {
 namespace {
 
-struct Gains {
-    float proportional, integral;  // A/K, A/(K s)
-};
-// Cooling gains less per ampere than heating, the more so the harder: Joule heat works against it.
-const Gains HEATING = {1.5f, 0.6f}, COOLING = {2.5f, 1.5f};
+// Gains in A/K and A/(K s). Cooling gets more: an ampere of it does less, the more so the harder, as Joule
+// heat works against it.
+const float HEATING_P = 1.5f, HEATING_I = 0.6f, COOLING_P = 2.5f, COOLING_I = 1.5f;
 
 float clamp(float value, float low, float high) {
     return fminf(fmaxf(value, low), high);
@@ -45,13 +43,13 @@ void slew(Loop& loop, float goal_c, float plate_c) {
 
 // The integral waits while more of it would change nothing.
 float wanted_current(Loop& loop, float error_c, float most_cool_a) {
-    const Gains& gains = loop.current_a < 0.0f ? COOLING : HEATING;
-    const float wanted_a = gains.proportional * error_c + loop.integral_a;
+    const bool cooling = loop.current_a < 0.0f;
+    const float wanted_a = (cooling ? COOLING_P : HEATING_P) * error_c + loop.integral_a;
     const float given_a = clamp(wanted_a, -most_cool_a, HEAT_LIMIT_A);
     loop.saturated = given_a < wanted_a ? 1 : (given_a > wanted_a ? -1 : 0);
     if (loop.saturated) loop.limited |= LIMIT_CURRENT;
     if (!loop.saturated || (error_c > 0.0f) != (wanted_a > 0.0f))
-        loop.integral_a += gains.integral * error_c * STEP_S;
+        loop.integral_a += (cooling ? COOLING_I : HEATING_I) * error_c * STEP_S;
     return given_a;
 }
 

@@ -25,8 +25,8 @@ struct Writer {
         u16((uint16_t)(value >> 16));
     }
     void send() const {
-        uint8_t wire[MAX_WIRE];
-        hal_send(wire, encode_frame(bytes, count, wire));
+        uint8_t wire[1 + MAX_WIRE] = {0};  // the first zero ends what noise began
+        hal_send(wire, 1 + encode_frame(bytes, count, wire + 1));
     }
 };
 

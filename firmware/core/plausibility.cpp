@@ -80,6 +80,19 @@ uint32_t judge_progress(Plausibility& state, const Sensors& sensors, const Drive
     return is_full ? judge_window(state, sensors, drive) : 0;
 }
 
+// Bursts too short for a window: their energy counts until the plate follows.
+uint32_t judge_burst(Plausibility& state, float plate, const Drive& drive) {
+    const int8_t push = push_of(drive.current_a, drive.power_w);
+    if (state.pushed > WINDOW) state.burst_j = 0.0f;
+    if (push == 0 || state.pushed > WINDOW || is_held(drive.current_a, drive.error_c)) return 0;
+    const float along_c = push * (plate - state.burst_from_c);
+    if (push != state.bursting || along_c >= ALONG_C) state.burst_j = 0.0f;
+    if (state.burst_j == 0.0f || along_c < 0.0f) state.burst_from_c = plate;
+    state.bursting = push;
+    state.burst_j += drive.power_w * push * STEP_S;
+    return state.burst_j >= (push > 0 ? STALLED_HEAT_J : STALLED_COOL_J) ? bit(RUNAWAY) : 0;
+}
+
 void begin_second(Plausibility& state, float plate, float current_a) {
     state.second_ms = 0;
     state.second_from_c = plate;
@@ -137,11 +150,21 @@ void start_judging(Plausibility& state) {
     state.cool_ceiling_a = COOL_LIMIT_A;
 }
 
+void pause_judging(Plausibility& state) {
+    state.pushing = 0;
+    state.pushed = 0;
+    state.warming_seconds = 0;
+    state.second_ms = 0;
+    state.open_ms += STEP_MS;
+    if (state.open_ms >= FORGET_MS) start_judging(state);
+}
+
 uint32_t judge(Plausibility& state, const Sensors& sensors, bool grown, float current_a, float error_c) {
     if (!plate_is_known(sensors) || !sensors.now[SINK].known) return 0;
     const float plate = plate_c(sensors), sink = sensors.now[SINK].c;
     const Drive drive = {current_a, error_c, plate_power_w(current_a, plate, sink)};
-    return (grown ? judge_progress(state, sensors, drive) : 0) |
+    state.open_ms = 0;
+    return (grown ? judge_progress(state, sensors, drive) : 0) | judge_burst(state, plate, drive) |
            judge_sign(state, plate, current_a, error_c) |
            judge_sink(state, sink_power_w(current_a, plate, sink), sink);
 }

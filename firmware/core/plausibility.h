@@ -15,6 +15,10 @@ struct Plausibility {
     int8_t pushing;          // 1 heating, -1 cooling hard enough to judge, 0 neither
     uint8_t pushed;          // for how many PROGRESS_MS
     float stalled_j;         // spent since the plate last followed
+    int8_t bursting;         // the push of the short bursts that no window judges
+    float burst_j;           // spent in them since the plate last followed
+    float burst_from_c;
+    uint16_t open_ms;        // since the bridge opened
     float past_a[WINDOW + 1];  // current, one per PROGRESS_MS, newest first
     uint16_t second_ms;      // of the second that is watched for a turned sign
     float second_from_c;
@@ -28,6 +32,10 @@ struct Plausibility {
 };
 
 void start_judging(Plausibility& state);
+
+// One step with the bridge open. What was seen is kept for FORGET_MS, so that a host which switches off
+// and on again and again is judged too; only the windows, which need an unbroken drive, begin anew.
+void pause_judging(Plausibility& state);
 
 // Judges one step. `grown` says that the past of the readings grew by one; `current_a` flowed since the
 // last step, positive heating; `error_c` is goal minus plate. Returns bits of faults.

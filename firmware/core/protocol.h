@@ -4,8 +4,8 @@
 
 namespace plate {
 
-enum : uint8_t { PROTOCOL_MAJOR = 1, PROTOCOL_MINOR = 0 };
-enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 0, FIRMWARE_PATCH = 0 };
+enum : uint8_t { PROTOCOL_MAJOR = 1, PROTOCOL_MINOR = 1 };
+enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 1, FIRMWARE_PATCH = 0 };
 
 enum : uint8_t {
     MAX_PAYLOAD = 48,
@@ -87,7 +87,8 @@ enum Fault : uint8_t {
     BROWN_OUT = 18,
     RESTARTED_DRIVING = 19,
     SINK_IMPLAUSIBLE = 20,
-    FAULTS_END = 21,
+    CUT_OUT_OPEN = 21,
+    FAULTS_END = 22,
 };
 
 }  // namespace plate

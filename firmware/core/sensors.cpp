@@ -7,20 +7,14 @@
 namespace plate {
 namespace {
 
-struct WireFaults {
-    uint8_t open, shorted;
-};
-const WireFaults WIRES[PLACES] = {
-    {PLATE_A_OPEN, PLATE_A_SHORT}, {PLATE_B_OPEN, PLATE_B_SHORT}, {SINK_OPEN, SINK_SHORT}};
+uint32_t wire_faults_of(Wire wire, uint8_t open, uint8_t shorted) {
+    return wire == Wire::open ? bit(open) : (wire == Wire::shorted ? bit(shorted) : 0);
+}
 
 uint32_t wire_faults(const Sensors& sensors) {
-    uint32_t faults = 0;
-    for (uint8_t place = 0; place < PLACES; place++) {
-        const Wire wire = sensors.now[place].wire;
-        if (wire == Wire::open) faults |= bit(WIRES[place].open);
-        if (wire == Wire::shorted) faults |= bit(WIRES[place].shorted);
-    }
-    return faults;
+    return wire_faults_of(sensors.now[PLATE_A].wire, PLATE_A_OPEN, PLATE_A_SHORT) |
+           wire_faults_of(sensors.now[PLATE_B].wire, PLATE_B_OPEN, PLATE_B_SHORT) |
+           wire_faults_of(sensors.now[SINK].wire, SINK_OPEN, SINK_SHORT);
 }
 
 uint32_t trips(const Sensors& sensors) {

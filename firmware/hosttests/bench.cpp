@@ -20,6 +20,9 @@ void hal_drive(int16_t counts) {
 void hal_send(const uint8_t* bytes, uint8_t count) {
     bench.sent.insert(bench.sent.end(), bytes, bytes + count);
 }
+bool hal_cut_out_is_open() {
+    return bench.cut_out_is_open;
+}
 Keepsake& hal_keepsake() {
     return bench.keepsake;
 }

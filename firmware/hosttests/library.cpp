@@ -23,6 +23,9 @@ void hal_drive(int16_t counts) {
     driven = counts;
 }
 void hal_send(const uint8_t*, uint8_t) {}
+bool hal_cut_out_is_open() {
+    return false;
+}
 Keepsake& hal_keepsake() {
     return keepsake;
 }

@@ -228,6 +228,35 @@ TEST_CASE("15 minutes of heat are all a session gets: warm setpoints become neut
     CHECK(rig.board.faults == 0);
 }
 
+TEST_CASE("an open cut-out is a fault of its own while driving, and none at rest") {
+    Rig rig;
+    rig.greet();
+    bench.cut_out_is_open = true;
+    rig.step(50);
+    CHECK(rig.board.faults == 0);  // nobody has pressed its button yet
+    rig.hold(36);
+    rig.step(4);
+    CHECK(rig.board.faults == 0);  // a relay may bounce
+    rig.step(2);
+    CHECK(rig.only(CUT_OUT_OPEN));
+    CHECK(bench.counts == 0);
+    CHECK(rig.clear(CUT_OUT_OPEN) == OK);
+    bench.cut_out_is_open = false;
+    rig.follow_for(36, 100);
+    CHECK(rig.board.faults == 0);
+}
+
+TEST_CASE("a contact that bounces is no open cut-out") {
+    Rig rig;
+    rig.greet();
+    rig.hold(32.5);
+    for (int i = 0; i < 40; i++) {
+        bench.cut_out_is_open = i % 4 != 0;
+        rig.hold_for(32.5, 1);
+    }
+    CHECK(rig.board.faults == 0);
+}
+
 TEST_CASE("the watchdog is fed once by each finished step and by nothing else") {
     Rig rig = heating();
     const unsigned before = bench.fed;

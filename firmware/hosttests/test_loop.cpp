@@ -106,13 +106,13 @@ TEST_CASE("a warm sink gives up cooling step by step, and says so") {
     Loop loop{};
     CHECK(limited_setpoint(loop, 18.0f, 37.0f, false) == 18.0f);
     CHECK(loop.limited == 0);
-    CHECK(limited_setpoint(loop, 18.0f, 42.0f, false) == doctest::Approx(25.0));
+    CHECK(limited_setpoint(loop, 18.0f, 41.0f, false) == doctest::Approx(25.0));
     CHECK((loop.limited & LIMIT_SINK));
     CHECK(limited_setpoint(loop, 18.0f, 60.0f, false) == NEUTRAL_C);
     start_loop(loop, 30.0f);
     for (int i = 0; i < 200; i++) {
         loop.limited = 0;
-        follow(loop, 20.0f, 30.0f, 42.0f, COOL_LIMIT_A);
+        follow(loop, 20.0f, 30.0f, 41.0f, COOL_LIMIT_A);
     }
     CHECK(-loop.current_a <= 0.5f * COOL_LIMIT_A + 1.0f / COUNTS_PER_A);
     CHECK((loop.limited & LIMIT_SINK));

@@ -51,6 +51,46 @@ TEST_CASE("a plate that stands still under a second of heat or cold is a runaway
     }
 }
 
+TEST_CASE("bursts too short for a window are judged together, however the host switches off and on") {
+    for (double goal_c : {40.0, 18.0})
+        for (int each : {10, 20, 40}) {
+            Rig rig = holding(30.0, 30.0);
+            int steps = 0;
+            for (; !rig.board.faults && steps < 3000; steps++) {
+                if (steps / each % 2) rig.say(OFF);
+                else rig.hold(goal_c);
+                rig.step();
+            }
+            CHECK(rig.only(RUNAWAY));
+            CHECK(steps * STEP_S < 30.0);
+        }
+}
+
+TEST_CASE("a sound plate under such a host is left alone") {
+    Rig rig = holding(30.0, 30.0);
+    for (int i = 0; i < 3000 && !rig.board.faults; i++) {
+        const bool on = i / 25 % 2 == 0;
+        if (on) rig.hold(40.0);
+        else rig.say(OFF);
+        rig.plate_at(rig.a_c + (on ? 1.0 : -1.0) * STEP_S);
+        rig.step();
+    }
+    CHECK(rig.board.faults == 0);
+}
+
+TEST_CASE("what a touch spent is forgotten after five seconds of rest") {
+    Rig rig = holding(30.0, 30.0);
+    for (int round = 0; round < 5; round++) {
+        for (int i = 0; i < 45; i++) {  // less than a window: 2 J of the 7
+            rig.hold(40.0);
+            rig.step();
+        }
+        rig.say(OFF);
+        rig.step(255);
+    }
+    CHECK(rig.board.faults == 0);
+}
+
 TEST_CASE("a plate that drifts without following is a runaway after some seconds") {
     Rig rig = holding(30.0, 30.0);
     const int steps = steps_to_fault(rig, 40.0, 500, [](int) { return 0.12; });

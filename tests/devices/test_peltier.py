@@ -133,7 +133,7 @@ def test_close_switches_the_board_off_at_once() -> None:
 def test_a_board_of_another_major_is_refused_naming_both() -> None:
     cable = Cable(lambda: SimulatedBoard(major=2))
 
-    with pytest.raises(DeviceError, match=r"cable: the board speaks plate protocol 2\.0.*1\.0"):
+    with pytest.raises(DeviceError, match=r"cable: the board speaks plate protocol 2\.1.*1\.1"):
         cable.plate()
 
 

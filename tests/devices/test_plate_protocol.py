@@ -66,7 +66,7 @@ def flipped(data: bytes, bit: int) -> bytes:
 def test_the_crc_is_the_one_of_the_protocol() -> None:
     content = Frame(ord("1"), ord("2"), b"3456789")
 
-    assert unstuff(frame(content)[:-1]) == b"123456789" + (0x29B1).to_bytes(2, "little")
+    assert unstuff(frame(content)[1:-1]) == b"123456789" + (0x29B1).to_bytes(2, "little")
 
 
 @pytest.mark.parametrize(
@@ -171,9 +171,19 @@ def test_a_line_that_never_ends_a_frame_is_not_kept() -> None:
 def test_a_frame_of_the_longest_payload_passes_and_one_byte_more_does_not() -> None:
     longest = Frame(1, 2, b"\x09" * MAX_PAYLOAD)
 
-    assert len(frame(longest)) == MAX_WIRE
+    assert len(frame(longest)) == 1 + MAX_WIRE
     assert Deframer().feed(frame(longest)) == [longest]
     assert Deframer().feed(frame(Frame(1, 2, b"\x09" * (MAX_PAYLOAD + 1)))) == []
+
+
+def test_noise_between_two_frames_costs_neither() -> None:
+    deframer = Deframer()
+
+    assert deframer.feed(frame(Frame(1, 2, b"a")) + b"\x55\xaa" + frame(Frame(1, 3, b"b"))) == [
+        Frame(1, 2, b"a"),
+        Frame(1, 3, b"b"),
+    ]
+    assert deframer.bad == 1
 
 
 def test_idle_zeros_are_free() -> None:

@@ -223,7 +223,7 @@ def test_a_target_that_the_current_cannot_reach_waits_for_the_plate() -> None:
     assert 0.3 < max(ahead_c) < 0.6
 
 
-@pytest.mark.parametrize(("sink_c", "most"), [(37.0, 1.0), (42.0, 0.5), (45.9, 0.02)])
+@pytest.mark.parametrize(("sink_c", "most"), [(37.0, 1.0), (41.0, 0.5), (43.9, 0.02)])
 def test_the_hotter_the_sink_the_less_the_plate_is_cooled(sink_c: float, most: float) -> None:
     plate = SimulatedPlate()
     plate._plant = Plant(ambient_c=sink_c, sink_c=sink_c)

@@ -13,7 +13,7 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
-from hapticvlm.devices.plant import AMBIENT_C, Plant
+from hapticvlm.devices.plant import AMBIENT_C, SEEBECK, SINK_J_PER_K, Module, Plant
 
 from .hardware import NOISE_MV, PLATE_A, PLATE_B, SINK, CutOut, Driver, Skin, thermistor_mv
 
@@ -45,6 +45,8 @@ _FUNCTIONS = {
     "host_bridge": ([ctypes.c_void_p, ctypes.POINTER(_Bridge), ctypes.c_int], None),
     "host_is_driven": ([ctypes.c_void_p], ctypes.c_int),
     "host_voltage": ([ctypes.c_void_p, ctypes.c_int, ctypes.c_double], None),
+    "host_hum": ([ctypes.c_void_p, ctypes.c_double, ctypes.c_double], None),
+    "host_cut_out": ([ctypes.c_void_p, ctypes.c_int], None),
     "host_read": ([ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int], ctypes.c_int),
     "host_write": ([ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int], ctypes.c_int),
     "host_cycle": ([ctypes.c_void_p], ctypes.c_uint64),
@@ -100,6 +102,8 @@ class Board:
         self.cut_out_opened_at: float | None = None
         self.limited_s = 0.0  # how long the passive limit held the current
         self.duty = self.current_a = 0.0
+        self.shared_ground_ohm = 0.0  # of the thermistors' ground, through which the module returns
+        self.cut_out_wire = True  # between its sense contact and the board
         self._sense()
 
     @property
@@ -183,9 +187,13 @@ class Board:
         digest.update(self.plant._state_c.tobytes())
         return digest.hexdigest()
 
-    def change_sink(self, k_per_w: float) -> None:
+    def hum(self, millivolts: float, hertz: float) -> None:
+        """Let mains hum of this amplitude lie on every thermistor's pin."""
+        self._library.host_hum(self._host, millivolts, hertz)
+
+    def change_sink(self, k_per_w: float, j_per_k: float = SINK_J_PER_K) -> None:
         """Give the sink another thermal resistance, as when its fan dies; the rest goes on."""
-        changed = Plant(self.ambient_c, k_per_w)
+        changed = Plant(self.ambient_c, k_per_w, module=Module(sink_j_per_k=j_per_k))
         changed._state_c = self.plant._state_c.copy()
         self.plant = changed
 
@@ -210,8 +218,9 @@ class Board:
         bridge = self._look(restart=True)
         self.duty = bridge.heat - bridge.cool
         conducts = not self.cut_out.is_open
-        self._live(self.driver.current_a(self.duty) if conducts else 0.0, STEP_S)
-        self.limited_s += STEP_S * (conducts and self.driver.is_limiting(self.duty))
+        emf_v = SEEBECK * (self.plant.plate_c - self.plant.sink_c)
+        self._live(self.driver.current_a(self.duty, emf_v) if conducts else 0.0, STEP_S)
+        self.limited_s += STEP_S * (conducts and self.driver.is_limiting(self.duty, emf_v))
         self._sense()
 
     def _live(self, current_a: float, dt_s: float) -> None:
@@ -226,5 +235,8 @@ class Board:
         self.hottest_sink_c = max(self.hottest_sink_c, self.plant.sink_c)
 
     def _sense(self) -> None:
+        shift_mv = 1000.0 * self.shared_ground_ohm * self.current_a
         for channel, sensor in self.sensors.items():
-            self._library.host_voltage(self._host, channel, sensor(self))
+            self._library.host_voltage(self._host, channel, sensor(self) + shift_mv)
+        reads_open = self.cut_out.is_open or not self.cut_out_wire
+        self._library.host_cut_out(self._host, int(reads_open))

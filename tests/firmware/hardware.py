@@ -8,6 +8,7 @@ plant model, `hapticvlm.devices.simulated.Plant`; nothing here models it again. 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 SUPPLY_MV = 5000.0
@@ -17,9 +18,11 @@ PLATE_A, PLATE_B, SINK = 0, 1, 2  # ADC channels
 NOISE_MV = 2.0  # standard deviation at the ADC pin [assumption]
 
 FULL_SCALE_A = 3.0  # module current at duty 1
-# Resistors and a diode on the module's own leads, beyond its plug: they limit by the module's
-# direction, whichever way the plug is in, and outlive a shorted FET [assumption]
-HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0
+# What limits the current whatever the chip says, on the module's own leads beyond its plug: so it
+# goes by the module's direction, and outlives a shorted FET (firmware/README.md). [assumption]
+SUPPLY_V, MODULE_OHM, LEADS_OHM = 5.0, 0.367, 0.1
+SERIES_OHM, BYPASS_OHM, DIODE_V = 6.2, 2.7, 0.45
+DRIVER_OHM = 0.3  # two switches and a choke of a driver that still works [assumption]
 
 # 15 min at 41.55 degC are 2 CEM43. Cold is as near the coldest setpoint, 18 degC, as the 1 % of two
 # thermistors lets it be: 2 A cool the skin by another 4 degC before a slow bead has felt it
@@ -34,19 +37,29 @@ def thermistor_mv(temperature_c: float, beta_k: float = BETA_K) -> float:
     return SUPPLY_MV * ohm / (ohm + DIVIDER_OHM)
 
 
+def taken_for_c(true_c: float, beta_k: float, taken_for_k: float) -> float:
+    """What a bead of `beta_k` at `true_c` is read as by someone who takes it for another."""
+    inverse = 1.0 / 298.15
+    inverse += beta_k / taken_for_k * (1.0 / (true_c + 273.15) - 1.0 / 298.15)
+    return 1.0 / inverse - 273.15
+
+
 class CutOut:
     """Window comparator with its own thermistor and a relay that holds itself, in series with
     the module: once open it stays open until somebody presses its button.
+
+    `reads` turns the bead's temperature into the one its dividers stand for.
     """
 
     def __init__(self, plate_c: float) -> None:
         self._bead_c = plate_c
         self.is_open = False
+        self.reads: Callable[[float], float] = float
 
     def feel(self, plate_c: float, dt_s: float) -> None:
         """Let `dt_s` pass beside a plate at `plate_c`."""
         self._bead_c += (plate_c - self._bead_c) * min(dt_s / CUT_OUT_LAG_S, 1.0)
-        if not CUT_OUT_COLD_C < self._bead_c < CUT_OUT_HOT_C:
+        if not CUT_OUT_COLD_C < self.reads(self._bead_c) < CUT_OUT_HOT_C:
             self.is_open = True
 
 
@@ -54,25 +67,44 @@ class CutOut:
 class Driver:
     """Bridge, plug and limits: mean duty -1..1 to current through the module, in ampere.
 
-    `shorted` is the direction (1 heats, -1 cools) that two failed FETs conduct in for good,
-    whatever the chip says. `polarity` is -1 when the plug is turned, 0 when it is out.
+    The driver controls its current as far as supply, resistors, diode and the module's own voltage
+    let it. `shorted` is the direction (1 heats, -1 cools) that two failed FETs conduct in for good,
+    whatever the chip says. `polarity` is -1 when the plug is turned, 0 when it is out. An ideal
+    one gives what the firmware may ask for.
     """
 
     polarity: int = 1
     shorted: int = 0
+    is_ideal: bool = False
 
-    def current_a(self, duty: float) -> float:
-        """Return the current into the module, heating the plate when positive."""
-        return min(max(self._wanted_a(duty), -COOL_LIMIT_A), HEAT_LIMIT_A)
+    def current_a(self, duty: float, emf_v: float = 0.0) -> float:
+        """Return the current into the module, heating the plate when positive.
 
-    def is_limiting(self, duty: float) -> bool:
+        `emf_v` is the module's own voltage, positive when its plate is hotter than the sink.
+        """
+        cool_a, heat_a = self._most_a(emf_v)
+        return min(max(self._wanted_a(duty), -cool_a), heat_a)
+
+    def is_limiting(self, duty: float, emf_v: float = 0.0) -> bool:
         """Tell whether the passive limit, not the chip, sets the current."""
-        return not -COOL_LIMIT_A <= self._wanted_a(duty) <= HEAT_LIMIT_A
+        cool_a, heat_a = self._most_a(emf_v)
+        return not -cool_a <= self._wanted_a(duty) <= heat_a
 
     def _wanted_a(self, duty: float) -> float:
         if not self.polarity:
             return 0.0
         return self.polarity * (self.shorted * math.inf if self.shorted else duty * FULL_SCALE_A)
+
+    def _most_a(self, emf_v: float) -> tuple[float, float]:
+        """Most that can cool, and heat, now."""
+        if self.is_ideal:
+            return 2.0, 0.75
+        inner = MODULE_OHM + LEADS_OHM + (0.0 if self.shorted else DRIVER_OHM)
+        heat_a = (SUPPLY_V - emf_v) / (inner + SERIES_OHM)
+        siemens = 1.0 / SERIES_OHM + 1.0 / BYPASS_OHM
+        threshold_v = DIODE_V / BYPASS_OHM / siemens
+        cool_a = (SUPPLY_V + emf_v - threshold_v) / (inner + 1.0 / siemens)
+        return max(cool_a, 0.0), max(heat_a, 0.0)
 
 
 @dataclass

@@ -44,6 +44,7 @@ FAULTS = (
     "BROWN_OUT",
     "RESTARTED_DRIVING",
     "SINK_IMPLAUSIBLE",
+    "CUT_OUT_OPEN",
 )  # by number
 LIMITS = {2: "slew", 4: "current", 8: "sink", 16: "dose"}
 _TELEMETRY = struct.Struct("<IBIiiiihBHHHHB")

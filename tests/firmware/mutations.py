@@ -29,6 +29,7 @@ THERMISTOR, MESSAGES, PORT = "core/thermistor.cpp", "core/messages.cpp", "avr/ma
 _FAULT = "test_faults.py::test_a_fault_is_caught_in_time_and_the_skin_is_safe"
 _HANG = "test_faults.py::test_a_hung_program_is_reset_once_and_stays_off[True]"
 _TRUE_ZERO = "test_pins.py::test_off_is_true_zero_after_heating_and_after_cooling"
+_FLIPPED = "test_pins.py::test_a_flipped_bit_of_the_bridge_is_right_again_after_a_step"
 _OTHER_SIDE = "test_pins.py::test_one_side_of_the_bridge_is_driven_and_the_other_is_let_go"
 
 MUTATIONS = (
@@ -49,8 +50,8 @@ MUTATIONS = (
     Mutation(
         "wire faults of the sink unwatched",
         SENSORS,
-        "for (uint8_t place = 0; place < PLACES; place++) {\n        const Wire",
-        "for (uint8_t place = 0; place < SINK; place++) {\n        const Wire",
+        "wire_faults_of(sensors.now[SINK].wire, SINK_OPEN, SINK_SHORT)",
+        "0",
         "each wire has its own two faults*",
     ),
     Mutation(
@@ -79,7 +80,7 @@ MUTATIONS = (
         SENSORS,
         "if (sink.known && sink.c >= SINK_TRIP_C)",
         "if (false)",
-        "a sink of 46 degC trips",
+        "a sink of 44 degC trips",
     ),
     Mutation(
         "jumps believed",
@@ -156,7 +157,8 @@ MUTATIONS = (
     Mutation(
         "bridge left closed on a fault",
         BOARD,
-        "    open_bridge(board);\n    board.state = State::faulted;\n",
+        "    open_bridge(board);\n    start_judging(board.plausibility);\n"
+        "    board.state = State::faulted;\n",
         "    (void)board;\n",
         "the bridge opens in the step that sees the fault",
     ),
@@ -356,8 +358,8 @@ MUTATIONS = (
     Mutation(
         "watchdog fed by the clock's interrupt",
         PORT,
-        "    uptime_ms++;\n",
-        "    uptime_ms++;\n    wdt_reset();\n",
+        "        uptime_ms++;\n",
+        "        uptime_ms++;\n        wdt_reset();\n",
         chip=_HANG,
     ),
     Mutation(
@@ -370,23 +372,69 @@ MUTATIONS = (
     Mutation(
         "pins left connected to the timer",
         PORT,
-        "    TCCR1A &= ~(_BV(COM1A1) | _BV(COM1B1));\n    OCR1A = OCR1B = 0;\n",
-        "    OCR1A = OCR1B = 0;\n",
+        "    write_bridge(0, 0);\n",
+        "    write_bridge(0, TCCR1A & 0xF0);\n",
         chip=_TRUE_ZERO,
     ),
     Mutation(
         "driver left enabled",
         PORT,
-        "    PORTB &= ~(ENABLE_PIN | HEAT_PIN | COOL_PIN);\n    TCCR1A &=",
-        "    PORTB &= ~(HEAT_PIN | COOL_PIN);\n    TCCR1A &=",
+        "    write_bridge(0, 0);\n",
+        "    write_bridge(ENABLE_PIN, 0);\n",
         chip=_TRUE_ZERO,
     ),
     Mutation(
         "both sides of the bridge driven",
         PORT,
-        "    TCCR1A |= own;\n",
-        "    TCCR1A |= own | other;\n",
+        "counts > 0 ? _BV(COM1A1) : _BV(COM1B1));",
+        "_BV(COM1A1) | _BV(COM1B1));",
         chip=_OTHER_SIDE,
+    ),
+    Mutation(
+        "the idle pin's bit left as it is",
+        PORT,
+        "    PORTB = enable;\n",
+        "    PORTB = (PORTB & (HEAT_PIN | COOL_PIN)) | enable;\n",
+        chip=f"{_FLIPPED}[38.0]",
+    ),
+    Mutation(
+        "direction of the pins not rewritten",
+        PORT,
+        "    DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN;\n",
+        "    if (!enable) DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN;\n",
+        chip=f"{_FLIPPED}[20.0]",
+    ),
+    Mutation(
+        "conversions in a bunch at the start of a step",
+        PORT,
+        "    if (++converted < CONVERSIONS) return;\n",
+        "    if (++converted < CONVERSIONS) {\n        start_conversion();\n"
+        "        return;\n    }\n"
+        "    if (converted > CONVERSIONS) return;\n",
+        chip="test_hum.py::test_hum_moves_the_plate_by_less_than_can_be_felt[50.0-18.0]",
+    ),
+    Mutation(
+        "open cut-out unseen",
+        BOARD,
+        "return board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0;",
+        "return board.cut_out_ms >= CUT_OUT_MS ? 0 : 0;",
+        "an open cut-out is a fault of its own*",
+        f"{_FAULT}[wire of the cut-out's sense contact, hot, warm room]",
+    ),
+    Mutation(
+        "what was judged forgotten at each OFF",
+        JUDGE,
+        "    if (state.open_ms >= FORGET_MS) start_judging(state);\n",
+        "    start_judging(state);\n",
+        "bursts too short for a window are judged together*",
+        f"{_FAULT}[both frozen, host off and on, cold, warm room]",
+    ),
+    Mutation(
+        "frames without a leading zero",
+        MESSAGES,
+        "uint8_t wire[1 + MAX_WIRE] = {0};",
+        "uint8_t wire[1 + MAX_WIRE] = {1};",
+        "each frame begins with a zero*",
     ),
     Mutation(
         "kept memory cleared at start",

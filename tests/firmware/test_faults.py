@@ -86,7 +86,7 @@ def test_a_fault_is_cleared_by_its_number_alone_and_only_without_its_cause(host:
     host.board.sensors[0] = sound
     host.advance(1.0)
     assert host.ask(5, bytes([2])) == "not_latched"
-    for number in range(1, 21):
+    for number in range(1, 22):
         host.ask(5, bytes([number]))
     assert host.state().state == "off"
     assert not host.board.is_driven, "clearing switches nothing on"
@@ -116,4 +116,4 @@ def test_a_module_wired_backwards_is_caught_where_it_can_hardly_push(chip: Chip)
 
     assert outcome.off_after_s is not None
     assert outcome.off_after_s <= IDLE_S + STALLED_S
-    assert outcome.skin_high_c < 34.0
+    assert outcome.skin_high_c < 36.0

@@ -115,6 +115,7 @@ def test_the_simulated_plate_is_driven_like_the_firmware_drives_it(
 ) -> None:
     board = chip.board(room_c)
     board.plant._state_c[0] = sink_c
+    board.driver.is_ideal = True
     plate = SimulatedPlate(room_c)
     plate._plant._state_c[0] = sink_c
     host = RawHost(board)

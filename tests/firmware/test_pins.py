@@ -7,7 +7,8 @@ import pytest
 from . import line
 from .rawhost import RawHost
 
-DDRB, PORTB, TCCR1A = 0x24, 0x25, 0x80
+DDRB, PORTB, TCCR1A, TCCR1B = 0x24, 0x25, 0x80, 0x81
+SAMPLES_A_STEP = 200  # of 0.1 ms
 ENABLE, HEAT, COOL = 1 << 0, 1 << 1, 1 << 2
 COM_BITS = 0xF0  # connect the timer to the heat and the cool pin
 
@@ -39,6 +40,21 @@ def test_one_side_of_the_bridge_is_driven_and_the_other_is_let_go(
     assert peek(host, PORTB) & ENABLE
     assert peek(host, TCCR1A) & com[driven]
     assert not peek(host, TCCR1A) & com[idle]
+
+
+@pytest.mark.parametrize("setpoint_c", [38.0, 20.0])
+def test_a_flipped_bit_of_the_bridge_is_right_again_after_a_step(
+    host: RawHost, setpoint_c: float
+) -> None:
+    host.hold(setpoint_c, 1.0)
+    sound = {address: peek(host, address) for address in (DDRB, PORTB, TCCR1A, TCCR1B)}
+    for address, value in sound.items():
+        for bit in range(8):
+            host.board.poke(address, value ^ 1 << bit)
+            host.advance(0.05)
+            assert peek(host, address) == value, (hex(address), bit)
+            host.hold(setpoint_c, 0.1)
+    assert host.board.shoot_through <= SAMPLES_A_STEP, "for one step, when the idle pin is set"
 
 
 def test_off_is_true_zero_after_heating_and_after_cooling(host: RawHost) -> None:

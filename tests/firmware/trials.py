@@ -102,8 +102,15 @@ class _Trial:
             return
         if round(elapsed_s / RENEW_S) % 10 == 0:
             self.host.send(line.HELLO, b"\x01\x00")
+        if injected and self._is_switched_off(elapsed_s):
+            self.host.send(line.OFF)
+            return
         setpoint_c = self.situation.setpoint_c(elapsed_s)
         self.host.send(line.SETPOINT, line.setpoint(setpoint_c, TTL_S))
+
+    def _is_switched_off(self, elapsed_s: float) -> bool:
+        every_s = max((fault.off_every_s for fault in self.faults), default=0.0)
+        return every_s > 0.0 and round(elapsed_s / RENEW_S) // round(every_s / RENEW_S) % 2 == 1
 
     def _is_over(self) -> bool:
         said = self.host.telemetry

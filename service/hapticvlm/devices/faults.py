@@ -61,8 +61,8 @@ _FIRMWARE = (
     ),
     (
         "sink_hot",
-        "the heat sink reached 46 degC",
-        "check the fan and the heat path, or use a larger sink",
+        "the heat sink reached 44 degC",
+        "take the hand off; check the fan and the heat path, or use a larger sink",
     ),
     (
         "runaway",
@@ -103,6 +103,11 @@ _FIRMWARE = (
         "sink_implausible",
         "the sink reads colder than the plate's heat can leave it",
         "the sink thermistor came off or is swapped",
+    ),
+    (
+        "cut_out_open",
+        "the cut-out in series with the module is open",
+        "take the hand off; press its button; if it opens again, find out why first",
     ),
 )
 UNPLUGGED = Fault(

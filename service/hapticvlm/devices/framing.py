@@ -1,7 +1,8 @@
 """Frames on a serial line: COBS, CRC-16, and a cutter of any bytes into frames. Pure.
 
-A frame is COBS(type, seq, payload, CRC-16/CCITT-FALSE, little endian) and a zero
-(`firmware/PROTOCOL.md`). COBS removes every zero, so a zero ends a frame and nothing else does.
+A frame is COBS(type, seq, payload, CRC-16/CCITT-FALSE, little endian) between two zeros
+(`firmware/PROTOCOL.md`). COBS removes every zero, so a zero ends a frame and nothing else does; the
+first one ends whatever noise began, so that noise costs no frame.
 Knows no message.
 """
 
@@ -29,10 +30,10 @@ class Frame:
 
 
 def frame(content: Frame) -> bytes:
-    """Write type, seq and payload as one frame with its ending zero."""
+    """Write type, seq and payload as one frame between two zeros."""
     raw = bytes((content.kind, content.seq)) + content.payload
     checked = raw + binascii.crc_hqx(raw, _CRC_START).to_bytes(_CRC_BYTES, "little")
-    return stuff(checked) + b"\0"
+    return b"\0" + stuff(checked) + b"\0"
 
 
 def stuff(raw: bytes) -> bytes:

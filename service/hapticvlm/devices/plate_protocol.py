@@ -14,7 +14,7 @@ from typing import Any, Self
 
 from hapticvlm.devices.framing import Frame, frame
 
-MAJOR, MINOR = 1, 0
+MAJOR, MINOR = 1, 1
 BAUD = 250_000  # exact on a 16 MHz ATmega328P
 MAX_TTL_MS = 1000
 NO_READING = -(2**31)

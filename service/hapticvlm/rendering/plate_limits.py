@@ -17,7 +17,7 @@ SETPOINT_MIN_C, SETPOINT_MAX_C = 18.0, 40.0  # degC
 SLEW_C_PER_S = 5.0
 DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, for healthy people without supervision (physics.md 3.1)
 HEAT_LIMIT_S = 900.0
-SINK_TRIP_C = 46.0  # ours: a hotter one heats skin through an open bridge beyond 43, fan dead
+SINK_TRIP_C = 44.0  # a hotter one heats the skin through an open bridge, its fan dead
 PLATE_TRIP_HIGH_C = 43.0
 PLATE_TRIP_LOW_C = 13.0
 

@@ -7,7 +7,9 @@
  * What the bridge does is read from DDR, PORT, COM and OCR registers, not from pin interrupts: those
  * of simavr 1.6 can stay high after a reset (its issue 518), and two PWM modes show no pin at all.
  */
+#include <math.h>
 #include <simavr/avr_adc.h>
+#include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_core.h>
@@ -43,7 +45,7 @@ typedef struct {
     uint8_t in[IN_BYTES], out[OUT_BYTES];
     uint32_t in_head, in_tail, out_head, out_tail, out_lost;
     uint64_t next_byte, next_sample;
-    double millivolts[ADC_CHANNELS], noise_mv;
+    double millivolts[ADC_CHANNELS], noise_mv, hum_mv, hum_hz;
     uint32_t random;
     int hides_cause;
     bridge_t bridge;
@@ -82,6 +84,7 @@ static void on_conversion(struct avr_irq_t *irq, uint32_t value, void *param) {
     (void)irq;
     if (what.mux.kind != ADC_MUX_SINGLE || what.mux.src >= ADC_CHANNELS) return;
     double mv = host->millivolts[what.mux.src] + host->noise_mv * noise(host);
+    mv += host->hum_mv * sin(6.283185307179586 * host->hum_hz * (double)host->avr->cycle / HZ);
     mv = mv < 0.0 ? 0.0 : mv > SUPPLY_MV ? SUPPLY_MV : mv;
     avr_raise_irq(host->adc + what.mux.src, (uint32_t)(mv + 0.5));
 }
@@ -236,6 +239,18 @@ int host_is_driven(host_t *host) {
 
 void host_voltage(host_t *host, int channel, double millivolts) {
     host->millivolts[channel % ADC_CHANNELS] = millivolts;
+}
+
+/* Mains hum, alike on all pins: amplitude and frequency. */
+void host_hum(host_t *host, double millivolts, double hz) {
+    host->hum_mv = millivolts;
+    host->hum_hz = hz;
+}
+
+/* The sense contact of the cut-out at PD7: low while it is closed. */
+void host_cut_out(host_t *host, int is_open) {
+    avr_t *avr = host->avr;
+    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('D'), 7), is_open != 0);
 }
 
 int host_read(host_t *host, uint8_t *bytes, int most) {
