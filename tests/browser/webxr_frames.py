@@ -5,7 +5,7 @@
 The scene takes each picture as it does when a hand is at an object (`eyes.look`); the shipped
 encoder, gallery and ladder judge it. Viewpoints come from a seed; the scene's looks were chosen on
 those of seed 101 and are reported on those of seed 202. Beside the shipped gallery stand two with
-pictures of this scene from the choosing viewpoints as further references: of the same things, and
+pictures of this scene from the choosing viewpoints as own references: of the same things, and
 of the other things of the material only. Prints a table and, last, one JSON line.
 """
 
@@ -17,7 +17,7 @@ import json
 import os
 import platform
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,15 +25,24 @@ import numpy as np
 from numpy.typing import NDArray
 from webxr_scene import missing, visiting
 
+from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.messages import Frame
+from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition import pictures
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import Gallery, load_gallery, with_references
-from hapticvlm.recognition.ladder import decide
+from hapticvlm.recognition.fusion import fuse
+from hapticvlm.recognition.galleries.calibration import FEW, calibrate
+from hapticvlm.recognition.galleries.gallery import Gallery
+from hapticvlm.recognition.galleries.storage import load_gallery
+from hapticvlm.recognition.ladder import Evidence, decide, restrict
+from hapticvlm.rendering.thermal import contact_temperature_c, thermal_contact
+from hapticvlm.session.grading import grade
 
 CHOOSING, HELD = 101, 202
 FOUR = ("wood", "glass", "fabric", "metal")
+ROOM_C = 22.0
+ALIKE_C = 1.0  # degC of contact temperature: wood and fabric differ by 1.3, all metals by less
 NEAREST, FARTHEST = (-0.55, 1.15, 0.3), (0.55, 1.7, 0.85)  # m, where the head may be: x, y, z
 LOOK = """async ({main}, [key, x, y, z]) => {
   const object = main.objects.find((one) => one.key === key);
@@ -63,18 +72,20 @@ class Judged:
     best: str
     best_of_four: str
     top_three: tuple[tuple[str, float], ...]
+    evidence: Evidence
 
 
 def judge(shot: Shot, gallery: Gallery) -> Judged:
     """Decide on one picture as the service does, and look past what it dares to say."""
     evidence = gallery.match(shot.embedding)
-    scores = dict(zip(gallery.materials, gallery.scores(shot.embedding[None])[0], strict=True))
+    among = restrict(evidence, FOUR)  # what the scene states that it can be made of
     return Judged(
         truth=shot.truth,
-        said=decide([evidence]).material,
+        said=decide([among]).material,
         best=evidence.material or "none",
-        best_of_four=max(FOUR, key=lambda name: scores[name]),
-        top_three=evidence.beliefs[:3],
+        best_of_four=among.material or "none",
+        top_three=among.beliefs[:3],
+        evidence=among,
     )
 
 
@@ -103,10 +114,11 @@ def heads(seed: int, count: int) -> list[Floats]:
 
 def taught(gallery: Gallery, shots: Sequence[Shot]) -> Gallery:
     """Add these pictures to the references of their true materials."""
-    for truth in sorted({shot.truth for shot in shots}):
-        found = [shot.embedding for shot in shots if shot.truth == truth]
-        gallery = with_references(gallery, truth, np.stack(found))
-    return gallery
+    names = tuple(sorted({shot.truth for shot in shots}))
+    labels = np.array([names.index(shot.truth) for shot in shots])
+    rows = np.stack([shot.embedding for shot in shots])
+    own = Gallery(gallery.encoder, names, rows, labels, FEW, places=np.arange(len(shots)))
+    return replace(gallery, own=replace(own, calibration=calibrate(own, gallery)))
 
 
 def ways(shipped: Gallery, teaching: Sequence[Shot]) -> dict[str, Callable[[str], Gallery]]:
@@ -117,6 +129,25 @@ def ways(shipped: Gallery, teaching: Sequence[Shot]) -> dict[str, Callable[[str]
         return taught(shipped, [shot for shot in teaching if shot.key != key])
 
     return {"shipped": lambda _: shipped, "same things": lambda _: same, "other things": others}
+
+
+def felt_c(truth: str | None, found: Sequence[Judged]) -> float:
+    """Contact temperature of an object in a room of 22 degC: the true one, or by all its views."""
+    bulk: Thermal | None
+    if truth is not None:
+        bulk = MATERIALS[truth].thermal
+    else:
+        verdict = decide([fuse(one.evidence for one in found)])
+        bulk, _ = grade(verdict, MATERIALS).thermal(ROOM_C, MATERIALS)
+    return NEUTRAL_C if bulk is None else contact_temperature_c(thermal_contact(bulk, ROOM_C))
+
+
+def felt_right(judged: dict[str, list[Judged]]) -> dict[str, bool]:
+    """Which objects feel as they are, or as a material that skin cannot tell from it."""
+    return {
+        key: abs(felt_c(None, found) - felt_c(found[0].truth, found)) <= ALIKE_C
+        for key, found in judged.items()
+    }
 
 
 def table(judged: dict[str, list[Judged]]) -> Iterator[str]:
@@ -164,7 +195,10 @@ def main() -> None:
         for shot in held:
             judged.setdefault(shot.key, []).append(judge(shot, gallery_for(shot.key)))
         print(f"\nreferences: {name}", *table(judged), sep="\n")
+        right = felt_right(judged)
+        print(f"felt right: {sum(right.values())} of {len(right)}: {right}")
         result[name] = tally([one for found in judged.values() for one in found])
+        result[name]["felt_right"], result[name]["objects"] = sum(right.values()), len(right)
     load = f"{os.cpu_count()} cpus, load {os.getloadavg()[0]:.1f}"
     surroundings = {"encoder": encoder.name, "python": platform.python_version(), "device": load}
     print(json.dumps(result | surroundings))

@@ -11,7 +11,7 @@ import pytest
 from tiny_capture import SIDE, drawn, write_capture
 
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import load_gallery
+from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.pictures import crop
 from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence
 from hapticvlm_lab.bench.material.data import FOUR, Source

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,7 @@ torch = pytest.importorskip("torch", reason="extra `train` is not installed")
 
 from hapticvlm import materials  # noqa: E402
 from hapticvlm.recognition.encoders.loading import load_encoder  # noqa: E402
-from hapticvlm.recognition.galleries.calibration import surprise  # noqa: E402
-from hapticvlm.recognition.galleries.gallery import believe, score  # noqa: E402
+from hapticvlm.recognition.galleries.gallery import Gallery, Pictures  # noqa: E402
 from hapticvlm.recognition.pictures import Crop  # noqa: E402
 from hapticvlm_lab.training import answers, export, fit, pool, sources, teacher  # noqa: E402
 from hapticvlm_lab.training.distil import (  # noqa: E402
@@ -231,18 +231,33 @@ def test_each_source_of_a_class_gives_references():
     assert (references[of == 0, 0] > 0.8).all()
 
 
-def test_calibration_believes_what_it_can_tell_and_rejects_what_is_far():
+def test_a_gallery_is_as_sure_of_each_kind_of_picture_as_it_is_right():
+    """Four clouds; renders lie well apart and photographs far from their middles."""
     rng = np.random.default_rng(6)
-    near = np.repeat(np.eye(4)[:2], 40, axis=0) + rng.normal(0, 0.1, (80, 4))
-    far = np.eye(4)[[2] * 40] + rng.normal(0, 0.1, (40, 4))
-    rows = np.concatenate([near, far])
-    rows = (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)
-    truth = np.array([0] * 40 + [1] * 40 + [-1] * 40)
-    references, of = np.eye(4, dtype=np.float32)[:2], np.array([0, 1])
-    judged = fit.Judged(rows, truth, fit.weigh(truth))
-    found = fit.fit_calibration([judged], references, of, 2)
-    beliefs = believe(score(rows, references, of, found.sharpness), found)
-    assert beliefs[:40, 0].mean() > 0.8
-    assert beliefs[80:].sum(axis=1).mean() < 0.3
-    nothing = surprise(np.full((120, 2), 0.25), truth, judged.weights, 2)
-    assert surprise(beliefs, truth, judged.weights, 2) < 0.5 * nothing
+    middles = 0.6 * np.eye(4, 16)
+
+    def cloud(spread, count, shift=0.0):
+        labels = np.tile(np.arange(4), count)
+        rows = middles[labels] + rng.normal(shift, spread, (len(labels), 16))
+        return (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32), labels
+
+    rows, labels = cloud(0.15, 60)
+    taught = fit.Taught(rows, labels, labels, np.full(len(labels), "own"))
+    plain = Gallery("e", fit.FOUR, np.eye(4, 16, dtype=np.float32), np.arange(4), fit.ALL_KNOWN)
+    judged, kinds = [], (("renders", 0.15), ("photographs", 0.6))
+    kind: Pictures
+    for kind, spread in kinds:  # type: ignore[assignment]
+        shown, truth = cloud(spread, 60)
+        judged.append(fit.Judged(kind, kind, shown, np.array(fit.FOUR)[truth]))
+    made = fit.fit_gallery(plain, taught, judged)
+    assert made.calibration.renders > 1.5 * made.calibration.photographs
+    for one in judged:
+        beliefs = replace(made, pictures=one.pictures).beliefs(one.embeddings)
+        right = np.array(fit.FOUR)[beliefs.argmax(axis=1)] == one.truth
+        assert beliefs.max(axis=1).mean() == pytest.approx(right.mean(), abs=0.12)
+
+
+def test_a_source_that_judges_does_not_teach():
+    rows = np.eye(4, dtype=np.float32)
+    taught = fit.Taught(rows, np.arange(4), np.arange(4), np.array(["a", "b", "a", "b"]))
+    assert taught.without("a").labels.tolist() == [1, 3]

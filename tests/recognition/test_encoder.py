@@ -11,7 +11,7 @@ from hapticvlm.recognition.encoders import encoder as encoders
 from hapticvlm.recognition.encoders import loading
 from hapticvlm.recognition.encoders.encoder import EncoderError
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import load_gallery
+from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.ladder import KNOWN, decide
 from hapticvlm.recognition.pictures import Crop, central_mask
 

@@ -9,18 +9,23 @@ from numpy.typing import NDArray
 
 from hapticvlm import materials
 from hapticvlm.recognition.encoders.loading import load_encoder
+from hapticvlm.recognition.galleries.calibration import FEW, calibrate, is_enough
 from hapticvlm.recognition.galleries.gallery import (
     Calibration,
     Gallery,
-    GalleryError,
+    LinearLayer,
     believe,
+    log_softmax,
+    score,
+)
+from hapticvlm.recognition.galleries.storage import (
+    GalleryError,
     load_gallery,
     save_gallery,
-    score,
-    with_references,
+    with_user_materials,
 )
 from hapticvlm.recognition.galleries.user_materials import UserMaterial, write_material
-from hapticvlm.recognition.ladder import KNOWN, decide
+from hapticvlm.recognition.ladder import FLOOR, KNOWN, decide
 
 Floats = NDArray[np.float32]
 
@@ -34,6 +39,17 @@ def small(encoder: str = "test-1") -> Gallery:
     labels = np.repeat(np.arange(3), 2)
     calibration = Calibration(sharpness=12.0, slope=12.0, threshold=0.5)
     return Gallery(encoder, ("wood", "glass", "metal"), unit(1, 6), labels, calibration)
+
+
+def plus(gallery: Gallery, name: str, references: Floats) -> Gallery:
+    """Add references of one material to those of a gallery."""
+    names = tuple(dict.fromkeys((*gallery.materials, name)))
+    return replace(
+        gallery,
+        materials=names,
+        references=np.concatenate([gallery.references, references]),
+        labels=np.append(gallery.labels, [names.index(name)] * len(references)),
+    )
 
 
 def test_a_reference_matches_its_own_material() -> None:
@@ -77,7 +93,7 @@ def test_a_match_says_what_the_beliefs_say() -> None:
         [unit(5, 20), gallery.references, np.zeros((1, 64), np.float32)]
     ):
         beliefs = gallery.beliefs(embedding[None])[0]
-        order = np.argsort(-beliefs)
+        order = [place for place in np.argsort(-beliefs) if beliefs[place] >= FLOOR]
         said = gallery.match(embedding).beliefs
         assert [name for name, _ in said] == [gallery.materials[place] for place in order]
         assert np.allclose([belief for _, belief in said], beliefs[order], rtol=1e-4)
@@ -160,8 +176,8 @@ def test_no_calibration_overflows(sharpness: float, slope: float) -> None:
 def test_what_resembles_references_of_none_of_the_materials_is_unknown() -> None:
     gallery = small()
     stranger = unit(50, 1)
-    known = with_references(gallery, "metal", stranger)
-    barred = with_references(gallery, materials.UNKNOWN, stranger)
+    known = plus(gallery, "metal", stranger)
+    barred = plus(gallery, materials.UNKNOWN, stranger)
     assert known.match(stranger[0]).confidence > 0.9
     assert materials.UNKNOWN not in dict(barred.match(stranger[0]).beliefs)
     assert decide([barred.match(stranger[0])]).material == materials.UNKNOWN
@@ -246,10 +262,10 @@ def test_a_folder_is_its_file_and_the_materials_of_its_own(tmp_path: Path) -> No
     write_material(UserMaterial(obsidian, "glass", {}, encoder.name, seen), tmp_path)
     write_material(UserMaterial(materials.derive("felt-2", "fabric"), "fabric"), tmp_path)
     alone = load_gallery(tmp_path, encoder=encoder)
-    assert alone.materials == (*load_gallery(encoder=encoder).materials, "obsidian")
+    assert alone.candidates == (*load_gallery(encoder=encoder).candidates, "obsidian")
     save_gallery(base, tmp_path / "gallery.npz")
     gallery = load_gallery(tmp_path, encoder=encoder)
-    assert gallery.materials == ("wood", "glass", "metal", "obsidian")
+    assert gallery.candidates == ("wood", "glass", "metal", "obsidian")
     assert gallery.calibration == base.calibration
     assert gallery.match(seen[1]).material == "obsidian"
 
@@ -296,12 +312,80 @@ def test_an_object_of_the_users_own_is_known_again_once_enrolled() -> None:
     own = unit(21, 1, encoder.dimension)[0]
     views = own + 0.3 * unit(22, 4, encoder.dimension)
     views = np.asarray(views / np.linalg.norm(views, axis=1, keepdims=True), np.float32)
-    grown = replace(
-        gallery,
-        materials=(*gallery.materials, "obsidian"),
-        references=np.concatenate([gallery.references, views[:3]]),
-        labels=np.append(gallery.labels, [len(gallery.materials)] * 3),
-    )
+    obsidian = materials.derive("obsidian", "glass")
+    material = UserMaterial(obsidian, "glass", {}, encoder.name, views[:3], (1, 1, 1))
+    grown = with_user_materials(gallery, [material])
     assert gallery.match(views[3]).confidence < KNOWN
     assert grown.match(views[3]).material == "obsidian"
     assert grown.match(views[3]).confidence > KNOWN
+
+
+def test_own_references_are_calibrated_by_leaving_each_picture_out() -> None:
+    """Five views of each of three things, wide apart or all over the place."""
+    rng = np.random.default_rng(3)
+    for spread, sure in ((0.4, True), (12.0, False)):
+        middles = unit(61, 3)
+        views = np.repeat(middles, 5, axis=0) + spread * unit(62, 15) * rng.uniform(0.8, 1.2)
+        views = np.asarray(views / np.linalg.norm(views, axis=1, keepdims=True), np.float32)
+        labels = np.repeat(np.arange(3), 5)
+        own = Gallery("t", ("wood", "glass", "metal"), views, labels, FEW, places=np.arange(15))
+        own = replace(own, calibration=calibrate(own))
+        asked = middles + 0.5 * spread * unit(63, 3)
+        asked = np.asarray(asked / np.linalg.norm(asked, axis=1, keepdims=True), np.float32)
+        beliefs = own.beliefs(asked)
+        if sure:
+            assert (beliefs.argmax(axis=1) == [0, 1, 2]).all()
+            assert (beliefs.max(axis=1) > 0.8).all()
+        else:
+            assert (beliefs.max(axis=1) < 0.7).all()
+
+
+def test_too_few_pictures_calibrate_nothing() -> None:
+    for labels in ([0, 0, 1], [0, 0, 0]):
+        names = ("wood", "glass")[: max(labels) + 1]
+        own = Gallery("t", names, unit(1, 3), np.array(labels), FEW, places=np.arange(3))
+        assert not is_enough(own)
+        assert calibrate(own).sharpness == FEW.sharpness
+
+
+def test_a_linear_layer_adds_to_the_references_and_its_scale_hangs_on_the_kind_of_picture() -> None:
+    weights = np.zeros((64, 3), np.float32)
+    layer = LinearLayer(weights, np.array([0.0, 3.0, 0.0], np.float32))
+    sure = Calibration(12.0, 1.0, -1000.0, 0.0, 1.0, 0.2)
+    gallery = replace(small(), calibration=sure, layer=layer)
+    evidence = gallery.match(unit(5, 1)[0])
+    assert evidence.material == "glass"
+    assert evidence.confidence == pytest.approx(np.exp(3) / (np.exp(3) + 2), rel=1e-6)
+    shown = replace(gallery, pictures="photographs").match(unit(5, 1)[0])
+    assert shown.confidence == pytest.approx(np.exp(0.6) / (np.exp(0.6) + 2), rel=1e-6)
+
+
+def test_own_references_outweigh_the_shipped_ones_that_still_count() -> None:
+    shipped = replace(small(), calibration=Calibration(12.0, 1.0, -1000.0))
+    thing = unit(77, 1)
+    labels = np.zeros(1, np.int64)
+    glass = Gallery("test-1", ("glass",), thing, labels, FEW, places=labels)
+    grown = replace(shipped, own=glass)
+    assert grown.match(thing[0]).material == "glass"
+    assert grown.match(thing[0]).confidence > 0.9 > shipped.match(thing[0]).confidence
+    for reference, label in zip(shipped.references, shipped.labels, strict=True):
+        assert grown.match(reference).material == shipped.materials[label]
+    two = Gallery(
+        "test-1", ("glass", "metal"), np.concatenate([thing, thing]), np.arange(2), FEW
+    )  # fmt: skip
+    certain = replace(two, calibration=replace(FEW, threshold=-1000.0))
+    leaning = replace(shipped, own=certain).beliefs(thing)[0]
+    wanted = log_softmax(shipped.shipped_logits(thing, ("glass", "metal")))[0]
+    assert np.log(leaning[1] / leaning[2]) == pytest.approx(0.3 * (wanted[0] - wanted[1]), abs=1e-3)
+
+
+def test_a_gallery_with_layer_and_own_references_comes_back_as_it_was(tmp_path: Path) -> None:
+    encoder = load_encoder()
+    layer = LinearLayer(unit(3, encoder.dimension, 3), np.zeros(3, np.float32))
+    base = replace(small(encoder.name), references=unit(1, 6, encoder.dimension), layer=layer)
+    own = replace(base, layer=None, places=np.arange(6))
+    whole = replace(base, own=replace(own, calibration=calibrate(own, base)))
+    save_gallery(whole, tmp_path / "my.npz")
+    back = load_gallery(tmp_path / "my.npz", encoder=encoder)
+    asked = unit(4, 5, encoder.dimension)
+    assert np.allclose(back.beliefs(asked), whole.beliefs(asked), atol=5e-3)

@@ -21,6 +21,7 @@ from hapticvlm.recognition.ladder import (
     is_sure,
     pool,
     prefer,
+    restrict,
 )
 
 
@@ -274,3 +275,11 @@ def test_a_rung_that_agrees_never_lowers_the_belief(
 @given(evidences())
 def test_a_rung_alone_is_believed_as_it_says(alone: Evidence) -> None:
     assert decide([alone]).confidence == pytest.approx(alone.confidence, abs=2e-3)
+
+
+def test_what_the_scene_cannot_have_gives_its_mass_to_what_it_can() -> None:
+    seen = Evidence("encoder", (("wood", 0.5), ("glass", 0.3), ("metal", 0.1)))
+    few = restrict(seen, ("glass", "metal"))
+    assert dict(few.beliefs) == pytest.approx({"glass": 0.6, "metal": 0.2})
+    assert restrict(seen, None) == seen
+    assert restrict(seen, ("paper",)).beliefs == ()

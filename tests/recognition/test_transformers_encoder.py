@@ -18,7 +18,8 @@ from hapticvlm.messages import Frame
 from hapticvlm.recognition import pictures
 from hapticvlm.recognition.encoders.encoder import BATCH, Encoder, EncoderError
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import Calibration, Gallery, save_gallery
+from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
+from hapticvlm.recognition.galleries.storage import save_gallery
 from hapticvlm.recognition.pictures import Crop
 
 pytestmark = pytest.mark.torch

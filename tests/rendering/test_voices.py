@@ -365,3 +365,15 @@ def test_every_material_and_interaction_can_be_felt() -> None:
                 replace(STRIKE, material=name, interaction=interaction, motion=Motion(2.0, 2.0))
             )
             assert rms(listen(voices, 0.1)) > 0.005, (name, interaction)
+
+
+@pytest.mark.parametrize("command", [STRIKE, SLIDE])
+def test_a_command_of_half_the_gain_is_half_as_strong_and_none_is_stronger(command) -> None:
+    waves = {}
+    for gain in (1.0, 0.5, 3.0):
+        voices = Voices()
+        voices.obey(replace(command, gain=gain))
+        waves[gain] = listen(voices, 0.2)
+    faded = round(2 * SILENT_S * RATE_HZ)  # both have reached their gain by then
+    assert np.allclose(waves[0.5][faded:], 0.5 * waves[1.0][faded:], atol=1e-6)
+    assert np.abs(waves[3.0] - waves[1.0]).max() < 1e-6

@@ -15,7 +15,7 @@ from PIL import Image
 from hapticvlm import materials, messages
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import FrameRecogniser
-from hapticvlm.recognition.galleries.gallery import load_gallery
+from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.ladder import decide
 
 SIDE = 160
@@ -103,7 +103,9 @@ def test_each_picture_has_a_line_of_json_in_the_order_given(folder: Path) -> Non
     assert (outcome.code, outcome.err) == (0, "")
     assert [row["path"] for row in outcome.rows] == [str(path) for path in paths]
     for row in outcome.rows:
-        assert list(row) == ["path", "material", "confidence", "runner_up", "source"]
+        assert list(row) == ["path", "material", "confidence", "runner_up", "source", "beliefs"]
+        assert sum(row["beliefs"].values()) <= 1.0 + 1e-3
+        assert list(row["beliefs"].values()) == sorted(row["beliefs"].values(), reverse=True)
         assert row["material"] in (*materials.MATERIALS, materials.UNKNOWN)
         assert 0.0 <= row["confidence"] <= 1.0
         assert row["source"] in ("encoder", "unknown")
@@ -229,6 +231,7 @@ def test_nothing_to_look_at_is_said_in_a_line(tmp_path: Path) -> None:
         ("--mask", "nowhere", "no such file or folder"),
         ("--gallery", "nowhere.npz", "is no gallery"),
         ("--encoder", "/nowhere/encoder", "encoder"),
+        ("--among", "wood,kryptonite", "--among: no material `kryptonite` in the gallery"),
     ],
 )
 def test_a_wrong_option_is_said_in_a_line(
@@ -275,3 +278,23 @@ def test_answers_come_as_they_are_known_and_a_reader_may_stop(folder: Path) -> N
     assert still_running
     assert complaints == b""
     assert running.returncode == 1
+
+
+def test_only_what_is_among_the_candidates_is_believed(folder: Path) -> None:
+    path = folder / "scene" / "c_metal.jpg"
+    (every,) = recognise("--json", path).rows
+    (few,) = recognise("--json", path, "--among", "paper,foliage").rows
+    assert len(every["beliefs"]) > 2
+    assert set(few["beliefs"]) <= {"paper", "foliage"}
+    assert few["material"] in ("paper", "foliage", materials.UNKNOWN)
+    ratio = every["beliefs"]["paper"] / every["beliefs"]["foliage"]
+    assert few["beliefs"]["paper"] / few["beliefs"]["foliage"] == pytest.approx(ratio, rel=0.3)
+
+
+def test_the_strongest_beliefs_are_printed_if_asked(folder: Path) -> None:
+    path = folder / "scene" / "c_metal.jpg"
+    (row,) = recognise("--json", path, "--top", "2").rows
+    assert len(row["beliefs"]) == 2
+    line = recognise(path, "--top", "3").out.splitlines()[1]
+    assert line.count(",") == 2
+    assert f"{next(iter(row['beliefs']))} " in line

@@ -28,6 +28,7 @@ from hapticvlm.messages import (
 )
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition.ladder import Evidence
+from hapticvlm.rendering.expectation import GRADED_GAIN
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.session.actions import (
     DrivePlate,
@@ -41,6 +42,7 @@ from hapticvlm.session.actions import (
 from hapticvlm.session.frames import WINDOW_S, ClockOffset, FrameRate
 from hapticvlm.session.hands import LEASE_S, Hold
 from hapticvlm.session.plate_target import NEUTRAL_HOLD_S
+from hapticvlm.session.scene_objects import TAUGHT_VIEWS
 from hapticvlm.session.session import SceneSession
 
 READING = PlateReading(
@@ -53,6 +55,7 @@ READING = PlateReading(
     heated_s=0.0,
     faults=(),
 )
+PLAY = PlayVibration
 PIXEL = simplejpeg.encode_jpeg(np.full((32, 32, 3), 90, np.uint8))
 WOOD = Evidence("encoder", (("wood", 0.9),))
 GLASS = Evidence("encoder", (("glass", 0.9),))
@@ -378,12 +381,83 @@ def test_a_held_plate_rests_while_the_hand_keeps_touching():
     assert not only(session.tick(1.08, READING), DrivePlate)
 
 
-def test_a_frame_of_an_object_the_scene_has_named_is_answered_without_a_look():
+def test_a_frame_of_an_object_the_scene_has_named_is_answered_at_once_and_teaches_the_scene():
     session = owner(TABLE)
     actions = session.receive(frame(object_id="table"), 1.0)
-    assert not only(actions, RecogniseFrame)
     (decision,) = replies(actions, Decision)
     assert (decision.id, decision.material, decision.source) == (5, "wood", "scene")
+    (taught,) = only(actions, RecogniseFrame)
+    assert (taught.teaches, taught.key, taught.frame.id) == ("wood", "table", 0)
+    assert session.recognised(taught, GLASS, {}, 1.1) == []
+
+
+def test_some_pictures_of_an_object_are_enough_unless_one_is_sent_to_be_enrolled():
+    session = owner(TABLE)
+    for number in range(10):
+        actions = session.receive(frame(object_id="table"), 1.0 + number)
+        assert len(only(actions, RecogniseFrame)) == (number < TAUGHT_VIEWS)
+    enrolled = session.receive(frame(object_id="table", purpose="enrol"), 20.0)
+    assert only(enrolled, RecogniseFrame)[0].teaches == "wood"
+
+
+def test_what_is_taught_belongs_to_the_scene_that_taught_it():
+    session = owner(TABLE, BLOB)
+    (before,) = only(session.receive(frame(object_id="blob"), 1.0), RecogniseFrame)
+    session.receive(scene(TABLE, BLOB), 2.0)
+    (after,) = only(session.receive(frame(object_id="blob"), 3.0), RecogniseFrame)
+    assert before.scene != after.scene
+    assert before.teaches is after.teaches is None
+
+
+def test_only_the_materials_that_a_scene_states_are_recognised():
+    session = owner(BLOB)
+    session.receive(Scene(id=7, objects=[], replace=False, materials=["glass", "metal"]), 0.5)
+    seen = Evidence("encoder", (("wood", 0.5), ("glass", 0.3), ("metal", 0.1)))
+    (decision,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
+    assert (decision.material, decision.runner_up) == ("glass", "metal")
+    assert decision.confidence == pytest.approx(0.6)
+    with pytest.raises(MessageError, match=r"\$\.materials\[1\]: no material `kryptonite`"):
+        session.receive(
+            Scene(id=8, objects=[], replace=False, materials=["wood", "kryptonite"]), 0.6
+        )
+
+
+def test_what_is_not_sure_is_felt_by_its_expectation_at_reduced_gain():
+    session = owner(BLOB)
+    seen = Evidence("encoder", (("metal", 0.4), ("glass", 0.35), ("ceramic", 0.25)))
+    (decision,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
+    assert (decision.material, decision.basis) == ("unknown", "expectation")
+    sure = owner(SceneObject(object_id="blob", material="metal"))
+    metal_c = sure.receive(frame(object_id="blob"), 1.0)[0].message.contact_c
+    assert metal_c < decision.contact_c < NEUTRAL_C - 2.0
+    (slid,) = only(session.receive(touch("slide", object_id="blob", speed_mps=0.2), 2.0), PLAY)
+    assert slid.command.material in ("metal", "glass", "ceramic")
+    assert slid.command.gain == GRADED_GAIN
+
+
+def test_a_strike_takes_more_belief_than_a_rub_to_be_felt_as_the_material_said():
+    seen = Evidence("encoder", (("glass", 0.6), ("ceramic", 0.2)))
+    for phase, gain in (("slide", 1.0), ("contact", GRADED_GAIN)):
+        session = owner(BLOB)
+        (decision,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
+        assert (decision.material, decision.basis) == ("glass", "material")
+        (felt,) = only(session.receive(touch(phase, object_id="blob"), 2.0), PLAY)
+        assert felt.command.gain == gain
+
+
+def test_what_is_probably_none_of_the_materials_stays_neutral():
+    session = owner(BLOB)
+    seen = Evidence("encoder", (("glass", 0.2), ("ceramic", 0.1)))
+    (decision,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
+    assert (decision.material, decision.basis, decision.contact_c) == ("unknown", "neutral", None)
+    (felt,) = only(session.receive(touch("slide", object_id="blob"), 2.0), PLAY)
+    assert felt.command.material is None
+
+
+def test_what_the_scene_states_is_never_graded():
+    session = owner(SceneObject(object_id="pan", material="metal", temperature_c=90.0))
+    (decision,) = replies(session.receive(frame(object_id="pan"), 1.0), Decision)
+    assert decision.basis == "material"
 
 
 def test_a_frame_of_an_unsure_object_is_looked_at_and_then_decided():

@@ -35,6 +35,7 @@ class Answer:
 
     path: Path
     verdict: Verdict | None = None
+    beliefs: tuple[tuple[str, float], ...] = ()
     error: str | None = None
 
 
@@ -55,7 +56,23 @@ def add(commands: Commands) -> None:
         "pictures, or a folder with NAME.png for NAME.jpg; a picture without one is looked at in "
         "its middle",
     )
-    recognise.add_argument("--json", action="store_true", help="print a JSON line per picture")
+    recognise.add_argument(
+        "--json", action="store_true", help="print a JSON line per picture, with all beliefs"
+    )
+    recognise.add_argument(
+        "--top", type=_count, metavar="N", help="print the N strongest beliefs, too"
+    )
+    recognise.add_argument(
+        "--among",
+        metavar="MATERIAL,...",
+        help="all that the pictures can show, e.g. wood,glass,fabric,metal (all of the gallery)",
+    )
+    recognise.add_argument(
+        "--pictures",
+        choices=("renders", "photographs"),
+        default="renders",
+        help="what they are: beliefs are calibrated for each kind (%(default)s)",
+    )
     recognise.add_argument("--encoder", metavar="NAME_OR_FOLDER", help="(the one shipped)")
     recognise.add_argument(
         "--gallery", type=Path, help="reference embeddings, or a gallery folder (those shipped)"
@@ -65,7 +82,7 @@ def add(commands: Commands) -> None:
 def _recognise(options: argparse.Namespace) -> int:
     from hapticvlm.materials import MaterialError
     from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm.recognition.galleries.gallery import GalleryError
+    from hapticvlm.recognition.galleries.storage import GalleryError
 
     try:
         return _run(options)
@@ -80,7 +97,7 @@ def _recognise(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace) -> int:
     from hapticvlm.recognition.encoders.loading import load_encoder
     from hapticvlm.recognition.frame_recogniser import FrameRecogniser
-    from hapticvlm.recognition.galleries.gallery import load_gallery
+    from hapticvlm.recognition.galleries.storage import load_gallery
 
     if options.mask is not None and not options.mask.exists():
         _complain(f"--mask {options.mask}: no such file or folder")
@@ -90,7 +107,9 @@ def _run(options: argparse.Namespace) -> int:
         _complain("no picture found; name JPEG, PNG or WebP files, or folders of them")
         return 2
     encoder = load_encoder(options.encoder)
-    recogniser = FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
+    gallery = load_gallery(options.gallery, encoder=encoder, pictures=options.pictures)
+    among = None if options.among is None else _among(options.among, gallery.candidates)
+    recogniser = FrameRecogniser(encoder, gallery)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a file's name may be no text in any encoding
             stream.reconfigure(errors="backslashreplace")
@@ -98,10 +117,29 @@ def _run(options: argparse.Namespace) -> int:
     if not options.json:
         print(_row("picture", ("material", "confidence", "runner-up", "source"), width), flush=True)
     failed = False
-    for answer in _answers(found, options.mask, recogniser):
+    for answer in _answers(found, options.mask, recogniser, among):
         failed |= answer.error is not None
-        _say(answer, None if options.json else width)
+        _print(answer, None if options.json else width, options.top)
     return 1 if failed else 0
+
+
+def _among(text: str, candidates: Sequence[str]) -> frozenset[str]:
+    """Read names with commas between them. Raises MaterialError naming what the gallery has."""
+    from hapticvlm.materials import MaterialError
+
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    unknown = next((name for name in names if name not in candidates), None)
+    if unknown is not None or not names:
+        text = f"--among: no material `{(unknown or text)[:60]}` in the gallery"
+        raise MaterialError(f"{text}; choose from {', '.join(candidates)}")
+    return frozenset(names)
+
+
+def _count(text: str) -> int:
+    count = int(text)
+    if count < 1:
+        raise argparse.ArgumentTypeError(f"{text}: print 1 or more")
+    return count
 
 
 def _find(paths: Sequence[Path]) -> list[Path]:
@@ -121,17 +159,22 @@ def _find(paths: Sequence[Path]) -> list[Path]:
 
 
 def _answers(
-    found: Sequence[Path], masks: Path | None, recogniser: FrameRecogniser
+    found: Sequence[Path],
+    masks: Path | None,
+    recogniser: FrameRecogniser,
+    among: frozenset[str] | None,
 ) -> Iterator[Answer]:
     """Recognise one picture after the other: none may sway another by being in a batch with it."""
     from hapticvlm.recognition.files import FileError, read_frame
-    from hapticvlm.recognition.ladder import decide
+    from hapticvlm.recognition.ladder import decide, restrict
     from hapticvlm.recognition.pictures import PictureError
 
     for path in found:
         try:
             frame = read_frame(path, _mask_of(path, masks))
-            yield Answer(path, decide(recogniser.compare(frame, [None])))
+            (evidence,) = recogniser.compare(frame, [None])
+            evidence = restrict(evidence, among)
+            yield Answer(path, decide([evidence]), evidence.beliefs)
         except FileError as error:
             yield Answer(path, error=str(error))
         except PictureError as error:
@@ -148,20 +191,21 @@ def _mask_of(path: Path, masks: Path | None) -> Path | None:
     return None
 
 
-def _say(answer: Answer, width: int | None) -> None:
+def _print(answer: Answer, width: int | None, top: int | None) -> None:
     """Print one answer, as JSON where there is no width."""
     verdict = answer.verdict
     if answer.error is not None:
         _complain(answer.error)
     if width is None:
-        print(json.dumps(_fields(answer)), flush=True)
+        print(json.dumps(_fields(answer, top)), flush=True)
     elif verdict is not None:
         runner_up, confidence = verdict.runner_up or "-", f"{verdict.confidence:.2f}"
         cells = (verdict.material, confidence, runner_up, verdict.source)
-        print(_row(str(answer.path), cells, width), flush=True)
+        beliefs = ", ".join(f"{name} {belief:.2f}" for name, belief in answer.beliefs[: top or 0])
+        print(f"{_row(str(answer.path), cells, width)}  {beliefs}".rstrip(), flush=True)
 
 
-def _fields(answer: Answer) -> dict[str, object]:
+def _fields(answer: Answer, top: int | None) -> dict[str, object]:
     verdict = answer.verdict
     if verdict is None:
         return {"path": str(answer.path), "error": answer.error}
@@ -171,6 +215,7 @@ def _fields(answer: Answer) -> dict[str, object]:
         "confidence": round(verdict.confidence, DIGITS),
         "runner_up": verdict.runner_up,
         "source": verdict.source,
+        "beliefs": {name: round(belief, DIGITS) for name, belief in answer.beliefs[:top]},
     }
 
 

@@ -41,7 +41,7 @@ def add(commands: Commands) -> None:
 def _replay(options: argparse.Namespace) -> int:
     from hapticvlm.commands import replay
     from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm.recognition.galleries.gallery import GalleryError
+    from hapticvlm.recognition.galleries.storage import GalleryError
     from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 
     try:
@@ -64,7 +64,7 @@ def _replay(options: argparse.Namespace) -> int:
 def _recogniser(options: argparse.Namespace) -> FrameRecogniser:
     from hapticvlm.recognition.encoders.loading import load_encoder
     from hapticvlm.recognition.frame_recogniser import FrameRecogniser
-    from hapticvlm.recognition.galleries.gallery import load_gallery
+    from hapticvlm.recognition.galleries.storage import load_gallery
 
     encoder = load_encoder(options.encoder)
     return FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))

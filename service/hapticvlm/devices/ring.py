@@ -225,7 +225,7 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
             motion = order.motion
             return (
                 *(_OBEY, order.hand, interaction, order.onset, material),
-                *(motion.speed_mps, motion.force_n, 0.0, order.expires_at, order.seed),
+                *(motion.speed_mps, motion.force_n, order.gain, order.expires_at, order.seed),
             )
         case LetGo():
             return _LET_GO, order.hand, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0
@@ -251,4 +251,5 @@ def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
         motion=Motion(speed, force),
         seed=seed,
         expires_at=expires_at,
+        gain=gain,
     )

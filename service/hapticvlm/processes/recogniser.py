@@ -28,8 +28,8 @@ from hapticvlm.processes.model_worker import (
 from hapticvlm.processes.supervised import START_S, Started
 from hapticvlm.recognition import pictures
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.frame_recogniser import FrameRecogniser, Recognition
-from hapticvlm.recognition.galleries.gallery import load_gallery
+from hapticvlm.recognition.frame_recogniser import FrameRecogniser, Recognition, Shown
+from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.galleries.user_materials import UserMaterial
 from hapticvlm.recognition.pictures import Shrunk
 
@@ -100,15 +100,22 @@ class RecogniserWorker:
         self.worker.start(deliver)
 
     def recognise(
-        self, frame: Frame, subject: str, now: float, *, anew: bool, shrink: bool = False
+        self,
+        frame: Frame,
+        subject: str,
+        now: float,
+        *,
+        anew: bool,
+        shrink: bool = False,
+        shown: Shown | None = None,
     ) -> None:
         """Hand over one frame; only while not busy.
 
         `subject` names what it shows, to notice an unchanged picture; `anew` = even if unchanged;
-        `shrink` = return a small picture of it too.
+        `shrink` = return a small picture of it too; `shown` = which object of which scene.
         """
         data = msgspec.msgpack.encode(msgspec.structs.replace(frame, id=1))  # 0 is no wire id
-        self.worker.request(data, (subject, now, anew, shrink), now)
+        self.worker.request(data, (subject, now, anew, shrink, shown), now)
 
     def close(self) -> None:
         """Stop the process."""
@@ -142,10 +149,10 @@ def _load(settings: RecogniserSettings) -> tuple[FrameRecogniser, str]:
 
 
 def _recognise(recogniser: FrameRecogniser, data: bytes, *details: Any) -> Recognised:
-    subject, requested_at, anew, shrink = details
+    subject, requested_at, anew, shrink, shown_object = details
     waited_ms = (time.monotonic() - requested_at) * 1000.0
     try:
-        recognition = recogniser.recognise(data, subject, waited_ms, anew=anew)
+        recognition = recogniser.recognise(data, subject, waited_ms, anew=anew, shown=shown_object)
         shown = _shrunk(data) if shrink and recognition.error is None else None
         return Recognised(recognition, shown)
     except Exception:  # a picture that trips a bug of ours must not take the others down

@@ -21,8 +21,10 @@ from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.encoders.encoder import Encoder, EncoderError
 from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.ladder import Evidence
+from hapticvlm.recognition.scene_references import SceneReferences
 
 MAX_REMEMBERED = 1024
+MAX_SCENES = 16  # whose named objects teach; the one unused longest makes room
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +42,22 @@ class Recognition:
     is_our_fault: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What a frame shows: an object of a scene, and its material where that is sure."""
+
+    scene: str
+    object_id: str | None
+    material: str | None = None
+
+
 class FrameRecogniser:
     """Recognises pictures one after the other; remembers the last picture of each object."""
 
     def __init__(self, encoder: Encoder, gallery: Gallery) -> None:
         self._encoder = encoder
         self._gallery = gallery
+        self._scenes: OrderedDict[str, SceneReferences] = OrderedDict()
         self._signatures: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
 
     def warm_up(self) -> None:
@@ -70,8 +82,19 @@ class FrameRecogniser:
         crops = pictures.crops(frame, regions, self._encoder.side)
         return [self._gallery.match(embedding) for embedding in self._encoder.embed(crops)]
 
-    def recognise(self, data: bytes, subject: str, waited_ms: float, *, anew: bool) -> Recognition:
-        """Decode, compare with the last picture of the same object, embed and match."""
+    def recognise(
+        self,
+        data: bytes,
+        subject: str,
+        waited_ms: float,
+        *,
+        anew: bool,
+        shown: Shown | None = None,
+    ) -> Recognition:
+        """Decode, compare with the last picture of the same object, embed and match.
+
+        An object that is `shown` with its material teaches its scene, another one is taught by it.
+        """
         stages = {"queue": waited_ms}
         started = time.perf_counter()
         frame = msgspec.msgpack.decode(data, type=Frame)
@@ -89,8 +112,20 @@ class FrameRecogniser:
             return Recognition(None, stages, error=str(error), is_our_fault=True)
         stages["encode"], started = _lap(started)
         evidence = self._gallery.match(embedding)
+        if shown is not None:
+            evidence = self._taught(evidence, embedding, shown)
         stages["match"], _ = _lap(started)
         return Recognition(evidence, stages, SceneView(embedding, float(crop.image.mean()) / 255.0))
+
+    def _taught(self, evidence: Evidence, embedding: NDArray[np.float32], shown: Shown) -> Evidence:
+        references = self._scenes.pop(shown.scene, None) or SceneReferences()
+        self._scenes[shown.scene] = references
+        if len(self._scenes) > MAX_SCENES:
+            self._scenes.popitem(last=False)
+        if shown.material is not None and shown.object_id is not None:
+            references.add(shown.object_id, shown.material, embedding)
+            return evidence
+        return references.adjust(evidence, embedding, shown.object_id)
 
     def _is_unchanged(self, subject: str, crop: pictures.Crop) -> bool:
         signature = pictures.signature(crop)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from hapticvlm import materials, messages
@@ -65,6 +65,20 @@ class Verdict:
     runner_up: str | None
     source: Rung
     evidence: tuple[Evidence, ...]
+
+
+def restrict(item: Evidence, among: Collection[str] | None) -> Evidence:
+    """Leave only these materials possible (None: all): the mass of others goes to them in scale.
+
+    What the evidence left open counts as one more candidate and grows alike.
+    """
+    if among is None:
+        return item
+    kept = [(name, belief) for name, belief in item.beliefs if name in among]
+    possible = 1.0 - sum(belief for name, belief in item.beliefs if name not in among)
+    if not kept or possible <= FLOOR:
+        return Evidence(item.rung, ())
+    return Evidence(item.rung, tuple((name, belief / possible) for name, belief in kept))
 
 
 def is_sure(evidence: Sequence[Evidence]) -> bool:
@@ -125,6 +139,11 @@ def pool(evidence: Sequence[Evidence]) -> dict[str, float]:
     if spoken.rung == "scene":
         telling = [spoken]
     return _speak(_product(telling), spoken.material or "", telling)
+
+
+def beliefs(evidence: Sequence[Evidence]) -> dict[str, float]:
+    """Return `pool`, or nothing where no rung believes anything."""
+    return pool(evidence) if _telling(evidence) else {}
 
 
 def _telling(evidence: Sequence[Evidence]) -> list[Evidence]:

@@ -40,7 +40,8 @@ _LINEAR_PEAK = 0.8  # of full scale, the limiter leaves everything below it alon
 class Command:
     """What one hand does now: hand 0 left, 1 right; no material is nothing to feel.
 
-    `onset` starts an impact; `expires_at` is in seconds of the clock that `render` is given.
+    `onset` starts an impact; `expires_at` is in seconds of the clock that `render` is given. `gain`
+    (0..1) is below 1 for a material that is not sure.
     """
 
     hand: int
@@ -50,6 +51,7 @@ class Command:
     motion: Motion
     seed: int
     expires_at: float
+    gain: float = 1.0
 
 
 @dataclass(slots=True)
@@ -77,6 +79,8 @@ class _Voice:
             gains = _ramp(self.gain, self.aim, count, step)
             self.gain = float(gains[-1])
             block = block * gains
+        elif self.gain != 1.0:
+            block = block * np.float32(self.gain)
         self.ended = self.ended or self.gain == self.aim == 0.0
         return block
 
@@ -125,7 +129,8 @@ class Voices:
 
     def obey(self, command: Command) -> None:
         """Take a command in; it is heard from the next block on."""
-        if not (math.isfinite(command.motion.speed_mps) and math.isfinite(command.motion.force_n)):
+        numbers = (command.motion.speed_mps, command.motion.force_n, command.gain)
+        if not all(map(math.isfinite, numbers)):
             self.scrubbed += 1
             return
         hand = self._hands[command.hand]
@@ -188,7 +193,8 @@ class Voices:
             ringing[0].aim = 0.0
         kind = command.interaction if command.interaction in IMPACTS else "tap"
         key = str(command.material), kind
-        hand.voices.append(_Voice(self._impact(key, command), command.motion, key, gain=1.0))
+        wave, gain = self._impact(key, command), min(command.gain, 1.0)
+        hand.voices.append(_Voice(wave, command.motion, key, gain=gain, aim=gain))
 
     def _impact(self, key: tuple[str, str], command: Command) -> NDArray[np.float32]:
         pattern = self._patterns.get(key)
@@ -202,16 +208,17 @@ class Voices:
         wanted = hand.wanted
         textures = hand.textures()
         key = None if wanted is None else _texture_key(wanted)
+        gain = 0.0 if wanted is None else min(wanted.gain, 1.0)
         fitting = None
         for voice in textures:
-            voice.aim = 1.0 if voice.key == key else 0.0
+            voice.aim = gain if voice.key == key else 0.0
             if wanted is not None and voice.key == key:
                 fitting, voice.motion = voice, wanted.motion
         if wanted is None or key is None or fitting is not None:
             return
         if len(textures) <= _MOST_FADING_TEXTURES:
             source = self._texture(key, wanted.seed)
-            hand.voices.append(_Voice(source, wanted.motion, key, gain=0.0))
+            hand.voices.append(_Voice(source, wanted.motion, key, gain=0.0, aim=gain))
 
     def _texture(self, key: tuple[str, str], seed: int) -> Texture | PatternTexture:
         pattern = self._patterns.get(key)

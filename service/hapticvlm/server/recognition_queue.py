@@ -19,6 +19,7 @@ from hapticvlm.processes.recogniser import (
     Recognised,
     RecogniserWorker,
 )
+from hapticvlm.recognition.frame_recogniser import Shown
 from hapticvlm.recognition.pictures import Shrunk
 from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection, Event
@@ -74,6 +75,8 @@ class RecognitionQueue:
                 superseded = mailbox.put_live(look)
         except QueueFull:
             self._counts["refused: overload"] += 1
+            if look.teaches is not None:  # nobody waits for it; another picture will teach
+                return []
             text = "too many enrol frames wait: send more when some of these are decided"
             return [Error(id=frame.id, code="overload", text=text, path="$.purpose")]
         answers: list[ServiceMessage] = []
@@ -136,8 +139,9 @@ class RecognitionQueue:
             look.frame,
             f"{connection.name}/{look.key}",
             now,
-            anew=connection.session.wants_anew(look),
+            anew=look.teaches is not None or connection.session.wants_anew(look),
             shrink=is_shown and not _is_small(look.frame),
+            shown=_shown(connection, look),
         )
 
     def _next_of(self, connection: Connection, now: float) -> RecogniseFrame | None:
@@ -195,3 +199,11 @@ class RecognitionQueue:
 def _is_small(frame: Frame) -> bool:
     """Whether observers can be shown this frame as it came."""
     return frame.format in ("jpeg", "png") and max(frame.width, frame.height) <= SHOWN_PX
+
+
+def _shown(connection: Connection, look: RecogniseFrame) -> Shown | None:
+    """Name the object and its scene; None for the surroundings, which are no object."""
+    if look.key == SURROUNDINGS:
+        return None
+    object_id = look.key if isinstance(look.key, str) else None
+    return Shown(f"{connection.name}/{look.scene}", object_id, look.teaches)

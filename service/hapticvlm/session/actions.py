@@ -21,13 +21,16 @@ class RecogniseFrame:
     """Have this frame recognised; id 0 means nobody waits for an answer.
 
     `key` is what it shows (an object's id, or the region a hand touches); `generation` is that of
-    the key, so that an answer for a scene or a contact since replaced is not believed.
+    the key, so that an answer for a scene or a contact since replaced is not believed. `scene`
+    numbers the scene; `teaches` is the material of an object that is sure: nobody waits for that.
     """
 
     frame: Frame
     key: Key
     generation: int
     number: int = 0
+    scene: int = 0
+    teaches: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import msgspec
 
 from hapticvlm import materials
-from hapticvlm.materials import Material
+from hapticvlm.materials import Material, Thermal
 from hapticvlm.messages import Decision, EvidenceItem, SceneObject
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition import surface
@@ -16,12 +16,14 @@ from hapticvlm.recognition.ambient import Ambient
 from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.recognition.surface import Surface, SurfaceFacts
 from hapticvlm.rendering import plate_limits, thermal
+from hapticvlm.rendering.interactions import IMPACTS
 from hapticvlm.rendering.plate_limits import PlateLimits
 from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.session.grading import Grading
 
 
 def known(material: str) -> str | None:
-    """Return the name of the material, or None for unknown: neutral plate, no texture."""
+    """Return the name of the material, or None for unknown."""
     return None if material == materials.UNKNOWN else material
 
 
@@ -42,21 +44,19 @@ def surface_of(
 
 
 def contact(
-    verdict: Verdict,
+    bulk: Thermal | None,
     facts: SceneObject | None,
     surface_c: float,
-    table: Mapping[str, Material] = materials.MATERIALS,
     contact_resistance: float | None = None,
 ) -> ThermalContact | None:
-    """Return the thermal contact of skin and object, or None when the material is unknown.
+    """Return the thermal contact of skin and object, or None when there is nothing to feel.
 
     A contact resistance in m2 K/W, as calibrated for a palm, replaces that of the material.
     """
-    name = known(verdict.material)
-    if name is None:
+    if bulk is None:
         return None
     return thermal.thermal_contact(
-        table[name].thermal,
+        bulk,
         surface_c,
         thickness_m=facts.thickness_m if facts else None,
         contact_resistance=contact_resistance,
@@ -68,6 +68,7 @@ class DecisionInputs:
     """What a decision depends on beside the object's name and the material table."""
 
     verdict: Verdict
+    grading: Grading
     facts: SceneObject | None
     ambient: Ambient
     thermal_gain: float
@@ -80,7 +81,8 @@ def decide(
     """Return the decision on one object as an event (id 0), not yet touched: it has no pattern."""
     verdict, ambient = inputs.verdict, inputs.ambient
     warmth = surface_of(object_id, verdict, inputs.facts, ambient)
-    touched = contact(verdict, inputs.facts, warmth.value_c, table)
+    bulk, basis = inputs.grading.thermal(warmth.value_c, table)
+    touched = contact(bulk, inputs.facts, warmth.value_c)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
     deviation = 0.0 if contact_c is None else inputs.thermal_gain * (contact_c - NEUTRAL_C)
     limited = plate_limits.settle(NEUTRAL_C + deviation, inputs.limits)
@@ -107,14 +109,19 @@ def decide(
         unlimited_c=limited.unlimited_c,
         limited_by=limited.limited_by,
         thermal_cue=touched is not None and thermal.carries_cue(touched),
+        basis=basis,
     )
 
 
-def touched_as(decision: Decision, interaction: str | None) -> Decision:
-    """Return the decision with the pattern of this interaction; unknown material has none."""
-    if interaction is None or known(decision.material) is None:
+def touched_as(decision: Decision, interaction: str | None, grading: Grading) -> Decision:
+    """Return the decision with the pattern of this interaction; nothing believed in has none."""
+    if interaction is None:
         return decision
-    return msgspec.structs.replace(decision, pattern=f"{decision.material} {interaction}")
+    material, gain = grading.impact if interaction in IMPACTS else grading.texture
+    if material is None:
+        return decision
+    basis = decision.basis if gain == 1.0 else "expectation"
+    return msgspec.structs.replace(decision, pattern=f"{material} {interaction}", basis=basis)
 
 
 def change_key(decision: Decision) -> Hashable:
@@ -124,6 +131,7 @@ def change_key(decision: Decision) -> Hashable:
         decision.material,
         decision.source,
         decision.thermal_cue,
+        decision.basis,
         limited_by,
         round(decision.confidence, 1),
         round(decision.surface_c, 1),

@@ -113,14 +113,14 @@ class Frames:
         """Whether a lease would have ended while this touch was on its way."""
         return self._clock.runs and self._clock.age_s(touch.captured_at, now) > LATE_S
 
-    def recognise_region(self, hand: Hand, generation: int) -> list[RecogniseFrame]:
+    def recognise_region(self, hand: Hand, generation: int, scene: int) -> list[RecogniseFrame]:
         """Have the region a hand touches recognised in the newest frame."""
         if not isinstance(hand.key, tuple) or self._newest is None:
             return []
         touched = msgspec.structs.replace(
             self._newest, id=0, object_id=None, region=hand.region, mask=None, purpose="live"
         )
-        return [RecogniseFrame(touched, hand.key, generation)]
+        return [RecogniseFrame(touched, hand.key, generation, scene=scene)]
 
     def _observe(self, kind: str, captured_at: float, now: float) -> None:
         """Receive a capture time; one that goes far back says that the clock was set."""

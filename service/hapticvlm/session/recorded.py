@@ -73,7 +73,9 @@ class RecordedSession(SceneSession):
         stages_ms: dict[str, float],
         now: float,
     ) -> list[Action]:
-        """Receive what a recognition gave."""
+        """Receive what a recognition gave; what only taught the recogniser is no input."""
+        if action.teaches is not None:
+            return super().recognised(action, evidence, stages_ms, now)
         line = {"now": now, "in": "look", "number": action.number, "stages_ms": stages_ms}
         self._write_line({**line, "evidence": _plain(evidence)}, None)
         return self._logged(super().recognised(action, evidence, stages_ms, now))
@@ -119,6 +121,8 @@ class RecordedSession(SceneSession):
         return numbered
 
     def _numbered(self, action: Action) -> Action:
+        if isinstance(action, RecogniseFrame) and action.teaches is not None:
+            return action
         if isinstance(action, RecogniseFrame | AskAmbient | AskMaterial):
             return dataclasses.replace(action, number=next(self._numbers))
         return action
@@ -142,7 +146,7 @@ def outputs(actions: list[Action]) -> list[Line]:
     for action in actions:
         if isinstance(action, Reply):
             if isinstance(action.message, messages.Decision):
-                lines.append({"do": "say", **_plain(action.message)})
+                lines.append({"do": "say", **_decision(action.message)})
         elif isinstance(action, PlayVibration):
             lines.append({"do": "Feel", "command": _command(action.command)})
         elif (name := _NAMES.get(type(action))) is not None:
@@ -150,9 +154,20 @@ def outputs(actions: list[Action]) -> list[Line]:
     return lines
 
 
+def _decision(decision: messages.Decision) -> Line:
+    """Write a decision; only what is not felt as its material says so, as in earlier logs."""
+    fields: Line = _plain(decision)
+    return fields if decision.basis == "expectation" else _without(fields, "basis")
+
+
 def _command(command: Command) -> Line:
     fields: Line = _plain(command)
+    fields = _without(fields, "gain") if command.gain == 1.0 else fields
     return {"stroke" if name == "motion" else name: value for name, value in fields.items()}
+
+
+def _without(fields: Line, name: str) -> Line:
+    return {key: value for key, value in fields.items() if key != name}
 
 
 def _bare(message: ClientMessage) -> Line:

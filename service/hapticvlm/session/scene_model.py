@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hapticvlm.materials import UNKNOWN, Material
+from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, MessageError, Scene
 from hapticvlm.rendering.plate_limits import PlateLimits
 from hapticvlm.rendering.thermal import ThermalContact
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import AskMaterial, RecogniseFrame
 from hapticvlm.session.decisions import DecisionInputs
+from hapticvlm.session.grading import Grading, grade
 from hapticvlm.session.scene_objects import Key, SceneObjects
 from hapticvlm.session.surroundings import Surroundings
 
@@ -42,21 +43,25 @@ class SceneModel:
         if scene.ambient_c is not None:
             self.surroundings.scene_c = scene.ambient_c
 
-    def material(self, key: Key) -> str | None:
-        """Return what this object is made of, or None for unknown."""
-        material = self.objects.verdict(key).material
-        return None if material == UNKNOWN else material
+    def grading(self, key: Key) -> Grading:
+        """Return what this object can be rendered as, worked out once for each verdict."""
+        state = self.objects.state(key)
+        assert state.verdict is not None
+        if state.grading is None or state.graded_from is not state.verdict:
+            state.grading, state.graded_from = grade(state.verdict, self._table), state.verdict
+        return state.grading
 
     def contact(self, key: Key) -> ThermalContact | None:
-        """Return the thermal contact of skin and this object, or None for unknown."""
+        """Return the thermal contact of skin and this object; None where there is none to feel."""
         state, ambient = self.objects.state(key), self.surroundings.ambient
         verdict = state.verdict
         assert verdict is not None
         inputs = (verdict, state.facts, ambient)
         if state.met_from != inputs:
             surface = decisions.surface_of(_name(key), verdict, state.facts, ambient)
+            bulk, _ = self.grading(key).thermal(surface.value_c, self._table)
             state.contact = decisions.contact(
-                verdict, state.facts, surface.value_c, self._table, self._contact_resistance
+                bulk, state.facts, surface.value_c, self._contact_resistance
             )
             state.met_from = inputs
         return state.contact
@@ -67,7 +72,8 @@ class SceneModel:
         assert state.verdict is not None
         inputs = (state.verdict, state.facts, ambient, gain, limits)
         if state.decision is None or state.decided_from != inputs:
-            state.decision = decisions.decide(_name(key), DecisionInputs(*inputs), self._table)
+            given = DecisionInputs(inputs[0], self.grading(key), *inputs[1:])
+            state.decision = decisions.decide(_name(key), given, self._table)
             state.decided_from = inputs
         return state.decision
 

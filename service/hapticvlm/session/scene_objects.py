@@ -22,8 +22,10 @@ from hapticvlm.recognition.fusion import Fused
 from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.recognition.names import Lexicon
 from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.session.grading import Grading
 
 MAX_KNOWN = 8192
+TAUGHT_VIEWS = 4  # pictures of an object that is sure, as references for the others
 ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
 
 Key = str | tuple[str, str] | None
@@ -36,8 +38,9 @@ _NOBODY = ("nobody", "")
 class ObjectState:
     """One object: what the scene gives, evidence by source, verdict, and the decision kept.
 
-    `decided_from` are the inputs of `decision`, `compared_from` those of the last comparison with
-    what was `announced`, and `met_from` those of `contact`.
+    `graded_from` is the verdict of `grading`, `decided_from` are the inputs of `decision`,
+    `compared_from` those of the last comparison with what was `announced`, and `met_from` those of
+    `contact`.
     """
 
     facts: SceneObject | None
@@ -45,7 +48,10 @@ class ObjectState:
     recognised: Fused | None = None
     vlm: Evidence | None = None
     asked_at: float | None = None
+    taught: int = 0
     verdict: Verdict | None = None
+    grading: Grading | None = None
+    graded_from: Verdict | None = None
     decision: Decision | None = None
     decided_from: Hashable = None
     compared_from: Hashable = None
@@ -61,6 +67,7 @@ class SceneObjects:
         self._table = table
         self._lexicon = names.read_lexicon(table)
         self._known: dict[Key, ObjectState] = {}
+        self._among: frozenset[str] | None = None
         self._replaced = 0
         self._forgotten: Counter[Key] = Counter()
 
@@ -81,6 +88,9 @@ class SceneObjects:
         if scene.replace:
             self._known.clear()
             self._replaced += 1
+            self._among = None
+        if scene.materials is not None:
+            self._among = frozenset(scene.materials)
         for given in scene.objects:
             known = self._known.get(given.object_id) or ObjectState(None)
             self._known[given.object_id] = ObjectState(
@@ -111,6 +121,24 @@ class SceneObjects:
         known = self._known.get(key)
         return known is not None and known.recognised is not None
 
+    @property
+    def scene_number(self) -> int:
+        """How often the scene was replaced: what it taught is forgotten with it."""
+        return self._replaced
+
+    def teaches(self, key: Key, *, always: bool) -> str | None:
+        """Return the material that a picture of this object is a reference of, if it is wanted.
+
+        Some pictures of each object are enough, unless one was sent to be enrolled.
+        """
+        state = self.state(key)
+        assert state.verdict is not None
+        is_wanted = always or state.taught < TAUGHT_VIEWS
+        if not is_wanted or state.verdict.material == materials.UNKNOWN:
+            return None
+        state.taught += 1
+        return state.verdict.material
+
     def forget(self, key: Key) -> None:
         """Forget what was recognised under this key, and what is still being recognised."""
         self._known.pop(key, None)
@@ -130,7 +158,7 @@ class SceneObjects:
         """Receive the encoder's evidence of a new picture and return the verdict."""
         known = self._entry(key)
         before = None if key is None else known.recognised
-        known.recognised = fusion.update(before, evidence)
+        known.recognised = fusion.update(before, ladder.restrict(evidence, self._among))
         new = ladder.decide(self._evidence(key, known))
         known.verdict = ladder.prefer(known.verdict, new)
         return known.verdict
@@ -148,7 +176,7 @@ class SceneObjects:
     def add_reply(self, key: Key, evidence: Evidence) -> None:
         """Receive a VLM's evidence on this object."""
         known = self._entry(key)
-        known.vlm = evidence
+        known.vlm = ladder.restrict(evidence, self._among)
         known.verdict = ladder.prefer(known.verdict, ladder.decide(self._evidence(key, known)))
 
     def _entry(self, key: Key) -> ObjectState:

@@ -172,6 +172,8 @@ class SceneSession:
     ) -> list[Action]:
         """Receive what a recognition gave; None means its picture has not changed."""
         frame, key = action.frame, action.key
+        if action.teaches is not None:
+            return []
         if action.generation != self._model.objects.generation(key):
             return self.skipped(frame, "superseded")
         if evidence is None:
@@ -231,13 +233,26 @@ class SceneSession:
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
         """Answer at once what needs no recognition, else have the frame recognised."""
         key, objects = frame.object_id, self._model.objects
+        scene = objects.scene_number
         if key is None or objects.needs_recognition(key):
-            return [RecogniseFrame(frame, key, objects.generation(key))]
+            return [RecogniseFrame(frame, key, objects.generation(key), scene=scene)]
         cached = objects.has_verdict(key)
         age_ms = self.age_s(frame, now) * 1000.0
         decision = self._touches.decision(key)
         answer = msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
-        return [Reply(answer)]
+        return [Reply(answer), *self._teaching(frame, key)]
+
+    def _teaching(self, frame: Frame, key: str) -> list[Action]:
+        """Have some pictures of an object that is sure teach its scene."""
+        objects = self._model.objects
+        material = objects.teaches(key, always=frame.purpose == "enrol")
+        if material is None:
+            return []
+        quiet = msgspec.structs.replace(frame, id=0, purpose="enrol")
+        generation = objects.generation(key)
+        return [
+            RecogniseFrame(quiet, key, generation, scene=objects.scene_number, teaches=material)
+        ]
 
     def _scene(self, scene: Scene) -> list[Action]:
         check_describes(scene, observer=self.observer)

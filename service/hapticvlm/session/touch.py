@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from hapticvlm.messages import Decision, MessageError, Ok, Touch
+from hapticvlm.rendering.interactions import IMPACTS
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.rendering.voices import Command
 from hapticvlm.session import decisions
@@ -52,14 +53,16 @@ class TouchTracker:
     def decision(self, key: Key) -> Decision:
         """Return the decision on what lies under this key, with the pattern of a hand on it."""
         decision = self._scene.decision(key, self.plate.gain, self.plate.limits)
-        return decisions.touched_as(decision, self.hands.interaction_on(key))
+        interaction = self.hands.interaction_on(key)
+        return decisions.touched_as(decision, interaction, self._scene.grading(key))
 
     def changed_decision(self, key: Key) -> Decision | None:
         """Return the decision on this if it differs from the one last announced, else None."""
         changed = self._scene.changed_decision(key, self.plate.gain, self.plate.limits)
         if changed is None:
             return None
-        return decisions.touched_as(changed, self.hands.interaction_on(key))
+        interaction = self.hands.interaction_on(key)
+        return decisions.touched_as(changed, interaction, self._scene.grading(key))
 
     def recognise_again(self) -> list[Action]:
         """Have the regions under the hands recognised in the newest frame."""
@@ -107,7 +110,9 @@ class TouchTracker:
         return [*actions, *self._recognise(hand)] if begins else actions
 
     def _recognise(self, hand: Hand) -> list[Action]:
-        return [*self._frames.recognise_region(hand, self._scene.objects.generation(hand.key))]
+        objects = self._scene.objects
+        generation = objects.generation(hand.key)
+        return [*self._frames.recognise_region(hand, generation, objects.scene_number)]
 
     def _announce(self, hand: Hand, *, cached: bool) -> list[Action]:
         """Announce the decision on what a hand touches if it is new or changed."""
@@ -120,14 +125,17 @@ class TouchTracker:
         if self._hold.holds("speaker", hand.name) or hand.lease_until is None:
             return []
         self._onsets += onset
+        grading, interaction = self._scene.grading(hand.key), hand.interaction_name
+        material, gain = grading.impact if interaction in IMPACTS else grading.texture
         command = Command(
             hand=hand.number,
-            material=self._scene.material(hand.key),
-            interaction=hand.interaction_name,
+            material=material,
+            interaction=interaction,
             onset=onset,
             motion=hand.motion,
             seed=self._onsets,
             expires_at=hand.lease_until,
+            gain=gain,
         )
         return [PlayVibration(command)]
 

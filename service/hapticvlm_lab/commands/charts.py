@@ -80,14 +80,14 @@ def _shake_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import stability
 
     plan = stability.Plan(_where(options), options.out, options.json)
-    return _guarded("stability", options, lambda: stability.run(plan, _labels()))
+    return _guarded("stability", options, lambda: stability.run(plan, labels()))
 
 
 def _guarded(command: str, options: argparse.Namespace, run: Callable[[], int]) -> int:
     """Run with the result folder made; say in one line what cannot be done."""
     from hapticvlm.captures import CaptureError
     from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm.recognition.galleries.gallery import GalleryError
+    from hapticvlm.recognition.galleries.storage import GalleryError
     from hapticvlm.recognition.pictures import PictureError
 
     try:
@@ -114,7 +114,8 @@ def _where(options: argparse.Namespace) -> Where:
     return Where(captures, data, options.limit)
 
 
-def _labels() -> Labels:
+def labels() -> Labels:
+    """Return what the data folder's labels mean."""
     from hapticvlm_lab.bench.material.data import Labels
     from hapticvlm_lab.training import sources
 
@@ -130,7 +131,7 @@ def _labels() -> Labels:
 def _wiring() -> Wiring:
     from hapticvlm_lab.bench.material.methods import Wiring
 
-    return Wiring(_labels(), _general, _eager, _untrained)
+    return Wiring(labels(), _general, _eager, _untrained)
 
 
 def _general(data: Path) -> Encoder:

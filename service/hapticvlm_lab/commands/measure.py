@@ -30,6 +30,12 @@ def add(commands: Commands) -> None:
     names.set_defaults(run=_measure_names)
     names.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
     names.add_argument("--json", action="store_true", help="print the JSON line only")
+    beliefs = kinds.add_parser("beliefs", help="what is said and felt of held-back pictures")
+    beliefs.set_defaults(run=_measure_beliefs)
+    beliefs.add_argument("--data", type=Path, help="labelled data, for photographs (none)")
+    beliefs.add_argument("--encoder", metavar="NAME_OR_FOLDER", help="(the one shipped)")
+    beliefs.add_argument("--gallery", type=Path, help="its gallery (the one shipped)")
+    beliefs.add_argument("--json", action="store_true", help="print the JSON line only")
     _add_speaker(kinds)
 
 
@@ -72,6 +78,14 @@ def _measure_names(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.names import run
 
     return run(options.data, options.json)
+
+
+def _measure_beliefs(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.material.beliefs import run
+    from hapticvlm_lab.commands.charts import labels
+
+    chosen = options.encoder, options.gallery
+    return run(options.data, labels(), *chosen, as_json=options.json)
 
 
 def _measure_speaker(options: argparse.Namespace) -> int:

@@ -130,7 +130,7 @@ def priority(serving: Serving) -> Finding:
 def encoder(serving: Serving) -> Finding:
     """Load the encoder and gallery and look once. One of transformers is left alone: it is slow."""
     from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm.recognition.galleries.gallery import GalleryError
+    from hapticvlm.recognition.galleries.storage import GalleryError
 
     about = "encoder"
     if serving.encoder is not None and not (Path(serving.encoder) / "encoder.json").is_file():
@@ -150,7 +150,7 @@ def _inference(serving: Serving) -> tuple[str, float]:
     import numpy as np
 
     from hapticvlm.recognition.encoders.loading import load_encoder
-    from hapticvlm.recognition.galleries.gallery import load_gallery
+    from hapticvlm.recognition.galleries.storage import load_gallery
     from hapticvlm.recognition.pictures import Crop
 
     found = load_encoder(serving.encoder, threads=serving.threads)

@@ -5,11 +5,15 @@ from __future__ import annotations
 import argparse
 import tomllib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from hapticvlm.materials import Material, MaterialError, derive
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
+from hapticvlm.recognition.galleries import calibration
 from hapticvlm.recognition.galleries.enrol import (
     EnrolError,
     Enrolled,
@@ -17,24 +21,21 @@ from hapticvlm.recognition.galleries.enrol import (
     find_pictures,
     list_pictures,
 )
-from hapticvlm.recognition.galleries.gallery import (
+from hapticvlm.recognition.galleries.gallery import Gallery
+from hapticvlm.recognition.galleries.leave_one_out import (
+    LeaveOneOut,
+    find_confusable_pairs,
+    leave_one_out,
+)
+from hapticvlm.recognition.galleries.storage import (
     FILE_NAME,
     SHIPPED,
-    Calibration,
-    Gallery,
     GalleryError,
     file_of,
     load_gallery,
     read_gallery,
     require_encoder,
     save_gallery,
-    with_references,
-)
-from hapticvlm.recognition.galleries.leave_one_out import (
-    LeaveOneOut,
-    find_confusable_pairs,
-    fit_roughly,
-    leave_one_out,
 )
 from hapticvlm.recognition.galleries.user_materials import (
     MAX_USER_MATERIALS,
@@ -61,7 +62,8 @@ def build(options: argparse.Namespace) -> int:
     save_gallery(gallery, file)
     _say_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
     print(f"calibration: {origin}")
-    count = f"{len(gallery.labels)} references of {len(gallery.materials)} materials"
+    count = f"{len(enrolled.places)} references of {len(enrolled.materials)} materials"
+    count += " beside the shipped ones" if base is not None else ""
     print(f"{file}: {count}, encoder {encoder.name}; use it: serve --gallery {options.out}")
     return 0
 
@@ -78,7 +80,8 @@ def add(options: argparse.Namespace) -> int:
     found = list_pictures(material.name, options.pictures)
     enrolled = enrol(found, encoder)
     folder.mkdir(parents=True, exist_ok=True)
-    made = UserMaterial(material, options.like, facts, encoder.name, enrolled.embeddings)
+    views = tuple(np.bincount(enrolled.places).tolist())
+    made = UserMaterial(material, options.like, facts, encoder.name, enrolled.embeddings, views)
     path = write_material(made, folder)
     _say_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
     named = f"like {options.like}, encoder {encoder.name}"
@@ -94,6 +97,9 @@ def show(path: Path | None) -> int:
     print(f"{title}: encoder {gallery.encoder}, {len(gallery.labels)} references")
     for label, name in enumerate(gallery.materials):
         print(f"  {name:<20} {int((gallery.labels == label).sum()):>6}")
+    for label, name in enumerate(gallery.own.materials if gallery.own else ()):
+        assert gallery.own is not None
+        print(f"  {name:<20} {int((gallery.own.labels == label).sum()):>6}  your pictures")
     for one in own:
         print(f"  {one.material.name:<20} {len(one.references):>6}  your own: {_details(one)}")
     return 0
@@ -101,28 +107,29 @@ def show(path: Path | None) -> int:
 
 def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> tuple[Gallery, str]:
     """Put references together and say where the calibration comes from."""
-    calibration, origin = _calibration(encoder, enrolled)
-    if base is None:
-        labels = enrolled.labels[enrolled.places]
-        names, references = enrolled.materials, enrolled.embeddings
-        return Gallery(encoder.name, names, references, labels, calibration), origin
-    gallery = base
-    for name in enrolled.materials:
-        gallery = with_references(gallery, name, enrolled.references(name))
-    return gallery, origin
+    labels = enrolled.labels[enrolled.places]
+    own = Gallery(
+        encoder.name,
+        enrolled.materials,
+        enrolled.embeddings,
+        labels,
+        calibration.FEW,
+        places=enrolled.places,
+    )
+    own = replace(own, calibration=calibration.calibrate(own, base))
+    return own if base is None else replace(base, own=own), _origin(own, encoder)
 
 
-def _calibration(encoder: Encoder, enrolled: Enrolled) -> tuple[Calibration, str]:
-    """Take the shipped calibration for the shipped encoder, else fit one; say which."""
-    shipped = read_gallery(SHIPPED)
-    if shipped.encoder == encoder.name:
-        return shipped.calibration, "that of the shipped gallery"
-    fitted = fit_roughly(enrolled)
-    if fitted is None:
-        text = f"no calibration is shipped for encoder `{encoder.name}` and to fit one takes"
-        raise EnrolError(f"{text} two materials with two pictures each; add pictures")
-    count = len(enrolled.pictures)
-    return fitted, f"fitted on these {count} pictures left out in turn; few make it rough"
+def _origin(own: Gallery, encoder: Encoder) -> str:
+    """Say how references are calibrated. Raises EnrolError where they cannot be."""
+    if calibration.is_enough(own):
+        count = len(np.unique(np.stack([own.labels, calibration.places_of(own)]), axis=1).T)
+        return f"fitted on these {count} pictures left out in turn; few make it rough"
+    needed = "to fit one takes two materials with two pictures each"
+    if read_gallery(SHIPPED).encoder != encoder.name:
+        text = f"no calibration is known for encoder `{encoder.name}` and"
+        raise EnrolError(f"{text} {needed}; add pictures")
+    return f"a rough one for few pictures; {needed}"
 
 
 def _require_shipped(encoder: Encoder) -> Gallery:

@@ -81,7 +81,7 @@ def _run(options: argparse.Namespace) -> int:
     from hapticvlm.materials import MaterialError
     from hapticvlm.recognition.encoders.encoder import EncoderError
     from hapticvlm.recognition.galleries.enrol import EnrolError
-    from hapticvlm.recognition.galleries.gallery import GalleryError
+    from hapticvlm.recognition.galleries.storage import GalleryError
 
     try:
         match options.what:

@@ -19,7 +19,7 @@ from hapticvlm.recognition import ladder, pictures
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.enrol import EnrolError, Picture, find_pictures, read_frame
-from hapticvlm.recognition.galleries.gallery import load_gallery
+from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 from hapticvlm.statistics import wilson
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import messages
-from hapticvlm.recognition import pictures
+from hapticvlm.recognition import files, pictures
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.pictures import Crop, PictureError
 
@@ -147,26 +147,10 @@ def views(picture: Picture, frame: messages.Frame, side: int) -> list[Crop]:
 
 def read_frame(picture: Picture) -> messages.Frame:
     """Read a picture's file, and its mask, as the frame a scene would send. Raises EnrolError."""
-    from PIL import Image
-
     try:
-        data = picture.path.read_bytes()
-        mask = picture.mask.read_bytes() if picture.mask else None
-        with Image.open(picture.path, formats=("JPEG", "PNG")) as image:
-            (width, height), is_jpeg = image.size, image.format == "JPEG"
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        reason = getattr(error, "strerror", None) or "no JPEG or PNG"
-        raise EnrolError(f"{picture.path}: {reason}; replace it or take it out") from None
-    return messages.Frame(
-        id=1,
-        captured_at=0.0,
-        format="jpeg" if is_jpeg else "png",
-        width=width,
-        height=height,
-        image=data,
-        origin="top",
-        mask=mask,
-    )
+        return files.read_frame(picture.path, picture.mask)
+    except files.FileError as error:
+        raise EnrolError(f"{error}; replace it or take it out") from None
 
 
 def _without_copies(found: Sequence[Picture]) -> Iterator[tuple[Picture, messages.Frame]]:

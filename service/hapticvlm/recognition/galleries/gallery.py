@@ -1,51 +1,38 @@
-"""The gallery: reference embeddings per material, cosine match, calibrated confidence.
+"""The gallery: an embedding's beliefs from references and a linear layer. Pure; reads no file.
 
 A material's score is the soft maximum of the cosine similarities to its references,
-s_c = log(mean_r exp(k x.r)) / k with sharpness k, and its belief
-p(known) * softmax(k s)_c, p(known) = 1 / (1 + exp(-slope (max s - threshold))).
-k, slope and threshold were fitted on sources the encoder had not seen and are stored in the file
-with the references, since they mean nothing for another encoder. numpy only; knows no picture.
+s_c = log(mean_r exp(k x.r)) / k with sharpness k. Its logit adds a strongly regularised linear
+layer, l_c = weight k s_c + W_c x + b_c, and its belief is
 
-`match` is the one on the frame path: exp(k s_c) is the mean power itself, so one product, one exp
-and one sum per material suffice; beyond 1000 references reading them is most of the time.
+    p(known) softmax(scale l)_c,   p(known) = 1 / (1 + exp(-slope (max s - threshold))).
+
+The scale is another for renders than for photographs. Own references, a user's, are a gallery of
+their own with a calibration of their own; beside them the shipped beliefs in the same materials
+count with the exponent `share`, and what they do not know is left to the shipped gallery and
+all its materials. All numbers were fitted for one encoder.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
-from io import BytesIO
-from operator import itemgetter
-from pathlib import Path
-from zipfile import BadZipFile
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import UNKNOWN
-from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.galleries.user_materials import (
-    SHORTEST,
-    UserMaterial,
-    read_folder,
-    replace_file,
-    table_with,
-)
-from hapticvlm.recognition.ladder import Evidence
+from hapticvlm.recognition.ladder import FLOOR, Evidence
 
 Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Pictures = Literal["renders", "photographs"]
 
-SHIPPED = Path(__file__).parents[1] / "shipped" / "gallery.npz"
-FILE_NAME = "gallery.npz"  # in a gallery folder
-LISTED = 3  # beliefs per evidence; the rest of the mass is open
+SHIPPED_SHARE = 0.3  # exponent of the shipped beliefs beside own references, unless fitted
 MAX_SHARPNESS = 64.0  # exp(64) still leaves room for the sum of any gallery in float32
 _LEAST = 1e-30  # of the best reference's power: less counts as this much, so that logs stay finite
-
-
-class GalleryError(RuntimeError):
-    """A gallery that cannot be used: why, and what to do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,73 +42,147 @@ class Calibration:
     sharpness: float
     slope: float
     threshold: float
+    weight: float = 1.0
+    renders: float = 1.0
+    photographs: float = 1.0
+    share: float = SHIPPED_SHARE
+
+    def scale(self, pictures: Pictures) -> float:
+        """Return the scale of the logits for this kind of picture."""
+        return self.renders if pictures == "renders" else self.photographs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearLayer:
+    """weights (D, C) float32 and bias (C,) of the materials of a gallery."""
+
+    weights: Floats
+    bias: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gallery:
-    """References of several materials, made with one encoder.
+    """References of several materials, made with one encoder; `own` are the user's beside them.
 
     references (R, D) float32 of unit norm, labels (R,) indices into `materials`, each of which has
-    a reference. UNKNOWN may be one of them: its references show none of the others.
+    a reference. UNKNOWN may be one of them: its references show none of the others. `parents` name
+    the class of each material that the shipped gallery does not have; `places` (R,) number the
+    picture of a reference among those of its material, None where nobody knows.
     """
 
     encoder: str
     materials: tuple[str, ...]
     references: Floats
-    labels: NDArray[np.int64]
+    labels: Indices
     calibration: Calibration
+    layer: LinearLayer | None = None
+    own: Gallery | None = None
+    parents: Mapping[str, str] = field(default_factory=dict)
+    pictures: Pictures = "renders"
+    places: Indices | None = None
+
+    @property
+    def candidates(self) -> tuple[str, ...]:
+        """Every material that can be recognised, UNKNOWN left out, as `beliefs` has them."""
+        own = () if self.own is None else self.own.materials
+        names = dict.fromkeys((*self.materials, *own))
+        return tuple(name for name in names if name != UNKNOWN)
 
     def match(self, embedding: Floats) -> Evidence:
-        """Compare one (D,) embedding; a low sum of beliefs means unknown."""
-        if not self.materials or not math.isfinite(embedding @ embedding):
+        """Compare one (D,) embedding; what the beliefs lack to 1 is unknown."""
+        if not self.materials or not np.isfinite(embedding @ embedding):
             return Evidence("encoder", ())
-        blocks, calibration = _blocks(self), self.calibration
-        powers = blocks.references @ (np.float32(calibration.sharpness) * embedding)
-        np.exp(powers, out=powers)
-        means = (np.add.reduceat(powers, blocks.starts) / blocks.counts).tolist()
-        total = sum(means)
-        if not 0.0 < total < math.inf:  # references that are not finite
+        beliefs = self.beliefs(embedding[None])[0]
+        if not np.isfinite(beliefs).all():  # references that are not finite
             return Evidence("encoder", ())
-        found = zip(self.materials, means, strict=True)
-        ranked = sorted(found, key=itemgetter(1), reverse=True)[: LISTED + 1]
-        share = _known(math.log(ranked[0][1]) / calibration.sharpness, calibration) / total
-        said = [(name, mean * share) for name, mean in ranked if name != UNKNOWN]
-        return Evidence("encoder", tuple(said[:LISTED]))
+        found = zip(self.candidates, beliefs.tolist(), strict=True)
+        ranked = sorted(found, key=lambda item: -item[1])
+        return Evidence("encoder", tuple(item for item in ranked if item[1] >= FLOOR))
 
-    def beliefs(self, embeddings: Floats) -> NDArray[np.float64]:
-        """Beliefs of (N, D) embeddings: (N, C) float64; what a row lacks to 1 is unknown.
+    def beliefs(self, embeddings: Floats) -> Doubles:
+        """Beliefs in the candidates, of (N, D) embeddings: (N, C); a row lacks unknown to 1."""
+        scores = self.scores(embeddings)
+        logits = self.calibration.scale(self.pictures) * self._logits(embeddings, scores)
+        if self.own is not None:
+            return self._with_own(embeddings, logits)
+        believed = known(scores, self.calibration)[:, None] * softmax(logits)
+        return believed[:, [self.materials.index(name) for name in self.candidates]]
 
-        So is a column of UNKNOWN.
-        """
-        return believe(self.scores(embeddings), self.calibration)
+    def scores(self, embeddings: Floats) -> Doubles:
+        """Soft-maximum similarities of (N, D) embeddings to `materials`: (N, C)."""
+        blocks, sharpness = _blocks(self), self.calibration.sharpness
+        powers = np.exp(np.float32(sharpness) * (embeddings @ blocks.references.T))
+        means = np.add.reduceat(powers, blocks.starts, axis=1) / blocks.counts
+        return np.asarray(np.log(np.maximum(means.astype(np.float64), _LEAST)) / sharpness)
 
-    def scores(self, embeddings: Floats) -> NDArray[np.float64]:
-        """Soft-maximum similarities of (N, D) embeddings: (N, C) float64."""
-        return score(embeddings, self.references, self.labels, self.calibration.sharpness)
+    def _logits(self, embeddings: Floats, scores: Doubles) -> Doubles:
+        logits = self.calibration.weight * self.calibration.sharpness * scores
+        if self.layer is not None:
+            logits = logits + (embeddings @ self.layer.weights + self.layer.bias)
+        return np.asarray(logits)
+
+    def _with_own(self, embeddings: Floats, shipped: Doubles) -> Doubles:
+        own = self.own
+        assert own is not None
+        scores = own.scores(embeddings)
+        beside = log_softmax(self._columns(shipped, own.materials))
+        logits = own._logits(embeddings, scores) + own.calibration.share * beside
+        share = known(scores, own.calibration)[:, None]
+        found = dict(zip(own.materials, (share * softmax(logits)).T, strict=True))
+        for name, belief in zip(self.materials, ((1.0 - share) * softmax(shipped)).T, strict=True):
+            found[name] = found.get(name, 0.0) + belief
+        return np.stack([found[name] for name in self.candidates], axis=1)
+
+    def shipped_logits(self, embeddings: Floats, names: Sequence[str]) -> Doubles:
+        """Logits (N, C) of these materials without the own references."""
+        logits = self._logits(embeddings, self.scores(embeddings))
+        return self._columns(self.calibration.scale(self.pictures) * logits, names)
+
+    def parent(self, name: str) -> str | None:
+        """Return the material that stands for this one: itself, its class, or None."""
+        found = name if name in self.materials else self.parents.get(name)
+        return found if found in self.materials else None
+
+    def _columns(self, logits: Doubles, names: Sequence[str]) -> Doubles:
+        """Pick the columns (N, C) of these materials; the mean of all where none stands for it."""
+        parents = [self.parent(name) for name in names]
+        columns = [
+            logits.mean(axis=1) if parent is None else logits[:, self.materials.index(parent)]
+            for parent in parents
+        ]
+        return np.stack(columns, axis=1)
 
 
-def score(
-    embeddings: Floats, references: Floats, labels: NDArray[np.int64], sharpness: float
-) -> NDArray[np.float64]:
+def known(scores: Doubles, calibration: Calibration) -> Doubles:
+    """Belief that (N, C) scores belong to any of the materials: (N,)."""
+    power = -calibration.slope * (scores.max(axis=1) - calibration.threshold)
+    return np.asarray(1.0 / (1.0 + np.exp(np.minimum(power, 700.0))))
+
+
+def softmax(logits: Doubles) -> Doubles:
+    """Turn (N, C) logits into probabilities."""
+    return np.asarray(np.exp(log_softmax(logits)))
+
+
+def log_softmax(logits: Doubles) -> Doubles:
+    """Turn (N, C) logits into log probabilities."""
+    if not logits.shape[1]:
+        return logits
+    shifted = logits - logits.max(axis=1, keepdims=True)
+    return np.asarray(shifted - np.log(np.exp(shifted).sum(axis=1, keepdims=True)))
+
+
+def score(embeddings: Floats, references: Floats, labels: Indices, sharpness: float) -> Doubles:
     """Score (N, D) against (R, D) references of classes 0..C-1: (N, C) float64, about -1..1."""
-    powers = sharpness * (embeddings @ references.T).astype(np.float64)
-    top = powers.max(axis=1, keepdims=True)
-    counts = np.bincount(labels)
-    sums = np.array([np.bincount(labels, row, counts.size) for row in np.exp(powers - top)])
-    means = np.maximum(sums.reshape(-1, counts.size), _LEAST) / counts
-    return np.asarray((np.log(means) + top) / sharpness)
+    names = tuple(str(label) for label in range(int(labels.max()) + 1))
+    plain = Gallery("", names, references, labels, Calibration(sharpness, 0.0, 0.0))
+    return plain.scores(embeddings)
 
 
-def believe(scores: NDArray[np.float64], calibration: Calibration) -> NDArray[np.float64]:
+def believe(scores: Doubles, calibration: Calibration) -> Doubles:
     """Turn (N, C) scores into (N, C) beliefs; what a row lacks to 1 is unknown."""
-    top = scores.max(axis=1, keepdims=True)
-    powers = np.exp(calibration.sharpness * (scores - top))
-    known = 1.0 / (1.0 + np.exp(-calibration.slope * (top - calibration.threshold)))
-    return np.asarray(known * powers / powers.sum(axis=1, keepdims=True))
-
-
-def _known(score: float, calibration: Calibration) -> float:
-    return 1.0 / (1.0 + math.exp(min(700.0, -calibration.slope * (score - calibration.threshold))))
+    logits = calibration.weight * calibration.sharpness * scores
+    return known(scores, calibration)[:, None] * softmax(calibration.renders * logits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,8 +190,8 @@ class _Blocks:
     """References in order of material: where each material's begin, and how many there are."""
 
     references: Floats
-    starts: NDArray[np.int64]
-    counts: NDArray[np.float32]
+    starts: Indices
+    counts: Floats
 
 
 @lru_cache(maxsize=4)
@@ -142,117 +203,19 @@ def _blocks(gallery: Gallery) -> _Blocks:
     return _Blocks(references, starts, counts.astype(np.float32))
 
 
-def save_gallery(gallery: Gallery, path: Path) -> None:
-    """Write a gallery to one .npz file, whole or not at all; equal galleries give equal bytes."""
-    data = BytesIO()
-    np.savez(
-        data,
-        encoder=np.array(gallery.encoder),
-        materials=np.array(gallery.materials),
-        references=gallery.references.astype(np.float16),
-        labels=gallery.labels.astype(np.int64),
-        calibration=np.array(_numbers(gallery.calibration)),
+def join(parts: Sequence[Gallery]) -> Gallery:
+    """Join the references of galleries, as if enrolled together; the first one's calibration."""
+    names = tuple(dict.fromkeys(name for part in parts for name in part.materials))
+    labels, places = [], []
+    for number, part in enumerate(parts):
+        labels.append(np.array([names.index(name) for name in part.materials])[part.labels])
+        known = part.places if part.places is not None else np.arange(len(part.labels))
+        places.append(known + number * 1_000_000)
+    return Gallery(
+        parts[0].encoder,
+        names,
+        np.concatenate([part.references for part in parts]),
+        np.concatenate(labels).astype(np.int64),
+        parts[0].calibration,
+        places=np.concatenate(places).astype(np.int64),
     )
-    replace_file(path, data.getvalue())
-
-
-def load_gallery(
-    path: Path | None = None, *, encoder: Encoder, own: Sequence[UserMaterial] | None = None
-) -> Gallery:
-    """Read a gallery (None: the shipped one) for one encoder; raises GalleryError, MaterialError.
-
-    A folder holds gallery.npz (without it the shipped one counts) and the user's own materials;
-    `own` are those if they have been read before.
-    """
-    base = file_of(path)
-    gallery = read_gallery(base)
-    require_encoder(base, gallery.encoder, encoder)
-    _require_dimension(base, gallery.references, encoder)
-    own = read_folder(path) if own is None else own
-    known = {UNKNOWN, *table_with(own)}
-    for name in gallery.materials:
-        if name not in known:
-            text = f"{base} has references of `{name}`, which is no material; put it into a folder"
-            raise GalleryError(f"{text} as {FILE_NAME}, with a {name}.toml beside it")
-    for one in own:
-        if one.encoder is not None:
-            file = (path or SHIPPED.parent) / f"{one.material.name}.toml"
-            require_encoder(file, one.encoder, encoder)
-            _require_dimension(file, one.references, encoder)
-            gallery = with_references(gallery, one.material.name, one.references)
-    return gallery
-
-
-def file_of(path: Path | None) -> Path:
-    """Return the file with the references of a gallery given as file, folder or None (shipped)."""
-    if path is None or (path.is_dir() and not (path / FILE_NAME).exists()):
-        return SHIPPED
-    return path / FILE_NAME if path.is_dir() else path
-
-
-def with_references(gallery: Gallery, name: str, references: Floats) -> Gallery:
-    """Add (N, D) references of one material, known or new."""
-    names = gallery.materials if name in gallery.materials else (*gallery.materials, name)
-    labels = np.full(len(references), names.index(name), np.int64)
-    return replace(
-        gallery,
-        materials=names,
-        references=np.concatenate([gallery.references, references]),
-        labels=np.concatenate([gallery.labels, labels]),
-    )
-
-
-def read_gallery(path: Path) -> Gallery:
-    """Read one .npz file, whichever encoder it was made with. Raises GalleryError."""
-    try:
-        with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as file:
-            made_with = str(file["encoder"])
-            names = tuple(str(name) for name in file["materials"])
-            references = file["references"].astype(np.float32)
-            labels = file["labels"].astype(np.int64)
-            calibration = Calibration(*(float(number) for number in file["calibration"]))
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise GalleryError(f"{path} is no gallery ({reason}); name one, or build it") from None
-    except (EOFError, KeyError, ValueError, TypeError, BadZipFile) as error:
-        raise GalleryError(f"{path} is no gallery ({error}); build it again") from None
-    _require_whole(path, references, labels, names)
-    is_sharp = 0.0 < calibration.sharpness <= MAX_SHARPNESS
-    if not is_sharp or not np.isfinite(_numbers(calibration)).all():
-        raise GalleryError(f"{path}: its calibration is broken; make it again")
-    norms = np.linalg.norm(references, axis=1, keepdims=True)
-    return Gallery(made_with, names, np.asarray(references / norms), labels, calibration)
-
-
-def require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:
-    """Refuse what was made with another encoder; raises GalleryError naming both."""
-    if made_with != encoder.name:
-        text = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
-        raise GalleryError(
-            f"{text}; make one with `hapticvlm gallery build --encoder ...`, or load `{made_with}`"
-        )
-
-
-def _require_dimension(path: Path, references: Floats, encoder: Encoder) -> None:
-    if references.shape[1] != encoder.dimension:
-        text = f"{path}: references of {references.shape[1]} numbers, `{encoder.name}` gives"
-        raise GalleryError(f"{text} {encoder.dimension}; make it again")
-
-
-def _require_whole(
-    path: Path, references: Floats, labels: NDArray[np.int64], names: Sequence[str]
-) -> None:
-    if references.ndim != 2 or labels.shape != references.shape[:1]:
-        text = f"references of shape {references.shape} with {labels.size} labels"
-        raise GalleryError(f"{path}: {text}; make it again")
-    if (
-        not (np.linalg.norm(references, axis=1) > SHORTEST).all()
-        or not np.isfinite(references).all()
-    ):
-        raise GalleryError(f"{path}: references that are not of unit length; make it again")
-    if sorted(set(labels.tolist())) != list(range(len(names))) or len(set(names)) != len(names):
-        raise GalleryError(f"{path}: every material needs a reference; make it again")
-
-
-def _numbers(calibration: Calibration) -> tuple[float, float, float]:
-    return calibration.sharpness, calibration.slope, calibration.threshold

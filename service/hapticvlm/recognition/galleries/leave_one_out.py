@@ -1,22 +1,19 @@
-"""What enrolled pictures are worth: each is left out in turn and looked up among the others.
+"""A check of enrolled pictures: each is left out in turn and compared with the others.
 
-Says how often the nearest reference is of the right material, which two materials cannot be told
-apart, and, where no calibration was shipped for the encoder, fits a rough one. Pure; reads no file.
+Counts how often the nearest reference is of the right material, and finds pairs of materials that
+cannot be told apart. Pure; reads no file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hapticvlm.materials import UNKNOWN
-from hapticvlm.recognition.galleries.calibration import Doubles, evenly, least_surprising, surprise
 from hapticvlm.recognition.galleries.enrol import Enrolled
-from hapticvlm.recognition.galleries.gallery import Calibration, Gallery, believe
+from hapticvlm.recognition.galleries.gallery import Gallery
 
 CONFUSED = 0.25  # of two materials' pictures taken for the other: they cannot be told apart
 
@@ -111,40 +108,3 @@ def _likeness(enrolled: Enrolled, one: str, other: str) -> float:
         eligible[first] = False
         nearest.append((enrolled.embeddings[eligible] @ enrolled.embeddings[first]).max())
     return float(np.mean(nearest))
-
-
-def fit_roughly(enrolled: Enrolled) -> Calibration | None:
-    """Fit a calibration on pictures left out of their material, and with all of it left out.
-
-    None when that cannot be: it takes two materials with two pictures each.
-    """
-    labels, places = enrolled.labels, enrolled.places
-    if (np.bincount(labels, minlength=2) >= 2).sum() < 2:
-        return None
-    like = (enrolled.embeddings[enrolled.firsts] @ enrolled.embeddings.T).astype(np.float64)
-    pictures = np.arange(len(labels))[:, None]
-    others = places[None, :] != pictures
-    strangers = labels[places][None, :] != labels[:, None]
-    has_others = np.bincount(labels)[labels] >= 2
-    allowed = np.concatenate([others[has_others], strangers])
-    rows = np.concatenate([like[has_others], like])
-    truth = np.concatenate([labels[has_others], np.full(len(labels), -1)])
-    members = np.eye(len(enrolled.materials))[labels[places]]
-    weights, classes = evenly(truth), len(enrolled.materials)
-
-    def surprise_at(sharpness: float) -> Callable[[Calibration], float]:
-        scores = _scores(rows, allowed, members, sharpness)
-        return lambda trial: surprise(believe(scores, trial), truth, weights, classes)
-
-    return least_surprising(surprise_at)
-
-
-def _scores(
-    like: Doubles, allowed: NDArray[np.bool_], members: Doubles, sharpness: float
-) -> Doubles:
-    """Score (N, R) similarities of which some are allowed; (N, C), -inf where none is."""
-    powers = np.where(allowed, np.exp(sharpness * (like - 1.0)), 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        means = (powers @ members) / (allowed @ members)
-        scores: Doubles = np.log(np.nan_to_num(means)) / sharpness + 1.0
-    return scores

@@ -9,6 +9,7 @@
     [references]                      # what it looks like to one encoder; may be left out
     encoder = "material-1"
     vectors = ["..."]                 # float16, little-endian, base64: one string each
+    pictures = [4, 4, 3]              # how many of them show one picture; left out: 4 each
 
 The file's name is the material's. Knows files, words and vectors; embeds nothing.
 """
@@ -34,18 +35,23 @@ Floats = NDArray[np.float32]
 MAX_USER_MATERIALS = 48  # with the built-in classes what the audio engine keeps warm
 MAX_FILE_BYTES = 16 * 1024 * 1024
 _FIELDS = ("like", "words", "thermal", "vibration", "references")
+VIEWS = 4  # references that a picture gives, if a file does not say
 SHORTEST = 0.5  # norm of a reference: one that is not about 1 is none
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UserMaterial:
-    """One of the user's materials; references (N, D) float32 of unit norm, made with `encoder`."""
+    """One of the user's materials; references (N, D) float32 of unit norm, made with `encoder`.
+
+    `pictures` says how many of them, one after the other, are views of one picture.
+    """
 
     material: Material
     like: str
     facts: Mapping[str, object] = field(default_factory=dict)
     encoder: str | None = None
     references: Floats = field(default_factory=lambda: np.zeros((0, 0), np.float32))
+    pictures: tuple[int, ...] = ()
 
 
 def table_with(own: Sequence[UserMaterial]) -> Mapping[str, Material]:
@@ -112,13 +118,14 @@ def _understand(name: str, table: Mapping[str, object]) -> UserMaterial:
     like, words = str(table["like"]), table.get("words")
     material = derive(name, like, words, facts)
     encoder, references = _references(table.get("references"))
-    return UserMaterial(material, like, facts, encoder, references)
+    pictures = _pictures(table.get("references"), len(references))
+    return UserMaterial(material, like, facts, encoder, references, pictures)
 
 
 def _references(table: object) -> tuple[str | None, Floats]:
     if table is None:
         return None, np.zeros((0, 0), np.float32)
-    if not isinstance(table, Mapping) or set(table) != {"encoder", "vectors"}:
+    if not isinstance(table, Mapping) or set(table) - {"pictures"} != {"encoder", "vectors"}:
         raise MaterialError("references: expected `encoder` and `vectors`; add the material again")
     vectors = table["vectors"]
     if not isinstance(vectors, list) or not vectors:
@@ -136,6 +143,18 @@ def _references(table: object) -> tuple[str | None, Floats]:
     return str(table["encoder"]), np.asarray(stack / norms, np.float32)
 
 
+def _pictures(table: object, count: int) -> tuple[int, ...]:
+    """Read how many references each picture gave, VIEWS where nothing says so."""
+    given = table.get("pictures") if isinstance(table, Mapping) else None
+    if given is None:
+        return (*([VIEWS] * (count // VIEWS)), *([count % VIEWS] if count % VIEWS else []))
+    whole = isinstance(given, list) and all(type(n) is int and n > 0 for n in given)
+    if not whole or sum(given) != count:
+        text = f"expected counts of one or more that sum to the {count} vectors"
+        raise MaterialError(f"references.pictures: {text}; leave it out, or add it again")
+    return tuple(given)
+
+
 def _text(own: UserMaterial) -> str:
     lines = [f"like = {json.dumps(own.like)}", f"words = {_value(list(own.material.words))}"]
     for part, facts in own.facts.items():
@@ -145,6 +164,7 @@ def _text(own: UserMaterial) -> str:
         vectors = [base64.b64encode(row).decode() for row in own.references.astype("<f2")]
         lines += ["", "[references]", f"encoder = {json.dumps(own.encoder)}", "vectors = ["]
         lines += [*(f'  "{vector}",' for vector in vectors), "]"]
+        lines += [f"pictures = {_value(list(own.pictures))}"] if own.pictures else []
     return "\n".join(lines) + "\n"
 
 

@@ -21,7 +21,7 @@ from hapticvlm.commands.local_service import running
 from hapticvlm.messages import Frame
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import FrameRecogniser
-from hapticvlm.recognition.galleries.gallery import load_gallery
+from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm_lab.bench.latency.load import SIDE, pictures
 
 RATE_HZ = 60.0

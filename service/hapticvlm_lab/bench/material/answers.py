@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from hapticvlm import materials
 from hapticvlm.recognition import fusion
-from hapticvlm.recognition.galleries.gallery import LISTED
 from hapticvlm.recognition.ladder import KNOWN, SURE, Evidence, decide, fuse, pool
 from hapticvlm.recognition.names import from_name, from_shader
 from hapticvlm_lab.bench.material.data import FOUR, Source, crops
@@ -110,8 +109,8 @@ def _among(beliefs: Doubles, names: Words, allowed: Collection[str]) -> Words:
 def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> Answers | None:
     """Gather evidence per picture, or per object with its views fused, and let the ladder judge.
 
-    Open answers are the product's: what matches list, fused as the session does. Forced ones need
-    the small beliefs that both leave out: the mean of all.
+    Open answers are fused as the session does; forced ones take the mean of all, since fusing
+    forgets the small beliefs.
     """
     looks = _looks(method, embeddings)
     if looks is None:
@@ -123,7 +122,7 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     first = np.array([unit.argmax() for unit in units])
     stated = [object_evidence(method, source, name) for name in objects[first].tolist()]
     seen = [[looks[row] for row in np.flatnonzero(unit)] if looks else [] for unit in units]
-    fused = [[fusion.fuse(map(_listed, views))] if views else [] for views in seen]
+    fused = [[fusion.fuse(views)] if views else [] for views in seen]
     means = [[fuse(views)] if views else [] for views in seen]
     verdicts = [decide([*told, *look]) for told, look in zip(stated, fused, strict=True)]
     forced = [[*told, *look] for told, look in zip(stated, means, strict=True)]
@@ -149,11 +148,6 @@ def _looks(method: Method, embeddings: Floats | None) -> list[Evidence] | None:
         return None
     names = method.head.materials
     return [evidence_of(row, names) for row in method.head.beliefs(embeddings)]
-
-
-def _listed(item: Evidence) -> Evidence:
-    """Keep the beliefs a match lists; the rest of the mass is open."""
-    return Evidence(item.rung, item.beliefs[:LISTED])
 
 
 def _forced(evidence: Sequence[Evidence], allowed: Sequence[str]) -> str:

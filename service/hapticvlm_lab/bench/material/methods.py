@@ -19,13 +19,8 @@ from numpy.typing import NDArray
 from hapticvlm import materials, messages
 from hapticvlm.recognition.encoders.encoder import CARD, Encoder, EncoderError
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import (
-    FILE_NAME,
-    Calibration,
-    Gallery,
-    GalleryError,
-    load_gallery,
-)
+from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
+from hapticvlm.recognition.galleries.storage import FILE_NAME, GalleryError, load_gallery
 from hapticvlm_lab.bench.material import logistic
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, standardised_on
 from hapticvlm_lab.bench.material.data import Cut, Labels, Source, crops
@@ -70,20 +65,18 @@ class GalleryHead:
     @property
     def materials(self) -> tuple[str, ...]:
         """The gallery's, UNKNOWN left out."""
-        return tuple(name for name in self.gallery.materials if name != materials.UNKNOWN)
+        return self.gallery.candidates
 
     def beliefs(self, embeddings: Floats) -> Doubles:
         """(N, C)."""
-        return self.gallery.beliefs(embeddings)[:, self._answers()]
+        return self.gallery.beliefs(embeddings)
 
     def familiar(self, embeddings: Floats) -> Doubles:
         """(N,)."""
         if self.speaks:
             return np.asarray(self.beliefs(embeddings).max(axis=1))
-        return np.asarray(self.gallery.scores(embeddings)[:, self._answers()].max(axis=1))
-
-    def _answers(self) -> list[int]:
-        return [self.gallery.materials.index(name) for name in self.materials]
+        answers = [self.gallery.materials.index(name) for name in self.materials]
+        return np.asarray(self.gallery.scores(embeddings)[:, answers].max(axis=1))
 
 
 @dataclass(frozen=True, slots=True)

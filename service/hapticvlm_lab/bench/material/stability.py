@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from hapticvlm import __version__, materials
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import Gallery, load_gallery
+from hapticvlm.recognition.galleries.gallery import Gallery
+from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.ladder import KNOWN, SURE, decide
 from hapticvlm.recognition.pictures import crop
 from hapticvlm_lab.bench.material import curves

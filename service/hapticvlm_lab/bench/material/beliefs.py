@@ -1,0 +1,272 @@
+"""What beliefs from pictures are worth: `hapticvlm measure beliefs`.
+
+On pictures that taught, chose and calibrated nothing, with wood, glass, fabric and metal admitted:
+how much is said (p > 1/2) and how much of it is right; the same with a few references of the set
+enrolled as `gallery build --base shipped` does; the contact temperature felt, against the best
+constant; and objects taught by the named ones of their scene. Intervals are 95 % bootstraps over
+objects; references and named objects are never of the object judged.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import MATERIALS, Thermal
+from hapticvlm.recognition import pictures
+from hapticvlm.recognition.encoders.encoder import Encoder
+from hapticvlm.recognition.encoders.loading import load_encoder
+from hapticvlm.recognition.galleries import calibration, enrol
+from hapticvlm.recognition.galleries.gallery import Gallery, Pictures
+from hapticvlm.recognition.galleries.storage import load_gallery
+from hapticvlm.rendering import thermal
+from hapticvlm.rendering.expectation import expected_thermal, needed_belief
+from hapticvlm_lab.bench.material.data import FOUR, Labels, Source
+from hapticvlm_lab.bench.material.reading import default_captures, read_capture, read_pictures
+
+REFERENCES = (5, 20)
+DRAWS = 20
+RESAMPLES = 1000
+SEED = 7
+ROOM_C = 22.0
+
+_SHOWN = ("said", "right", "startling", "startling_right", "forced")
+
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """Pictures of the four materials: truth (N,) indices of FOUR, objects (N,), views of each."""
+
+    name: str
+    pictures: Pictures
+    truth: NDArray[np.int64]
+    objects: NDArray[np.str_]
+    views: tuple[Floats, ...]
+
+    @property
+    def first(self) -> Floats:
+        """The unvaried view of each picture, (N, D)."""
+        return np.stack([rows[0] for rows in self.views])
+
+
+def run(
+    data: Path | None, labels: Labels, encoder_name: str | None, path: Path | None, *, as_json: bool
+) -> int:
+    """Print a table for each set (unless `as_json`), and last a line of JSON.
+
+    `labels` say what the data folder's labels mean; `path` is a gallery. Raises CaptureError,
+    EncoderError, GalleryError.
+    """
+    encoder = load_encoder(encoder_name)
+    found: dict[str, object] = {"encoder": encoder.name}
+    for source, kind in _sources(data, labels):
+        gallery = load_gallery(path, encoder=encoder, pictures=kind)
+        found[source.name] = judge(_embed(encoder, source.keep(FOUR), kind), gallery)
+        if not as_json:
+            _print(source.name, found[source.name])
+    print(json.dumps(found))
+    return 0
+
+
+def judge(seen: Seen, gallery: Gallery) -> dict[str, object]:
+    """Return every figure of one set."""
+    zero = among(gallery.beliefs(seen.first), gallery.candidates)
+    said: dict[str, object] = {"zero-shot": spoken(zero, seen.truth, seen.objects)}
+    said["zero-shot, fused"] = _fused(zero, seen)
+    felt: dict[str, object] = {"zero-shot": felt_error(zero, seen.truth, seen.objects)}
+    for count in REFERENCES:
+        name = f"{count} references"
+        drawn = _drawn(seen, gallery, count)
+        if drawn is not None:
+            beliefs, rows = drawn
+            said[name] = spoken(beliefs, seen.truth[rows], seen.objects[rows])
+            felt[name] = felt_error(beliefs, seen.truth[rows], seen.objects[rows])
+    return {"pictures": len(seen.truth), "said": said, "felt": felt}
+
+
+def among(beliefs: Doubles, names: Sequence[str]) -> Doubles:
+    """Restrict (N, C) beliefs to FOUR: (N, 4); what was unknown stays so, in scale."""
+    kept = beliefs[:, [names.index(name) for name in FOUR]]
+    unknown = 1.0 - beliefs.sum(axis=1, keepdims=True)
+    return np.asarray(kept / (kept.sum(axis=1, keepdims=True) + np.maximum(unknown, 0.0)))
+
+
+def spoken(
+    beliefs: Doubles, truth: NDArray[np.int64], objects: NDArray[np.str_]
+) -> dict[str, object]:
+    """Share said and right of that, and the forced choice with classes alike; with intervals.
+
+    Said is what costs 1 when wrong (p > 1/2), `startling` what costs 2 (p > 2/3).
+    """
+    right = beliefs.argmax(axis=1) == truth
+    speaks, startles = beliefs.max(axis=1) > 1 / 2, beliefs.max(axis=1) > 2 / 3
+    forced: Callable[[NDArray[np.int64]], float] = lambda rows: _balanced(right[rows], truth[rows])  # noqa: E731
+    return {
+        "said": _interval(lambda rows: float(speaks[rows].mean()), objects),
+        "right": _interval(lambda rows: _mean(right[rows][speaks[rows]]), objects),
+        "startling": _interval(lambda rows: float(startles[rows].mean()), objects),
+        "startling_right": _interval(lambda rows: _mean(right[rows][startles[rows]]), objects),
+        "mean_confidence": round(float(beliefs.max(axis=1).mean()), 3),
+        "forced": _interval(forced, objects),
+    }
+
+
+def felt_error(
+    beliefs: Doubles, truth: NDArray[np.int64], objects: NDArray[np.str_]
+) -> dict[str, object]:
+    """Mean absolute error of the contact temperature, degC, classes alike, and share below neutral.
+
+    Neutral is the mean contact temperature of the four: the best constant when classes are alike.
+    """
+    contacts = np.array([_contact_c(MATERIALS[name].thermal) for name in FOUR])
+    felt = np.array([_felt_c(row, contacts) for row in beliefs])
+    ours, neutral = np.abs(felt - contacts[truth]), np.abs(contacts.mean() - contacts[truth])
+
+    def gain(rows: NDArray[np.int64]) -> float:
+        return 1.0 - _balanced(ours[rows], truth[rows]) / _balanced(neutral[rows], truth[rows])
+
+    every = np.arange(len(truth))
+    return {
+        "graded_c": round(_balanced(ours[every], truth), 3),
+        "neutral_c": round(_balanced(neutral[every], truth), 3),
+        "below_neutral": _interval(gain, objects),
+    }
+
+
+def _felt_c(beliefs: Doubles, contacts: Doubles) -> float:
+    """Render as the product does: the material where it is sure enough, else the expectation."""
+    named = dict(zip(FOUR, beliefs.tolist(), strict=True))
+    expected_c = _contact_c(expected_thermal(named, MATERIALS))
+    best = int(beliefs.argmax())
+    is_sure = beliefs[best] > needed_belief(None, float(contacts[best]) - expected_c)
+    return float(contacts[best]) if is_sure else expected_c
+
+
+def _contact_c(bulk: Thermal) -> float:
+    return thermal.contact_temperature_c(thermal.thermal_contact(bulk, ROOM_C))
+
+
+def _drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np.int64]] | None:
+    """Enrol `count` pictures a class DRAWS times; beliefs of all other objects, and their rows."""
+    rng = np.random.default_rng([SEED, count])
+    found, rows = [], []
+    for _ in range(DRAWS):
+        chosen = _draw(seen, count, rng)
+        if chosen is None:
+            return None
+        rest = np.flatnonzero(~np.isin(seen.objects, seen.objects[chosen]))
+        own = enrolled(seen, chosen, gallery)
+        beliefs = replace(gallery, own=own).beliefs(seen.first[rest])
+        found.append(among(beliefs, gallery.candidates))
+        rows.append(rest)
+    return np.concatenate(found), np.concatenate(rows)
+
+
+def enrolled(seen: Seen, chosen: NDArray[np.int64], gallery: Gallery) -> Gallery:
+    """Make own references of these pictures, calibrated as `gallery build` does."""
+    views = [seen.views[row] for row in chosen]
+    places = np.repeat(np.arange(len(views)), [len(rows) for rows in views])
+    labels = seen.truth[chosen][places]
+    own = Gallery(
+        gallery.encoder, FOUR, np.concatenate(views), labels, calibration.FEW, places=places
+    )
+    return replace(own, calibration=calibration.calibrate(own, gallery))
+
+
+def _draw(seen: Seen, count: int, rng: np.random.Generator) -> NDArray[np.int64] | None:
+    """Draw `count` pictures a class, of as many objects as there are, of half of them at most."""
+    chosen: list[int] = []
+    for label in range(len(FOUR)):
+        objects = rng.permutation(np.unique(seen.objects[seen.truth == label]))
+        if len(objects) < 2:
+            return None
+        of = [rng.permutation(np.flatnonzero(seen.objects == name)) for name in objects]
+        queue = [
+            int(row) for turn in _turns(of[: max(1, min(count, len(of) // 2))]) for row in turn
+        ]
+        chosen += queue[:count]
+    return np.array(chosen)
+
+
+def _turns(groups: Sequence[NDArray[np.int64]]) -> list[list[int]]:
+    longest = max(len(group) for group in groups)
+    return [[int(g[turn]) for g in groups if turn < len(g)] for turn in range(longest)]
+
+
+def _fused(beliefs: Doubles, seen: Seen) -> dict[str, object]:
+    names = np.unique(seen.objects)
+    rows = [seen.objects == name for name in names]
+    means = np.stack([beliefs[row].mean(axis=0) for row in rows])
+    return spoken(means, np.array([seen.truth[row][0] for row in rows]), names)
+
+
+def _interval(
+    figure: Callable[[NDArray[np.int64]], float], objects: NDArray[np.str_]
+) -> list[float]:
+    """Return a figure of all rows with its 95 % bootstrap over objects: value, low, high."""
+    rng = np.random.default_rng(SEED)
+    names, place = np.unique(objects, return_inverse=True)
+    rows = [np.flatnonzero(place == number) for number in range(len(names))]
+    draws = [rng.integers(0, len(names), len(names)) for _ in range(RESAMPLES)]
+    found = [figure(np.concatenate([rows[number] for number in draw])) for draw in draws]
+    low, high = np.nanpercentile(found, (2.5, 97.5))
+    every = figure(np.arange(len(objects)))
+    return [round(float(value), 3) for value in (every, low, high)]
+
+
+def _balanced(values: NDArray[np.generic], truth: NDArray[np.int64]) -> float:
+    return float(np.mean([np.mean(values[truth == label]) for label in np.unique(truth)]))
+
+
+def _mean(values: NDArray[np.bool_]) -> float:
+    return float(values.mean()) if values.size else float("nan")
+
+
+def _sources(data: Path | None, labels: Labels) -> list[tuple[Source, Pictures]]:
+    found: list[tuple[Source, Pictures]] = [
+        (read_capture(path), "renders") for path in default_captures()
+    ]
+    for name in ("caltech101", "report_web") if data is not None else ():
+        assert data is not None
+        source = read_pictures(data, name, labels)
+        if source is not None:
+            found.append((source, "photographs"))
+    return found
+
+
+def _embed(encoder: Encoder, source: Source, kind: Pictures) -> Seen:
+    views = []
+    for view in source.views:
+        frame = view.as_cut(source.cut)
+        try:
+            cut = enrol.views(enrol.Picture(view.truth, Path(view.object_id)), frame, encoder.side)
+        except enrol.EnrolError:  # one plain colour: recognised all the same
+            cut = [pictures.crop(frame, encoder.side)]
+        cut = cut if kind == "renders" else cut[:1]
+        views.append(np.concatenate([encoder.embed([crop]) for crop in cut]))
+    truth = np.array([FOUR.index(name) for name in source.truth])
+    return Seen(source.name, kind, truth, source.objects, tuple(views))
+
+
+def _print(name: str, found: object) -> None:
+    assert isinstance(found, dict)
+    print(f"\n{name}: {found['pictures']} pictures of {', '.join(FOUR)}")
+    for title, row in found["said"].items():
+        cells = [f"{key} {_percent(row[key])}" for key in _SHOWN]
+        print(f"  {title:<20} {'  '.join(cells)}")
+    for title, row in found["felt"].items():
+        text = f"graded {row['graded_c']} degC, neutral {row['neutral_c']} degC"
+        print(f"  felt, {title:<14} {text}, below neutral {_percent(row['below_neutral'])}")
+
+
+def _percent(interval: Sequence[float]) -> str:
+    value, low, high = (f"{100 * number:.0f}" for number in interval)
+    return f"{value} [{low}, {high}] %"
