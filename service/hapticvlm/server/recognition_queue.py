@@ -52,7 +52,7 @@ class RecognitionQueue:
         self._deliver = deliver
         self._mailboxes: dict[Connection, Mailbox[RecogniseFrame]] = {}  # in order of their turns
         self._under_way: _Request | None = None
-        self._shown_at: dict[str | None, float] = {}  # by object
+        self._shown_at: dict[tuple[Connection, str | None], float] = {}  # by object
 
     def join(self, connection: Connection) -> None:
         """Give a connection its place, behind all others."""
@@ -61,6 +61,8 @@ class RecognitionQueue:
     def leave(self, connection: Connection) -> None:
         """Drop what a connection has waiting; an answer under way goes to nobody."""
         self._mailboxes.pop(connection, None)
+        for shown in [shown for shown in self._shown_at if shown[0] is connection]:
+            del self._shown_at[shown]
 
     def put(self, connection: Connection, look: RecogniseFrame) -> list[ServiceMessage]:
         """Queue what a session wants recognised; return what to answer at once."""
@@ -109,7 +111,7 @@ class RecognitionQueue:
         request, self._under_way = self._under_way, None
         if request is not None and request.connection in self._mailboxes:
             if request.is_shown:
-                self._show(request.look.frame, answered.value.shown)
+                self._show(request, answered.value.shown)
             self._deliver(request.connection, self._actions(request, answered.value, now))
         self.feed()
 
@@ -133,7 +135,8 @@ class RecognitionQueue:
         return sorted(self._mailboxes, key=lambda connection: not connection.session.owner)
 
     def _begin(self, connection: Connection, look: RecogniseFrame, now: float) -> None:
-        is_shown = self._is_due(look.frame.object_id, now) and any(True for _ in self._observers())
+        is_due = now - self._shown_at.get((connection, look.frame.object_id), -VIEW_S) >= VIEW_S
+        is_shown = is_due and any(True for _ in self._observers())
         self._under_way = _Request(connection, look, is_shown)
         self._recogniser.recognise(
             look.frame,
@@ -170,17 +173,14 @@ class RecognitionQueue:
     def _observers(self) -> Iterable[Connection]:
         return (other for other in self._mailboxes if "frames" in other.watches)
 
-    def _is_due(self, object_id: str | None, now: float) -> bool:
-        """Whether observers have not seen this object for a while."""
-        return now - self._shown_at.get(object_id, -VIEW_S) >= VIEW_S
-
-    def _show(self, frame: Frame, shrunk: Shrunk | None) -> None:
+    def _show(self, request: _Request, shrunk: Shrunk | None) -> None:
         """Show the frame to the observers that watch frames, encoded once for all of them."""
+        frame = request.look.frame
         if shrunk is None and not _is_small(frame):
             return
         if len(self._shown_at) >= MOST_VIEWED:
             self._shown_at.clear()
-        self._shown_at[frame.object_id] = time.monotonic()
+        self._shown_at[request.connection, frame.object_id] = time.monotonic()
         view = View(
             id=0,
             kind="frames",
