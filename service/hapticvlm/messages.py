@@ -179,7 +179,11 @@ class Feel(Wire, frozen=True):
 
 
 class Set(Wire, frozen=True, tag="set", tag_field="type"):
-    """Settings of this connection's session; `feel` and gains are the owner's alone."""
+    """Settings of this connection's session; `feel` and gains are the owner's alone.
+
+    `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
+    nothing for 30 s; anybody may end the owner's connection.
+    """
 
     id: RequestId
     ambient_c: AmbientCelsius | None = None
@@ -187,6 +191,7 @@ class Set(Wire, frozen=True, tag="set", tag_field="type"):
     thermal_gain: Share | None = None
     watch: Annotated[list[Literal["frames", "waveform", "log"]], Meta(max_length=3)] | None = None
     feel: Feel | None = None
+    ownership: Literal["take", "end"] | None = None
 
 
 class Stop(Wire, frozen=True, tag="stop", tag_field="type"):

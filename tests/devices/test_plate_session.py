@@ -24,6 +24,7 @@ from hapticvlm.devices.plate_protocol import (
     Off,
     Rest,
     Setpoint,
+    State,
 )
 from hapticvlm.devices.plate_requests import ANSWER_S, TRIES
 from hapticvlm.devices.plate_session import DEAF_S, GONE_S, GREET_S, SILENT_S, PlateSession
@@ -435,3 +436,34 @@ def test_a_fault_is_found_by_name_or_number(named: str) -> None:
 def test_an_unknown_fault_is_answered_with_those_there_are() -> None:
     with pytest.raises(ValueError, match="no fault 'warm'; there are 1 plate_a_open, "):
         faults.numbered("warm")
+
+
+def test_a_rest_after_a_stop_does_not_undo_an_off_that_is_not_answered_yet():
+    session = greeted()
+    session.command(30.0, 0.25, 0.0)
+    session.off()
+    session.rest()
+    assert said(session, 1.0) == [Off()]
+
+
+def test_a_board_that_follows_no_setpoint_for_a_second_is_a_fault_until_it_holds():
+    session = greeted()
+    now, name = 0.0, faults.NOT_FOLLOWED.name
+    found = []
+    for turn in range(120):
+        now = turn * 0.05
+        session.command(25.0, 0.25, now)
+        session.outgoing(now)  # which noise on the line destroys
+        state = State.OFF if now < 3.0 else State.HOLDING
+        tell(session, telemetry(5.0 + now, state=state, setpoint_mc=None), now)
+        found.append((now, name in session.reading(now).faults))
+    first = next(now for now, is_found in found if is_found)
+    assert 0.5 < first <= 1.0
+    assert all(is_found == (first <= now < 3.0) for now, is_found in found)
+
+
+def test_a_board_that_was_told_nothing_is_not_said_to_follow_nothing():
+    session = greeted()
+    for turn in range(60):
+        tell(session, telemetry(5.0 + turn * 0.05, state=State.OFF), turn * 0.05)
+        assert session.reading(turn * 0.05).faults == ()

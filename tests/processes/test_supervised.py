@@ -1,5 +1,6 @@
 """A child process under watch: what becomes of it, and that watching never waits."""
 
+import errno
 import multiprocessing
 import os
 import signal
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hapticvlm.processes.supervised import Child, Started
+from hapticvlm.processes.supervised import Child, ChildError, Started
 
 PATIENCE_S = 60.0
 FILES = Path("/proc/self/fd")
@@ -24,6 +25,12 @@ def torn(control):
     """Die in the middle of the first message."""
     os.write(control.fileno(), b"\0\0\1\0half")
     os._exit(3)
+
+
+def given_much(data, control):
+    """Say ready once all of what was given has arrived."""
+    Started((str(len(data)),)).send(control)
+    with_nothing_to_say(control)
 
 
 def with_nothing_to_say(control):
@@ -91,3 +98,52 @@ def test_restarts_leave_no_files_open(watched):
         until(lambda: child.supervise(time.monotonic(), is_well=True) is None and child.ready_at)
         opened.append(sum(1 for _ in FILES.iterdir()))
     assert opened[-1] == opened[0]
+
+
+MUCH = 20 * 1024 * 1024  # more than any pipe holds
+
+
+def test_starting_a_child_that_is_given_more_than_a_pipe_holds_waits_for_nobody():
+    names: list[tuple[str, ...]] = []
+    child = Child("child", given_much, lambda: (bytes(MUCH),), names.append)
+    longest = 0.0
+    try:
+        started = time.monotonic()
+        child.begin()
+        longest = time.monotonic() - started
+        while not child.ready_at:
+            started = time.monotonic()
+            assert child.supervise(started, is_well=True) is None
+            longest = max(longest, time.monotonic() - started)
+            time.sleep(0.005)
+    finally:
+        child.close(0.0)
+    assert names == [(str(MUCH),)]
+    assert longest < 0.1
+
+
+def test_a_system_without_room_for_a_child_is_one_more_failure_with_a_growing_pause():
+    def no_room():
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    child = Child("child", obedient, no_room, lambda _: None)
+    said = []
+    child.begin()
+    now = time.monotonic()
+    for _ in range(3):
+        while (found := child.supervise(now, is_well=True)) is None:
+            time.sleep(0.01)
+        said.append(found)
+        now += 60.0
+    child.close(0.0)
+    assert said[0] == "the child could not be started: Too many open files; restarted at once"
+    assert [line.rsplit("restarted ", 1)[1] for line in said] == ["at once", "in 1 s", "in 2 s"]
+
+
+def test_a_child_for_which_there_is_no_room_at_the_start_is_a_clear_error():
+    def no_room():
+        raise OSError(errno.ENOMEM, "Cannot allocate memory")
+
+    child = Child("child", obedient, no_room, lambda _: None)
+    with pytest.raises(ChildError, match="could not be started: Cannot allocate memory"):
+        child.start()

@@ -12,7 +12,7 @@ import soundfile
 
 from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.ports import DeviceError
-from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, Gain, LetGo, RestAll, Ring
+from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, LetGo, RestAll, Ring, Standing
 from hapticvlm.devices.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command
@@ -28,7 +28,7 @@ def command(**fields):
 
 def test_what_is_put_into_the_ring_comes_out_the_same_and_once():
     ring = Ring.create()
-    orders = [command(), command(material=None, onset=False), LetGo(0), RestAll(), Gain(0.25)]
+    orders = [command(), command(material=None, onset=False), LetGo(0), RestAll(), LetGo(1)]
     for order in orders:
         ring.put(order, 1.0)
     taken = list(ring.take(0))
@@ -91,7 +91,7 @@ def test_an_engine_that_has_not_spoken_yet_lacks_no_output():
 def test_a_reader_a_whole_ring_behind_is_told_what_it_lost():
     ring = Ring.create()
     for number in range(SLOTS + 50):
-        ring.put(Gain(number / 1000), 1.0)
+        ring.put(LetGo(number % 2), 1.0)
     taken = [order for _, _, order in ring.take(0)]
     lost = taken.count(None)
     assert lost == 51
@@ -100,12 +100,12 @@ def test_a_reader_a_whole_ring_behind_is_told_what_it_lost():
 
 def test_a_half_written_record_is_left_until_it_is_whole():
     ring = Ring.create()
-    ring.put(Gain(0.5), 1.0)
+    ring.put(LetGo(1), 1.0)
     ring.put(command(), 1.0)
     view = np.frombuffer(memoryview(ring.shared), np.uint8)
     (last,) = np.flatnonzero(view)[-1:]
     view[last] ^= 0xFF
-    assert [order for _, _, order in ring.take(0)] == [Gain(0.5)]
+    assert [order for _, _, order in ring.take(0)] == [LetGo(1)]
     view[last] ^= 0xFF
     assert [number for number, _, _ in ring.take(1)] == [2]
 
@@ -208,3 +208,59 @@ def test_the_simulated_speaker_writes_what_it_played(tmp_path):
 def test_an_output_that_is_not_there_names_those_that_are():
     with pytest.raises(DeviceError, match=r"no such output|cannot open"):
         Speaker(AudioSettings(output="a speaker nobody has")).start()
+
+
+def overrun(ring):
+    """Put more orders into the ring than it holds."""
+    for _ in range(2 * SLOTS):
+        ring.put(command(), time.monotonic())
+
+
+def test_a_gain_and_a_rest_outlive_orders_that_were_lost():
+    ring = Ring.create()
+    engine = Engine(ring)
+    ring.put(command(interaction="slide", expires_at=time.monotonic() + 60.0), time.monotonic())
+    engine.fill(4800)
+    assert engine.fill(4800).any()
+    rested = ring.put(RestAll(), time.monotonic())
+    ring.stand(Standing(0.0, rested))
+    overrun(ring)
+    engine.fill(4800)
+    assert not engine.fill(4800).any()
+    ring.put(command(expires_at=time.monotonic() + 60.0), time.monotonic())
+    assert not engine.fill(4800).any()  # the gain is 0 still
+    ring.stand(Standing(1.0, rested))
+    ring.put(command(expires_at=time.monotonic() + 60.0), time.monotonic())
+    assert engine.fill(4800).any()
+
+
+def test_a_standing_value_that_is_being_written_is_left_until_it_is_whole():
+    ring = Ring.create()
+    assert ring.standing() is None
+    ring.stand(Standing(0.5, 7))
+    assert ring.standing() == Standing(0.5, 7)
+    view = np.frombuffer(memoryview(ring.shared), np.uint8)
+    (last,) = np.flatnonzero(view)[-1:]
+    view[last] ^= 0xFF
+    assert ring.standing() is None
+
+
+def test_a_wav_in_a_folder_that_is_not_there_is_refused_by_name(tmp_path):
+    speaker = Speaker(AudioSettings(wav=tmp_path / "missing" / "played.wav"))
+    with pytest.raises(DeviceError, match=r"cannot write --wav .*played\.wav"):
+        speaker.start()
+
+
+def test_an_engine_that_was_restarted_goes_on_in_a_file_of_its_own(tmp_path):
+    speaker = Speaker(AudioSettings(wav=tmp_path / "played.wav"))
+    speaker.start()
+    try:
+        os.kill(speaker.pid, signal.SIGKILL)  # type: ignore[arg-type]
+        while speaker.supervise(time.monotonic()) is None:
+            time.sleep(0.01)
+        while not speaker.plays:
+            speaker.supervise(time.monotonic())
+            time.sleep(0.01)
+    finally:
+        speaker.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["played-2.wav", "played.wav"]

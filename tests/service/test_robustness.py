@@ -1,6 +1,7 @@
 """What may go wrong around the service, with real processes: nothing stays on, nothing is lost."""
 
 import asyncio
+import io
 import json
 import os
 import random
@@ -14,8 +15,10 @@ from pathlib import Path
 
 import jsonschema
 import msgpack
+import numpy as np
 import pytest
 from conftest import peer, status
+from PIL import Image
 from test_server import OBJECTS, frame, is_silent, owner_of, until
 
 from hapticvlm.commands.local_service import running
@@ -231,7 +234,7 @@ async def test_frames_of_three_seconds_at_60_a_second_are_all_answered(service):
         assert answers == ids
 
 
-async def test_the_gain_a_person_set_survives_a_crash_of_the_engine(service):
+async def test_the_gain_a_person_set_survives_a_crash_of_the_engine_and_a_reconnect(service):
     async def loudest(client):
         level = 0.0
         for _ in range(20):
@@ -255,19 +258,26 @@ async def test_the_gain_a_person_set_survives_a_crash_of_the_engine(service):
     async with peer(service) as newcomer:
         await owner_of(newcomer)
         await asyncio.sleep(0.1)
+        assert 0.0 < await loudest(newcomer) < 0.3 * full  # and a reconnect
+        await newcomer.ask(type="set", vibration_gain=1.0)
+        await asyncio.sleep(0.1)
         assert await loudest(newcomer) > 0.5 * full
 
 
+def noise(seed):
+    """A picture of 640 x 640 px that no codec makes small."""
+    pixels = np.random.default_rng(seed).integers(0, 255, (640, 640, 3), np.uint8)
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, "JPEG", quality=90)
+    return buffer.getvalue()
+
+
 async def fill_the_buffers(client):
-    """Have the service answer a client that does not read until it can write no more."""
-    for _ in range(2000):
-        try:
-            async with asyncio.timeout(1.0):
-                for _ in range(200):
-                    await client.socket.send(b"\xc1" * 40)
-        except TimeoutError:
-            return
-    raise AssertionError("the buffers never filled")
+    """Show an observer that does not read more than its buffers hold: some 9 MB."""
+    for number in range(30):
+        fields = {"image": noise(number), "width": 640, "height": 640}
+        answer = await client.ask(**frame(number, object_id=f"thing {number}", **fields))
+        assert answer["type"] == "decision"
 
 
 async def test_the_service_stops_at_once_although_a_client_does_not_read():
@@ -279,8 +289,9 @@ async def test_the_service_stops_at_once_although_a_client_does_not_read():
         async with peer(service, sock=small) as lazy, peer(service) as client:
             await lazy.hello("observer")
             await owner_of(client)
+            await lazy.ask(type="set", watch=["frames"])
             lazy.socket.transport.pause_reading()
-            await fill_the_buffers(lazy)
+            await fill_the_buffers(client)
             await client.touch("contact", "table")
             started = time.monotonic()
             service.process.send_signal(signal.SIGTERM)

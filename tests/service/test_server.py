@@ -1,6 +1,7 @@
 """The running service over real WebSockets: admission, ownership, touches, frames, stopping."""
 
 import asyncio
+import contextlib
 import io
 import time
 import urllib.error
@@ -17,6 +18,7 @@ from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import ConnectionClosed, ConnectionClosedError, InvalidStatus
 
 from hapticvlm.commands.local_service import ServiceError, running
+from hapticvlm.server.budgets import GUESS_S, MAX_CONNECTIONS, MAX_SCENES
 
 OBJECTS = [
     {"object_id": "table", "material": "wood"},
@@ -440,3 +442,39 @@ def test_an_unknown_encoder_is_a_clear_error_at_start():
 def test_an_unknown_speaker_is_a_clear_error_at_start():
     with pytest.raises(ServiceError, match="audio output"), running(["--speaker", "no such one"]):
         pass
+
+
+def test_a_page_of_another_site_loads_nothing_of_ours_and_may_embed_nothing(service):
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        get(service, "/icon.svg", **{"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "no-cors"})
+    assert refused.value.code == 403
+    refused.value.close()
+    with get(service, "/") as page:
+        assert page.headers["Cross-Origin-Resource-Policy"] == "same-origin"
+
+
+async def test_a_wrong_token_is_answered_late_counted_and_logged():
+    with running(["--token", "s3cret"]) as service:
+        started = time.monotonic()
+        async with peer(service) as client:
+            assert (await client.hello(token="guess"))["path"] == "$.token"
+        assert time.monotonic() - started >= GUESS_S
+        assert status(service)["counts"]["refused: token"] == 1
+    assert any("wrong token" in line for line in service.said)
+
+
+async def test_a_crowd_of_observers_locks_no_dashboard_out_and_scenes_are_few():
+    with running() as service:
+        async with contextlib.AsyncExitStack() as stack:
+            for _ in range(MAX_SCENES):
+                client = await stack.enter_async_context(peer(service))
+                assert (await client.hello())["type"] == "welcome"
+            client = await stack.enter_async_context(peer(service))
+            refused = await client.hello()
+            assert "scenes" in refused["text"]
+            for _ in range(MAX_CONNECTIONS - MAX_SCENES):
+                client = await stack.enter_async_context(peer(service))
+                assert (await client.hello("observer"))["type"] == "welcome"
+            client = await stack.enter_async_context(peer(service))
+            assert "close one" in (await client.hello("observer"))["text"]
+            assert status(service)["connections"] == MAX_CONNECTIONS

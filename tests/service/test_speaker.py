@@ -13,7 +13,7 @@ from hapticvlm.commands.local_service import running
 from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.output import OutputError, choose
 from hapticvlm.devices.ports import DeviceError
-from hapticvlm.devices.ring import Gain, Ring
+from hapticvlm.devices.ring import Ring, Standing
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command
@@ -166,7 +166,7 @@ def test_a_block_that_is_not_finite_is_played_as_silence_and_counted():
     engine = Engine(ring)
     ring.put(strike(), time.monotonic())
     assert engine.fill(128).any()
-    ring.put(Gain(float("nan")), time.monotonic())
+    ring.stand(Standing(float("nan"), 0))
     blocks = np.concatenate([engine.fill(128) for _ in range(20)])
     assert not blocks.any()
     assert ring.status().scrubbed == 20

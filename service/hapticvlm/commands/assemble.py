@@ -31,7 +31,7 @@ from hapticvlm.processes.vlm import VlmWorker
 from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
 from hapticvlm.rendering.equaliser import Correction
-from hapticvlm.server import certificate
+from hapticvlm.server import certificate, log_writer
 from hapticvlm.server.access import Address
 from hapticvlm.server.certificate import Certificate
 from hapticvlm.server.gateway import Gateway, ObserverLog
@@ -70,7 +70,7 @@ def address(serving: Serving) -> Address:
 
 
 async def run(serving: Serving, where: Address) -> None:
-    """Run the service until SIGINT or SIGTERM.
+    """Run the service until SIGINT, SIGTERM or SIGHUP.
 
     Raises ValueError, OSError, ChildError and DeviceError for what cannot be put together.
     """
@@ -79,6 +79,7 @@ async def run(serving: Serving, where: Address) -> None:
     parts = _make(serving)
     gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.vlm)
     gateway.recorder = parts.recorder
+    gateway.log = log_writer.take_over()
     logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway.show_log))
     try:
         await _start(parts, gateway)
@@ -226,7 +227,11 @@ def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> Non
             os._exit(130)
         stopping.set()
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    closed_terminal = getattr(signal, "SIGHUP", None)  # Windows has none
+    if closed_terminal is not None and signal.getsignal(closed_terminal) != signal.SIG_IGN:
+        numbers.append(closed_terminal)  # ignored under nohup: then it goes on
+    for number in numbers:
         try:
             loop.add_signal_handler(number, stop)
         except NotImplementedError:

@@ -241,6 +241,10 @@ class _Player:
         self._session.rest()
         return []
 
+    def _play_owner(self, line: Line) -> list[Action]:
+        self._session.set_owner(owner=line["owner"])
+        return []
+
     def _play_held(self, line: Line) -> list[Action]:
         self._hold.stop(line["scope"])
         return []

@@ -13,6 +13,7 @@ on PulseAudio at 128 samples: sound came 3 ms later, with as many gaps.
 from __future__ import annotations
 
 import gc
+import logging
 import signal
 import threading
 import time
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 MAX_CHANNELS = 2
 MAX_WAITING_BLOCKS = 20_000
 
+logger = logging.getLogger(__name__)
+
 
 def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> None:
     """Entry point of the engine process; ends on a message or when the gateway is gone."""
@@ -45,7 +48,11 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     signal.signal(signal.SIGTERM, _leave)
     ring = Ring(shared, tuple(material.name for material in settings.materials))
     engine = Engine(ring, settings)
-    wav = WavFile(settings.wav) if settings.wav else None
+    try:
+        wav = WavFile(settings.wav) if settings.wav else None
+    except (OSError, RuntimeError) as error:  # soundfile's own error is a RuntimeError
+        Started(error=f"cannot write --wav {settings.wav}: {error}").send(control)
+        return
     if wav is not None:
         engine.tee = wav.append
     engine.level = settings.level
@@ -109,9 +116,12 @@ class WavFile:
         self._file.close()
 
     def _write(self) -> None:
-        while not self._closing.wait(0.2):
+        try:
+            while not self._closing.wait(0.2):
+                self._drain()
             self._drain()
-        self._drain()
+        except (OSError, RuntimeError) as error:  # the disk is full; what is played goes on
+            logger.error("the WAV file ends here: %s", error)
 
     def _drain(self) -> None:
         while self._waiting:

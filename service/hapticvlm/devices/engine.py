@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.ring import EngineStatus, Gain, LetGo, Order, RestAll, Ring
+from hapticvlm.devices.ring import EngineStatus, LetGo, Order, RestAll, Ring
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.patterns import Pattern
 from hapticvlm.rendering.vibration import NOMINAL, RATE_HZ, Correction, Playback
@@ -55,7 +55,7 @@ class Engine:
         self._ring = ring
         self._voices = settings.voices()
         self._is_leaving = False
-        self._newest = ring.newest
+        self._newest = self._rested = ring.newest
         self._lost = self._samples = self._scrubbed = 0
         self.level = 1.0
         self.underruns = 0
@@ -73,7 +73,10 @@ class Engine:
                 continue
             if not self._is_leaving:
                 self._obey(order)
+            if isinstance(order, RestAll):
+                self._rested = number
             self._ring.note_delay(number, now - written_at)
+        self._follow_standing()
         block = self._bounded(self._voices.render(count, now))
         self._samples += count
         if self.tee is not None:
@@ -87,10 +90,9 @@ class Engine:
 
     def rest_unheard(self) -> None:
         """End what sounds while nothing plays, and pass over what is commanded meanwhile."""
-        for number, _, order in self._ring.take(self._newest):
+        for number, _, _ in self._ring.take(self._newest):
             self._newest = number
-            if isinstance(order, Gain):
-                self._obey(order)
+        self._follow_standing()
         self._voices.rest()
         self._voices.render(round(FADE_S * RATE_HZ), time.monotonic())
 
@@ -107,6 +109,16 @@ class Engine:
         block = block if self.level == 1.0 else block * np.float32(self.level)
         return np.clip(block, np.float32(-1.0), np.float32(1.0))
 
+    def _follow_standing(self) -> None:
+        """Take the gain, and rest if the order to do so was lost with others."""
+        standing = self._ring.standing()
+        if standing is None:
+            return
+        self._voices.gain = standing.gain
+        if self._rested < standing.rested <= self._newest:
+            self._rested = standing.rested
+            self._voices.rest()
+
     def _obey(self, order: Order) -> None:
         match order:
             case Command():
@@ -115,8 +127,6 @@ class Engine:
                 self._voices.release(order.hand)
             case RestAll():
                 self._voices.rest()
-            case Gain():
-                self._voices.gain = order.gain
 
     def _status(self, now: float) -> EngineStatus:
         return EngineStatus(

@@ -128,6 +128,12 @@ VERSION = Fault(
     "the plate that came back speaks another version of the protocol",
     "flash the firmware that belongs to this release",
 )
+NOT_FOLLOWED = Fault(
+    None,
+    "plate_not_following",
+    "the plate was sent setpoints for a second and follows none",
+    "noise on its line, or a broken wire to the board: check cable, ground and screening",
+)
 SPEAKER_GONE = Fault(
     None,
     "speaker_gone",
@@ -135,7 +141,7 @@ SPEAKER_GONE = Fault(
     "plug it in again, or choose another with --speaker; it then waits for a new touch",
 )
 FIRMWARE = {number: Fault(number, *words) for number, words in enumerate(_FIRMWARE, start=1)}
-_HOST = (UNPLUGGED, SILENT, VERSION, SPEAKER_GONE)
+_HOST = (UNPLUGGED, SILENT, VERSION, NOT_FOLLOWED, SPEAKER_GONE)
 _BY_NAME = {fault.name: fault for fault in (*FIRMWARE.values(), *_HOST)}
 
 

@@ -47,6 +47,9 @@ class Plate(Protocol):
     def rest(self, now: float) -> None:
         """Return to neutral, then switch off, whatever was commanded."""
 
+    def off(self, now: float) -> None:
+        """Open the bridge at once, without a return to neutral."""
+
     def advance(self, now: float) -> PlateReading:
         """Let time pass up to `now` and read the plate."""
 
@@ -131,6 +134,11 @@ class Peltier:
         """Return to neutral, then switch off."""
         with self._lock:
             self._session.rest()
+
+    def off(self, now: float) -> None:  # noqa: ARG002 - the board's clock decides
+        """Open the bridge at once; sent by the thread within READ_S, again until acknowledged."""
+        with self._lock:
+            self._session.off()
 
     def advance(self, now: float) -> PlateReading:
         """Return what the plate last said; nothing measured if that is too long ago."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hapticvlm.devices import plate_protocol
-from hapticvlm.devices.plate_protocol import Ack, Answer, Message, Rest
+from hapticvlm.devices.plate_protocol import Ack, Answer, Message, Off, Rest
 
 ANSWER_S, TRIES = 0.15, 5
 
@@ -31,7 +31,9 @@ class Orders:
         return plate_protocol.encode(message, self._next_seq())
 
     def put(self, message: Message) -> None:
-        """Order something; it replaces an older order."""
+        """Order something; it replaces an older order, but no rest replaces an unanswered off."""
+        if isinstance(message, Rest) and isinstance(self._message, Off):
+            return
         self._message, self._message_seq = message, self._next_seq()
         self._tries, self._sent_at, self.answer = 0, -math.inf, None
 

@@ -15,7 +15,7 @@ from collections import Counter
 from hapticvlm.devices import faults, plate_protocol
 from hapticvlm.devices.dose import Dose
 from hapticvlm.devices.framing import Deframer, Frame
-from hapticvlm.devices.plate_protocol import Ack, Answer, HelloReply, Message, Telemetry
+from hapticvlm.devices.plate_protocol import Ack, Answer, HelloReply, Message, State, Telemetry
 from hapticvlm.devices.plate_requests import Orders
 from hapticvlm.devices.setpoint_lease import Drive
 from hapticvlm.perception import NEUTRAL_C
@@ -24,6 +24,7 @@ from hapticvlm.rendering.plate_limits import PlateReading
 GREET_S = 0.25  # between HELLOs; a boot loader eats the first ones
 SILENT_S = 0.5  # ten telemetries missed while listening
 DEAF_S = 2.0  # without listening: whoever reads the port is stuck
+FOLLOW_S = 0.8  # of setpoints that the board does not follow: a fault within a second
 GONE_S = 3.0  # longer than a boot loader: then the port is worth opening again
 _UPTIME_WRAPS = 2**32
 
@@ -42,6 +43,8 @@ class PlateSession:
         self._is_open = self._was_open = False
         self._heard_at = self._listened_at = self._greeted_at = -math.inf
         self._uptime_ms: int | None = None
+        self._unfollowed_since: float | None = None
+        self._is_unfollowed = False
 
     @property
     def is_ready(self) -> bool:
@@ -178,6 +181,8 @@ class PlateSession:
             return (*found, faults.UNPLUGGED.name)
         if self.refusal is not None:
             return (*found, faults.VERSION.name)
+        if self._is_unfollowed:
+            found = (*found, faults.NOT_FOLLOWED.name)
         return found if self._is_fresh(now) else (*found, faults.SILENT.name)
 
     def _duty(self, told: Telemetry) -> float:
@@ -195,6 +200,7 @@ class PlateSession:
         self.board = self.telemetry = None
         self._greeted_at = -math.inf
         self._orders.drop()
+        self._unfollowed_since, self._is_unfollowed = None, False
 
     def _greeting(self, now: float) -> bytes:
         if now - self._greeted_at < GREET_S:
@@ -226,8 +232,20 @@ class PlateSession:
                 self._restarted()
         if told.faults:
             self._drive.hold()
+        self._watch_following(told, now)
         self._uptime_ms, self.telemetry = told.uptime_ms, told
         self._dose.tell(told.dose_mcem43 / 1000.0, float(told.heated_s), now)
+
+    def _watch_following(self, told: Telemetry, now: float) -> None:
+        """Find that the board does not hold although it was sent setpoints all the time."""
+        if told.state == State.HOLDING:
+            self._unfollowed_since, self._is_unfollowed = None, False
+        elif not self._drive.is_driving or told.faults:
+            self._unfollowed_since = None
+        elif self._unfollowed_since is None:
+            self._unfollowed_since = now
+        elif now - self._unfollowed_since > FOLLOW_S:
+            self._is_unfollowed = True
 
     def _heed(self, ack: Ack) -> None:
         self._orders.heed(ack)

@@ -36,20 +36,24 @@ TRIES = 100
 
 _RECORD = struct.Struct("<QBBBBhxxfffdQd")
 _STATUS = struct.Struct("<QdfQQQQQ??")
+_STANDING = struct.Struct("<QdQ")
 _SUM = struct.Struct("<I")
 _NUMBER = struct.Struct("<Q")
 _NEWEST = 0
 _NEWEST_STATUS = 8
+_NEWEST_STANDING = 16
 _STATUS_AT = 64
 _STATUS_SIZE = 80
 _RECORD_SIZE = 64
 _DELAYS_AT = _STATUS_AT + 2 * _STATUS_SIZE
 _SAMPLES_AT = _DELAYS_AT + 4 * DELAYS
 _RING_AT = _SAMPLES_AT + 4 * SAMPLES
-_SIZE = _RING_AT + SLOTS * _RECORD_SIZE
+_STANDING_AT = _RING_AT + SLOTS * _RECORD_SIZE
+_STANDING_SIZE = 64
+_SIZE = _STANDING_AT + 2 * _STANDING_SIZE
 
 _INTERACTIONS = (*IMPACTS, *TEXTURES)
-_OBEY, _LET_GO, _REST, _GAIN = 1, 2, 3, 4
+_OBEY, _LET_GO, _REST = 1, 2, 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,13 +69,17 @@ class RestAll:
 
 
 @dataclass(frozen=True, slots=True)
-class Gain:
-    """Set the vibration gain."""
+class Standing:
+    """What holds until it is changed, however many orders were lost; newest value only.
+
+    `gain` is 0..1; `rested` numbers the newest order to rest everything, 0 = none.
+    """
 
     gain: float
+    rested: int
 
 
-Order = Command | LetGo | RestAll | Gain
+Order = Command | LetGo | RestAll
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +136,20 @@ class Ring:
         self._write(_RECORD.pack(number, *fields, now), _record_at(number))
         self._view[_NEWEST : _NEWEST + 8] = _NUMBER.pack(number)
         return number
+
+    def stand(self, standing: Standing) -> None:
+        """Replace what holds until it is changed (gateway side)."""
+        number = self._number(_NEWEST_STANDING) + 1
+        self._write(_STANDING.pack(number, standing.gain, standing.rested), _standing_at(number))
+        self._view[_NEWEST_STANDING : _NEWEST_STANDING + 8] = _NUMBER.pack(number)
+
+    def standing(self) -> Standing | None:
+        """Return what holds, None if nothing was said or it is being written (engine side)."""
+        number = self._number(_NEWEST_STANDING)
+        fields = self._read(_STANDING, _standing_at(number)) if number else None
+        if fields is None or fields[0] != number:
+            return None
+        return Standing(fields[1], fields[2])
 
     def take(self, after: int) -> Iterator[tuple[int, float, Order | None]]:
         """Yield (number, written_at, order) newer than `after`; order None = lost (engine side)."""
@@ -213,6 +235,10 @@ def _record_at(number: int) -> int:
     return _RING_AT + number % SLOTS * _RECORD_SIZE
 
 
+def _standing_at(number: int) -> int:
+    return _STANDING_AT + number % 2 * _STANDING_SIZE
+
+
 def _status_at(number: int) -> int:
     return _STATUS_AT + number % 2 * _STATUS_SIZE
 
@@ -231,8 +257,6 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
             return _LET_GO, order.hand, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0
         case RestAll():
             return _REST, 0, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0
-        case Gain():
-            return _GAIN, 0, 0, 0, -1, 0.0, 0.0, order.gain, 0.0, 0
 
 
 def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
@@ -241,8 +265,6 @@ def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
         return LetGo(hand)
     if kind == _REST:
         return RestAll()
-    if kind == _GAIN:
-        return Gain(gain)
     return Command(
         hand=hand,
         material=None if material < 0 else materials[material],

@@ -24,6 +24,7 @@ class Drive:
         self._sent_mc: int | None = None
         self._until = self._sent_at = self._commanded_at = -math.inf
         self._is_held = False
+        self.is_driving = False  # a setpoint was sent and its lease has not ended
 
     def command(self, setpoint_c: float, ttl_s: float, now: float, *, may_drive: bool) -> bool:
         """Take a setpoint, limited to the band, for `ttl_s`; return whether it takes effect."""
@@ -59,9 +60,11 @@ class Drive:
         if now - self._sent_at < pause_s:
             return None
         self._sent_at, self._sent_mc = now, self._setpoint_mc
+        self.is_driving = True
         ttl_ms = min(max(round(left_s * 1000.0), 1), plate_protocol.MAX_TTL_MS)
         return plate_protocol.Setpoint(self._setpoint_mc, ttl_ms)
 
     def _let_go(self) -> None:
         self._setpoint_mc = self._sent_mc = None
+        self.is_driving = False
         self._until = self._sent_at = -math.inf

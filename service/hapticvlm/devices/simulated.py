@@ -60,6 +60,11 @@ class SimulatedPlate:
         self.advance(now)
         self._lapse()
 
+    def off(self, now: float) -> None:
+        """Open the bridge at once."""
+        self.advance(now)
+        self.close()
+
     def advance(self, now: float) -> PlateReading:
         """Live up to `now`; a clock that jumps back ends the lease, a long gap is cut short."""
         elapsed_s = 0.0 if self._now is None else now - self._now

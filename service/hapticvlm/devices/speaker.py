@@ -21,7 +21,7 @@ from hapticvlm.devices.audio import run_engine
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.ports import DeviceError
-from hapticvlm.devices.ring import SAMPLES, EngineStatus, Gain, LetGo, RestAll, Ring
+from hapticvlm.devices.ring import SAMPLES, EngineStatus, LetGo, RestAll, Ring, Standing
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.voices import Command
 
@@ -40,6 +40,7 @@ class Speaker:
         self._settings = settings
         self._ring = Ring.create([material.name for material in settings.materials])
         self._underruns_before = 0
+        self._rested = 0
         self._had_output = True
         self._heard = 0
         self._watched_at = self._awake_since = float("-inf")
@@ -88,12 +89,18 @@ class Speaker:
 
     def rest(self) -> None:
         """Fade everything."""
-        self._ring.put(RestAll(), time.monotonic())
+        self._rested = self._ring.put(RestAll(), time.monotonic())
+        self._ring.stand(Standing(self._settings.gain, self._rested))
 
     def set_gain(self, gain: float) -> None:
         """Set the vibration gain (0..1)."""
         self._settings = dataclasses.replace(self._settings, gain=gain)
-        self._ring.put(Gain(gain), time.monotonic())
+        self._ring.stand(Standing(gain, self._rested))
+
+    @property
+    def gain(self) -> float:
+        """The vibration gain in force."""
+        return self._settings.gain
 
     def status(self) -> EngineStatus:
         """Return the engine's newest report."""
@@ -158,9 +165,11 @@ class Speaker:
         return f"the audio output {self.name} is gone; vibration rests until it is back"
 
     def _arguments(self) -> tuple[Any, ...]:
-        return self._ring.shared, self._settings
+        settings, wav = self._settings, self._settings.wav
+        if wav is not None and self._child.restarts:  # what the engine before wrote stays
+            again = wav.with_stem(f"{wav.stem}-{self._child.restarts + 1}")
+            settings = dataclasses.replace(settings, wav=again)
+        return self._ring.shared, settings
 
     def _begin(self, names: tuple[str, ...]) -> None:
         self.name = names[0]
-        # The engine skips what was put into the ring before it was ready, a gain among it.
-        self.set_gain(self._settings.gain)

@@ -10,7 +10,7 @@ from hapticvlm.server import http
 from hapticvlm.server.certificate import Certificate
 from hapticvlm.server.lan_pages import LanPages, own_names
 
-MIN_TOKEN = 12  # characters: a browser is told "wrong" a thousand times a second
+MIN_TOKEN = 12  # characters
 
 PagesFrom = Literal["this-machine", "lan"]
 
@@ -33,29 +33,40 @@ class Address:
     pages_from: PagesFrom = "this-machine"
 
     def __post_init__(self) -> None:
-        if self.token is None and not http.is_loopback(self.host):
-            raise ValueError(
-                f"--host {self.host} can be reached from other machines: add --token SECRET"
-            )
+        self._check_token()
         if self.scene_folder is not None and not self.scene_folder.is_dir():
             raise ValueError(f"--scene {self.scene_folder}: no such folder")
         if self.pages_from == "lan":
             self._check_lan()
 
+    def _check_token(self) -> None:
+        """Refuse an empty token anywhere, and a missing or short one off loopback."""
+        if self.token == "":
+            raise ValueError("--token: empty; leave it out on this machine, or give a secret")
+        if http.is_loopback(self.host):
+            return
+        if self.token is None:
+            raise ValueError(
+                f"--host {self.host} can be reached from other machines: add --token SECRET"
+            )
+        if len(self.token) < MIN_TOKEN:
+            raise ValueError(
+                f"--token: {len(self.token)} can be guessed; off this machine it needs "
+                f"{MIN_TOKEN} characters or more"
+            )
+
     def _check_lan(self) -> None:
         if http.is_loopback(self.host):
             raise ValueError(f"--pages-from lan: nobody reaches {self.host}: add --host 0.0.0.0")
-        if self.token is None or len(self.token) < MIN_TOKEN:
-            raise ValueError(
-                f"--pages-from lan: pages need a token that cannot be guessed: {MIN_TOKEN} "
-                "characters or more"
-            )
 
     def policy(self) -> http.AccessPolicy:
-        """Say who is let in, and to what."""
+        """Return who is let in, and to what."""
         lan_pages = None
+        certified = () if self.certificate is None else self.certificate.names
         if self.pages_from == "lan" and self.token is not None:
-            certified = () if self.certificate is None else self.certificate.names
             scheme = "http" if self.certificate is None else "https"
             lan_pages = LanPages(self.token, own_names(certified), scheme)
-        return http.AccessPolicy(self.host, self.allowed_origins, self.scene_folder, lan_pages)
+        names = own_names(certified) | http.hosts_of(self.allowed_origins)
+        return http.AccessPolicy(
+            self.host, self.allowed_origins, self.scene_folder, lan_pages, names
+        )

@@ -40,6 +40,7 @@ BYTES = Rate(per_s=128.0 * MIB, burst=128.0 * MIB)
 ENROL_BYTES = 32 * MIB  # of all connections together; live frames are bounded by their number
 MAX_EVENTS = 256  # to one client that reads slowly
 LOG_LINES = 1000  # that wait to be written
+LOG_REPEATS = Rate(per_s=5.0, burst=20.0)  # lines of one kind
 GUESS_S = 1.0  # pause before a wrong token is answered
 
 

@@ -15,6 +15,7 @@ from hapticvlm.messages import ServiceMessage, Telemetry, View, encode
 from hapticvlm.server.budgets import MAX_EVENTS
 from hapticvlm.session.session import SceneSession
 
+CLOSE_ENDED = 4001
 LATE = "contacts too late to strike"
 IDLE_S, PROBE_S, PROBES = 10, 2, 5  # a silent dead peer is noticed after 20 s
 DEAD_AFTER_S = 120  # a peer that acknowledges nothing of what was sent
@@ -50,6 +51,7 @@ class Connection:
         self._waiting: deque[Event] = deque()
         self._wake = asyncio.Event()
         self._counts: Counter[str] = Counter()
+        self._ending: asyncio.Task[None] | None = None
 
     @property
     def counts(self) -> Counter[str]:
@@ -80,6 +82,10 @@ class Connection:
                 while self._waiting:
                     event = self._waiting.popleft()
                     await self._socket.send(event.encoded(as_text=self._as_text))
+
+    def end(self, reason: str) -> None:
+        """Close the connection soon, also one whose client does not answer any more."""
+        self._ending = asyncio.create_task(self._socket.close(CLOSE_ENDED, reason))
 
     def _make_room(self) -> None:
         for index, waiting in enumerate(self._waiting):

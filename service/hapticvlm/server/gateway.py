@@ -20,13 +20,24 @@ import msgspec
 from hapticvlm.devices.faults import describe
 from hapticvlm.devices.peltier import Plate
 from hapticvlm.devices.speaker import Speaker
-from hapticvlm.messages import Decision, Error, ErrorCode, Scope, ServiceMessage, Skipped, View
+from hapticvlm.messages import (
+    Decision,
+    Error,
+    ErrorCode,
+    MessageError,
+    Scope,
+    ServiceMessage,
+    Set,
+    Skipped,
+    View,
+)
 from hapticvlm.processes.model_worker import Answered
 from hapticvlm.processes.recogniser import Recognised, RecogniserWorker
 from hapticvlm.processes.vlm import VlmReply, VlmWorker
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.server import status
 from hapticvlm.server.connection import Connection, Event
+from hapticvlm.server.log_writer import LOST, Folding, LogWriter
 from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.recognition_queue import RecognitionQueue
 from hapticvlm.server.recorder import Recorder
@@ -45,6 +56,8 @@ from hapticvlm.session.hands import Hold
 
 TICK_S = 0.02
 TELEMETRY_S = 0.1
+IDLE_OWNER_S = 30.0  # without a lease, before another scene may take the outputs
+PATH = "$.ownership"
 WAVEFORM_S = 0.02  # what is heard in a browser lags by this and what the browser keeps in hand
 
 logger = logging.getLogger(__name__)
@@ -59,11 +72,16 @@ class ObserverLog(logging.Handler):
     def __init__(self, show: Callable[[str], None]) -> None:
         super().__init__()
         self._show = show
+        self._folding = Folding()
         self._loop = asyncio.get_running_loop()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show one line, soon."""
-        text = self.format(record).encode("utf-8", "replace").decode()  # a path may be no text
+        folded = self._folding.count(record)
+        if folded is None:
+            return
+        line = self.format(record) + folded
+        text = line.encode("utf-8", "replace").decode()  # a path may be no text
         with suppress(RuntimeError):  # the loop has closed
             self._loop.call_soon_threadsafe(self._show, text)
 
@@ -82,7 +100,9 @@ class Gateway:
         self.owner: Connection | None = None
         self.connections: list[Connection] = []
         self.recorder: Recorder | None = None
+        self.log: LogWriter | None = None
         self._outputs = Outputs(speaker, plate)
+        self._leased_at = time.monotonic()
         self._recogniser = recogniser
         self._recognition = RecognitionQueue(recogniser, self.counts, self.deliver)
         self._vlm = None if vlm is None else VlmQueue(vlm, self.counts, self.deliver)
@@ -98,12 +118,12 @@ class Gateway:
         return self._outputs.reading
 
     def join(self, connection: Connection) -> None:
-        """Admit a connection; the first scene's is the owner's."""
+        """Admit a connection; the first scene's is the owner's. A gain that was set stays."""
+        self._leased_at = time.monotonic()
         self.connections.append(connection)
         self._recognition.join(connection)
         if connection.session.owner:
             self.owner = connection
-            self._outputs.speaker.set_gain(1.0)
 
     def leave(self, connection: Connection) -> None:
         """Forget a connection; when it was the owner's, the outputs rest."""
@@ -116,6 +136,25 @@ class Gateway:
         if self.owner is connection:
             self.owner = None
             self._outputs.rest()
+
+    def change_owner(self, asker: Connection, wanted: Set, now: float) -> None:
+        """Give the outputs to the scene that asks, or end their owner. Raises MessageError."""
+        if wanted.ownership == "end":
+            if self.owner is None:
+                raise MessageError("message", "nobody owns the outputs", path=PATH, id=wanted.id)
+            logger.warning("%s ended by %s", self.owner.name, asker.name)
+            self.counts["owners ended"] += 1
+            self._outputs.rest()
+            self.owner.end("ended by an observer")
+            return
+        if asker.session.observer:
+            text = "an observer owns no outputs: connect as scene"
+            raise MessageError("not_owner", text, path=PATH, id=wanted.id)
+        if self.owner is not None and self.owner is not asker:
+            self._depose(self.owner, wanted, now)
+        self.owner = asker
+        self._leased_at = now
+        asker.session.set_owner(owner=True)
 
     def close(self) -> None:
         """Rest both outputs and move nothing from now on."""
@@ -166,6 +205,7 @@ class Gateway:
             now = time.monotonic()
             self._follow_plate(now)
             if self.owner is not None:
+                self._leased_at = now if self._leases else self._leased_at
                 self.deliver(self.owner, self.owner.session.tick(now, self.reading))
             self._supervise(now)
 
@@ -209,7 +249,8 @@ class Gateway:
         return {
             "connections": len(self.connections),
             "owner": self.owner.name if self.owner else None,
-            "counts": dict(counts),
+            "owner_idle_s": round(time.monotonic() - self._leased_at, 1) if self.owner else None,
+            "counts": {**counts, LOST: 0 if self.log is None else self.log.lost},
             **status.of_outputs(self._outputs),
             "leases": self._leases,
             "recogniser": status.of_recogniser(self._recogniser),
@@ -220,6 +261,22 @@ class Gateway:
     @property
     def _leases(self) -> int:
         return self.owner.session.leases if self.owner else 0
+
+    def _depose(self, owner: Connection, wanted: Set, now: float) -> None:
+        """Take the outputs from an owner that touches nothing. Raises MessageError."""
+        idle_s = now - self._leased_at
+        if idle_s < IDLE_OWNER_S:
+            text = (
+                f"{owner.name} owns the outputs and touched something {idle_s:.0f} s ago: "
+                f"wait until {IDLE_OWNER_S:.0f} s have passed, or end it from the dashboard"
+            )
+            raise MessageError("not_owner", text, path=PATH, id=wanted.id)
+        owner.session.set_owner(owner=False)
+        owner.session.rest()
+        self._outputs.rest()
+        self.counts["owners replaced"] += 1
+        text = f"another scene took the outputs: nothing was touched for {idle_s:.0f} s"
+        owner.post(Error(id=0, code="not_owner", text=text))
 
     def _ask(self, connection: Connection, ask: Ask) -> None:
         if self._vlm is not None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import http
 import ipaddress
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,13 +32,14 @@ _CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri
 class AccessPolicy:
     """Who is let in, and to what; `host` is the address the service listens on.
 
-    Without `lan_pages` pages go to this machine only.
+    Without `lan_pages` pages go to this machine only. `names` are this machine's own.
     """
 
     host: str
     allowed_origins: frozenset[str]
     scene_folder: Path | None = None
     lan_pages: LanPages | None = None
+    names: frozenset[str] = frozenset()
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
         """Say why a request with these headers is refused, or None."""
@@ -46,13 +47,35 @@ class AccessPolicy:
             host, origin = headers.get("Host", ""), headers.get("Origin")
         except MultipleValuesError:
             return "more than one Host or Origin header"
-        if is_loopback(self.host) and not is_loopback(_host_of("//" + host)):
-            return f"Host {host[:80]!r} is not this machine"
+        if not self._is_ours(_host_of("//" + host)):
+            return f"Host {host[:80]!r} is not this machine: use its name or address"
         if origin is None or origin in self.allowed_origins or is_loopback(_host_of(origin)):
             return None
         if self.lan_pages is not None and self.lan_pages.is_own_origin(origin, host):
             return None
         return f"Origin {origin[:80]!r} is not allowed: start with --allow-origin {origin[:80]}"
+
+    def _is_ours(self, host: str | None) -> bool:
+        """Whether a Host header means this service: a page's own name may be pointed here."""
+        if is_loopback(host):
+            return True
+        if host is None or is_loopback(self.host):
+            return False
+        return host in self.names or is_address(host)
+
+
+def hosts_of(origins: Iterable[str]) -> frozenset[str]:
+    """Return the host names of these origins."""
+    return frozenset(host for host in map(_host_of, origins) if host is not None)
+
+
+def is_address(host: str) -> bool:
+    """Return whether a host is an address and no name."""
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True
 
 
 def is_loopback(host: str | None) -> bool:
@@ -95,8 +118,18 @@ def answer(
     return _page(path)
 
 
+def is_cross_site(headers: Headers) -> bool:
+    """Return whether a browser fetches this for a page of another site; opening it is allowed."""
+    site = headers.get("Sec-Fetch-Site", "none")
+    is_opened = headers.get("Sec-Fetch-Mode") == "navigate"
+    is_framed = headers.get("Sec-Fetch-Dest") in ("iframe", "frame", "object", "embed")
+    return site in ("cross-site", "same-site") and (not is_opened or is_framed)
+
+
 def turn_away(peer: str, headers: Headers, lan_pages: LanPages | None) -> Response | None:
     """Refuse a browser that may not see pages, or ask it for the token; None: it may."""
+    if is_cross_site(headers):
+        return _response(403, "asked for by a page of another site\n")
     if is_loopback(peer):
         return None
     if lan_pages is None:
@@ -150,6 +183,7 @@ def _response(
             ("Connection", "close"),
             ("Content-Security-Policy", csp),
             ("X-Content-Type-Options", "nosniff"),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
             ("Cache-Control", "no-store"),
         ]
     )

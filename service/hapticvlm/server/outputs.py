@@ -23,22 +23,26 @@ class Outputs:
         self.is_closed = False
 
     def close(self) -> None:
-        """Rest both and move nothing from now on."""
+        """Rest both at once, the plate's bridge open, and move nothing from now on."""
         self.is_closed = True
-        self.rest()
+        self.speaker.rest()
+        self.plate.off(time.monotonic())
 
     def rest(self) -> None:
-        """Rest both at once."""
+        """Rest both: the vibration at once, the plate by its gentle way to neutral."""
         self.speaker.rest()
         self.plate.rest(time.monotonic())
 
     def stop(self, scope: Scope) -> None:
-        """Rest those of this scope at once and hold them there."""
+        """Rest those of this scope at once and hold them there; the plate's bridge opens.
+
+        Who stops may have seen that the sensor is wrong: driving to neutral could heat then.
+        """
         self.hold.stop(scope)
         if scope != "peltier":
             self.speaker.rest()
         if scope != "speaker":
-            self.plate.rest(time.monotonic())
+            self.plate.off(time.monotonic())
 
     def follow(self, now: float) -> list[str]:
         """Take in what the plate says; return the faults that are new."""

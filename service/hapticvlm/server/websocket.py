@@ -11,6 +11,7 @@ import secrets
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from websockets.asyncio.server import Server, ServerConnection, serve
@@ -36,6 +37,7 @@ from hapticvlm.messages import (
     Party,
     Privacy,
     ProtocolVersion,
+    Set,
     SetpointRange,
     Welcome,
     decode,
@@ -44,7 +46,18 @@ from hapticvlm.messages import (
 from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server import http
 from hapticvlm.server.access import Address
+from hapticvlm.server.budgets import (
+    GUESS_S,
+    LOOPBACK_PLACES,
+    MAX_CONNECTIONS,
+    MAX_HELLO_BYTES,
+    MAX_SCENES,
+    MAX_TEXT_BYTES,
+    REFUSED,
+    TokenBucket,
+)
 from hapticvlm.server.connection import Connection, notice_dead_peers
+from hapticvlm.server.entrance import Entrance, LimitedSocket
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.recorder import Recorder
 from hapticvlm.session import recorded
@@ -55,10 +68,8 @@ CLOSE_PROTOCOL = 4000
 OPEN_S = 5.0
 HELLO_S = 10.0
 CLOSE_S = 1.0
-MAX_HELLO_BYTES = 16 * 1024  # nobody unknown may keep the event loop busy with parsing
-MAX_TEXT_BYTES = 1024 * 1024  # text carries no pictures, and JSON is slow to parse
-MAX_CONNECTIONS = 64
 TOO_BIG = 1009
+GUESSES_LOGGED_S = 10.0
 
 logger = logging.getLogger(__name__)
 
@@ -87,7 +98,8 @@ class WebSocketServer:
         self._clock = clock
         self._door = address.policy()
         self._numbers = itertools.count(1)
-        self._open_sockets: set[ServerConnection] = set()
+        self._entrance = Entrance(gateway.counts)
+        self._guesses = Guesses()
 
     @asynccontextmanager
     async def listen(self) -> AsyncIterator[int]:
@@ -106,6 +118,7 @@ class WebSocketServer:
             self._address.port,
             process_request=self._process_request,
             compression=None,
+            create_connection=partial(LimitedSocket, self._entrance),  # type: ignore[arg-type]
             max_size=MAX_MESSAGE_BYTES,
             max_queue=4,
             open_timeout=OPEN_S,
@@ -121,21 +134,24 @@ class WebSocketServer:
             try:
                 await asyncio.wait_for(asyncio.shield(server.wait_closed()), CLOSE_S)
             except TimeoutError:
-                for connection in self._open_sockets.copy():
+                for connection in self._entrance.sockets:
                     connection.transport.abort()
                 await server.wait_closed()
 
-    def _process_request(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def _process_request(
+        self, connection: ServerConnection, request: Request
+    ) -> Response | None:
         response = http.answer(connection, request, self._door, self._gateway.status)
         if response is not None and response.status_code == 403:
             self._gateway.counts["refused: origin"] += 1
-        if response is not None and response.status_code == 401:
-            self._gateway.counts["refused: token"] += "Authorization" in request.headers
+        is_guess = response is not None and response.status_code == 401
+        if is_guess and "Authorization" in request.headers:
+            await self._slow_guess(str(connection.remote_address[0]))
         return response
 
     async def _handle(self, socket: ServerConnection) -> None:
+        assert isinstance(socket, LimitedSocket)
         notice_dead_peers(socket)
-        self._open_sockets.add(socket)
         try:
             connection = await self._welcome(socket)
             if connection is not None:
@@ -143,10 +159,8 @@ class WebSocketServer:
         except ConnectionClosed as closed:
             if closed.sent is not None and closed.sent.code == TOO_BIG:
                 self._gateway.counts["closed: message too big"] += 1
-        finally:
-            self._open_sockets.discard(socket)
 
-    async def _welcome(self, socket: ServerConnection) -> Connection | None:
+    async def _welcome(self, socket: LimitedSocket) -> Connection | None:
         """Wait for hello; answer welcome, or an error and close."""
         as_text = False
         try:
@@ -155,13 +169,16 @@ class WebSocketServer:
             as_text = isinstance(data, str)
             if len(data) > MAX_HELLO_BYTES:
                 raise MessageError("protocol", f"hello is at most {MAX_HELLO_BYTES} bytes")
-            hello = self._admit(decode(data))
+            hello = self._admit(decode(data), str(socket.remote_address[0]))
         except TimeoutError:
             error = MessageError("protocol", f"no hello within {HELLO_S:.0f} s")
         except MessageError as refused:
             error = refused
         else:
+            socket.greeted()
             return await self._open(socket, hello, as_text)
+        if error.path == "$.token":
+            await self._slow_guess(str(socket.remote_address[0]))
         self._gateway.refuse(error.code)
         text = error.text if error.code == "protocol" else f"before hello: {error.text}"
         answer = Error(id=error.id, code="protocol", text=text, path=error.path)
@@ -169,7 +186,7 @@ class WebSocketServer:
         await socket.close(CLOSE_PROTOCOL, "hello first")
         return None
 
-    def _admit(self, message: ClientMessage) -> Hello:
+    def _admit(self, message: ClientMessage, peer: str) -> Hello:
         if not isinstance(message, Hello):
             text = "say hello first: {type: hello, id, client, protocol, role}"
             raise MessageError("protocol", text, path="$.type", id=message.id)
@@ -185,12 +202,34 @@ class WebSocketServer:
         if wanted is not None and not hmac.compare_digest(given.encode(), wanted.encode()):
             text = "wrong or missing token: send the one the service was started with"
             raise MessageError("protocol", text, path="$.token", id=message.id)
-        if len(self._gateway.connections) >= MAX_CONNECTIONS:
-            text = f"{MAX_CONNECTIONS} connections are open already: close one"
-            raise MessageError("protocol", text, id=message.id)
+        self._check_places(message, peer)
         return message
 
-    async def _open(self, socket: ServerConnection, hello: Hello, as_text: bool) -> Connection:
+    def _check_places(self, hello: Hello, peer: str) -> None:
+        """Refuse one connection too many. Raises MessageError.
+
+        The last places are for observers on this machine, so that a crowd locks no dashboard out.
+        """
+        is_kept_for = hello.role == "observer" and http.is_loopback(peer)
+        places = MAX_CONNECTIONS if is_kept_for else MAX_CONNECTIONS - LOOPBACK_PLACES
+        connections = self._gateway.connections
+        scenes = sum(not connection.session.observer for connection in connections)
+        if len(connections) >= places:
+            self._gateway.counts["refused: no place"] += 1
+            text = f"{places} connections are open already: close one"
+            raise MessageError("protocol", text, id=hello.id)
+        if hello.role == "scene" and scenes >= MAX_SCENES:
+            self._gateway.counts["refused: no place"] += 1
+            text = f"{MAX_SCENES} scenes are connected already: close one, or connect as observer"
+            raise MessageError("protocol", text, path="$.role", id=hello.id)
+
+    async def _slow_guess(self, peer: str) -> None:
+        """Count a wrong token, log it now and then, and let its sender wait."""
+        self._gateway.counts["refused: token"] += 1
+        self._guesses.note(peer, self._clock())
+        await asyncio.sleep(GUESS_S)
+
+    async def _open(self, socket: LimitedSocket, hello: Hello, as_text: bool) -> Connection:
         observer = hello.role == "observer"
         session = self._session(observer=observer)
         name = f"{hello.client.name[:40]!r} #{next(self._numbers)}"
@@ -244,11 +283,15 @@ class WebSocketServer:
             ),
         )
 
-    async def _converse(self, socket: ServerConnection, connection: Connection) -> None:
+    async def _converse(self, socket: LimitedSocket, connection: Connection) -> None:
         sender = asyncio.create_task(connection.send_posted())
+        refusals = TokenBucket(REFUSED, self._clock())
         try:
             async for data in socket:
-                await self._receive(connection, data)
+                accepted = await self._receive(connection, data)
+                if not accepted and not refusals.spend(1, self._clock()):
+                    socket.refuse("too many refused messages")
+                await asyncio.sleep(0)  # everybody has a turn, whatever this client has sent
         finally:
             self._gateway.leave(connection)
             sender.cancel()
@@ -256,18 +299,37 @@ class WebSocketServer:
                 await sender
             logger.info("%s left (%s)", connection.name, socket.close_code)
 
-    async def _receive(self, connection: Connection, data: bytes | str) -> None:
+    async def _receive(self, connection: Connection, data: bytes | str) -> bool:
+        """Carry out one message; return whether it was accepted."""
         now = self._clock()
         try:
             if isinstance(data, str) and len(data) > MAX_TEXT_BYTES:
                 text = f"$: text messages are at most {MAX_TEXT_BYTES} bytes; send MessagePack"
                 raise MessageError("limit", text, path="$")
             message = decode(data)
+            if isinstance(message, Set) and message.ownership is not None:
+                self._gateway.change_owner(connection, message, now)
             actions = connection.session.receive(message, now)
         except MessageError as error:
             self._gateway.refuse(error.code)
             reply = Error(id=error.id, code=error.code, text=error.text, path=error.path)
             await connection.send(reply)
-            return
+            return False
         for answer in self._gateway.carry_out(connection, actions):
             await connection.send(answer)
+        return True
+
+
+class Guesses:
+    """Logs wrong tokens: the first at once, then how many came every few seconds."""
+
+    def __init__(self) -> None:
+        self._since = 0
+        self._logged_at = float("-inf")
+
+    def note(self, peer: str, now: float) -> None:
+        """Note a wrong token of this address."""
+        self._since += 1
+        if now - self._logged_at >= GUESSES_LOGGED_S:
+            logger.warning("%d wrong tokens, the newest from %s", self._since, peer)
+            self._since, self._logged_at = 0, now

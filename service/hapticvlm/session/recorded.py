@@ -103,6 +103,11 @@ class RecordedSession(SceneSession):
         self._write_line({"now": now, "in": "tick", "reading": _plain(reading)}, None)
         return self._logged(super().tick(now, reading))
 
+    def set_owner(self, *, owner: bool) -> None:
+        """Say whether this scene may drive the outputs from now on."""
+        self._write_line({"in": "owner", "owner": owner}, None)
+        super().set_owner(owner=owner)
+
     def rest(self) -> None:
         """Drop every lease."""
         self._write_line({"in": "rest"}, None)

@@ -212,6 +212,10 @@ class SceneSession:
         self._model.surroundings.update(now)
         return self._touches.tick(now, reading)
 
+    def set_owner(self, *, owner: bool) -> None:
+        """Say whether this scene may drive the outputs from now on."""
+        self.owner = owner
+
     def rest(self) -> None:
         """Drop every lease: the outputs were put to rest from outside."""
         self._touches.hands.release()

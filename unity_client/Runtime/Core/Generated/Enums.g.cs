@@ -319,6 +319,27 @@ namespace HapticVLM.Wire
         }
     }
 
+    public enum SetOwnership { Other, End, Take }
+
+    internal static class SetOwnershipWire
+    {
+        static readonly byte[][] Texts =
+        {
+            MsgPackWriter.Encoded("end"),
+            MsgPackWriter.Encoded("take"),
+        };
+
+        public static SetOwnership Read(ref MsgPackReader r)
+        {
+            return (SetOwnership)Choice.Read(ref r, Texts);
+        }
+
+        public static void Write(MsgPackWriter w, SetOwnership value)
+        {
+            Choice.Write(w, Texts, (int)value, "SetOwnership");
+        }
+    }
+
     public enum SkipReason { Other, Rate, Stale, Superseded, Unchanged }
 
     internal static class SkipReasonWire

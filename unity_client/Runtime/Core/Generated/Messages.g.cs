@@ -1750,7 +1750,10 @@ namespace HapticVLM.Wire
         public static readonly byte[] Sunlit = MsgPackWriter.Encoded("sunlit");
     }
 
-    /// <summary>Settings of this connection's session; `feel` and gains are the owner's alone.</summary>
+    /// <summary>Settings of this connection's session; `feel` and gains are the owner's alone.
+    ///
+    /// `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
+    /// nothing for 30 s; anybody may end the owner's connection.</summary>
     public struct Set
     {
         public long Id;
@@ -1763,6 +1766,7 @@ namespace HapticVLM.Wire
         public const double ThermalGainMax = 1.0;
         public List<Watch> Watch;
         public Feel? Feel;
+        public SetOwnership? Ownership;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
@@ -1773,6 +1777,7 @@ namespace HapticVLM.Wire
             if (ThermalGain != null) count++;
             if (Watch != null) count++;
             if (Feel != null) count++;
+            if (Ownership != null) count++;
             w.MapHeader(count);
             w.Raw(SetKeys.Type);
             w.Raw(SetKeys.Tag);
@@ -1803,6 +1808,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(SetKeys.Feel);
                 Feel.Value.Write(w);
+            }
+            if (Ownership != null)
+            {
+                w.Raw(SetKeys.Ownership);
+                SetOwnershipWire.Write(w, Ownership.Value);
             }
         }
 
@@ -1855,6 +1865,13 @@ namespace HapticVLM.Wire
                         it.Feel = HapticVLM.Wire.Feel.Read(ref r, pool);
                     }
                 }
+                else if (r.TryKey(SetKeys.Ownership))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Ownership = SetOwnershipWire.Read(ref r);
+                    }
+                }
                 else
                 {
                     r.Skip();
@@ -1876,6 +1893,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] ThermalGain = MsgPackWriter.Encoded("thermal_gain");
         public static readonly byte[] Watch = MsgPackWriter.Encoded("watch");
         public static readonly byte[] Feel = MsgPackWriter.Encoded("feel");
+        public static readonly byte[] Ownership = MsgPackWriter.Encoded("ownership");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("set");
     }
 

@@ -1,0 +1,89 @@
+"""The log on its way to stderr: written by a thread, so that a pipe nobody reads holds up nobody.
+
+What waits is bounded; lines beyond it are dropped and counted. A line that repeats is folded: a
+client that provokes it must not fill a disk.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import queue
+import threading
+import time
+from collections import Counter
+from contextlib import suppress
+
+from hapticvlm.server.budgets import LOG_LINES, LOG_REPEATS, TokenBucket
+
+STDERR = 2
+CLOSE_S = 0.5
+FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+LOST = "log lines lost"
+
+
+class Folding:
+    """Lets a few lines of each kind pass; the next one that may says how many were left out."""
+
+    def __init__(self) -> None:
+        self._buckets: dict[tuple[str, str], TokenBucket] = {}
+        self._left_out: Counter[tuple[str, str]] = Counter()
+
+    def count(self, record: logging.LogRecord) -> str | None:
+        """Return what to add to this line, or None if it is left out."""
+        kind, now = (record.name, str(record.msg)), time.monotonic()
+        bucket = self._buckets.setdefault(kind, TokenBucket(LOG_REPEATS, now))
+        if not bucket.spend(1, now):
+            self._left_out[kind] += 1
+            return None
+        before = self._left_out.pop(kind, 0)
+        return f" (and {before} more like it)" if before else ""
+
+
+class LogWriter(logging.Handler):
+    """Hands lines to a thread that writes them to a file descriptor; never blocks the caller."""
+
+    def __init__(self, descriptor: int = STDERR) -> None:
+        super().__init__()
+        self.lost = 0
+        self._descriptor = descriptor
+        self._folding = Folding()
+        self._waiting: queue.Queue[bytes | None] = queue.Queue(LOG_LINES)
+        self.setFormatter(logging.Formatter(FORMAT))
+        self._thread = threading.Thread(target=self._run, name="log writer", daemon=True)
+        self._thread.start()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Queue one line, or count it as lost."""
+        folded = self._folding.count(record)
+        if folded is None:
+            return
+        line = f"{self.format(record)}{folded}\n".encode("utf-8", "replace")
+        try:
+            self._waiting.put_nowait(line)
+        except queue.Full:
+            self.lost += 1
+
+    def close(self) -> None:
+        """Write what waits, as far as somebody reads it soon."""
+        with suppress(queue.Full):
+            self._waiting.put_nowait(None)
+        if self._thread.is_alive():
+            self._thread.join(CLOSE_S)
+        super().close()
+
+    def _run(self) -> None:
+        while (line := self._waiting.get()) is not None:
+            with suppress(OSError):  # whoever read it is gone
+                while line:
+                    line = line[os.write(self._descriptor, line) :]
+
+
+def take_over() -> LogWriter:
+    """Have all logging of this process go through a LogWriter, at the level it has."""
+    root = logging.getLogger()
+    writer = LogWriter()
+    for handler in root.handlers[:]:
+        root.removeHandler(handler)
+    root.addHandler(writer)
+    return writer

@@ -1,0 +1,51 @@
+"""Who may ask for pages and open a WebSocket: hosts, origins, and browsers of other sites."""
+
+import pytest
+from websockets.datastructures import Headers
+
+from hapticvlm.server import http
+from hapticvlm.server.access import Address
+
+TOKEN = "twelve-chars-at-least"
+ORIGIN = frozenset({"https://studio.example"})
+
+
+@pytest.mark.parametrize(
+    ("host", "header", "admitted"),
+    [
+        ("127.0.0.1", "127.0.0.1:8790", True),
+        ("127.0.0.1", "localhost", True),
+        ("127.0.0.1", "evil.example", False),
+        ("127.0.0.1", "192.168.1.5", False),
+        ("0.0.0.0", "evil.example", False),  # a name that its owner pointed here
+        ("0.0.0.0", "", False),
+        ("0.0.0.0", "localhost:8790", True),
+        ("0.0.0.0", "192.168.1.5:8790", True),
+        ("0.0.0.0", "[fe80::1]:8790", True),
+        ("0.0.0.0", "studio.example", True),  # named by --allow-origin
+        ("0.0.0.0", "studio.example.evil.example", False),
+    ],
+)
+def test_only_a_host_header_that_means_this_service_is_let_in(host, header, admitted):
+    policy = Address(host, token=TOKEN, allowed_origins=ORIGIN).policy()
+    refusal = policy.refusal(Headers([("Host", header)]))
+    assert (refusal is None) == admitted
+    assert admitted or header[:5] in str(refusal)
+
+
+@pytest.mark.parametrize(
+    ("site", "mode", "dest", "refused"),
+    [
+        (None, None, None, False),  # no browser, or an old one
+        ("none", "navigate", "document", False),  # typed into the address bar
+        ("same-origin", "cors", "empty", False),
+        ("cross-site", "navigate", "document", False),  # a link
+        ("cross-site", "navigate", "iframe", True),
+        ("cross-site", "no-cors", "image", True),
+        ("same-site", "cors", "empty", True),  # another port of this machine
+    ],
+)
+def test_a_page_of_another_site_may_link_here_and_fetch_nothing(site, mode, dest, refused):
+    named = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": mode, "Sec-Fetch-Dest": dest}
+    headers = Headers([(name, value) for name, value in named.items() if value is not None])
+    assert http.is_cross_site(headers) == refused
