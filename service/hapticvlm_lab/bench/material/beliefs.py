@@ -10,7 +10,7 @@ objects; references and named objects are never of the object judged.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -24,12 +24,15 @@ from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries import calibration, enrol
 from hapticvlm.recognition.galleries.gallery import Gallery, Pictures
 from hapticvlm.recognition.galleries.storage import load_gallery
+from hapticvlm.recognition.ladder import Evidence
+from hapticvlm.recognition.scene_references import SceneReferences
 from hapticvlm.rendering import thermal
 from hapticvlm.rendering.expectation import expected_thermal, needed_belief
 from hapticvlm_lab.bench.material.data import FOUR, Labels, Source
 from hapticvlm_lab.bench.material.reading import default_captures, read_capture, read_pictures
 
 REFERENCES = (5, 20)
+NAMED = 5  # objects of a scene that teach
 DRAWS = 20
 RESAMPLES = 1000
 SEED = 7
@@ -89,7 +92,8 @@ def judge(seen: Seen, gallery: Gallery) -> dict[str, object]:
             beliefs, rows = drawn
             said[name] = spoken(beliefs, seen.truth[rows], seen.objects[rows])
             felt[name] = felt_error(beliefs, seen.truth[rows], seen.objects[rows])
-    return {"pictures": len(seen.truth), "said": said, "felt": felt}
+    taught = _scene_taught(seen, zero) if seen.pictures == "renders" else None
+    return {"pictures": len(seen.truth), "said": said, "felt": felt, "scene-taught": taught}
 
 
 def among(beliefs: Doubles, names: Sequence[str]) -> Doubles:
@@ -168,6 +172,32 @@ def _drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[n
         found.append(among(beliefs, gallery.candidates))
         rows.append(rest)
     return np.concatenate(found), np.concatenate(rows)
+
+
+def _scene_taught(seen: Seen, zero: Doubles) -> dict[str, object]:
+    """Name NAMED objects at random, judge all others: forced choice without and with their help."""
+    rng = np.random.default_rng([SEED, NAMED])
+    names = np.unique(seen.objects)
+    before, after, rows = [], [], []
+    for _ in range(DRAWS):
+        named = rng.permutation(names)[:NAMED]
+        references = SceneReferences()
+        for row in np.flatnonzero(np.isin(seen.objects, named)):
+            label = FOUR[seen.truth[row]]
+            references.add(str(seen.objects[row]), label, seen.views[row][0])
+        for row in np.flatnonzero(~np.isin(seen.objects, named)):
+            evidence = Evidence("encoder", tuple(zip(FOUR, zero[row].tolist(), strict=True)))
+            adjusted = references.adjust(evidence, seen.views[row][0], str(seen.objects[row]))
+            before.append(zero[row].argmax() == seen.truth[row])
+            after.append(adjusted.material == FOUR[seen.truth[row]])
+            rows.append(row)
+    place, gains = np.array(rows), np.array(after, float) - np.array(before, float)
+    return {
+        "named": NAMED,
+        "without": _interval(lambda at: float(np.array(before)[at].mean()), seen.objects[place]),
+        "with": _interval(lambda at: float(np.array(after)[at].mean()), seen.objects[place]),
+        "gain": _interval(lambda at: float(gains[at].mean()), seen.objects[place]),
+    }
 
 
 def enrolled(seen: Seen, chosen: NDArray[np.int64], gallery: Gallery) -> Gallery:
@@ -265,6 +295,13 @@ def _print(name: str, found: object) -> None:
     for title, row in found["felt"].items():
         text = f"graded {row['graded_c']} degC, neutral {row['neutral_c']} degC"
         print(f"  felt, {title:<14} {text}, below neutral {_percent(row['below_neutral'])}")
+    if found["scene-taught"] is not None:
+        _print_taught(found["scene-taught"])
+
+
+def _print_taught(row: Mapping[str, Sequence[float]]) -> None:
+    cells = [f"{key} {_percent(row[key])}" for key in ("without", "with", "gain")]
+    print(f"  {row['named']} objects named: {'  '.join(cells)}")
 
 
 def _percent(interval: Sequence[float]) -> str:
