@@ -220,7 +220,7 @@ class Board:
         conducts = not self.cut_out.is_open
         emf_v = SEEBECK * (self.plant.plate_c - self.plant.sink_c)
         self._live(self.driver.current_a(self.duty, emf_v) if conducts else 0.0, STEP_S)
-        self.limited_s += STEP_S * (conducts and self.driver.is_limiting(self.duty, emf_v))
+        self.limited_s += STEP_S * (conducts and self.driver.is_limiting(self.duty))
         self._sense()
 
     def _live(self, current_a: float, dt_s: float) -> None:

@@ -18,6 +18,7 @@ PLATE_A, PLATE_B, SINK = 0, 1, 2  # ADC channels
 NOISE_MV = 2.0  # standard deviation at the ADC pin [assumption]
 
 FULL_SCALE_A = 3.0  # module current at duty 1
+HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # what the firmware may ask for
 # What limits the current whatever the chip says, on the module's own leads beyond its plug: so it
 # goes by the module's direction, and outlives a shorted FET (firmware/README.md). [assumption]
 SUPPLY_V, MODULE_OHM, LEADS_OHM = 5.0, 0.367, 0.1
@@ -85,10 +86,9 @@ class Driver:
         cool_a, heat_a = self._most_a(emf_v)
         return min(max(self._wanted_a(duty), -cool_a), heat_a)
 
-    def is_limiting(self, duty: float, emf_v: float = 0.0) -> bool:
-        """Tell whether the passive limit, not the chip, sets the current."""
-        cool_a, heat_a = self._most_a(emf_v)
-        return not -cool_a <= self._wanted_a(duty) <= heat_a
+    def is_limiting(self, duty: float) -> bool:
+        """Tell whether the passive limit keeps back more than the firmware may ask for."""
+        return not -COOL_LIMIT_A <= self._wanted_a(duty) <= HEAT_LIMIT_A
 
     def _wanted_a(self, duty: float) -> float:
         if not self.polarity:
@@ -98,7 +98,7 @@ class Driver:
     def _most_a(self, emf_v: float) -> tuple[float, float]:
         """Most that can cool, and heat, now."""
         if self.is_ideal:
-            return 2.0, 0.75
+            return COOL_LIMIT_A, HEAT_LIMIT_A
         inner = MODULE_OHM + LEADS_OHM + (0.0 if self.shorted else DRIVER_OHM)
         heat_a = (SUPPLY_V - emf_v) / (inner + SERIES_OHM)
         siemens = 1.0 / SERIES_OHM + 1.0 / BYPASS_OHM

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from .build import Chip
-from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault
+from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault, one_bag_and_the_cut_out
 from .rawhost import RawHost
-from .situations import COLD_WARM, Situation
+from .situations import COLD_WARM, HOT, Situation
 from .trials import trial
 
 LONGEST_S = 100.0  # the sweep goes on for longer
@@ -41,6 +41,17 @@ def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
     if "firmware" in fault.guards and "cut-out" not in outcome.caught_by:
         assert gone_s is not None
         assert gone_s <= fault.sees_s + fault.deadline_s, outcome
+
+
+def test_a_cut_out_with_a_bead_of_the_same_wrong_bag_would_not_save_the_skin(chip: Chip) -> None:
+    # Why the cut-out's bead is of another maker, value and beta: the documents ask for it.
+    bag = Fault("one bag", one_bag_and_the_cut_out, at_start=True)
+    shorted = BY_NAME["bridge shorted to heat"]
+
+    assert not trial(chip.board, [bag, shorted], HOT, LONGEST_S).is_safe
+    foreign = trial(chip.board, [BY_NAME["all beads of one wrong kind"], shorted], HOT, LONGEST_S)
+    assert foreign.is_safe, foreign
+    assert "cut-out" in foreign.caught_by
 
 
 def test_a_silent_host_leaves_the_plate_to_return_and_then_off(host: RawHost) -> None:

@@ -1,0 +1,145 @@
+"""Every part of the plate's circuit, its value, and the net at each of its pins.
+
+The one place that holds them: `circuit.py` draws them and writes wiring.md, and a test computes
+from them what the firmware and its simulation assume. Knows no drawing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+BOARD = {"D7": "SENSE", "D8": "ENABLE", "D9": "HEAT", "D10": "COOL", "A0": "A0", "A1": "A1"}
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One part; `value` is in ohm, farad or volt where it is a number."""
+
+    name: str
+    value: float | str
+    what: str
+    pins: dict[str, str]
+
+
+def _two(name: str, value: float | str, what: str, one: str, other: str) -> Part:
+    return Part(name, value, what, {"1": one, "2": other})
+
+
+PARTS = (
+    # Board and its thermistors
+    Part(
+        "U1",
+        "Uno or Nano",
+        "ATmega328P, 16 MHz, optiboot",
+        BOARD | {"A2": "A2", "5V": "BOARD5V", "GND": "GND"},
+    ),
+    _two("RT1", 10e3, "NTC, beta 3950, 1 %, on the face", "A0", "GND"),
+    _two("RT2", 10e3, "NTC, beta 3950, 1 %, on the face, wires of its own", "A1", "GND"),
+    _two("RT3", 10e3, "NTC, beta 3950, 1 %, on the sink", "A2", "GND"),
+    _two("R1", 10e3, "0.1 %", "BOARD5V", "A0"),
+    _two("R2", 10e3, "0.1 %", "BOARD5V", "A1"),
+    _two("R3", 10e3, "0.1 %", "BOARD5V", "A2"),
+    _two("C1", 100e-9, "ceramic", "A0", "GND"),
+    _two("C2", 100e-9, "ceramic", "A1", "GND"),
+    _two("C3", 100e-9, "ceramic", "A2", "GND"),
+    _two("R4", 10e3, "pull-down", "HEAT", "GND"),
+    _two("R5", 10e3, "pull-down", "COOL", "GND"),
+    _two("R6", 10e3, "pull-down", "ENABLE", "GND"),
+    # From two duties to one control voltage: REF + 0.30 (heat - cool), 64 Hz
+    _two("R7", 49.9e3, "1 %", "HEAT", "H1"),
+    _two("R8", 49.9e3, "1 %", "H1", "PLUS"),
+    _two("C4", 100e-9, "ceramic", "H1", "GND"),
+    _two("R11", 30.1e3, "1 %", "PLUS", "REF"),
+    _two("R9", 49.9e3, "1 %", "COOL", "H2"),
+    _two("R10", 49.9e3, "1 %", "H2", "MINUS"),
+    _two("C5", 100e-9, "ceramic", "H2", "GND"),
+    _two("R12", 30.1e3, "1 %", "MINUS", "CTLI"),
+    Part(
+        "U2",
+        "MCP6001",
+        "rail-to-rail operational amplifier, or alike",
+        {"+": "PLUS", "-": "MINUS", "out": "CTLI", "V+": "BOARD5V", "V-": "GND"},
+    ),
+    # Driver, and what limits the current whatever the driver does
+    Part(
+        "U3",
+        "MAX1968",
+        "current-controlled TEC driver, +-3 A, on its evaluation board",
+        {
+            "VDD": "SW",
+            "GND": "GND",
+            "CTLI": "CTLI",
+            "REF": "REF",
+            "SHDN": "ENABLE",
+            "OS1": "OS1",
+            "CS": "OUT1",
+            "OS2": "OUT2",
+        },
+    ),
+    _two("RS", 0.05, "the driver's sense resistor, 1 %", "OS1", "OUT1"),
+    Part(
+        "J1", "plug", "between driver and module", {"1": "OUT1", "2": "OUT2", "3": "M1", "4": "M2"}
+    ),
+    _two("R13", 6.2, "10 W, on the module's own leads", "M1", "TEC+"),
+    _two("R14", 2.7, "10 W, on the module's own leads", "TEC+", "D1A"),
+    Part("D1", "SB340", "Schottky, 3 A: conducts while cooling", {"A": "D1A", "K": "M1"}),
+    Part("TEC1", "TEC1-03108", "31 couples, 20 x 20 mm, 0.37 ohm", {"+": "TEC+", "-": "M2"}),
+    # Cut-out: window comparator, relay that holds itself
+    Part(
+        "J2", 5.0, "supply of the module, 3 A or more, not the board's", {"+": "FUSED", "-": "GND"}
+    ),
+    _two("F1", "3 A", "fuse, slow", "FUSED", "+5V"),
+    _two("RT4", 100e3, "NTC, beta 4267, 1 %, of another maker, on the face", "BEAD", "GND"),
+    _two("R15", 100e3, "0.1 %", "+5V", "BEAD"),
+    _two("C6", 100e-9, "ceramic", "BEAD", "GND"),
+    _two("R16", 29.1e3, "0.1 %", "+5V", "COLD"),
+    _two("R17", 20.0e3, "0.1 %", "COLD", "HOT"),
+    _two("R18", 23.2e3, "0.1 %", "HOT", "GND"),
+    Part(
+        "U4A",
+        "TLC393",
+        "half of a CMOS comparator, open drain",
+        {"+": "BEAD", "-": "HOT", "out": "GOOD", "V+": "+5V", "V-": "GND"},
+    ),
+    Part("U4B", "TLC393", "the other half", {"+": "COLD", "-": "BEAD", "out": "GOOD"}),
+    _two("R19", 10e3, "pull-up", "+5V", "GOOD"),
+    Part("Q1", "2N7000", "N-channel MOSFET", {"G": "GOOD", "D": "COIL-", "S": "GND"}),
+    Part(
+        "K1",
+        "5 V relay",
+        "two poles, 5 A; the first switches driver and module, the second tells the board",
+        {"coil+": "COIL+", "coil-": "COIL-", "11": "+5V", "14": "SW", "21": "SENSE", "24": "GND"},
+    ),
+    Part("D2", "1N4001", "holds the relay by its own contact", {"A": "SW", "K": "COIL+"}),
+    Part("D3", "1N4001", "across the coil", {"A": "COIL-", "K": "COIL+"}),
+    _two("S1", "push-button", "starts the cut-out", "+5V", "COIL+"),
+)
+BY_NAME = {part.name: part for part in PARTS}
+BEAD_BETA_K = 4267.0
+
+
+def number(name: str) -> float:
+    """Return the value of a part that is a number."""
+    value = BY_NAME[name].value
+    if isinstance(value, str):
+        raise TypeError(f"{name} is {value}")
+    return value
+
+
+def cut_out_c() -> tuple[float, float]:
+    """Return where the window comparator opens, cold and hot, in degC."""
+    ladder = number("R16") + number("R17") + number("R18")
+    hot, cold = number("R18") / ladder, (number("R17") + number("R18")) / ladder
+    return _bead_c(cold), _bead_c(hot)
+
+
+def _bead_c(ratio: float) -> float:
+    ohm = number("R15") * ratio / (1.0 - ratio)
+    return 1.0 / (1.0 / 298.15 + math.log(ohm / number("RT4")) / BEAD_BETA_K) - 273.15
+
+
+def full_scale_a(board_v: float = 5.0) -> float:
+    """Return the module current at full duty: the driver gives (CTLI - REF) / (10 RS)."""
+    gain = number("R12") / (number("R9") + number("R10"))
+    return board_v * gain / (10.0 * number("RS"))
