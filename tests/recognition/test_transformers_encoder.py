@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 import simplejpeg
 from conftest import peer
-from tiny_encoders import crop, picture, write_network
+from tiny_encoders import crop, picture, write_network, write_tokenizer
 
 from hapticvlm.commands.local_service import running
 from hapticvlm.messages import Frame
 from hapticvlm.recognition import pictures
+from hapticvlm.recognition.encoders import imagenet, two_parts
 from hapticvlm.recognition.encoders.encoder import BATCH, Encoder, EncoderError
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
@@ -103,6 +104,45 @@ def test_the_mask_changes_the_answer_of_every_kind_of_network(tmp_path: Path, ki
     one, other, full, empty = encoder.embed([Crop(image, mask) for mask in masks])
     assert np.abs(one - other).max() > 1e-4
     assert np.allclose(full, empty, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "kind", ["ConvNextForImageClassification", "MobileNetV2ForImageClassification"]
+)
+def test_a_classifier_adds_what_its_classes_are_made_of(tmp_path: Path, kind: str) -> None:
+    import torch
+    from transformers import AutoModelForImageClassification
+
+    saved = write_network(tmp_path / kind, kind, crop_pct=1.0)
+    encoder, shown = load_encoder(str(saved)), crop(1, 112)
+    model = AutoModelForImageClassification.from_pretrained(saved).eval()
+    levels = (shown.image / 255.0 - [0.485, 0.456, 0.406]) / [0.229, 0.224, 0.225]
+    pixels = torch.from_numpy(levels.transpose(2, 0, 1)[None].astype(np.float32))
+    with torch.inference_mode():
+        scores = model(pixel_values=pixels).logits.numpy()
+    found = two_parts.log_beliefs(encoder.embed([shown]))
+    expected = np.log(imagenet.material_beliefs(scores) + two_parts.FLOOR)
+    assert encoder.name.endswith("(transformers, classes)")
+    assert np.allclose(found, expected, atol=0.05)
+
+
+@pytest.mark.parametrize("kind", ["CLIP", "Siglip"])
+def test_a_network_of_pictures_and_text_is_asked_for_the_materials(
+    tmp_path: Path, kind: str
+) -> None:
+    saved = write_tokenizer(write_network(tmp_path / kind, kind, crop_pct=1.0))
+    encoder = load_encoder(str(saved))
+    assert encoder.name.endswith("(transformers, words)")
+    found = np.exp(two_parts.log_beliefs(encoder.embed([crop(1, 112), crop(2, 112)])))
+    assert np.allclose(found.sum(axis=1), 1.0, atol=0.02)
+    assert np.abs(found[0] - found[1]).max() > 1e-5
+
+
+def test_pickled_weights_are_refused(folder: Path, tmp_path: Path) -> None:
+    pickled = copy(folder, tmp_path / "pickled")
+    (pickled / "model.safetensors").rename(pickled / "pytorch_model.bin")
+    with pytest.raises(EncoderError, match=r"weights pickled \(pytorch_model.bin\).*safetensors"):
+        load_encoder(str(pickled))
 
 
 def test_brightness_is_normalised_as_the_networks_own_file_says(
@@ -242,7 +282,7 @@ def test_code_that_comes_with_a_network_is_never_run(folder: Path, tmp_path: Pat
     (theirs / "config.json").write_text(json.dumps(config))
     ran = tmp_path / "ran"
     (theirs / "own.py").write_text(f"open({str(ran)!r}, 'w')\nclass C: pass\nclass M: pass\n")
-    with pytest.raises(EncoderError, match="cannot be loaded"):
+    with pytest.raises(EncoderError, match="code that comes with it"):
         load_encoder(str(theirs))
     assert not ran.exists()
 

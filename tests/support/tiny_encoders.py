@@ -137,4 +137,78 @@ def _network(kind: str) -> Any:
         return t.ViTModel(t.ViTConfig(**tokens))
     if kind == "Bert":
         return t.BertModel(t.BertConfig(**text, vocab_size=32, intermediate_size=16))
+    if kind in ("CLIP", "Siglip"):
+        return _of_pictures_and_text(kind, tokens)
+    return _classifier(kind, stages)
+
+
+def _classifier(kind: str, stages: dict[str, Any]) -> Any:
+    import transformers as t
+
+    if kind == "ConvNextForImageClassification":
+        config = t.ConvNextConfig(**stages, layer_scale_init_value=1.0, num_labels=1000)
+        return t.ConvNextForImageClassification(config)
+    if kind == "MobileNetV2ForImageClassification":
+        config = t.MobileNetV2Config(image_size=112, depth_multiplier=0.25, num_labels=1001)
+        return t.MobileNetV2ForImageClassification(config)
     raise ValueError(kind)
+
+
+def _of_pictures_and_text(kind: str, vision: dict[str, Any]) -> Any:
+    import transformers as t
+
+    words = {key: vision[key] for key in vision if key not in ("image_size", "patch_size")}
+    words |= {"vocab_size": 64, "max_position_embeddings": 64, "eos_token_id": 1, "bos_token_id": 2}
+    words["pad_token_id"] = 1
+    if kind == "CLIP":
+        both = {"text_config": words, "vision_config": vision, "projection_dim": 16}
+        return t.CLIPModel(t.CLIPConfig(**both))
+    return t.SiglipModel(t.SiglipConfig(text_config=words, vision_config=vision))
+
+
+def write_tokenizer(folder: Path) -> Path:
+    """Save a tokenizer that tells 60 letters and signs apart."""
+    from tokenizers import Tokenizer, models, pre_tokenizers
+    from transformers import PreTrainedTokenizerFast
+
+    letters = {chr(32 + place): 3 + place for place in range(60)}
+    model = models.WordLevel({"<unk>": 0, "<end>": 1, "<start>": 2, **letters}, "<unk>")
+    tokenizer = Tokenizer(model)
+    tokenizer.pre_tokenizer = pre_tokenizers.Split("", "isolated")
+    fast = PreTrainedTokenizerFast(
+        tokenizer_object=tokenizer, unk_token="<unk>", pad_token="<end>", eos_token="<end>"
+    )
+    fast.save_pretrained(folder)
+    return folder
+
+
+def write_classifier(path: Path, classes: int = 1000, side: int = 32, seed: int = 1) -> Path:
+    """Write FILE.onnx: floats (N, 3, S, S), a convolution, the mean over places, classes."""
+    import onnx
+    from onnx import TensorProto, helper, numpy_helper
+
+    rng = np.random.default_rng(seed)
+    constants = {
+        "kernel": rng.normal(size=(8, 3, 4, 4)).astype(np.float32),
+        "dense": rng.normal(size=(8, classes)).astype(np.float32),
+    }
+    node = helper.make_node
+    nodes = [
+        node("Conv", ["pixels", "kernel"], ["map"], strides=[4, 4]),
+        node("GlobalAveragePool", ["map"], ["mean"]),
+        node("Flatten", ["mean"], ["flat"]),
+        node("MatMul", ["flat", "dense"], ["scores"]),
+        node("Softmax", ["scores"], ["shares"]),
+    ]
+    floats = TensorProto.FLOAT
+    built = helper.make_graph(
+        nodes,
+        "classifier",
+        [helper.make_tensor_value_info("pixels", floats, ["n", 3, side, side])],
+        [helper.make_tensor_value_info("shares", floats, ["n", classes])],
+        [numpy_helper.from_array(value, name) for name, value in constants.items()],
+    )
+    model = helper.make_model(built, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    onnx.checker.check_model(model)
+    path.write_bytes(model.SerializeToString())
+    return path

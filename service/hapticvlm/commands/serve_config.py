@@ -187,9 +187,9 @@ class Serving:
         str | None,
         Flag(
             RECOGNITION,
-            "image encoder: a folder with an encoder.json, or any ConvNeXt of transformers by "
-            "folder or name, which needs the extra `models` (the one shipped)",
-            metavar="NAME_OR_FOLDER",
+            "image encoder: any image network of transformers by name or folder (extra `models`), "
+            "or a file .onnx or .tflite (extra `files`) (the one shipped)",
+            metavar="NAME_OR_FILE",
             names_path=True,
         ),
     ] = None

@@ -1,16 +1,17 @@
 """Picture and mask to a unit embedding: what every encoder promises.
 
-The shipped encoder runs on onnxruntime; any network of transformers runs on torch (extra `models`),
-which is imported only then. All take the same crops, and none hands out anything but finite unit
-embeddings: a gallery would match the rest, with confidence. An encoder's preprocessing travels with
-it, in its graph or in its own file. Knows no gallery and no material.
+The shipped encoder runs on onnxruntime, a network of transformers on torch (extra `models`), one
+in a file on OpenVINO (extra `files`); the last two are imported only then. All take the same crops,
+and none hands out anything but finite unit embeddings: a gallery would match the rest, with
+confidence. An encoder's preprocessing travels with it, in its graph or in its own file. Knows no
+gallery and no material.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,19 @@ class Encoder(Protocol):
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
+
+
+@runtime_checkable
+class NetworkEncoder(Encoder, Protocol):
+    """A network that the user named: it may have no gallery yet."""
+
+    @property
+    def revision(self) -> str:
+        """What tells its weights from others of the same name."""
+
+    @property
+    def beliefs(self) -> bool:
+        """Whether its embeddings hold beliefs in the materials (two_parts)."""
 
 
 def embed_all(

@@ -2,25 +2,33 @@
 
 A folder never touches the network. A name is looked up in this machine's cache, and only then asked
 for, once, before torch is imported or a download starts. Code that comes with a network is never
-run, and one that lacks weights is refused, since transformers would fill in random ones. Knows no
+run, weights are read from safetensors alone, and a network that lacks some is refused, since
+transformers would fill in random ones. Knows no
 picture.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import logging
 import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from hapticvlm.recognition.encoders.encoder import CARD, EncoderError
+from hapticvlm.recognition.encoders.imagenet import is_imagenet
+
+Kind = Literal["features", "classes", "words"]
 
 CONFIG = "config.json"
 PREPROCESSING = ("preprocessor_config.json", "processor_config.json")
-WEIGHTS = (".safetensors", ".bin")
+WEIGHTS = ".safetensors"
+PICKLED = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")
+CLASSIFIER = "ForImageClassification"
 FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in a folder's label
 HUB_S = 10.0  # for the hub to say whether it has a network
 HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
@@ -50,10 +58,26 @@ def find(name: str) -> Path | str:
     raise EncoderError(f"{text}: give a network's own folder")
 
 
-def read(source: Path | str) -> tuple[Any, Mapping[str, Any]]:
-    """Read the network and its preprocessor_config.json of what was found. Raises EncoderError."""
+@dataclass(frozen=True, slots=True)
+class Network:
+    """A network of transformers, and what lies beside it.
+
+    kind: "classes" for a classifier of ImageNet, "words" for one of pictures and text, else
+    "features". tokenizer: of "words", else None. revision: of the hub, "" for a folder.
+    """
+
+    model: Any
+    kind: Kind
+    preprocessor: Mapping[str, Any]
+    tokenizer: Any
+    revision: str
+
+
+def read(source: Path | str) -> Network:
+    """Read the network of what was found, and its preprocessor_config.json. Raises EncoderError."""
+    _require_safe(source)
     try:
-        network, missing, given = _load(source)
+        network, missing = _load(source)
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
         text = f"encoder `{source}` cannot be loaded ({line(error)})"
         raise EncoderError(f"{text}; {FOLDER}") from None
@@ -61,7 +85,7 @@ def read(source: Path | str) -> tuple[Any, Mapping[str, Any]]:
     if lacking:
         text = f"encoder `{source}` lacks {len(lacking)} weights of its network, {lacking[0]} first"
         raise EncoderError(f"{text}; {FOLDER}")
-    return network, given
+    return network
 
 
 def label(source: Path | str) -> str:
@@ -70,7 +94,7 @@ def label(source: Path | str) -> str:
         return source
     digest = hashlib.sha256()
     for path in sorted(source.iterdir()):
-        if path.suffix in WEIGHTS:
+        if path.suffix == WEIGHTS:
             with path.open("rb") as file:
                 digest.update(hashlib.file_digest(file, "sha256").digest())
     return f"{source.resolve().name}-{digest.hexdigest()[:FINGERPRINT]}"
@@ -103,8 +127,30 @@ def _require_reachable(name: str) -> None:
         raise EncoderError(f"{text}; {FOLDER}") from None
 
 
-def _load(source: Path | str) -> tuple[Any, Iterable[str], Mapping[str, Any]]:
-    """Read the network, the names of weights it lacks, and what its preprocessing file says."""
+def _require_safe(source: Path | str) -> None:
+    """Refuse a folder whose weights are only pickled, or that needs code of its own."""
+    if not isinstance(source, Path):
+        return
+    names = sorted(path.name for path in source.iterdir())
+    pickled = [name for name in names if name.endswith(PICKLED)]
+    if pickled and not any(name.endswith(WEIGHTS) for name in names):
+        text = f"encoder `{source}` has its weights pickled ({pickled[0]}), which can run any code"
+        raise EncoderError(f"{text} when read; save it as safetensors")
+    with suppress(OSError, ValueError):
+        config = json.loads((source / CONFIG).read_bytes())
+        if isinstance(config, dict) and config.get("auto_map") and not _is_known(config):
+            text = f"encoder `{source}` cannot be loaded: it needs code that comes with it"
+            raise EncoderError(f"{text} (auto_map), which is never run; {FOLDER}")
+
+
+def _is_known(config: Mapping[str, Any]) -> bool:
+    from transformers import CONFIG_MAPPING
+
+    return config.get("model_type") in CONFIG_MAPPING
+
+
+def _load(source: Path | str) -> tuple[Network, Iterable[str]]:
+    """Read the network, and the names of weights it lacks."""
     if isinstance(source, Path):
         return _load_from(source, is_local=True)
     with suppress(OSError):
@@ -112,18 +158,44 @@ def _load(source: Path | str) -> tuple[Any, Iterable[str], Mapping[str, Any]]:
     return _load_from(source, is_local=False)
 
 
-def _load_from(
-    source: Path | str, *, is_local: bool
-) -> tuple[Any, Iterable[str], Mapping[str, Any]]:
+def _load_from(source: Path | str, *, is_local: bool) -> tuple[Network, Iterable[str]]:
     import torch
-    from transformers import AutoModel, BaseImageProcessor
+    from transformers import AutoConfig, AutoTokenizer, BaseImageProcessor
 
+    config = AutoConfig.from_pretrained(source, local_files_only=is_local, trust_remote_code=False)
     given, _ = BaseImageProcessor.get_image_processor_dict(source, local_files_only=is_local)
-    network, info = AutoModel.from_pretrained(
+    kind = _kind(config)
+    model, info = _loader(config, kind).from_pretrained(
         source,
+        config=config,
         dtype=torch.float32,
         local_files_only=is_local,
+        use_safetensors=True,
         output_loading_info=True,
         trust_remote_code=False,
     )
-    return network.eval(), info["missing_keys"], given
+    words = None
+    if kind == "words":
+        words = AutoTokenizer.from_pretrained(
+            source, local_files_only=is_local, trust_remote_code=False
+        )
+    revision = getattr(config, "_commit_hash", None) or ""
+    return Network(model.eval(), kind, given, words, revision), info["missing_keys"]
+
+
+def _kind(config: Any) -> Kind:  # noqa: ANN401 - transformers is untyped
+    if hasattr(config, "text_config") and hasattr(config, "vision_config"):
+        return "words"
+    classifies = any(str(a).endswith(CLASSIFIER) for a in config.architectures or ())
+    if classifies and is_imagenet(config.num_labels, config.id2label):
+        return "classes"
+    return "features"
+
+
+def _loader(config: Any, kind: Kind) -> Any:  # noqa: ANN401
+    """Choose the class of transformers that loads it."""
+    from transformers import MODEL_MAPPING, AutoBackbone, AutoModel, AutoModelForImageClassification
+
+    if kind == "classes":
+        return AutoModelForImageClassification
+    return AutoModel if type(config) in MODEL_MAPPING else AutoBackbone

@@ -2,7 +2,9 @@
 
 The embedding is the mean of the network's last spatial map, weighted by how much of each cell lies
 under the mask, then the network's own final layer norm, then unit norm: with a full mask it is what
-a ConvNeXt itself pools. The preprocessing is the one in the network's own file. torch and
+a ConvNeXt itself pools. A classifier of ImageNet adds what its class scores believe of the
+materials, a network of pictures and text (CLIP, SigLIP) what it believes of phrases made of the
+material table. The preprocessing is the one in the network's own file. torch and
 transformers (extra `models`) are imported only when such a network is named. Knows no gallery and
 not where networks come from.
 """
@@ -13,10 +15,13 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from hapticvlm.recognition.encoders import networks
+import numpy as np
+
+from hapticvlm.recognition.encoders import imagenet, networks, prompts, two_parts
 from hapticvlm.recognition.encoders.encoder import EncoderError, Floats, Pixels, embed_all
+from hapticvlm.recognition.encoders.networks import Network
 from hapticvlm.recognition.encoders.preprocessing import Preprocessing, read_preprocessing
 from hapticvlm.recognition.pictures import Crop
 
@@ -26,18 +31,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TransformersEncoder:
-    """A network of transformers behind the Encoder protocol; `network` is on `device`."""
+    """A network of transformers behind the Encoder protocol; `network` is on `device`.
+
+    words: unit embeddings (BELIEFS, D) of the phrases, for a network of pictures and text.
+    """
 
     name: str
+    revision: str
     dimension: int
     preprocessing: Preprocessing
-    network: Any
+    network: Network
+    words: Any
     device: str
 
     @property
     def side(self) -> int:
         """Side of the crops it takes, px."""
         return self.preprocessing.side
+
+    @property
+    def beliefs(self) -> bool:
+        """Whether its embeddings hold beliefs in the materials."""
+        return self.network.kind != "features"
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
@@ -48,9 +63,7 @@ class TransformersEncoder:
 
         images, masks = (torch.from_numpy(part) for part in self.preprocessing.apply(pixels))
         with torch.inference_mode():
-            embeddings = pool(self.network, images.to(self.device), masks.to(self.device))
-        found: Floats = embeddings.cpu().numpy()
-        return found
+            return describe(self.network, self.words, images.to(self.device), masks.to(self.device))
 
 
 def load_transformers_encoder(name: str, device: str, threads: int) -> TransformersEncoder:
@@ -60,36 +73,94 @@ def load_transformers_encoder(name: str, device: str, threads: int) -> Transform
     """
     source = networks.find(name)
     place = _set_up(name, device, threads)
-    network, given = networks.read(source)
+    network = networks.read(source)
     try:
-        preprocessing = read_preprocessing(given)
+        preprocessing = read_preprocessing(network.preprocessor)
     except ValueError as error:
         text = f"encoder `{name}`, preprocessor_config.json: {error}"
         raise EncoderError(f"{text}; correct the file in a copy of the folder") from None
-    network = network.to(place)
-    dimension = _measure(name, network, preprocessing.input_side)
-    label = f"{networks.label(source)} (transformers)"
-    return TransformersEncoder(label, dimension, preprocessing, network, place)
+    network.model.to(place)
+    words, dimension = _try(name, network, preprocessing.input_side, place)
+    kind = "" if network.kind == "features" else f", {network.kind}"
+    label = f"{networks.label(source)} (transformers{kind})"
+    return TransformersEncoder(
+        label, network.revision, dimension, preprocessing, network, words, place
+    )
 
 
-def pool(network: Any, images: Tensor, masks: Tensor) -> Tensor:  # noqa: ANN401 - any network
-    """Embed images (N, 3, I, I) float32 under masks (N, I, I) 0..1: (N, D) of unit norm.
+def describe(network: Network, words: Any, images: Tensor, masks: Tensor) -> Floats:  # noqa: ANN401
+    """Embed images (N, 3, I, I) float32 under masks (N, I, I) 0..1: (N, D) of unit norm."""
+    model, beliefs = network.model, None
+    if network.kind == "words":
+        outputs = model.vision_model(pixel_values=images)
+        beliefs = _beliefs_of_words(model, outputs.pooler_output, words)
+        inner = model.vision_model
+    elif network.kind == "classes":
+        inner = model.base_model
+        outputs, scores = _with_base(model, images)
+        beliefs = imagenet.material_beliefs(scores.cpu().numpy())
+    else:
+        inner, outputs = model, model(pixel_values=images)
+    return two_parts.join(pool(inner, outputs, masks).cpu().numpy(), beliefs)
+
+
+def pool(network: Any, outputs: Any, masks: Tensor) -> Tensor:  # noqa: ANN401 - any network
+    """Average the last map of a network's outputs under masks (N, I, I) 0..1: (N, D).
 
     An empty mask counts as a full one. A network without a spatial map gives what it pools itself.
     """
     from torch.nn import functional
 
-    outputs = network(pixel_values=images)
-    cells = _cells(outputs.last_hidden_state)
+    maps = getattr(outputs, "feature_maps", None)
+    last = maps[-1] if maps else outputs.last_hidden_state
+    cells = _cells(last)
     if cells is None:
-        return functional.normalize(outputs.pooler_output.flatten(1), dim=1)
+        return cast("Tensor", outputs.pooler_output).flatten(1)
     weights = functional.adaptive_avg_pool2d(masks[:, None], (cells.shape[2], cells.shape[3]))
     weights = weights + (weights.sum(dim=(2, 3), keepdim=True) <= 0)
     pooled = (cells * weights).sum(dim=(2, 3)) / weights.sum(dim=(2, 3))
     final = getattr(network, "layernorm", None)
-    if final is not None and outputs.last_hidden_state.ndim == 4:  # tokens have been through it
+    if final is not None and last.ndim == 4:  # tokens have been through it
         pooled = final(pooled)
-    return functional.normalize(pooled, dim=1)
+    return pooled
+
+
+def _with_base(model: Any, images: Tensor) -> tuple[Any, Tensor]:  # noqa: ANN401
+    """Run a classifier; return the outputs of the network below its last layer, and its scores."""
+    seen: list[Any] = []
+    handle = model.base_model.register_forward_hook(lambda *given: seen.append(given[2]))
+    try:
+        scores = model(pixel_values=images).logits
+    finally:
+        handle.remove()
+    return seen[0], scores
+
+
+def _beliefs_of_words(model: Any, pooled: Tensor, words: Tensor) -> Floats:  # noqa: ANN401
+    """Turn pooled pictures (N, D) into beliefs (N, BELIEFS) by their likeness to the phrases."""
+    from torch.nn import functional
+
+    project = getattr(model, "visual_projection", None)
+    pictures = functional.normalize(pooled if project is None else project(pooled), dim=1)
+    beliefs = functional.softmax(model.logit_scale.exp() * pictures @ words.T, dim=1)
+    return np.asarray(beliefs.cpu().numpy(), np.float32)
+
+
+def _read_words(network: Network, device: str) -> Tensor:
+    """Embed the phrases: the mean of each material's, (BELIEFS, D) of unit norm."""
+    import torch
+    from torch.nn import functional
+
+    model, rows = network.model, []
+    longest = model.config.text_config.max_position_embeddings
+    for phrases in prompts.phrases():
+        tokens = network.tokenizer(
+            phrases, padding="max_length", truncation=True, max_length=longest, return_tensors="pt"
+        )
+        found = model.get_text_features(**tokens.to(device))
+        found = getattr(found, "pooler_output", found)
+        rows.append(functional.normalize(found, dim=1).mean(dim=0))
+    return functional.normalize(torch.stack(rows), dim=1)
 
 
 def _cells(features: Tensor) -> Tensor | None:
@@ -125,15 +196,16 @@ def _set_up(name: str, device: str, threads: int) -> str:
     return "cuda" if has_cuda and device != "cpu" else "cpu"
 
 
-def _measure(name: str, network: Any, side: int) -> int:  # noqa: ANN401 - any network
-    """Embed nothing once: how long an embedding is. Raises EncoderError for what is no encoder."""
+def _try(name: str, network: Network, side: int, device: str) -> tuple[Any, int]:
+    """Embed the phrases, and nothing once: how long an embedding is. Raises EncoderError."""
     import torch
 
-    nothing = torch.zeros((1, 3, side, side), device=network.device)
+    nothing = torch.zeros((1, 3, side, side), device=device)
     try:
         with torch.inference_mode():
-            return int(pool(network, nothing, nothing[:, 0]).shape[1])
+            words = _read_words(network, device) if network.kind == "words" else None
+            return words, describe(network, words, nothing, nothing[:, 0]).shape[1]
     except Exception as error:  # noqa: BLE001 - each kind of network fails in its own way
-        kind = type(network).__name__
+        kind = type(network.model).__name__
         text = f"encoder `{name}` is a {kind}, which embeds no picture ({networks.line(error)})"
-        raise EncoderError(f"{text}; give a ConvNeXt") from None
+        raise EncoderError(f"{text}; give an image network") from None

@@ -1,0 +1,66 @@
+"""An embedding of two parts: the features of a network, and what its classes or words believe.
+
+A network that was trained to name things knows more than its features show a linear layer. Its
+beliefs in the materials are p, which sum to 1 with the rest. The embedding is
+
+    sqrt(1 - s) f,  sqrt(s / n) (1 + log(p + e) / |log e|),  r
+
+with unit features f, the share s, the n = BELIEFS levels, each 0 to 1, and r >= 0 such that the
+whole has unit norm. A linear layer can read log p off it, and whatever compares embeddings
+compares both parts. numpy only.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm import materials
+
+Floats = NDArray[np.float32]
+
+BELIEFS = len(materials.MATERIALS) + 1  # the materials in the order of their table, and the rest
+ADDED = BELIEFS + 1  # numbers that an embedding has beyond its features: the levels, and r
+SHARE = 0.5  # s: both parts alike, our choice
+FLOOR = 1e-3  # e: less belief than this says nothing, our choice
+_SHORTEST = 1e-12
+_SCALE = math.sqrt(SHARE / BELIEFS) / -math.log(FLOOR)  # of log p in the embedding
+
+
+def join(features: Floats, beliefs: Floats | None) -> Floats:
+    """Join features (N, F) and beliefs (N, BELIEFS) to embeddings of unit norm.
+
+    Without beliefs the features alone are the embedding: (N, F), else (N, F + ADDED).
+    """
+    nowhere = 1.0 / math.sqrt(features.shape[1])  # features of 0 (nothing found) point nowhere
+    norms = np.linalg.norm(features, axis=1, keepdims=True)
+    unit = np.where(norms > _SHORTEST, features / np.maximum(norms, _SHORTEST), nowhere)
+    if beliefs is None:
+        return np.asarray(unit, np.float32)
+    logs = np.log(np.clip(beliefs.astype(np.float64), 0.0, 1.0 - FLOOR) + FLOOR)
+    levels = _SCALE * (logs - math.log(FLOOR))
+    rest = np.sqrt(np.maximum(SHARE - (levels**2).sum(axis=1, keepdims=True), 0.0))
+    parts = [math.sqrt(1.0 - SHARE) * unit, levels, rest]
+    return np.concatenate(parts, axis=1).astype(np.float32)
+
+
+def features_of(embeddings: Floats) -> Floats:
+    """Return the unit features (N, F) of joined embeddings."""
+    return np.asarray(embeddings[:, :-ADDED] / math.sqrt(1.0 - SHARE), np.float32)
+
+
+def log_beliefs(embeddings: Floats) -> Floats:
+    """Return log(p + e) of joined embeddings: (N, BELIEFS)."""
+    return np.asarray(embeddings[:, -ADDED:-1] / _SCALE + math.log(FLOOR), np.float32)
+
+
+def layer_of(weights: Floats, exponent: float) -> Floats:
+    """Return weights that give features @ weights + exponent log(p + e), but for a constant.
+
+    weights (F, BELIEFS) of unit features; returns (F + ADDED, BELIEFS).
+    """
+    reading = np.eye(BELIEFS, dtype=np.float32) * np.float32(exponent / _SCALE)
+    nothing = np.zeros((1, BELIEFS), np.float32)
+    return np.vstack([weights / np.float32(math.sqrt(1.0 - SHARE)), reading, nothing])
