@@ -42,6 +42,9 @@ eyes.overlook(hands.root, board.mesh);
 const pointer = new Pointer(renderer.domElement, camera, objects, touched);
 /** Connects last: what came before kept the page busy for seconds, and a service waits ten for a hello. */
 export const haptics = new Haptics(service(), {token: query.get('token') ?? undefined});
+// All that the things on the table can be made of: recognition considers no other.
+const MATERIALS = ['wood', 'glass', 'fabric', 'metal'];
+
 let mode = 'ids';
 let last = null; // the object touched last
 export let plate = null; // the newest telemetry
@@ -55,6 +58,7 @@ export function tell(wanted) {
   for (const [index, object] of objects.entries()) object.object_id = `${mode}-${index}`;
   haptics.scene(
     objects.map(({object_id, says}) => ({object_id, ...(mode === 'ids' && says)})),
+    {materials: MATERIALS},
   );
 }
 

@@ -4,8 +4,9 @@ First sharpness, weight and share are chosen, under which the pictures left out 
 surprising; then slope and threshold of p(known), on these pictures against strangers: pictures
 whose material is left out whole, and shipped references of other materials. Surprise is the
 negative log probability of the truth. Left out with a picture are those of its material that are
-as near to it as its own variations: another view of the same thing. Always done anew on what is
-enrolled, for the cosines of one set say little of those of another.
+as near to it as its own variations, and the nearest ALIKE of the rest: other views of the same
+thing, which a user enrols without saying so. Always done anew on what is enrolled, for the cosines
+of one set say little of those of another.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ SHARES = (SHIPPED_SHARE, 0.6, 1.0)  # of the shipped beliefs beside them
 SLOPES = (2.0, 4.0, 8.0, 16.0, 32.0)
 THRESHOLDS = tuple(np.arange(-0.6, 1.01, 0.1).tolist())
 STRANGERS = 0.1  # share of what a hand touches that nobody enrolled: our choice
+ALIKE = 0.25  # share of a material's other pictures; chosen on own renders (training/LOG.md)
 MOST_PICTURES = 400  # left out in turn; more change nothing and take seconds
 # Too few pictures to fit anything: as sharp as fits of five a material on fresh renders, and sure
 # only of what is as near as another view of the same thing.
@@ -81,7 +83,10 @@ class _LeftOut:
         same = pictures[None, :] == kept[:, None]
         self.members = np.eye(len(own.materials))[own.labels]
         self.truth: Indices = own.labels[self.firsts]
-        self.others = ~(same | (self._is_alike(same) & (own.labels == self.truth[:, None])))
+        of_material = own.labels == self.truth[:, None]
+        self.others = ~(same | (self._is_alike(same) & of_material))
+        for row, is_other in enumerate(self.others & of_material):
+            self.others[row] &= ~self._nearest(row, is_other, pictures)
         self.materials = own.materials
         left = self.others @ self.members
         self.has_others = left[np.arange(len(left)), self.truth] > 0
@@ -92,6 +97,15 @@ class _LeftOut:
         counts = varied.sum(axis=1)
         means = np.where(varied, self.cosines, 0.0).sum(axis=1) / np.maximum(counts, 1)
         return self.cosines >= np.where(counts > 0, means, np.inf)[:, None]
+
+    def _nearest(
+        self, row: int, is_other: NDArray[np.bool_], pictures: Indices
+    ) -> NDArray[np.bool_]:
+        """Return which references are of the nearest ALIKE of the material's other pictures."""
+        others = np.unique(pictures[is_other])
+        nearness = [self.cosines[row][is_other & (pictures == other)].max() for other in others]
+        nearest = others[np.argsort(nearness)[::-1][: int(len(others) * ALIKE)]]
+        return is_other & np.isin(pictures, nearest)
 
     def scores(self, sharpness: float, *, strangers: bool = False) -> Doubles:
         """Scores (P, C) without the picture itself, or without all of its material."""
