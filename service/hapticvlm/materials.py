@@ -17,6 +17,8 @@ from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any
 
+from hapticvlm.errors import HapticVLMError
+
 UNKNOWN = "unknown"
 
 # What a fact of a user's material may be, lowest and highest: from aerogel to diamond and osmium
@@ -40,7 +42,7 @@ MAX_WORDS, MAX_WORD_LETTERS = 64, 60
 _NAME = re.compile(r"[a-z0-9_-]{1,40}")
 
 
-class MaterialError(ValueError):
+class MaterialError(HapticVLMError, ValueError):
     """A material of the user's that cannot be: which field, why, and what to do."""
 
 

@@ -12,6 +12,8 @@ from typing import Annotated, Literal, get_args
 import msgspec
 from msgspec import Meta, Struct
 
+from hapticvlm.errors import HapticVLMError
+
 PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 0
 MAX_SIDE_PX = 4096
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
@@ -45,7 +47,7 @@ FeelForm = Literal["amplitude", "parametric"]
 Basis = Literal["material", "expectation", "neutral"]
 
 
-class MessageError(Exception):
+class MessageError(HapticVLMError):
     """The peer's fault: what is wrong, where, and what to do; changes no output."""
 
     def __init__(self, code: ErrorCode, text: str, *, path: str | None = None, id: int = 0) -> None:

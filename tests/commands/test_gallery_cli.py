@@ -78,7 +78,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
     assert out == ""
     lines = err.strip().splitlines()
     assert len(lines) == 1
-    assert lines[0].startswith("hapticvlm gallery: ")
+    assert lines[0].startswith("hapticvlm gallery ")
     return lines[0]
 
 

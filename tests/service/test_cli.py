@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from hapticvlm.commands.main import main
+
 HEAVY = ("torch", "transformers", "numpy", "scipy", "websockets", "msgspec")
 
 
@@ -67,3 +69,21 @@ def test_a_taken_port_is_said_in_one_line():
         done = command("serve", "--port", port)
     assert done.returncode == 2
     assert "address already in use" in done.stderr.lower()
+
+
+def test_a_misspelt_command_names_the_nearest(capsys):
+    with pytest.raises(SystemExit):
+        main(["recognize", "a.png"])
+    assert "did you mean recognise?" in capsys.readouterr().err
+
+
+def test_a_bare_call_prints_the_overview(capsys):
+    assert main([]) == 0
+    assert "serve" in capsys.readouterr().out
+
+
+def test_what_the_user_can_mend_is_one_line_that_names_the_command(tmp_path, capsys):
+    assert main(["replay", str(tmp_path / "missing")]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("hapticvlm replay: ")
+    assert said.count("\n") == 1

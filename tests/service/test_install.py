@@ -240,13 +240,13 @@ def test_wood_can_be_felt(installed):
 
 
 def test_what_is_not_installed_is_said_with_the_line_that_installs_it(installed):
-    for arguments, extra in (
-        (("demo", "--capture", str(FRAME.parents[1])), "charts"),
-        (("recognise", str(FRAME), "--encoder", "some/model"), "models"),
+    for arguments, packages in (
+        (("demo", "--capture", str(FRAME.parents[1])), "matplotlib psutil"),
+        (("recognise", str(FRAME), "--encoder", "some/model"), "torch transformers safetensors"),
     ):
         said = installed.run(*arguments)
         assert said.returncode == 2, said.stderr
-        assert f"pip install 'hapticvlm[{extra}]'" in said.stderr
+        assert f"pip install {packages}" in said.stderr
         assert "Traceback" not in said.stderr
 
 

@@ -12,11 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from hapticvlm.errors import HapticVLMError
+
 LINES = "capture.jsonl"
 _EXTRAS = ("t_s", "type", "file", "mask_file", "truth")
 
 
-class CaptureError(Exception):
+class CaptureError(HapticVLMError):
     """A capture that cannot be read: which file, which line, what to do."""
 
 

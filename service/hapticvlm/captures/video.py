@@ -78,7 +78,7 @@ def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
     try:
         import cv2
     except ImportError:
-        raise CaptureError(f"{path}: videos need `pip install 'hapticvlm[video]'`") from None
+        raise CaptureError(f"{path}: videos need `pip install opencv-python-headless`") from None
     video = cv2.VideoCapture(str(path))
     try:
         if not video.isOpened():

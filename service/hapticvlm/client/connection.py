@@ -24,12 +24,13 @@ from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import ConnectionClosed
 
 from hapticvlm import __version__
+from hapticvlm.errors import HapticVLMError
 
 Message = dict[str, Any]
 MAX_EVENTS = 4096
 
 
-class Refused(Exception):
+class Refused(HapticVLMError):
     """The service answered `error`: its code, text and path."""
 
     def __init__(self, answer: Message) -> None:

@@ -14,11 +14,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from hapticvlm.errors import HapticVLMError
+
 READY_S = 120.0  # a network of transformers on a busy machine takes most of a minute
 _PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
-class ServiceError(Exception):
+class ServiceError(HapticVLMError):
     """The service did not start; the text is what it printed."""
 
 

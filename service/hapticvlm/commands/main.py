@@ -17,8 +17,24 @@ from hapticvlm.commands.doctor import command as doctor
 from hapticvlm.commands.evaluate import command as evaluate
 from hapticvlm.commands.feel import command as feel
 from hapticvlm.commands.gallery import command as gallery
-from hapticvlm.commands.parsing import Commands
+from hapticvlm.commands.parsing import Commands, Parser
+from hapticvlm.errors import HapticVLMError, UsageError, line
 
+_PLOTS, _MODELS = "matplotlib psutil", "torch transformers safetensors"
+# What a command may need beside the core, and the packages that bring it.
+PACKAGES = {
+    "matplotlib": _PLOTS,
+    "psutil": _PLOTS,
+    "cv2": "opencv-python-headless",
+    "torch": _MODELS,
+    "transformers": _MODELS,
+    "safetensors": _MODELS,
+    "statsmodels": "statsmodels",
+    "pandas": "statsmodels",
+    "onnx": "onnx",
+    "openvino": "openvino",
+    "mitsuba": "mitsuba",
+}
 LAB = "hapticvlm_lab"  # lies beside this package in the repository, and in no wheel
 LAB_COMMANDS = {
     "chart": "draw accuracy against latency, every method",
@@ -31,19 +47,42 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code."""
     for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(threads, "1")
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    if not given:
+        parser.print_help()
+        return 0
+    options = parser.parse_args(given)
     logging.basicConfig(
         level=options.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
     )
+    return _guarded(options)
+
+
+def _guarded(options: argparse.Namespace) -> int:
+    """Run the command; what its user can mend becomes one line and the exit code 2."""
     try:
         code: int = options.run(options)
     except KeyboardInterrupt:
         return 130
-    return code
+    except BrokenPipeError:  # who reads has seen enough; nothing more may be flushed to it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except ModuleNotFoundError as error:
+        name = (error.name or "").partition(".")[0]
+        if name not in PACKAGES:
+            raise
+        text = f"needs {name}: `pip install {PACKAGES[name]}`"
+    except (HapticVLMError, OSError) as error:
+        text = line(error)
+    else:
+        return code
+    print(f"{options.program}: {text}", file=sys.stderr)
+    return 2
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser: argparse.ArgumentParser = Parser(
         prog="hapticvlm",
         description="Makes objects in a VR scene feel like what they look like.",
     )
@@ -78,10 +117,8 @@ def _add_lab(commands: Commands) -> None:
     for name, text in LAB_COMMANDS.items():
         command = commands.add_parser(name, help=f"{text} (in the repository)", add_help=False)
         command.add_argument("rest", nargs=argparse.REMAINDER)
-        command.set_defaults(run=_say_where_the_lab_is, command=name)
+        command.set_defaults(run=_refuse_without_lab)
 
 
-def _say_where_the_lab_is(options: argparse.Namespace) -> int:
-    text = "comes with the repository, not with the package: run it in a checkout"
-    print(f"hapticvlm {options.command}: {text}", file=sys.stderr)
-    return 2
+def _refuse_without_lab(_options: argparse.Namespace) -> int:
+    raise UsageError("comes with the repository, not with the package: run it in a checkout")

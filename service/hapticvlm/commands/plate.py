@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import sys
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
+
+from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -44,16 +45,13 @@ def _with_plate(
     options: argparse.Namespace, run: Callable[[Peltier, argparse.Namespace], None]
 ) -> int:
     from hapticvlm.devices.peltier import Peltier
-    from hapticvlm.devices.ports import DeviceError
     from hapticvlm.devices.simulated_board import simulated_plate
 
     plate = simulated_plate() if options.peltier == "simulated" else Peltier(options.peltier)
     try:
         plate.connect()
-        run(plate, options)
-    except (DeviceError, ValueError) as error:
-        print(f"hapticvlm plate: {error}", file=sys.stderr)
-        return 2
+        with usage_errors():
+            run(plate, options)
     finally:
         plate.close()
     return 0

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from hapticvlm.errors import UsageError
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -80,32 +81,15 @@ def add(commands: Commands) -> None:
 
 
 def _recognise(options: argparse.Namespace) -> int:
-    from hapticvlm.materials import MaterialError
-    from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm.recognition.galleries.storage import GalleryError
-
-    try:
-        return _run(options)
-    except BrokenPipeError:  # who reads has seen enough; nothing more may be flushed to it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
-    except (EncoderError, GalleryError, MaterialError) as error:
-        _complain(" ".join(str(error).split()))
-        return 2
-
-
-def _run(options: argparse.Namespace) -> int:
     from hapticvlm.recognition.encoders.loading import load_encoder
     from hapticvlm.recognition.frame_recogniser import FrameRecogniser
     from hapticvlm.recognition.galleries.storage import load_gallery
 
     if options.mask is not None and not options.mask.exists():
-        _complain(f"--mask {options.mask}: no such file or folder")
-        return 2
+        raise UsageError(f"--mask {options.mask}: no such file or folder")
     found = _find(options.paths)
     if not any(path.is_file() for path in found):
-        _complain("no picture found; name JPEG, PNG or WebP files, or folders of them")
-        return 2
+        raise UsageError("no picture found; name JPEG, PNG or WebP files, or folders of them")
     encoder = load_encoder(options.encoder)
     gallery = load_gallery(options.gallery, encoder=encoder, pictures=options.pictures)
     among = None if options.among is None else _among(options.among, gallery.candidates)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands import voice_options
+from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -40,11 +40,9 @@ def add(commands: Commands) -> None:
 
 def _replay(options: argparse.Namespace) -> int:
     from hapticvlm.commands import replay
-    from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm.recognition.galleries.storage import GalleryError
     from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 
-    try:
+    with usage_errors():
         table = table_with(read_folder(options.gallery))
         recogniser = _recogniser(options) if options.recognise else None
         outcome = replay.replay(options.folder, table, recogniser)
@@ -52,9 +50,6 @@ def _replay(options: argparse.Namespace) -> int:
             from hapticvlm.devices.audio import write_wav
 
             write_wav(options.wav, replay.waveform(outcome, voice_options.voices(options, table)))
-    except (replay.TapeError, EncoderError, GalleryError, OSError, ValueError) as error:
-        print(f"hapticvlm replay: {error}", file=sys.stderr)
-        return 2
     if not options.json:
         _say(outcome, recognised=options.recognise)
     print(json.dumps(_fields(outcome)))
@@ -74,7 +69,7 @@ def _say(outcome: Replayed, *, recognised: bool) -> None:
     counts = ", ".join(f"{count} {name}" for name, count in sorted(outcome.counts.items()))
     print(f"{outcome.lines} lines: {counts}")
     if outcome.missing:
-        print(f"the tape is torn: {outcome.missing} lines are missing")
+        print(f"the session log is incomplete: {outcome.missing} lines are missing")
     if outcome.is_same:
         print(f"{outcome.outputs} outputs, every one bit for bit as recorded")
         return

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import messages
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import Material
 from hapticvlm.messages import ClientMessage, Frame, MessageError
 from hapticvlm.recognition.ambient import SceneView
@@ -45,7 +46,7 @@ BLOCK = 128
 Line = dict[str, Any]
 
 
-class TapeError(Exception):
+class TapeError(HapticVLMError):
     """A record that cannot be run again: which file, which line, why."""
 
 

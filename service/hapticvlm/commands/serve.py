@@ -8,12 +8,12 @@ from __future__ import annotations
 import argparse
 import logging
 import os
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option, Serving, check_ranges
+from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -35,18 +35,13 @@ def _serve(options: argparse.Namespace) -> int:
     import asyncio
 
     from hapticvlm.commands import assemble
-    from hapticvlm.devices.ports import DeviceError
-    from hapticvlm.processes.supervised import ChildError
 
     if options.log_level == "warning":
         logging.getLogger("hapticvlm").setLevel(logging.INFO)
     logging.getLogger("websockets").setLevel(logging.WARNING)
-    try:
+    with usage_errors():
         serving = settle(options)
         asyncio.run(assemble.run(serving, assemble.address(serving)))
-    except (ValueError, OSError, ChildError, DeviceError) as error:
-        print(f"hapticvlm serve: {error}", file=sys.stderr)
-        return 2
     return 0
 
 

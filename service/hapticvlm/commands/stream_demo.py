@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -80,9 +79,8 @@ def _demo(options: argparse.Namespace) -> int:
         from hapticvlm.commands.demo import browser
 
         return browser.run()
-    if find_spec("matplotlib") is None:
-        print("hapticvlm demo: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
-        return 2
+    if find_spec("matplotlib") is None:  # said before the demo runs, not after
+        raise ModuleNotFoundError(name="matplotlib")
     from hapticvlm.commands.demo.run import run
 
     return run(options.capture, options.out, quiet=options.quiet)

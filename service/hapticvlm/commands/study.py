@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 import contextlib
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -86,18 +85,11 @@ def _add_report(parts: Commands) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hapticvlm.client import Refused
-    from hapticvlm.commands.local_service import ServiceError
     from hapticvlm.study.log import locked
-    from hapticvlm.study.stimuli import StudyError
 
-    try:
-        design = _design(options)
-        with locked(options.folder), _service(options) as url:
-            asyncio.run(_serve(design, options, url))
-    except (StudyError, ServiceError, Refused, OSError) as error:
-        print(f"hapticvlm study run: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
+    design = _design(options)
+    with locked(options.folder), _service(options) as url:
+        asyncio.run(_serve(design, options, url))
     return 0
 
 
@@ -200,23 +192,14 @@ async def _serve(design: Design, options: argparse.Namespace, url: str) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
+    from hapticvlm.study.report import report, report_paper
     from hapticvlm.study.stimuli import StudyError
 
-    try:
-        from hapticvlm.study.report import report, report_paper
-
-        if options.paper == (options.folder is not None):
-            raise StudyError("name a study's folder, or --paper")
-        if options.paper:
-            text = report_paper(options.out, as_json=options.json)
-        else:
-            text = report(options.folder, options.out, as_json=options.json)
-    except ImportError as error:
-        hint = "needs `pip install 'hapticvlm[study]'`"
-        print(f"hapticvlm study report: {error.name}: {hint}", file=sys.stderr)
-        return 2
-    except (StudyError, OSError) as error:
-        print(f"hapticvlm study report: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
+    if options.paper == (options.folder is not None):
+        raise StudyError("name a study's folder, or --paper")
+    if options.paper:
+        text = report_paper(options.out, as_json=options.json)
+    else:
+        text = report(options.folder, options.out, as_json=options.json)
     print(text)
     return 0

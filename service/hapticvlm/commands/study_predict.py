@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -61,25 +62,14 @@ def _noise(text: str) -> float:
 
 
 def _predict(options: argparse.Namespace) -> int:
-    return _guarded("predict", lambda: _report(options))
+    with usage_errors():
+        _report(options)
+    return 0
 
 
 def _choose(options: argparse.Namespace) -> int:
-    return _guarded("choose", lambda: _search(options))
-
-
-def _guarded(part: str, run: Callable[[], None]) -> int:
-    from hapticvlm.study.stimuli import StudyError
-
-    try:
-        run()
-    except ImportError as error:
-        hint = "--plots needs `pip install 'hapticvlm[charts]'`"
-        print(f"hapticvlm study {part}: {error.name}: {hint}", file=sys.stderr)
-        return 2
-    except (StudyError, OSError, ValueError) as error:
-        print(f"hapticvlm study {part}: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
+    with usage_errors():
+        _search(options)
     return 0
 
 

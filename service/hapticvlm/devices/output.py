@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.rendering.vibration import RATE_HZ
 
 FIFO_PRIORITY = 20
@@ -36,7 +37,7 @@ _MCL_CURRENT = 1  # of <sys/mman.h>, on Linux and macOS alike
 Fill = Callable[[int], NDArray[np.float32]]
 
 
-class OutputError(Exception):
+class OutputError(HapticVLMError):
     """The output could not be opened; the text says why."""
 
 

@@ -13,6 +13,7 @@ from enum import IntEnum
 from typing import Any, Self
 
 from hapticvlm.devices.framing import Frame, frame
+from hapticvlm.errors import HapticVLMError
 
 MAJOR, MINOR = 1, 1
 BAUD = 250_000  # exact on a 16 MHz ATmega328P
@@ -45,7 +46,7 @@ class State(IntEnum):
     FAULTED = 3
 
 
-class LineError(Exception):
+class LineError(HapticVLMError):
     """A frame passed its CRC and is still no message of this protocol."""
 
 

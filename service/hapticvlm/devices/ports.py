@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from hapticvlm.devices.plate_protocol import BAUD
+from hapticvlm.errors import HapticVLMError
 
 AUTO = "auto"
 READ_S, WRITE_S = 0.02, 0.2
@@ -24,7 +25,7 @@ _VENDORS = {
 _WORDS = ("arduino", "ch340", "usb serial", "usb-serial", "cp210", "ft232")
 
 
-class DeviceError(Exception):
+class DeviceError(HapticVLMError):
     """The hardware failed or is not there; outputs rest and the scene is told."""
 
 

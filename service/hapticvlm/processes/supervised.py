@@ -18,6 +18,8 @@ from typing import Any
 
 import msgspec
 
+from hapticvlm.errors import HapticVLMError
+
 START_S = 60.0  # a child that fails says so at once; only a busy machine takes this long
 STEADY_S = 10.0
 DYING_S = 1.0
@@ -26,7 +28,7 @@ FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 30.0
 MAX_STARTED_BYTES = 64 * 1024
 
 
-class ChildError(Exception):
+class ChildError(HapticVLMError):
     """The child did not start; the text says why."""
 
 

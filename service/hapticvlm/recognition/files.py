@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.messages import MAX_SIDE_PX, Frame
 
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".webp"})
@@ -37,7 +38,7 @@ _QUARTER = 5  # from this orientation on width and height change places
 _UNREADABLE = (OSError, ValueError, SyntaxError, EOFError, KeyError, struct.error, MemoryError)
 
 
-class FileError(ValueError):
+class FileError(HapticVLMError, ValueError):
     """A file that cannot be used: which, why, and what to do."""
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import messages
+from hapticvlm.errors import HapticVLMError
 
 Pixels = NDArray[np.uint8]
 Box = tuple[
@@ -37,7 +38,7 @@ _CHANNELS = {"rgb8": 3, "rgba8": 4}
 _PNG_HEADER = struct.Struct(">8s4x4sIIB")  # signature, IHDR, width, height, bits per channel
 
 
-class PictureError(ValueError):
+class PictureError(HapticVLMError, ValueError):
     """A picture that cannot be used: which field, why, and what to do."""
 
     def __init__(self, path: str, text: str) -> None:

@@ -14,6 +14,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import Vibration
 from hapticvlm.rendering import impacts, textures
 from hapticvlm.rendering.equaliser import Correction
@@ -33,7 +34,7 @@ _PEAK = 0.9
 _RATE_STEPS = 2_000  # a rate is taken as a ratio of numbers up to this
 
 
-class PatternError(ValueError):
+class PatternError(HapticVLMError, ValueError):
     """A recording that cannot be a pattern: why, and what to do."""
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, get_args
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.messages import Interaction
 from hapticvlm.perception import NEUTRAL_C
@@ -25,7 +26,7 @@ HOT_C, COLD_C = 38.0, 25.0  # degC, our choice: the paper states no temperatures
 _LONGEST_S = 10.0
 
 
-class StudyError(Exception):
+class StudyError(HapticVLMError):
     """A study that cannot be run or read: what is wrong, where, and what to do."""
 
 

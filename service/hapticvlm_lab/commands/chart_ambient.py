@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,19 +38,9 @@ def add_chart(subjects: Commands) -> None:
 
 
 def _chart(options: argparse.Namespace) -> int:
-    from hapticvlm.commands.evaluate.pictures import ShotError
+    import matplotlib  # noqa: F401
+    import transformers  # noqa: F401
 
-    if any(find_spec(name) is None for name in ("matplotlib", "transformers", "torch")):
-        print("hapticvlm chart: needs `pip install 'hapticvlm[charts,models]'`", file=sys.stderr)
-        return 2
-    try:
-        return _run(options)
-    except (ShotError, OSError) as error:
-        print(f"hapticvlm chart: {error}", file=sys.stderr)
-        return 2
-
-
-def _run(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.ambient import chart
 
     options.out.mkdir(parents=True, exist_ok=True)

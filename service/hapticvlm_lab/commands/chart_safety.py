@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,17 +27,11 @@ def add(subjects: Commands) -> None:
 
 
 def _chart(options: argparse.Namespace) -> int:
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        print("hapticvlm chart: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
-        return 2
-    from hapticvlm_lab.bench.safety import chart
-    from hapticvlm_lab.bench.safety.core import CoreError
+    import matplotlib  # noqa: F401
 
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
+    from hapticvlm.errors import usage_errors
+    from hapticvlm_lab.bench.safety import chart
+
+    options.out.mkdir(parents=True, exist_ok=True)
+    with usage_errors():
         return chart.run(chart.Plan(options.plates, options.out, options.sweep, options.json))
-    except (CoreError, OSError, ValueError) as error:
-        print(f"hapticvlm chart: {error}", file=sys.stderr)
-        return 2

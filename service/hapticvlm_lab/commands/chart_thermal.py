@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,24 +33,17 @@ def _add(subjects: Commands, text: str, run: Callable[[argparse.Namespace], int]
 def _chart(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.thermal import chart
 
-    return _guarded("chart", options, lambda: chart.run(options.out, as_json=options.json))
+    return _into_folder(options, lambda: chart.run(options.out, as_json=options.json))
 
 
 def _shake(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.thermal import stability
 
-    return _guarded("stability", options, lambda: stability.run(options.out, as_json=options.json))
+    return _into_folder(options, lambda: stability.run(options.out, as_json=options.json))
 
 
-def _guarded(command: str, options: argparse.Namespace, run: Callable[[], int]) -> int:
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        print(f"hapticvlm {command}: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
-        return 2
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-        return run()
-    except OSError as error:
-        print(f"hapticvlm {command}: {error}", file=sys.stderr)
-        return 2
+def _into_folder(options: argparse.Namespace, run: Callable[[], int]) -> int:
+    import matplotlib  # noqa: F401
+
+    options.out.mkdir(parents=True, exist_ok=True)
+    return run()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,16 +21,9 @@ def add(subjects: Commands) -> None:
 
 
 def _chart(options: argparse.Namespace) -> int:
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        print("hapticvlm chart: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
-        return 2
+    import matplotlib  # noqa: F401
+
     from hapticvlm_lab.bench.vibration import chart
 
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-        return chart.run(options.out, as_json=options.json)
-    except OSError as error:
-        print(f"hapticvlm chart: {error}", file=sys.stderr)
-        return 2
+    options.out.mkdir(parents=True, exist_ok=True)
+    return chart.run(options.out, as_json=options.json)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,34 +72,22 @@ def _chart_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import chart
 
     plan = chart.Plan(_where(options), options.variants, options.out, options.json)
-    return _guarded("chart", options, lambda: chart.run(plan, _wiring()))
+    return _into_folder(options, lambda: chart.run(plan, _wiring()))
 
 
 def _shake_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import stability
 
     plan = stability.Plan(_where(options), options.out, options.json)
-    return _guarded("stability", options, lambda: stability.run(plan, labels()))
+    return _into_folder(options, lambda: stability.run(plan, labels()))
 
 
-def _guarded(command: str, options: argparse.Namespace, run: Callable[[], int]) -> int:
-    """Run with the result folder made; say in one line what cannot be done."""
-    from hapticvlm.captures import CaptureError
-    from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm.recognition.galleries.storage import GalleryError
-    from hapticvlm.recognition.pictures import PictureError
+def _into_folder(options: argparse.Namespace, run: Callable[[], int]) -> int:
+    """Run with the result folder made."""
+    import matplotlib  # noqa: F401
 
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        print(f"hapticvlm {command}: needs `pip install 'hapticvlm[charts]'`", file=sys.stderr)
-        return 2
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-        return run()
-    except (CaptureError, EncoderError, GalleryError, PictureError, OSError) as error:
-        print(f"hapticvlm {command}: {error}", file=sys.stderr)
-        return 2
+    options.out.mkdir(parents=True, exist_ok=True)
+    return run()
 
 
 def _where(options: argparse.Namespace) -> Where:

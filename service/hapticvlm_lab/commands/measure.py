@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,14 +88,8 @@ def _measure_beliefs(options: argparse.Namespace) -> int:
 
 
 def _measure_speaker(options: argparse.Namespace) -> int:
-    from hapticvlm.devices.ports import DeviceError
-    from hapticvlm_lab.bench.audio.sink import SinkError
     from hapticvlm_lab.bench.audio.speaker import BLOCKS, Plan, run
 
     clocks = (options.clock, options.jack)
     plan = Plan(options.seconds, options.block or BLOCKS, *clocks, options.realtime)
-    try:
-        return run(plan, as_json=options.json)
-    except (DeviceError, SinkError) as error:
-        print(f"hapticvlm measure speaker: {error}", file=sys.stderr)
-        return 2
+    return run(plan, as_json=options.json)

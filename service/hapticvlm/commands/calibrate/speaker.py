@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -60,20 +61,12 @@ def _level(text: str) -> float:
 
 
 def _speaker(options: argparse.Namespace) -> int:
-    from hapticvlm.devices.output import OutputError
-
-    try:
+    with usage_errors():
         if options.speaker is not None:
             return _play_sweep(options)
         if options.sweep is not None:
             return _write_sweep(options)
-        return _tell(_measure(options), options)
-    except KeyboardInterrupt:
-        print("hapticvlm calibrate speaker: stopped", file=sys.stderr)
-        return 130
-    except (OSError, OutputError, ValueError) as error:
-        print(f"hapticvlm calibrate speaker: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
+        return _report(_measure(options), options)
 
 
 def _write_sweep(options: argparse.Namespace) -> int:
@@ -118,7 +111,7 @@ def _measure(options: argparse.Namespace) -> SpeakerResponse:
     return speaker_response.response(sound.mean(axis=1), rate, options.quantity)
 
 
-def _tell(found: SpeakerResponse, options: argparse.Namespace) -> int:
+def _report(found: SpeakerResponse, options: argparse.Namespace) -> int:
     from hapticvlm.devices.response import write_response
 
     if options.out is not None:

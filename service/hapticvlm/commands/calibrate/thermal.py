@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.calibrate import speaker
+from hapticvlm.errors import UsageError, usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.calibrate.palm_trial import Bench
@@ -59,17 +60,14 @@ def add(commands: Commands) -> None:
 
 
 def _thermal(options: argparse.Namespace) -> int:
-    from hapticvlm.devices.ports import DeviceError
-
-    try:
+    with usage_errors():
         calibration = _begin(options)
-        with _judge(options, calibration) as judge:
-            _ask(calibration, judge, options)
-        return _tell(calibration, options)
-    except (DeviceError, ValueError, OSError, EOFError) as error:
-        text = " ".join(str(error).split()) or "no more answers"
-        print(f"hapticvlm calibrate thermal: {text}", file=sys.stderr)
-        return 2
+        try:
+            with _judge(options, calibration) as judge:
+                _ask(calibration, judge, options)
+        except EOFError:
+            raise UsageError("no more answers: the calibration is not finished") from None
+        return _report(calibration, options)
 
 
 def _begin(options: argparse.Namespace) -> Calibration:
@@ -155,7 +153,7 @@ def _person(bench: Bench, calibration: Calibration, tried: float, name: str) -> 
             return None if answer == "q" else answer == "a"
 
 
-def _tell(calibration: Calibration, options: argparse.Namespace) -> int:
+def _report(calibration: Calibration, options: argparse.Namespace) -> int:
     found = calibration.estimate()
     if found.trials == 0:
         print("hapticvlm calibrate thermal: no trial was answered", file=sys.stderr)

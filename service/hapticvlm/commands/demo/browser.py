@@ -7,21 +7,20 @@ import time
 import webbrowser
 from pathlib import Path
 
-from hapticvlm.commands.local_service import ServiceError, running
+from hapticvlm.commands.local_service import running
+from hapticvlm.errors import UsageError
 
 EXAMPLES = "examples"
 CURE = "npm ci --prefix examples/webxr"
 
 
 def run() -> int:
-    """Serve the scene, open it, and stay until Ctrl+C; return 2 when it can't be shown."""
+    """Serve the scene, open it, and stay until Ctrl+C. Raises UsageError, ServiceError."""
     examples = _examples()
     if examples is None:
-        print("hapticvlm demo: no examples/webxr here: run this in a checkout", file=sys.stderr)
-        return 2
+        raise UsageError("no examples/webxr here: run this in a checkout")
     if not (examples / "webxr" / "node_modules" / "three").is_dir():
-        print(f"hapticvlm demo: three.js is not installed: {CURE}", file=sys.stderr)
-        return 2
+        raise UsageError(f"three.js is not installed: {CURE}")
     try:
         with running(["--scene", str(examples)]) as service:
             page = service.page + "scene/webxr/"
@@ -30,9 +29,6 @@ def run() -> int:
                 print("no browser opened by itself: open the first address in one", flush=True)
             while service.process.poll() is None:
                 time.sleep(0.5)
-    except ServiceError as error:
-        print(f"hapticvlm demo: {error}", file=sys.stderr)
-        return 2
     except KeyboardInterrupt:
         return 0
     print("hapticvlm demo: the service ended by itself", file=sys.stderr)

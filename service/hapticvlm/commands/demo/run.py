@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -89,15 +88,11 @@ class Show:
 def run(path: Path | None, out: Path, *, quiet: bool) -> int:
     """Run the demo; return 0 when every message was answered."""
     console = Console()
-    try:
-        capture = read(path if path is not None else _shipped())
-        out.mkdir(parents=True, exist_ok=True)
-        with _service(out, quiet) as service:
-            console.print(f"service ready after {service.seconds_to_ready:.2f} s, simulated plate")
-            outcome, show = asyncio.run(_perform(capture, service, out, console))
-    except (CaptureError, ServiceError) as error:
-        print(f"hapticvlm demo: {error}", file=sys.stderr)
-        return 2
+    capture = read(path if path is not None else _shipped())
+    out.mkdir(parents=True, exist_ok=True)
+    with _service(out, quiet) as service:
+        console.print(f"service ready after {service.seconds_to_ready:.2f} s, simulated plate")
+        outcome, show = asyncio.run(_perform(capture, service, out, console))
     with console.status("drawing what happened"):
         files = report.write(capture, outcome, show.decisions, show.telemetry, out)
     console.print()

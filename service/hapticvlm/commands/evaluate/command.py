@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.evaluate.asking import Ask
@@ -41,23 +42,17 @@ def add(commands: Commands) -> None:
 
 def _evaluate_ambient(options: argparse.Namespace) -> int:
     from hapticvlm.commands.evaluate.ambient import Plan, run
-    from hapticvlm.commands.evaluate.pictures import ShotError, read_shots
-    from hapticvlm.recognition.vlm.answers import VlmError
+    from hapticvlm.commands.evaluate.pictures import read_shots
 
-    try:
+    with usage_errors():
         read_shots(options.csv)
         if options.out is not None:
             import matplotlib  # noqa: F401
-        method, ask = _way(options)
+        method, ask = _method(options)
         return run(Plan(options.csv, method, options.out, options.json), ask)
-    except ImportError as error:
-        print(f"hapticvlm evaluate ambient: {error}: needs an extra", file=sys.stderr)
-    except (ShotError, ValueError, VlmError, OSError) as error:
-        print(f"hapticvlm evaluate ambient: {error}", file=sys.stderr)
-    return 2
 
 
-def _way(options: argparse.Namespace) -> tuple[str, Ask]:
+def _method(options: argparse.Namespace) -> tuple[str, Ask]:
     """Name the method and make it. Raises ValueError and VlmError."""
     from hapticvlm.commands.evaluate.asking import by_default, by_vlm
 

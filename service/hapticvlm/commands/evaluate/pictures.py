@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.recognition.vlm.answers import Picture
 
 COLUMNS = ("image", "temperature_c")
@@ -21,7 +22,7 @@ COLDEST_C, HOTTEST_C = -90.0, 60.0  # degC, of the air near the ground, ever mea
 MOST_PIXELS = 64_000_000
 
 
-class ShotError(ValueError):
+class ShotError(HapticVLMError, ValueError):
     """A CSV or a picture of it cannot be used; the text says which row and column."""
 
 

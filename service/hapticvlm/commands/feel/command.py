@@ -6,7 +6,6 @@ import argparse
 import difflib
 import json
 import math
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import asdict
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands import voice_options
 from hapticvlm.commands.serve_config import contact_resistance
+from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.feel.heat import Heat, Warmth
@@ -95,19 +95,11 @@ def _palm(text: str) -> float:
 
 
 def _feel(options: argparse.Namespace) -> int:
-    from hapticvlm.materials import MaterialError
-
-    try:
+    with usage_errors():
         material = _material(options.material, options.gallery)
         heat, sound = _touch(material, options)
         _write(heat, sound, options)
-        _say(heat, sound, as_json=options.json)
-    except BrokenPipeError:  # who reads has seen enough; nothing more may be flushed to it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
-    except (MaterialError, OSError, ValueError, ImportError) as error:
-        print(f"hapticvlm feel: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
+    _say(heat, sound, as_json=options.json)
     return 0
 
 
@@ -166,10 +158,6 @@ def _write(heat: Heat, sound: Sound, options: argparse.Namespace) -> None:
 
         write_wav(options.wav, sound.wave)
     if options.plot is not None:
-        try:
-            import matplotlib  # noqa: F401
-        except ImportError:
-            raise ImportError("--plot needs `pip install 'hapticvlm[charts]'`") from None
         from hapticvlm.commands.feel import plot
 
         plot.draw(heat, sound, options.plot)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,29 +75,15 @@ def _add_add(kinds: Commands) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Say in one line what the user can mend, with exit code 2."""
     from hapticvlm.commands.gallery import build, test
-    from hapticvlm.materials import MaterialError
-    from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm.recognition.galleries.enrol import EnrolError
-    from hapticvlm.recognition.galleries.storage import GalleryError
 
-    try:
-        match options.what:
-            case "build":
-                return build.build(options)
-            case "add":
-                return build.add(options)
-            case "list":
-                return build.show(options.gallery)
-            case _:
-                path, pictures = options.gallery, options.pictures
-                return test.run(path, pictures, options.encoder, as_json=options.json)
-    except OSError as error:
-        text = (
-            f"{error.filename2 or error.filename}: {error.strerror}; free the place or name another"
-        )
-    except (EnrolError, MaterialError, GalleryError, EncoderError) as error:
-        text = str(error)
-    print(f"hapticvlm gallery: {' '.join(text.split())}", file=sys.stderr)
-    return 2
+    match options.what:
+        case "build":
+            return build.build(options)
+        case "add":
+            return build.add(options)
+        case "list":
+            return build.show(options.gallery)
+        case _:
+            path, pictures = options.gallery, options.pictures
+            return test.run(path, pictures, options.encoder, as_json=options.json)

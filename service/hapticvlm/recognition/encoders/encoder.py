@@ -16,6 +16,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.recognition.pictures import Crop
 
 Floats = NDArray[np.float32]
@@ -27,7 +28,7 @@ BATCH = 8  # crops a pass: bounds memory; more are no faster on one thread (meas
 UNIT_ERROR = 1e-3  # of an embedding's norm
 
 
-class EncoderError(RuntimeError):
+class EncoderError(HapticVLMError):
     """An encoder that cannot be had, or does not do what it should: why, and what to do."""
 
 

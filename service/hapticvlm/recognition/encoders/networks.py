@@ -32,7 +32,7 @@ CLASSIFIER = "ForImageClassification"
 FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in a folder's label
 HUB_S = 10.0  # for the hub to say whether it has a network
 HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
-CURE = "pip install 'hapticvlm[models]'"
+CURE = "pip install torch transformers safetensors"
 FOLDER = "give a folder that save_pretrained wrote, with network and image processor"
 
 logger = logging.getLogger(__name__)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import messages
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.recognition import files, pictures
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.pictures import Crop, PictureError
@@ -30,7 +31,7 @@ CLOSER = (0.8, 0.6)  # of the object's box: the scales of the further views
 BLANK = 1.0  # grey levels a crop must vary by, standard deviation, to show anything
 
 
-class EnrolError(ValueError):
+class EnrolError(HapticVLMError, ValueError):
     """Pictures that cannot be used: which file, why, and what to do."""
 
 

@@ -16,6 +16,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.galleries.calibration import calibrate
@@ -40,7 +41,7 @@ FILE_NAME = "gallery.npz"  # in a gallery folder
 _OWN = "own_"
 
 
-class GalleryError(RuntimeError):
+class GalleryError(HapticVLMError):
     """A gallery that cannot be used: why, and what to do."""
 
 

@@ -9,6 +9,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.recognition.ladder import Evidence
 
 DEFAULT_MODEL = "Qwen/Qwen2-VL-2B-Instruct"
@@ -20,7 +21,7 @@ Precision = Literal["bfloat16", "float32"]
 Picture = NDArray[np.uint8]
 
 
-class VlmError(Exception):
+class VlmError(HapticVLMError):
     """The model cannot be loaded or asked, or its answer is of no use; the text says why."""
 
 

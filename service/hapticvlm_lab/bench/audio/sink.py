@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.rendering.vibration import RATE_HZ
 
 NAME = "Palm"
@@ -30,7 +31,7 @@ _SINK = f"sink_name=palm rate={RATE_HZ} channels=1 format=float32le"
 _CALLED = f"sink_properties=device.description={NAME}"
 
 
-class SinkError(Exception):
+class SinkError(HapticVLMError):
     """The sound server cannot be had; the text says why."""
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hapticvlm.devices import plate_protocol
+from hapticvlm.errors import HapticVLMError
 
 FOLDER = Path(__file__).parents[4] / "firmware"
 STEP_S = 0.02
@@ -23,7 +24,7 @@ _SUM_FULL_SCALE = 16384.0  # 16 conversions of 10 bits
 _BETA_K, _R25_K = 3950.0, 298.15
 
 
-class CoreError(Exception):
+class CoreError(HapticVLMError):
     """The core can't be compiled here."""
 
 
