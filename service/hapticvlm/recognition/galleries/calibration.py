@@ -33,7 +33,7 @@ SHARES = (SHIPPED_SHARE, 0.6, 1.0)  # of the shipped beliefs beside them
 SLOPES = (2.0, 4.0, 8.0, 16.0, 32.0)
 THRESHOLDS = tuple(np.arange(-0.6, 1.01, 0.1).tolist())
 STRANGERS = 0.1  # share of what a hand touches that nobody enrolled: our choice
-ALIKE = 0.25  # share of a material's other pictures; chosen on own renders (training/LOG.md)
+ALIKE = 0.1  # share of a material's other pictures; chosen on own renders and choose_web
 MOST_PICTURES = 400  # left out in turn; more change nothing and take seconds
 # Too few pictures to fit anything: as sharp as fits of five a material on fresh renders, and sure
 # only of what is as near as another view of the same thing.
