@@ -13,7 +13,6 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition.galleries.gallery import (
@@ -23,6 +22,7 @@ from hapticvlm.recognition.galleries.gallery import (
     Pictures,
     log_softmax,
 )
+from hapticvlm.recognition.galleries.linear_layer import fit_layer
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -34,7 +34,6 @@ SHARPNESS = 32.0  # of the shipped references; the fits of every encoder so far 
 PENALTIES = (0.001, 0.003, 0.01, 0.03)  # of the squared weights of the linear layer
 WEIGHTS = (0.0, 0.25, 0.5, 1.0)  # of the references beside the layer
 SCALES = tuple(np.geomspace(0.1, 4.0, 23).tolist())
-STEPS = 300
 FOUR = ("wood", "glass", "fabric", "metal")
 ALL_KNOWN = Calibration(SHARPNESS, 1.0, -1000.0)  # unknown is a class of its own, so p(known) is 1
 
@@ -91,25 +90,6 @@ def weigh(labels: Indices, cells: Indices) -> Doubles:
     for label in np.unique(labels):
         weights[labels == label] /= weights[labels == label].sum()
     return np.asarray(weights / weights.sum())
-
-
-def fit_layer(embeddings: Floats, labels: Indices, weights: Doubles, penalty: float) -> LinearLayer:
-    """Fit a logistic regression to (N, D) embeddings of classes 0..C-1, with an L2 penalty."""
-    rows = np.hstack([embeddings, np.ones((len(embeddings), 1))]).astype(np.float64)
-    targets = np.eye(int(labels.max()) + 1)[labels]
-
-    def loss(flat: Doubles) -> tuple[float, Doubles]:
-        parameters = flat.reshape(rows.shape[1], -1)
-        logs = log_softmax(rows @ parameters)
-        slope = rows.T @ ((np.exp(logs) - targets) * weights[:, None])
-        slope[:-1] += penalty * parameters[:-1]
-        surprise = -float(weights @ (logs * targets).sum(axis=1))
-        return surprise + penalty / 2 * float((parameters[:-1] ** 2).sum()), slope.ravel()
-
-    start = np.zeros(rows.shape[1] * targets.shape[1])
-    found = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": STEPS}).x
-    parameters = found.reshape(rows.shape[1], -1).astype(np.float32)
-    return LinearLayer(parameters[:-1], parameters[-1])
 
 
 def fit_gallery(plain: Gallery, taught: Taught, judged: Sequence[Judged]) -> Gallery:

@@ -7,7 +7,9 @@ layer, the picture of each reference (`places`), and own references with the sam
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import astuple, replace
 from io import BytesIO
 from pathlib import Path
@@ -18,7 +20,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import UNKNOWN
-from hapticvlm.recognition.encoders.encoder import Encoder
+from hapticvlm.recognition.encoders.encoder import Encoder, NetworkEncoder
 from hapticvlm.recognition.galleries.calibration import calibrate
 from hapticvlm.recognition.galleries.gallery import (
     MAX_SHARPNESS,
@@ -28,6 +30,7 @@ from hapticvlm.recognition.galleries.gallery import (
     Pictures,
     join,
 )
+from hapticvlm.recognition.galleries.network_gallery import cached_gallery, make_gallery
 from hapticvlm.recognition.galleries.user_materials import (
     SHORTEST,
     UserMaterial,
@@ -39,6 +42,8 @@ from hapticvlm.recognition.galleries.user_materials import (
 SHIPPED = Path(__file__).parents[1] / "shipped" / "gallery.npz"
 FILE_NAME = "gallery.npz"  # in a gallery folder
 _OWN = "own_"
+
+logger = logging.getLogger(__name__)
 
 
 class GalleryError(HapticVLMError):
@@ -65,10 +70,13 @@ def load_gallery(
     """Read a gallery (None: the shipped one) for one encoder; raises GalleryError, MaterialError.
 
     A folder holds gallery.npz (without it the shipped one counts) and the user's own materials;
-    `own` are those if they have been read before. `pictures` is the kind it will be shown.
+    `own` are those if they have been read before. A network that the user named gets a gallery of
+    its own (network_gallery) in place of the shipped one. `pictures` is the kind it will be shown.
     """
     base = file_of(path)
     gallery = read_gallery(base)
+    if base == SHIPPED and gallery.encoder != encoder.name and isinstance(encoder, NetworkEncoder):
+        gallery = network_gallery(encoder)
     require_encoder(base, gallery.encoder, encoder)
     _require_dimension(base, gallery.references, encoder)
     own = read_folder(path) if own is None else own
@@ -83,6 +91,20 @@ def load_gallery(
             require_encoder(file, material.encoder, encoder)
             _require_dimension(file, material.references, encoder)
     return replace(with_user_materials(gallery, own), pictures=pictures)
+
+
+def network_gallery(encoder: NetworkEncoder) -> Gallery:
+    """Read the gallery of a network from the user's cache; it is made on first use."""
+    path = cached_gallery(encoder)
+    with suppress(GalleryError):
+        return read_gallery(path)
+    gallery = make_gallery(encoder)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_gallery(gallery, path)
+    except OSError as error:
+        logger.warning("the gallery of `%s` cannot be kept (%s)", encoder.name, error)
+    return gallery
 
 
 def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gallery:

@@ -1,0 +1,81 @@
+"""Writes the reference pictures that ship: `python -m hapticvlm_lab.training.reference_pictures`.
+
+Crops of rendered rooms (CC0 materials, our own scenes), as many of each material and of none, at
+most TWO of a shard and a class; shards that calibrate are left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from hapticvlm.recognition.galleries.network_gallery import COLUMNS, NAMES, REFERENCES
+from hapticvlm_lab.training import sources
+
+EACH = 48  # pictures of a material
+TWO = 2  # of one shard
+SIDE, QUALITY = 128, 75  # px, of JPEG: the limit is the size of the wheel
+SMALLEST_PX = 90  # of the object in its frame: less shows nothing of the material
+SHARES = (0.15, 0.95)  # of the crop that the object covers
+
+Pixels = NDArray[np.uint8]
+
+
+def main() -> None:
+    """Read the command line and write a sheet and its masks for each material."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--renders", type=Path, required=True, help="folder of shards of rooms")
+    parser.add_argument("--out", type=Path, default=REFERENCES)
+    chosen = parser.parse_args()
+    shards = [s for s in sorted(chosen.renders.glob("shard_*.npz")) if _may_teach(s)]
+    found = choose(shards)
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    for name, crops in found.items():
+        write_sheet(crops, chosen.out / name)
+
+
+def choose(shards: Sequence[Path]) -> dict[str, list[Pixels]]:
+    """Choose crops (S, S, 4) of every material, the first that fit."""
+    found: dict[str, list[Pixels]] = {name: [] for name in NAMES}
+    for shard in shards:
+        with np.load(shard, allow_pickle=False) as file:
+            crops, labels, sizes = file["big"], file["label"].tolist(), file["size"]
+        for name in NAMES:
+            rows = [row for row, label in enumerate(labels) if label == name]
+            fit = [row for row in rows if _fits(crops[row], sizes[row])]
+            found[name] += [crops[row] for row in fit[: min(TWO, EACH - len(found[name]))]]
+    return found
+
+
+def write_sheet(crops: Sequence[Pixels], path: Path) -> None:
+    """Write NAME.jpg and NAME.mask.png, squares in rows of COLUMNS."""
+    rows = -(-len(crops) // COLUMNS)
+    sheet, masks = Image.new("RGB", (COLUMNS * SIDE, rows * SIDE)), Image.new("L", (1, 1))
+    masks = masks.resize(sheet.size)
+    for place, crop in enumerate(crops):
+        corner = (place % COLUMNS * SIDE, place // COLUMNS * SIDE)
+        image, mask = Image.fromarray(crop[..., :3]), Image.fromarray(crop[..., 3])
+        sheet.paste(image.resize((SIDE, SIDE), Image.Resampling.LANCZOS), corner)
+        masks.paste(mask.resize((SIDE, SIDE), Image.Resampling.BILINEAR), corner)
+    sheet.save(path.with_suffix(".jpg"), quality=QUALITY, optimize=True)
+    masks.point(lambda level: 255 * (level > 127)).convert("1").save(
+        path.with_suffix(".mask.png"), optimize=True
+    )
+
+
+def _may_teach(shard: Path) -> bool:
+    return not sources.is_calibration_shard(shard.stem)
+
+
+def _fits(crop: Pixels, size: NDArray[np.int16]) -> bool:
+    share = float((crop[..., 3] > 0).mean())
+    return bool(size.min() >= SMALLEST_PX) and SHARES[0] < share < SHARES[1]
+
+
+if __name__ == "__main__":
+    main()
