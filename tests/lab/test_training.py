@@ -194,6 +194,19 @@ def test_a_branch_cools_down_to_nothing_and_ends(tmp_path):
     assert run.optimiser.param_groups[0]["lr"] < run.plan.rate / 5
 
 
+def test_a_kept_average_begins_another_run(tmp_path):
+    known = answers.Pool(make_pool(tmp_path / "pool"), tmp_path)
+    run = Run(Plan(shape=TINY, batch=8, side=32, warm_up=1), known.names)
+    train(run, known, tmp_path / CHECKPOINT, most=3)
+    run.keep(tmp_path / "kept.safetensors")
+    again = Run(Plan(shape=TINY), known.names)
+    again.begin_with(tmp_path / "kept.safetensors")
+    crops = torch.randint(0, 255, (3, 32, 32, 4), dtype=torch.uint8)
+    with torch.no_grad():
+        wanted, found = (r.average.eval()["network"](crops) for r in (run, again))
+    assert float((wanted * found).sum(dim=1).min()) > 0.999
+
+
 def test_folding_changes_nothing():
     torch.manual_seed(3)
     network = lively(Network(TINY))

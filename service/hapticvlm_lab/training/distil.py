@@ -134,6 +134,27 @@ class Run:
         torch.save(held, part)
         part.replace(path)
 
+    def keep(self, path: Path) -> None:
+        """Write the average alone, as float16: small enough to outlive a machine in a commit."""
+        from safetensors.torch import save_file
+
+        held = {
+            name: value.half().contiguous() if value.dtype.is_floating_point else value
+            for name, value in self.average.state_dict().items()
+        }
+        save_file(held, path, {"samples": str(self.progress.samples)})
+
+    def begin_with(self, path: Path) -> None:
+        """Begin at an average that `keep` wrote; the optimiser begins anew."""
+        from safetensors.torch import load_file
+
+        held = {
+            name: value.float() if value.dtype.is_floating_point else value
+            for name, value in load_file(path).items()
+        }
+        self.model.load_state_dict(held)
+        self.average.load_state_dict(held)
+
     def load(self, path: Path) -> None:
         """Go on from a checkpoint."""
         held = torch.load(path, map_location="cpu", weights_only=True)
@@ -165,23 +186,29 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pool", type=Path, required=True, help="folder of the pool")
     parser.add_argument("--run", type=Path, required=True, help="folder for checkpoint and basis")
-    parser.add_argument("--begin", type=Path, help="run to branch from")
+    parser.add_argument("--begin", type=Path, help="run to branch from, or a kept average")
+    parser.add_argument("--keep", type=Path, help="only write the run's average to this file")
     parser.add_argument("--cool", type=int, default=0, help="steps until the rate is zero")
     parser.add_argument("--side", type=int, default=96, help="px (%(default)s)")
     parser.add_argument("--save-s", type=float, default=120.0)
     chosen = parser.parse_args()
     torch.set_num_threads(1)
     chosen.run.mkdir(parents=True, exist_ok=True)
-    own = chosen.run / CHECKPOINT
-    if chosen.begin is not None and not own.exists():
-        shutil.copy(chosen.begin / BASIS, chosen.run / BASIS)
+    own, begin = chosen.run / CHECKPOINT, chosen.begin
+    if begin is not None and begin.is_dir() and not own.exists():
+        shutil.copy(begin / BASIS, chosen.run / BASIS)
     pool = Pool(chosen.pool, chosen.run)
     run = Run(Plan(cool=chosen.cool, side=chosen.side), pool.names)
     if own.exists():
         run.load(own)
-    elif chosen.begin is not None:
-        run.load(chosen.begin / CHECKPOINT)
+    elif begin is not None and begin.is_file():
+        run.begin_with(begin)
+    elif begin is not None:
+        run.load(begin / CHECKPOINT)
         run.progress.first = run.progress.step
+    if chosen.keep is not None:
+        run.keep(chosen.keep)
+        return 0
     train(run, pool, own, chosen.save_s)
     return 0
 
