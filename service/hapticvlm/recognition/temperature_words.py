@@ -15,9 +15,9 @@ from itertools import takewhile
 from typing import Literal
 
 from hapticvlm import materials
-from hapticvlm.recognition import hot_things, names
-from hapticvlm.recognition.hot_things import Heat, State
+from hapticvlm.recognition import names, temperature_table
 from hapticvlm.recognition.names import Lexicon
+from hapticvlm.recognition.temperature_table import Heat, State
 
 Run = tuple[str, ...]
 Role = Literal["thing", "state", "colour", "mute", "stuff", "tail", "not", "fake", "other"]
@@ -38,7 +38,7 @@ class HotName:
     @property
     def is_supposed_on(self) -> bool:
         """Whether it is a heater that nobody said is on: a radiator."""
-        return self.heat is hot_things.RADIATOR and not self.state
+        return self.heat is temperature_table.RADIATOR and not self.state
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ def from_name(name: str) -> HotName | None:
     if not heads or main[heads[-1]].role != "thing":
         return None
     head = main[heads[-1]]
-    figures = hot_things.THINGS[head.run]
+    figures = temperature_table.THINGS[head.run]
     if _is_imitation(main, figures):
         return None
     state = _agreed(_said(main, heads[-1]) | aside)
@@ -67,7 +67,7 @@ def from_name(name: str) -> HotName | None:
 def _is_imitation(main: Sequence[_Token], figures: Mapping[State, Heat]) -> bool:
     """Whether a word says it is none: a toy stove, an icicle of glass, no fire."""
     roles = {token.role for token in main}
-    is_ice = figures.get("") is hot_things.MELTING
+    is_ice = figures.get("") is temperature_table.MELTING
     is_stuff = "stuff" in roles or any(token.run == _GLASS for token in main)
     return bool(roles & {"fake", "not"}) or (is_ice and is_stuff)
 
@@ -103,7 +103,7 @@ def _is_followed(rest: Sequence[_Token]) -> bool:
 def _had(aside: Sequence[_Token]) -> frozenset[State]:
     if aside[0].run != _WITH:
         return frozenset()
-    states = {token.state or hot_things.WITH.get(token.run, "") for token in aside}
+    states = {token.state or temperature_table.WITH.get(token.run, "") for token in aside}
     return frozenset(state for state in states if state)
 
 
@@ -111,7 +111,7 @@ def _without_colours(tokens: Sequence[_Token]) -> list[_Token]:
     """Drop colours named after something hot or cold: hot pink, ice blue, off white."""
     kept: list[_Token] = []
     for token in tokens:
-        if token.role == "colour" and kept and kept[-1].run in hot_things.ALSO_COLOURS:
+        if token.role == "colour" and kept and kept[-1].run in temperature_table.ALSO_COLOURS:
             kept.pop()
         else:
             kept.append(token)
@@ -121,7 +121,7 @@ def _without_colours(tokens: Sequence[_Token]) -> list[_Token]:
 def _tokens(name: str) -> list[_Token]:
     """Cut a name into known runs of words, the longest first; noise and mute words are dropped."""
     lexicon = names.read_lexicon(materials.MATERIALS)
-    words = [names.singular_of(word, hot_things.VOCABULARY) for word in names.words_of(name)]
+    words = [names.singular_of(word, temperature_table.VOCABULARY) for word in names.words_of(name)]
     found = []
     at = 0
     while at < len(words):
@@ -132,21 +132,21 @@ def _tokens(name: str) -> list[_Token]:
 
 
 def _runs_at(words: Sequence[str], at: int) -> Iterator[Run]:
-    for length in range(min(hot_things.LONGEST, len(words) - at), 0, -1):
+    for length in range(min(temperature_table.LONGEST, len(words) - at), 0, -1):
         yield tuple(words[at : at + length])
 
 
 def _token(run: Run, lexicon: Lexicon) -> _Token | None:
     """Say what a run is; None for a run of several words that is nothing known."""
-    if run in hot_things.FALSE_FRIENDS:
+    if run in temperature_table.FALSE_FRIENDS:
         return _Token("other", run)
-    if run in hot_things.THINGS:
+    if run in temperature_table.THINGS:
         return _Token("thing", run)
-    if run in hot_things.STATES:
-        return _Token("state", run, hot_things.STATES[run])
-    if run in hot_things.COLOURS:
+    if run in temperature_table.STATES:
+        return _Token("state", run, temperature_table.STATES[run])
+    if run in temperature_table.COLOURS:
         return _Token("colour", run)
-    if run in hot_things.MUTE:
+    if run in temperature_table.MUTE:
         return _Token("mute", run)
     return _of_grammar(run, lexicon)
 
@@ -156,7 +156,7 @@ def _of_grammar(run: Run, lexicon: Lexicon) -> _Token | None:
     if len(run) > 1:
         return _Token("other", run) if run in lexicon.phrases else None
     word = run[0]
-    if run in hot_things.FAKES:
+    if run in temperature_table.FAKES:
         return _Token("fake", run)
     if word in lexicon.noise:
         return _Token("mute", run)
