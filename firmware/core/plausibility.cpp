@@ -11,7 +11,8 @@ const float KELVIN = 273.15f;
 const float HARD = 0.6f;  // of the limit: driven hard
 
 struct Drive {
-    float current_a, error_c, power_w;
+    float current_a, error_c, power_w;  // means of PROGRESS_MS
+    int8_t push;                        // what they must do to the plate
 };
 
 // 1 or -1 when this much heat must move the plate that way, else 0.
@@ -67,7 +68,7 @@ void remember_current(Plausibility& state, float current_a) {
 }
 
 uint32_t judge_progress(Plausibility& state, const Sensors& sensors, const Drive& drive) {
-    const int8_t push = push_of(drive.current_a, drive.power_w);
+    const int8_t push = drive.push;
     if (push != state.pushing) {
         state.pushed = 0;
         state.stalled_j = 0.0f;
@@ -82,14 +83,14 @@ uint32_t judge_progress(Plausibility& state, const Sensors& sensors, const Drive
 
 // Bursts too short for a window: their energy counts until the plate follows.
 uint32_t judge_burst(Plausibility& state, float plate, const Drive& drive) {
-    const int8_t push = push_of(drive.current_a, drive.power_w);
+    const int8_t push = drive.push;
     if (state.pushed > WINDOW) state.burst_j = 0.0f;
     if (push == 0 || state.pushed > WINDOW || is_held(drive.current_a, drive.error_c)) return 0;
     const float along_c = push * (plate - state.burst_from_c);
     if (push != state.bursting || along_c >= ALONG_C) state.burst_j = 0.0f;
     if (state.burst_j == 0.0f || along_c < 0.0f) state.burst_from_c = plate;
     state.bursting = push;
-    state.burst_j += drive.power_w * push * STEP_S;
+    state.burst_j += drive.power_w * push * (state.driven_steps * STEP_S);
     return state.burst_j >= (push > 0 ? STALLED_HEAT_J : STALLED_COOL_J) ? bit(RUNAWAY) : 0;
 }
 
@@ -159,12 +160,35 @@ void pause_judging(Plausibility& state) {
     if (state.open_ms >= FORGET_MS) start_judging(state);
 }
 
+namespace {
+
+// The mean current of PROGRESS_MS must push, as the readings are means too, and the newest as well: a ripple
+// that the loop follows, such as mains hum, would look like another current if it were only sampled.
+Drive drive_of(const Plausibility& state, float plate, float sink, float current_a, float error_c) {
+    const float mean_a = state.driven_a / state.driven_steps, mean_w = plate_power_w(mean_a, plate, sink);
+    const int8_t push = push_of(mean_a, mean_w);
+    const bool still = push_of(current_a, plate_power_w(current_a, plate, sink)) == push;
+    return {mean_a, error_c, mean_w, still ? push : (int8_t)0};
+}
+
+uint32_t judge_growth(Plausibility& state, const Sensors& sensors, float current_a, float error_c) {
+    const float plate = plate_c(sensors);
+    const Drive drive = drive_of(state, plate, sensors.now[SINK].c, current_a, error_c);
+    const uint32_t faults = judge_progress(state, sensors, drive) | judge_burst(state, plate, drive);
+    state.driven_a = 0.0f;
+    state.driven_steps = 0;
+    return faults;
+}
+
+}  // namespace
+
 uint32_t judge(Plausibility& state, const Sensors& sensors, bool grown, float current_a, float error_c) {
     if (!plate_is_known(sensors) || !sensors.now[SINK].known) return 0;
     const float plate = plate_c(sensors), sink = sensors.now[SINK].c;
-    const Drive drive = {current_a, error_c, plate_power_w(current_a, plate, sink)};
     state.open_ms = 0;
-    return (grown ? judge_progress(state, sensors, drive) : 0) | judge_burst(state, plate, drive) |
+    state.driven_a += current_a;
+    state.driven_steps++;
+    return (grown ? judge_growth(state, sensors, current_a, error_c) : 0) |
            judge_sign(state, plate, current_a, error_c) |
            judge_sink(state, sink_power_w(current_a, plate, sink), sink);
 }

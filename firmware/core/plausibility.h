@@ -12,6 +12,8 @@
 namespace plate {
 
 struct Plausibility {
+    float driven_a;          // currents of the driven steps since the past of the readings grew, summed
+    uint8_t driven_steps;
     int8_t pushing;          // 1 heating, -1 cooling hard enough to judge, 0 neither
     uint8_t pushed;          // for how many PROGRESS_MS
     float stalled_j;         // spent since the plate last followed
