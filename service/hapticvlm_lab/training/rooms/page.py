@@ -1,0 +1,142 @@
+"""The page that draws rooms, in a headless Chromium: pictures with their truth, by seed.
+
+It gets three.js and those files of the data folder that may teach; no other file, no network.
+"""
+
+from __future__ import annotations
+
+import base64
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+from numpy.typing import NDArray
+from playwright.sync_api import Error, Page, Route, sync_playwright
+
+from hapticvlm_lab.training import sources
+
+HERE = Path(__file__).parent
+THREE = HERE / "node_modules" / "three"
+ADDRESS = "http://rooms.invalid"
+# Mesa's rasteriser; the default, SwiftShader, is 3 to 6 times slower.
+FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
+MAX_SIDE = 448  # px, of web/main.js
+PATIENCE_MS = 300_000  # the first room compiles its shaders on the processor
+FOLDERS = "hdri brick ceramic concrete fabric foliage metal paper plastic rubber stone wood"
+
+
+class RoomsError(Exception):
+    """Rooms cannot be drawn: what is missing, and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """One thing of a picture: its number in the ids, and its material or "unknown"."""
+
+    id: int
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """pixels (H, W, 3) uint8 RGB; ids (H, W) uint8, the number of the thing seen, 0 = none.
+
+    `things`: in a frame all that it shows, in a crop the one it is of (none if that is hidden).
+    """
+
+    pixels: NDArray[np.uint8]
+    ids: NDArray[np.uint8]
+    things: tuple[Thing, ...]
+
+    def box(self, thing: Thing) -> tuple[int, int, int, int]:
+        """Left, top, right, bottom of one of its things in px, the last two exclusive."""
+        rows, columns = np.nonzero(self.ids == thing.id)
+        return int(columns.min()), int(rows.min()), int(columns.max()) + 1, int(rows.max()) + 1
+
+
+@dataclass(frozen=True, slots=True)
+class Rooms:
+    """An open page. The same seed gives the same pictures on the same machine."""
+
+    page: Page
+
+    def crops(self, seed: int, views: int = 6) -> list[Picture]:
+        """Draw single things of a room, up to 224 px a side, as frames of a headset hold them."""
+        return self._make(seed, views, 0)
+
+    def frames(self, seed: int, views: int = 4, side: int = 448) -> list[Picture]:
+        """Draw whole frames of a room, side 1 to 448 px. Raises RoomsError, ValueError."""
+        if not 1 <= side <= MAX_SIDE:
+            raise ValueError(f"a side of {side} px is outside 1..{MAX_SIDE}")
+        return self._make(seed, views, side)
+
+    def _make(self, seed: int, views: int, side: int) -> list[Picture]:
+        try:
+            made = self.page.evaluate(f"rooms.make({seed:d}, {views:d}, {side:d})")
+        except Error as error:
+            raise RoomsError(f"room {seed}: {error.message.splitlines()[0]}") from error
+        return [_picture(**shot) for shot in made]
+
+
+def _picture(size: tuple[int, int], things: list[dict[str, Any]], pixels: str) -> Picture:
+    rows = np.frombuffer(base64.b64decode(pixels), np.uint8).reshape(size[1], size[0], 4)[::-1]
+    ids = rows[..., 3].copy()
+    found = tuple(Thing(**one) for one in things if (ids == one["id"]).any())
+    return Picture(rows[..., :3].copy(), ids, found)
+
+
+@contextmanager
+def opened(data: Path) -> Iterator[Rooms]:
+    """Open the page on a data folder. Raises RoomsError."""
+    found = teaching(data)
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        raise RoomsError("no chromium: apt-get install chromium libegl1 libgl1-mesa-dri")
+    if not THREE.is_dir():
+        raise RoomsError(f"no three.js: npm ci --prefix {os.path.relpath(HERE)}")
+    env: dict[str, str | float | bool] = {
+        "LP_NUM_THREADS": "1",
+        **os.environ,
+    }  # threads of the rasteriser
+    allowed = {f"/data/{name}": data / name for names in found.values() for name in names}
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS, env=env)
+        try:
+            page = browser.new_page()
+            page.set_default_timeout(PATIENCE_MS)
+            page.route("**/*", lambda route: _answer(route, allowed))
+            page.goto(f"{ADDRESS}/web/index.html")
+            page.wait_for_function("window.rooms")
+            page.evaluate("found => rooms.open(found)", found)
+            yield Rooms(page)
+        finally:
+            browser.close()
+
+
+def teaching(data: Path) -> dict[str, list[str]]:
+    """List tiles by folder, and skies, that may teach. Raises RoomsError for a folder of none."""
+    found: dict[str, list[str]] = {name: [] for name in FOLDERS.split()}
+    tiles, skies = data.glob("ambientcg_tiles/*/*.jpg"), data.glob("hdri/*_512.hdr")
+    shown = [path for path in tiles if not sources.is_tile_held_back(path.name)]
+    lit = [path for path in skies if path.name[: -len("_512.hdr")] not in sources.HDRI_HELD_BACK]
+    for path in sorted([*shown, *lit]):
+        if path.parent.name in found:
+            found[path.parent.name].append(path.relative_to(data).as_posix())
+    if empty := [name for name, paths in found.items() if not paths]:
+        raise RoomsError(f"{data}: nothing that may teach in {', '.join(empty)}")
+    return found
+
+
+def _answer(route: Route, allowed: dict[str, Path]) -> None:
+    name = urlsplit(route.request.url).path
+    own = THREE / name[7:] if name.startswith("/three/") else HERE / name[1:]
+    path = allowed.get(name, own)
+    if path.is_file():
+        return route.fulfill(path=path)
+    return route.fulfill(status=404)

@@ -1,0 +1,89 @@
+/** After `rooms.open`, `rooms.make(seed, views, side)`: frames of side px, or crops for side 0. */
+import * as THREE from 'three';
+import {HDRLoader} from 'three/addons/loaders/HDRLoader.js';
+import {RoomEnvironment} from 'three/addons/environments/RoomEnvironment.js';
+import {Camera, development} from './camera.js';
+import {Dice} from './dice.js';
+import {Room} from './room.js';
+import {Maps, loadTiles} from './textures.js';
+
+const ROOMS_A_SET = 50; // that share painted maps
+const PROBE = {size: 128, position: new THREE.Vector3(0, 1.2, 0)}; // of reflections, as engines have it
+
+const renderer = new THREE.WebGLRenderer();
+Object.assign(renderer.shadowMap, {enabled: true, autoUpdate: false});
+const crops = new Camera(renderer, 224), frames = new Camera(renderer, 448);
+const prefilter = new THREE.PMREMGenerator(renderer);
+const studio = prefilter.fromScene(new RoomEnvironment(), 0.04).texture, skies = [studio, studio, studio];
+let tiles, maps, set;
+
+/** Load {folder: [file of the data folder]}, skies under hdri. */
+async function open({hdri, ...folders}) {
+  tiles = await loadTiles(folders);
+  for (const file of hdri) {
+    const sky = await new HDRLoader().loadAsync(`/data/${file}`);
+    skies.push(prefilter.fromEquirectangular(sky).texture);
+  }
+}
+
+/** A lens that sees a thing from somewhere, more or less close, seldom straight. */
+function aim(d, {box}) {
+  const centre = box.getCenter(new THREE.Vector3()), radius = box.getSize(new THREE.Vector3()).length() / 2;
+  const lens = new THREE.PerspectiveCamera(d.uniform(38, 85), 1, 0.02, 40), share = d.spread(0.22, 1.05);
+  const half = Math.tan((lens.fov * Math.PI) / 360), far = radius / half / share;
+  const up = d.uniform(-0.05, 1) * d.uniform(0.2, 1.15), turn = d.uniform(0, 6.28);
+  lens.position.setFromSphericalCoords(far, Math.PI / 2 - up, turn).add(centre);
+  lens.position.y = Math.max(lens.position.y, 0.06);
+  lens.up.set(d.uniform(-0.12, 0.12), 1, 0);
+  const off = () => d.uniform(-0.5, 0.5) * Math.max(0, 1 - share) * far * half;
+  lens.lookAt(centre.add(new THREE.Vector3(off(), off(), off())));
+  return lens;
+}
+
+/** Lay the hand on a thing, from the viewer's side. */
+function reach(d, {group}, {box}, lens) {
+  const centre = box.getCenter(new THREE.Vector3()), out = lens.position.clone().sub(centre).normalize();
+  out.add(new THREE.Vector3(d.uniform(-0.7, 0.7), d.uniform(-0.4, 0.3), d.uniform(-0.7, 0.7))).normalize();
+  const tip = box.getSize(new THREE.Vector3()).multiplyScalar(0.5).multiply(out).add(centre);
+  group.position.copy(tip).addScaledVector(out, 0.13);
+  group.lookAt(tip.addScaledVector(out, 1).add(new THREE.Vector3(0, d.uniform(-0.6, 0.1), 0)));
+  group.rotateZ(d.uniform(-1, 1));
+}
+
+/** Frames of a room, or crops of things at the size that a frame of some px would give them. */
+function* pictures(d, room, side) {
+  const camera = side ? frames : crops;
+  renderer.shadowMap.needsUpdate = true; // the hand moves
+  const {things, hand, table} = room, subject = d.pick(things.filter((thing) => thing !== hand));
+  const lens = aim(d, subject), look = development(d), px = d.spread(220, 1100);
+  hand.group.visible = d.chance(0.2);
+  if (hand.group.visible) reach(d, hand, subject, lens);
+  const found = side ? [] : camera.find(room, lens), every = things.map(({id, label}) => ({id, label}));
+  const shoot = (region, size, shown) => (
+    {size, things: shown, pixels: camera.shoot(room, lens, region, size, look).toBase64()});
+  if (side) yield shoot({x: 0, y: 0, w: 1, h: 1}, [side, side], every);
+  for (const [id, region] of found) {
+    const size = [region.w, region.h].map((share) => Math.round(Math.min(camera.side, share * px)));
+    const thing = things[id - 1];
+    const isWanted = thing === subject || d.chance(thing === hand ? 0.1 : thing === table ? 0.15 : 0.4);
+    if (isWanted && Math.min(...size) >= 24) yield shoot(region, size, [every[id - 1]]);
+  }
+}
+
+function make(seed, views, side) {
+  if (set !== (set = Math.floor(seed / ROOMS_A_SET))) {
+    maps?.dispose();
+    maps = new Maps(tiles, new Dice(set * 7919 + 1));
+  }
+  const d = new Dice(seed * 2654435761), room = new Room(d.fork(), maps, skies);
+  const probe = room.isIndoors && d.chance(0.4) ? prefilter.fromScene(room.scene, 0, 0.05, 30, PROBE) : null;
+  if (probe) Object.assign(room.scene, {environment: probe.texture, environmentRotation: new THREE.Euler(),
+    environmentIntensity: d.uniform(0.8, 1.3)});
+  const all = Array.from({length: views}, () => [...pictures(d.fork(), room, side)]).flat();
+  for (const program of renderer.info.programs) program.usedTimes = Infinity; // compiled once
+  room.dispose();
+  probe?.dispose();
+  return all;
+}
+
+window.rooms = {open, make};

@@ -1,0 +1,183 @@
+"""The rooms that training renders, drawn by a real headless Chromium."""
+
+import os
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
+
+from hapticvlm.materials import MATERIALS, UNKNOWN
+from hapticvlm_lab.training import sources
+from hapticvlm_lab.training.rooms import Picture, Rooms, RoomsError, __main__, opened, page
+
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+
+TEACHES, HELD_BACK = "Some005", "Some004"  # by sources.is_tile_held_back
+SKY_HELD_BACK = "forest_slope"
+FRAMES = 3
+
+
+def write_data(folder: Path) -> Path:
+    """A data folder in small: two tiles a folder and two skies, one of each held back."""
+    rng = np.random.default_rng(1)
+    for number, name in enumerate(page.FOLDERS.split()[1:]):
+        (folder / "ambientcg_tiles" / name).mkdir(parents=True)
+        for asset in (TEACHES, HELD_BACK):
+            tone = 40 + 180 * rng.random(3) + 20 * rng.random((32, 32, 1)) + number
+            tile = Image.fromarray(tone.clip(0, 255).astype(np.uint8))
+            tile.save(folder / "ambientcg_tiles" / name / f"{asset}.jpg")
+    (folder / "hdri").mkdir()
+    for name in ("open_field", SKY_HELD_BACK):
+        header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n"
+        sky = np.tile(np.array([130, 140, 160, 129], np.uint8), (16, 32, 1))
+        (folder / "hdri" / f"{name}_512.hdr").write_bytes(header + sky.tobytes())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_data(tmp_path_factory.mktemp("data"))
+
+
+@pytest.fixture(scope="module")
+def rooms(data: Path) -> Iterator[Rooms]:
+    has_tools = shutil.which("chromium") and page.THREE.is_dir()
+    if not has_tools and not os.environ.get("CI"):
+        pytest.skip(f"no chromium, or no three.js: npm ci --prefix {page.HERE}")
+    with opened(data) as rooms:
+        yield rooms
+
+
+@pytest.fixture(scope="module")
+def frames(rooms: Rooms) -> list[Picture]:
+    return rooms.frames(5, views=FRAMES, side=192)
+
+
+@pytest.fixture(scope="module")
+def crops(rooms: Rooms) -> list[Picture]:
+    return [crop for seed in (5, 6) for crop in rooms.crops(seed, views=3)]
+
+
+def contrast_at_borders(picture: Picture, ids: np.ndarray) -> float:
+    """How much more the picture changes where the number changes than elsewhere."""
+    grey = picture.pixels.astype(float).mean(axis=2)
+    change = np.abs(np.diff(grey, axis=0))[:, :-1] + np.abs(np.diff(grey, axis=1))[:-1]
+    border = (np.diff(ids.astype(int), axis=0)[:, :-1] != 0) | (np.diff(ids, axis=1)[:-1] != 0)
+    return float(change[border].mean() / change[~border].mean())
+
+
+def test_frames_show_things_of_materials_and_nothing_else_has_a_number(
+    frames: list[Picture],
+) -> None:
+    assert len(frames) == FRAMES
+    for frame in frames:
+        assert frame.pixels.shape == (192, 192, 3)
+        assert {thing.label for thing in frame.things} <= {*MATERIALS, UNKNOWN}
+        assert {thing.id for thing in frame.things} == set(np.unique(frame.ids).tolist()) - {0}
+
+
+def test_boxes_hold_every_pixel_of_their_thing_and_no_row_more(frames: list[Picture]) -> None:
+    for frame in frames:
+        for thing in frame.things:
+            left, top, right, bottom = frame.box(thing)
+            inside = frame.ids[top:bottom, left:right] == thing.id
+            assert inside.sum() == (frame.ids == thing.id).sum()
+            edges = (inside[0], inside[-1], inside[:, 0], inside[:, -1])
+            assert all(edge.any() for edge in edges)
+
+
+def test_numbers_change_where_the_picture_does(frames: list[Picture], crops: list[Picture]) -> None:
+    seen = [picture for picture in (*frames, *crops) if min(picture.ids.shape) > 60]
+    straight = np.median([contrast_at_borders(one, one.ids) for one in seen])
+    flipped = np.median([contrast_at_borders(one, one.ids[::-1]) for one in seen])
+    assert straight > 2.0
+    assert straight > 1.5 * flipped
+
+
+def test_pictures_are_neither_black_nor_white(frames: list[Picture], crops: list[Picture]) -> None:
+    levels = [picture.pixels.mean() for picture in (*frames, *crops)]
+    assert min(levels) > 15
+    assert max(levels) < 245
+    assert np.median([picture.pixels.std() for picture in frames]) > 15
+
+
+def test_a_crop_holds_its_thing_with_little_around_it(crops: list[Picture]) -> None:
+    assert len(crops) > 6
+    for crop in crops:
+        (thing,) = crop.things
+        left, top, right, bottom = crop.box(thing)
+        height, width = crop.ids.shape
+        assert max((right - left) / width, (bottom - top) / height) > 0.6
+        assert max(height, width) <= 224
+
+
+def test_the_same_seed_draws_the_same_room_whatever_was_drawn_before(rooms: Rooms) -> None:
+    first = rooms.crops(7, views=2)
+    other = rooms.crops(77, views=2)  # of another set of painted maps
+    again = rooms.crops(7, views=2)
+    assert [crop.things for crop in first] == [crop.things for crop in again]
+    for one, two in zip(first, again, strict=True):
+        np.testing.assert_array_equal(one.pixels, two.pixels)
+        np.testing.assert_array_equal(one.ids, two.ids)
+    assert [crop.ids.shape for crop in first] != [crop.ids.shape for crop in other]
+
+
+def test_what_is_held_back_is_neither_listed_nor_given_to_the_page(
+    rooms: Rooms, data: Path
+) -> None:
+    found = page.teaching(data)
+    assert sources.is_tile_held_back(f"ambientcg_tiles/wood/{HELD_BACK}.jpg")
+    assert found["wood"] == [f"ambientcg_tiles/wood/{TEACHES}.jpg"]
+    assert found["hdri"] == ["hdri/open_field_512.hdr"]
+    ask = (
+        "async names => (await Promise.all(names.map(n => fetch('/data/' + n)))).map(a => a.status)"
+    )
+    held_back = [f"ambientcg_tiles/wood/{HELD_BACK}.jpg", f"hdri/{SKY_HELD_BACK}_512.hdr"]
+    assert rooms.page.evaluate(ask, [found["wood"][0], *held_back]) == [200, 404, 404]
+
+
+def test_a_data_folder_without_tiles_is_named(tmp_path: Path) -> None:
+    with pytest.raises(RoomsError, match=r"nothing that may teach in .*wood"), opened(tmp_path):
+        pass
+
+
+def test_a_frame_larger_than_can_be_drawn_is_refused(rooms: Rooms) -> None:
+    with pytest.raises(ValueError, match=r"449 px is outside 1\.\.448"):
+        rooms.frames(1, side=449)
+
+
+def test_a_shard_holds_crops_as_the_service_cuts_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rooms: Rooms
+) -> None:
+    monkeypatch.setattr(__main__, "PER_SHARD", 6)
+    path = tmp_path / "shard_00003.npz"
+    __main__._shard(rooms, 3, path)
+    with np.load(path, allow_pickle=False) as shard:
+        big, labels = shard["big"], shard["label"]
+        assert shard["source"].tolist() == ["rooms"] * 6
+    assert big.shape == (6, 224, 224, 4)
+    assert big.dtype == np.uint8
+    assert set(np.unique(big[..., 3]).tolist()) <= {0, 255}
+    assert set(labels.tolist()) <= {*MATERIALS, UNKNOWN}
+    for mask in big[..., 3] > 0:
+        rows, columns = np.nonzero(mask)
+        assert np.ptp(rows) > 0.85 * 224  # the box of the mask, with a margin of 5 %
+        assert np.ptp(columns) > 0.85 * 224
+    before = path.stat().st_mtime_ns
+    __main__._shard(rooms, 3, path)
+    assert path.stat().st_mtime_ns == before
+
+
+def test_the_command_says_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["rooms", "--data", str(tmp_path), "--out", str(tmp_path / "out"), "--shards", "1"]
+    monkeypatch.setattr(sys, "argv", arguments)
+    assert __main__.main() == 2
+    assert "nothing that may teach" in capsys.readouterr().err
