@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm import spoken, wire
+from hapticvlm.recognition.vlm import chat_protocol
 from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, Picture, Reading, VlmError, VlmSettings
 from hapticvlm.recognition.vlm.breaker import Breaker, State
 from hapticvlm.recognition.vlm.endpoint import (
@@ -76,7 +76,7 @@ class RemoteVlm:
         def ask() -> Reading:
             begun = time.monotonic()
             choices = [
-                self._choice(wire.question(asked, wording, (picture,), tokens), begun)
+                self._choice(chat_protocol.question(asked, wording, (picture,), tokens), begun)
                 for wording in range(len(asked.questions))
             ]
             return self._reading(choices, time.monotonic() - begun)
@@ -85,12 +85,14 @@ class RemoteVlm:
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
         """Say what the outlined object is made of, as evidence over `names`. Raises VlmError."""
-        body = wire.question(about_material(names), 0, (context, crop), self._settings.image_tokens)
+        body = chat_protocol.question(
+            about_material(names), 0, (context, crop), self._settings.image_tokens
+        )
 
         def ask() -> Evidence:
             choice = self._choice(body, time.monotonic())
-            told = spoken.material_by_logprobs(choice, names)
-            return spoken.material_by_text(choice, names) if told is None else told
+            told = chat_protocol.material_by_logprobs(choice, names)
+            return chat_protocol.material_by_text(choice, names) if told is None else told
 
         return self._guarded(ask)
 
@@ -125,10 +127,10 @@ class RemoteVlm:
     def _reading(self, choices: Sequence[Json], seconds: float) -> Reading:
         told = None
         if self._settings.method != "text":
-            told = spoken.ambient_by_logprobs(choices, seconds)
+            told = chat_protocol.ambient_by_logprobs(choices, seconds)
         if told is None and self._settings.method == "logprobs":
             raise VlmError(f"{self.name} tells no log-probabilities of numbers")
-        return spoken.ambient_by_text(choices, seconds) if told is None else told
+        return chat_protocol.ambient_by_text(choices, seconds) if told is None else told
 
     def _choice(self, body: Json, begun: float) -> Json:
         """Ask once, without log-probabilities where the endpoint does not know them."""
@@ -136,12 +138,12 @@ class RemoteVlm:
         body = {"model": self._asked_model(deadline), **body}
         if self._tells_logprobs:
             try:
-                asked = wire.with_logprobs(body)
-                return wire.first_choice(self._endpoint.post(CHAT, asked, deadline))
+                asked = chat_protocol.with_logprobs(body)
+                return chat_protocol.first_choice(self._endpoint.post(CHAT, asked, deadline))
             except EndpointError as error:
                 if error.status not in _NO_SUCH_FIELD or self._settings.method == "logprobs":
                     raise
-        choice = wire.first_choice(self._endpoint.post(CHAT, body, deadline))
+        choice = chat_protocol.first_choice(self._endpoint.post(CHAT, body, deadline))
         self._tells_logprobs = False
         return choice
 
@@ -153,7 +155,7 @@ class RemoteVlm:
 
     def _only_model(self, deadline: float) -> str:
         try:
-            listed = wire.model_names(self._endpoint.get(MODELS, deadline))
+            listed = chat_protocol.model_names(self._endpoint.get(MODELS, deadline))
         except EndpointError as error:
             if error.status is None:
                 raise
