@@ -637,7 +637,7 @@ def test_undeclared_objects_are_bounded():
     session = owner(TABLE)
     for number in range(9000):
         session.receive(touch("slide", f"o{number}"), 1.0)
-    assert len(session._model.objects._known) <= 8192
+    assert len(session._model.objects.known) <= 8192
     assert only(session.receive(touch(), 1.1), PlayVibration)[0].command.material == "wood"
 
 
@@ -773,7 +773,7 @@ def test_restating_the_same_objects_is_no_overflow_and_declared_ones_are_never_f
         session.receive(touch("slide", f"undeclared{number}"), 1.0)
     session.receive(scene(*many, replace=False), 1.1)
     assert session._model.objects.state("o0").facts is not None
-    assert len(session._model.objects._known) <= 8192
+    assert len(session._model.objects.known) <= 8192
 
 
 def test_observers_set_no_ambient():

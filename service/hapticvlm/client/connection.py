@@ -102,7 +102,7 @@ class Client:
         return await self.request("frame", image=image, width=width, height=height, **given)
 
     async def set(self, **fields: Any) -> Message:
-        """Change settings: ambient_c, vibration_gain, thermal_gain, watch."""
+        """Change settings: ambient_c, vibration_gain, thermal_gain, watch, feel."""
         return await self.request("set", **fields)
 
     async def stop(self, scope: str = "all") -> Message:

@@ -48,6 +48,11 @@ class Speaker:
         self.name = settings.output
 
     @property
+    def settings(self) -> AudioSettings:
+        """How the engine plays now."""
+        return self._settings
+
+    @property
     def simulated(self) -> bool:
         """Whether nothing is really played."""
         return self._settings.output == "simulated"

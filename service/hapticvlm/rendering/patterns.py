@@ -7,6 +7,7 @@ Force and speed set its level as they set the grammar's; its pitch is its own at
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -84,6 +85,12 @@ class PatternTexture:
         self._pattern, self._rate_hz = pattern, rate_hz
         self._at = 0
         self._level = SmoothedValue()
+
+    def fork(self) -> PatternTexture:
+        """Return a copy that goes its own way."""
+        forked = copy.copy(self)
+        forked._level = self._level.fork()
+        return forked
 
     def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
         """Next `count` samples, (count,) float32, under a motion that holds for all of them."""

@@ -13,6 +13,7 @@ a texture's lag is noticed (Okamoto 2009), and damps a ripple of 75 Hz by 23 dB.
 
 from __future__ import annotations
 
+import copy
 from functools import lru_cache
 
 import numpy as np
@@ -28,6 +29,10 @@ class SmoothedValue:
     def __init__(self, value: float = 0.0) -> None:
         self.value = value
         self._slope = 0.0  # per time constant
+
+    def fork(self) -> SmoothedValue:
+        """Return a copy that goes its own way."""
+        return copy.copy(self)
 
     def follow(self, target: float, count: int, rate_hz: int) -> NDArray[np.float64] | float:
         """Return the next `count` values (count,), or one number if all of them are equal."""

@@ -11,6 +11,7 @@ Every loop is driven as strongly as its band needs to be felt, so materials are 
 
 from __future__ import annotations
 
+import copy
 import math
 from functools import lru_cache
 
@@ -50,6 +51,13 @@ class _Reader:
         self._at = place * loop.size
         self._centre: SmoothedValue | None = None
         self._level = SmoothedValue()
+
+    def fork(self) -> _Reader:
+        """Return a copy that goes its own way."""
+        forked = copy.copy(self)
+        forked._centre = None if self._centre is None else self._centre.fork()
+        forked._level = self._level.fork()
+        return forked
 
     def read(self, count: int, centre_hz: float, reached: float) -> _Floats | float:
         """Next `count` samples (count,), or 0.0: `reached` of full strength, around `centre_hz`."""
@@ -96,6 +104,14 @@ class Texture:
         )
         self._breaks = _Breaks(vibration, self._rng, playback) if interaction == "carve" else None
 
+    def fork(self) -> Texture:
+        """Return a copy that goes its own way."""
+        forked = copy.copy(self)
+        forked._surface = self._surface.fork()
+        forked._slips = None if self._slips is None else self._slips.fork()
+        forked._breaks = None if self._breaks is None else self._breaks.fork()
+        return forked
+
     @property
     def breaks(self) -> int:
         """How many fibres have broken so far."""
@@ -135,11 +151,26 @@ class _Breaks:
 
     def __init__(self, vibration: Vibration, rng: np.random.Generator, playback: Playback) -> None:
         self._rng, self._rate_hz = rng, playback.rate_hz
+        self._draws: list[float] = []
+        self._drawn = 0
         self._grain = _grain(vibration, playback)
         self._tail = np.zeros(self._grain.size)
         self._to_next = rng.random()  # in mean spacings
         self._level = SmoothedValue()
         self.begun = 0
+
+    def fork(self) -> _Breaks:
+        """Return a copy that goes its own way."""
+        forked = copy.copy(self)
+        forked._level = self._level.fork()
+        return forked
+
+    def _draw(self, low: float, high: float) -> float:
+        """Return the next random number; copies share the numbers drawn and so their future."""
+        if self._drawn == len(self._draws):
+            self._draws.append(self._rng.random())
+        self._drawn += 1
+        return low + (high - low) * self._draws[self._drawn - 1]
 
     def render(self, count: int, wanted: float, speed_mps: float) -> _Floats:
         """Next `count` samples, (count,), at the wanted level."""
@@ -151,9 +182,9 @@ class _Breaks:
         while self._to_next < 0.0:
             begin = max(count + math.floor(self._to_next / per_sample), 0)
             now = level if isinstance(level, float) else float(level[begin])
-            strength = self._rng.uniform(0.4, 1.0) * now
+            strength = self._draw(0.4, 1.0) * now
             wave[begin : begin + self._grain.size] += strength * self._grain
-            self._to_next += self._rng.uniform(0.5, 1.5)
+            self._to_next += self._draw(0.5, 1.5)
             self.begun += 1
         self._tail = wave[count:]
         return wave[:count]

@@ -7,9 +7,10 @@ fade of FADE_S, so whatever ends is silent within 20 ms at any block size.
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,11 @@ class _Voice:
     at: int = 0
     ended: bool = False
 
+    def fork(self) -> _Voice:
+        if isinstance(self.source, Texture | PatternTexture):
+            return replace(self, source=self.source.fork())
+        return replace(self)
+
     def render(self, count: int, step: float) -> NDArray[np.float32]:
         if isinstance(self.source, Texture | PatternTexture):
             block = self.source.render(count, self.motion)
@@ -91,6 +97,9 @@ class _Hand:
     wanted: Command | None = None  # the texture to feel, when there is one
     expires_at: float = -math.inf
 
+    def fork(self) -> _Hand:
+        return replace(self, voices=[voice.fork() for voice in self.voices])
+
     def rest(self) -> None:
         self.wanted, self.expires_at = None, -math.inf
         self.voices = [voice for voice in self.voices if voice.at or voice.key[1] in TEXTURES]
@@ -113,6 +122,8 @@ class Voices:
         table: Mapping[str, Material] = MATERIALS,
         playback: Playback = NOMINAL,
         patterns: Iterable[Pattern] = (),
+        *,
+        is_warm: bool = True,
     ) -> None:
         self.gain = gain
         self.level = 0.0  # rms of the last block
@@ -125,7 +136,34 @@ class Voices:
         self._step = 1.0 / (FADE_S * playback.rate_hz)
         self._gain = gain
         self._hands = (_Hand(), _Hand())
-        _warm_up(table.values(), playback)
+        if is_warm:
+            _warm_up(table.values(), playback)
+
+    def fork(self) -> Voices:
+        """Return a copy in the same state that goes its own way: what comes if nothing changes."""
+        forked = copy.copy(self)
+        forked._hands = (self._hands[0].fork(), self._hands[1].fork())
+        return forked
+
+    def silence(self) -> None:
+        """Drop everything at once, without a fade: for a copy that nobody hears."""
+        for hand in self._hands:
+            hand.rest()
+            hand.voices.clear()
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether nothing sounds and nothing is about to."""
+        return not any(hand.voices or hand.wanted for hand in self._hands)
+
+    def beginning(self) -> list[tuple[str, float]]:
+        """Return material and peak (0..1) of the impacts that begin with the next block."""
+        return [
+            (voice.key[0], float(np.abs(voice.source).max()))
+            for hand in self._hands
+            for voice in hand.impacts()
+            if voice.at == 0 and isinstance(voice.source, np.ndarray)
+        ]
 
     def obey(self, command: Command) -> None:
         """Take a command in; it is heard from the next block on."""

@@ -11,7 +11,7 @@ from contextlib import suppress
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from hapticvlm.messages import ServiceMessage, Telemetry, View, encode
+from hapticvlm.messages import ServiceMessage, Telemetry, Vibration, View, encode
 from hapticvlm.server.budgets import MAX_EVENTS
 from hapticvlm.session.session import SceneSession
 
@@ -65,6 +65,8 @@ class Connection:
     def post(self, message: ServiceMessage | Event) -> None:
         """Send an event soon; telemetry and views give way when the client reads slowly."""
         event = message if isinstance(message, Event) else Event(message)
+        if isinstance(event.message, Vibration):
+            self._drop_older_plan(event.message)
         if len(self._waiting) >= MAX_EVENTS:
             if isinstance(event.message, Telemetry | View):
                 self._counts["events not sent"] += 1
@@ -86,6 +88,14 @@ class Connection:
     def end(self, reason: str) -> None:
         """Close the connection soon, also one whose client does not answer any more."""
         self._ending = asyncio.create_task(self._socket.close(CLOSE_ENDED, reason))
+
+    def _drop_older_plan(self, new: Vibration) -> None:
+        """Forget a plan for this hand that was not sent: the new one replaces it."""
+        for index, waiting in enumerate(self._waiting):
+            if isinstance(waiting.message, Vibration) and waiting.message.hand == new.hand:
+                if not waiting.message.stopped:
+                    del self._waiting[index]
+                return
 
     def _make_room(self) -> None:
         for index, waiting in enumerate(self._waiting):

@@ -38,9 +38,10 @@ from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.server import status
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.log_writer import LOST, Folding, LogWriter
-from hapticvlm.server.outputs import Outputs
+from hapticvlm.server.outputs import Driven, Outputs
 from hapticvlm.server.recognition_queue import RecognitionQueue
 from hapticvlm.server.recorder import Recorder
+from hapticvlm.server.vibration_events import VibrationEvents
 from hapticvlm.server.vlm_queue import VlmQueue
 from hapticvlm.session.actions import (
     Action,
@@ -50,6 +51,7 @@ from hapticvlm.session.actions import (
     HoldOutputs,
     RecogniseFrame,
     Reply,
+    SendVibration,
     Watch,
 )
 from hapticvlm.session.hands import Hold
@@ -104,6 +106,7 @@ class Gateway:
         self._outputs = Outputs(speaker, plate)
         self._leased_at = time.monotonic()
         self._recogniser = recogniser
+        self._vibration = VibrationEvents(speaker)
         self._recognition = RecognitionQueue(recogniser, self.counts, self.deliver)
         self._vlm = None if vlm is None else VlmQueue(vlm, self.counts, self.deliver)
 
@@ -136,6 +139,7 @@ class Gateway:
         if self.owner is connection:
             self.owner = None
             self._outputs.rest()
+            self._vibration.end()
 
     def change_owner(self, asker: Connection, wanted: Set, now: float) -> None:
         """Give the outputs to the scene that asks, or end their owner. Raises MessageError."""
@@ -152,6 +156,8 @@ class Gateway:
             raise MessageError("not_owner", text, path=PATH, id=wanted.id)
         if self.owner is not None and self.owner is not asker:
             self._depose(self.owner, wanted, now)
+            self._vibration.rest()
+            self._vibration.end()
         self.owner = asker
         self._leased_at = now
         asker.session.set_owner(owner=True)
@@ -159,6 +165,7 @@ class Gateway:
     def close(self) -> None:
         """Rest both outputs and move nothing from now on."""
         self._outputs.close()
+        self._vibration.rest()
 
     def carry_out(self, connection: Connection, actions: Iterable[Action]) -> list[ServiceMessage]:
         """Do what the session asked, in order; return what to send to its connection."""
@@ -174,10 +181,12 @@ class Gateway:
                     self._ask(connection, action)
                 case Watch():
                     connection.watches = action.kinds
+                case SendVibration():
+                    self._vibration.subscribe(action.forms, connection.post)
                 case HoldOutputs():
                     self._stop(action.scope)
                 case _:
-                    self._outputs.drive(action)
+                    self._drive(action)
         return replies
 
     def refuse(self, code: ErrorCode) -> None:
@@ -207,6 +216,8 @@ class Gateway:
             if self.owner is not None:
                 self._leased_at = now if self._leases else self._leased_at
                 self.deliver(self.owner, self.owner.session.tick(now, self.reading))
+                if self._vibration.is_on:
+                    self._vibration.tick(now)
             self._supervise(now)
 
     async def run_telemetry(self) -> None:
@@ -278,6 +289,11 @@ class Gateway:
         text = f"another scene took the outputs: nothing was touched for {idle_s:.0f} s"
         owner.post(Error(id=0, code="not_owner", text=text))
 
+    def _drive(self, action: Driven) -> None:
+        self._outputs.drive(action)
+        if self._vibration.is_on:
+            self._vibration.drive(action)
+
     def _ask(self, connection: Connection, ask: Ask) -> None:
         if self._vlm is not None:
             self._vlm.put(connection, ask, time.monotonic())
@@ -298,6 +314,8 @@ class Gateway:
         if self._outputs.is_closed:
             return
         self._outputs.stop(scope)
+        if scope != "peltier":
+            self._vibration.stop()
         for connection in self.connections:
             connection.session.held(scope)
         if scope == "all" and self.owner is not None:
@@ -328,6 +346,7 @@ class Gateway:
     def _rest_owner(self) -> None:
         if self.owner is not None:
             self.owner.session.rest()
+        self._vibration.rest()
         self._outputs.plate.rest(time.monotonic())
 
     def _report(self, error: Error) -> None:

@@ -11,6 +11,8 @@ from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.session.actions import DrivePlate, PlayVibration, ReleaseHand, RestPlate, SetGain
 from hapticvlm.session.hands import Hold
 
+Driven = PlayVibration | ReleaseHand | SetGain | DrivePlate | RestPlate
+
 
 class Outputs:
     """Speaker and plate under one hand; after `close` nothing moves them."""
@@ -50,7 +52,7 @@ class Outputs:
         self.reading = self.plate.advance(now)
         return [fault for fault in self.reading.faults if fault not in before]
 
-    def drive(self, action: PlayVibration | ReleaseHand | SetGain | DrivePlate | RestPlate) -> None:
+    def drive(self, action: Driven) -> None:
         """Do what a session asked of them."""
         if self.is_closed:
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hapticvlm.messages import Frame, Scope, ServiceMessage
+from hapticvlm.messages import FeelForm, Frame, Scope, ServiceMessage
 from hapticvlm.rendering.voices import Command
 from hapticvlm.session.scene_objects import Key
 
@@ -97,6 +97,13 @@ class HoldOutputs:
 
 
 @dataclass(frozen=True, slots=True)
+class SendVibration:
+    """Send `vibration` events for the left and the right hand, in these forms; None = none."""
+
+    forms: tuple[FeelForm | None, FeelForm | None]
+
+
+@dataclass(frozen=True, slots=True)
 class Watch:
     """What this observer wants to see."""
 
@@ -113,5 +120,6 @@ Action = (
     | DrivePlate
     | RestPlate
     | HoldOutputs
+    | SendVibration
     | Watch
 )

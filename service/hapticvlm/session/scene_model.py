@@ -12,7 +12,7 @@ from hapticvlm.session import decisions
 from hapticvlm.session.actions import AskMaterial, RecogniseFrame
 from hapticvlm.session.decisions import DecisionInputs
 from hapticvlm.session.grading import Grading, grade
-from hapticvlm.session.scene_objects import Key, SceneObjects
+from hapticvlm.session.scene_objects import Key, ObjectState, SceneObjects
 from hapticvlm.session.surroundings import Surroundings
 
 
@@ -43,9 +43,14 @@ class SceneModel:
         if scene.ambient_c is not None:
             self.surroundings.scene_c = scene.ambient_c
 
+    def has_verdict(self, key: Key) -> bool:
+        """Whether a verdict on this object is at hand."""
+        state = self.objects.known.get(key)
+        return state is not None and state.verdict is not None
+
     def grading(self, key: Key) -> Grading:
         """Return what this object can be rendered as, worked out once for each verdict."""
-        state = self.objects.state(key)
+        state = self._state(key)
         assert state.verdict is not None
         if state.grading is None or state.graded_from is not state.verdict:
             state.grading, state.graded_from = grade(state.verdict, self._table), state.verdict
@@ -53,7 +58,7 @@ class SceneModel:
 
     def contact(self, key: Key) -> ThermalContact | None:
         """Return the thermal contact of skin and this object; None where there is none to feel."""
-        state, ambient = self.objects.state(key), self.surroundings.ambient
+        state, ambient = self._state(key), self.surroundings.ambient
         verdict = state.verdict
         assert verdict is not None
         inputs = (verdict, state.facts, ambient)
@@ -68,7 +73,7 @@ class SceneModel:
 
     def decision(self, key: Key, gain: float, limits: PlateLimits) -> Decision:
         """Return the decision on this object, made anew only if its inputs have changed."""
-        state, ambient = self.objects.state(key), self.surroundings.ambient
+        state, ambient = self._state(key), self.surroundings.ambient
         assert state.verdict is not None
         inputs = (state.verdict, state.facts, ambient, gain, limits)
         if state.decision is None or state.decided_from != inputs:
@@ -82,7 +87,7 @@ class SceneModel:
 
         Compares before it makes anything: a touch that only renews its lease ends here.
         """
-        state, ambient = self.objects.state(key), self.surroundings.ambient
+        state, ambient = self._state(key), self.surroundings.ambient
         inputs = (state.verdict, state.facts, ambient, gain, limits)
         if state.compared_from == inputs:
             return None
@@ -98,6 +103,11 @@ class SceneModel:
         if not self.objects.wants_question(action.key, now):
             return []
         return [AskMaterial(action.frame, action.key, action.generation)]
+
+    def _state(self, key: Key) -> ObjectState:
+        """Return what is known of an object: at once where there is a verdict on it."""
+        state = self.objects.known.get(key)
+        return self.objects.state(key) if state is None or state.verdict is None else state
 
 
 def _name(key: Key) -> str | None:

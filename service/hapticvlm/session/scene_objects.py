@@ -66,7 +66,7 @@ class SceneObjects:
     def __init__(self, table: Mapping[str, Material] = materials.MATERIALS) -> None:
         self._table = table
         self._lexicon = names.read_lexicon(table)
-        self._known: dict[Key, ObjectState] = {}
+        self.known: dict[Key, ObjectState] = {}
         self._among: frozenset[str] | None = None
         self._replaced = 0
         self._forgotten: Counter[Key] = Counter()
@@ -81,25 +81,25 @@ class SceneObjects:
             _check_material(given.material, self._table, f"$.objects[{index}].material")
         for index, name in enumerate(scene.materials or ()):
             _check_material(name, self._table, f"$.materials[{index}]")
-        declared = {key for key, known in self._known.items() if known.facts and not scene.replace}
+        declared = {key for key, known in self.known.items() if known.facts and not scene.replace}
         if len(declared | {given.object_id for given in scene.objects}) > MAX_KNOWN:
             text = f"$.objects: more than {MAX_KNOWN}; send `replace` true with those in use"
             raise MessageError("limit", text, path="$.objects")
         if scene.replace:
-            self._known.clear()
+            self.known.clear()
             self._replaced += 1
             self._among = None
         if scene.materials is not None:
             self._among = frozenset(scene.materials)
         for given in scene.objects:
-            known = self._known.get(given.object_id) or ObjectState(None)
-            self._known[given.object_id] = ObjectState(
+            known = self.known.get(given.object_id) or ObjectState(None)
+            self.known[given.object_id] = ObjectState(
                 given, recognised=known.recognised, vlm=known.vlm, asked_at=known.asked_at
             )
 
     def state(self, key: Key) -> ObjectState:
         """Return what is known of this object, its verdict included."""
-        known = self._known.get(key)
+        known = self.known.get(key)
         if known is None:
             known = self._new(key)
         if known.verdict is None:
@@ -108,17 +108,12 @@ class SceneObjects:
 
     def facts(self, key: Key) -> SceneObject | None:
         """Return what the scene gives of this object, if anything."""
-        known = self._known.get(key)
+        known = self.known.get(key)
         return known.facts if known else None
-
-    def has_verdict(self, key: Key) -> bool:
-        """Whether a verdict on this object is at hand."""
-        known = self._known.get(key)
-        return known is not None and known.verdict is not None
 
     def is_recognised(self, key: Key) -> bool:
         """Whether a recognition of this object is kept."""
-        known = self._known.get(key)
+        known = self.known.get(key)
         return known is not None and known.recognised is not None
 
     @property
@@ -141,7 +136,7 @@ class SceneObjects:
 
     def forget(self, key: Key) -> None:
         """Forget what was recognised under this key, and what is still being recognised."""
-        self._known.pop(key, None)
+        self.known.pop(key, None)
         self._forgotten[key] += 1
 
     def verdict(self, key: Key) -> Verdict:
@@ -180,19 +175,19 @@ class SceneObjects:
         known.verdict = ladder.prefer(known.verdict, ladder.decide(self._evidence(key, known)))
 
     def _entry(self, key: Key) -> ObjectState:
-        known = self._known.get(key)
+        known = self.known.get(key)
         return self._new(key) if known is None else known
 
     def _new(self, key: Key) -> ObjectState:
         known = ObjectState(None)
-        if len(self._known) < MAX_KNOWN or self._has_made_room():
-            self._known[key] = known
+        if len(self.known) < MAX_KNOWN or self._has_made_room():
+            self.known[key] = known
         return known
 
     def _has_made_room(self) -> bool:
         """Forget the oldest undeclared object, if there is one."""
-        undeclared = next((k for k, known in self._known.items() if known.facts is None), _NOBODY)
-        return self._known.pop(undeclared, None) is not None
+        undeclared = next((k for k, known in self.known.items() if known.facts is None), _NOBODY)
+        return self.known.pop(undeclared, None) is not None
 
     def _evidence(self, key: Key, known: ObjectState) -> tuple[Evidence, ...]:
         recognised = () if known.recognised is None else (known.recognised.evidence,)

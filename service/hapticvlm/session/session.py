@@ -38,6 +38,7 @@ from hapticvlm.session.actions import (
     HoldOutputs,
     RecogniseFrame,
     Reply,
+    SendVibration,
     SetGain,
     Watch,
 )
@@ -76,6 +77,9 @@ def check_set(wanted: Set, *, owner: bool, observer: bool) -> None:
     if wanted.ambient_c is not None and observer:
         text = "$.ambient_c: observers have no scene; connect with role scene"
         raise MessageError("protocol", text, path="$.ambient_c", id=wanted.id)
+    if not owner and wanted.feel is not None:
+        text = "$.feel: another scene owns the outputs; only their owner gets vibration events"
+        raise MessageError("not_owner", text, path="$.feel", id=wanted.id)
     if not owner and (wanted.vibration_gain, wanted.thermal_gain) != (None, None):
         text = "another scene owns the outputs; only their owner sets gains"
         raise MessageError("not_owner", text, path="$", id=wanted.id)
@@ -124,7 +128,8 @@ class SceneSession:
 
     def receive(self, message: ClientMessage, now: float) -> list[Action]:
         """Receive one message; raises MessageError if it is refused."""
-        self._model.surroundings.update(now)
+        if not self._model.surroundings.is_settled:
+            self._model.surroundings.update(now)
         match message:
             case Touch():
                 check_touch(message, owner=self.owner)
@@ -240,7 +245,7 @@ class SceneSession:
         scene = objects.scene_number
         if key is None or objects.needs_recognition(key):
             return [RecogniseFrame(frame, key, objects.generation(key), scene=scene)]
-        cached = objects.has_verdict(key)
+        cached = self._model.has_verdict(key)
         age_ms = self.age_s(frame, now) * 1000.0
         decision = self._touches.decision(key)
         answer = msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
@@ -265,10 +270,9 @@ class SceneSession:
 
     def _set(self, wanted: Set) -> list[Action]:
         check_set(wanted, owner=self.owner, observer=self.observer)
-        if wanted.feel is not None:
-            text = "$.feel: this service sends no vibration events yet"
-            raise MessageError("message", text, path="$.feel", id=wanted.id)
         actions: list[Action] = []
+        if wanted.feel is not None:
+            actions.append(SendVibration((wanted.feel.left, wanted.feel.right)))
         if wanted.watch is not None:
             actions.append(Watch(frozenset(wanted.watch)))
         if wanted.ambient_c is not None:

@@ -54,6 +54,8 @@ class Surroundings:
         self._believed = self._rendered = ambient(None)
         self._updated_at: float | None = None
         self._given: Ambient | None = None
+        self.ambient = self._rendered  # to render with, as of the last `update`; degC
+        self.is_settled = True  # whether an `update` would change nothing
 
     def wants_scene_view(self, now: float) -> bool:
         """Whether to recognise a live frame as a whole now; it then counts as recognised."""
@@ -96,21 +98,21 @@ class Surroundings:
             self._here = None
 
     @property
-    def ambient(self) -> Ambient:
-        """The ambient to render with, as of the last `update`; degC."""
-        return self._rendered if self._given is None else self._given
-
-    @property
     def scene_c(self) -> float | None:
         """The ambient that the scene itself gives, degC, or None."""
         return None if self._given is None else self._given.value_c
 
     @scene_c.setter
     def scene_c(self, value_c: float) -> None:
-        self._given = ambient(value_c)
+        self._given = self.ambient = ambient(value_c)
 
     def update(self, now: float) -> None:
         """Bring the ambient that is rendered closer to what is believed; call it often."""
+        self._approach_belief(now)
+        self.ambient = self._rendered if self._given is None else self._given
+        self.is_settled = self._believed is self._rendered
+
+    def _approach_belief(self, now: float) -> None:
         wanted, since = self._believed, self._updated_at
         if wanted is self._rendered:
             self._updated_at = now
@@ -185,6 +187,7 @@ class Surroundings:
         while len(self._climate) > READINGS:
             self._climate.popitem(last=False)
         self._believed = ambient(None, tuple(self._climate.values()))
+        self.is_settled = False
 
 
 def _is_alike(view: SceneView, other: SceneView) -> bool:

@@ -99,7 +99,7 @@ class TouchTracker:
         begins = hand.is_touching and not was_touching
         if begins and isinstance(hand.key, tuple):
             self._scene.objects.forget(hand.key)
-        had_verdict = self._scene.objects.has_verdict(hand.key)
+        had_verdict = self._scene.has_verdict(hand.key)
         actions: list[Action] = []
         if hand.is_felt and (hand.rubs or not is_late):
             actions += self._play(hand, onset=onset and not is_late)

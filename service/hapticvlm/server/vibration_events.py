@@ -1,0 +1,136 @@
+"""What the hands feel, sent to an owner that asked for it: plans of the next tenth of a second.
+
+Idle until somebody asks. Then the commands that go to the speaker go to planners of the same voices
+too, and every PLAN_EVERY_S each hand that feels something gets a plan, at once at an onset. When a
+hand stops feeling, by a release, the end of its lease, a stop or a fault, one empty plan says so at
+once. Planners are made in a thread: filling their caches would hold up touches.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.messages import FeelForm, Transient, Vibration
+from hapticvlm.rendering.vibration_plan import PERIOD_S, VibrationPlan, VibrationPlanner
+from hapticvlm.session.actions import Action, PlayVibration, ReleaseHand, SetGain
+from hapticvlm.session.hands import NAMES
+
+PLAN_EVERY_S = 0.035  # with ticks of 20 ms one plan in 40 ms: two reach a client in a horizon
+
+Post = Callable[[Vibration], None]
+Forms = tuple[FeelForm | None, ...]
+
+
+class VibrationEvents:
+    """The planners of both hands, and whom their plans are sent to."""
+
+    def __init__(self, speaker: Speaker) -> None:
+        self._speaker = speaker
+        self._forms: Forms = (None, None)
+        self._post: Post | None = None
+        self.is_on = False  # whether anybody asked for events
+        self._planners: tuple[VibrationPlanner, ...] = ()
+        self._is_felt = [False, False]
+        self._planned_at = [0.0, 0.0]
+        self._making: asyncio.Future[tuple[VibrationPlanner, ...]] | None = None
+
+    def subscribe(self, forms: Forms, post: Post) -> None:
+        """Send plans in these forms (left, right) to `post` from now on; None = none."""
+        self._forms = forms
+        if not any(forms):
+            self.end()
+            return
+        self._post, self.is_on = post, True
+        for planner in self._planners:
+            planner.gain = self._speaker.settings.gain
+        if not self._planners and self._making is None:
+            self._making = asyncio.get_running_loop().run_in_executor(None, self._make)
+            self._making.add_done_callback(self._made)
+
+    def end(self) -> None:
+        """Send nothing any more."""
+        self._post, self.is_on = None, False
+        for planner in self._planners:
+            planner.rest()
+        self._is_felt = [False, False]
+
+    def drive(self, action: Action) -> None:
+        """Follow what the speaker was just told."""
+        match action:
+            case SetGain():
+                for planner in self._planners:
+                    planner.gain = action.gain
+            case ReleaseHand():
+                self._silence(action.hand)
+            case PlayVibration(command) if self._planners:
+                planner, now = self._planners[command.hand], time.monotonic()
+                planner.obey(command, now)
+                if command.onset:  # at once, but not before the touch is answered
+                    asyncio.get_running_loop().call_soon(self._send, command.hand, now)
+
+    def stop(self) -> None:
+        """Silence both hands and say that a stop holds them."""
+        for hand in range(len(NAMES)):
+            self._silence(hand, stopped=True)
+
+    def rest(self) -> None:
+        """Silence both hands."""
+        for hand in range(len(NAMES)):
+            self._silence(hand)
+
+    def tick(self, now: float) -> None:
+        """Send each hand its next plan when it is due."""
+        for hand in range(len(NAMES)):
+            if now - self._planned_at[hand] >= PLAN_EVERY_S:
+                self._send(hand, now)
+
+    def _send(self, hand: int, now: float) -> None:
+        form = self._forms[hand]
+        if self._post is None or form is None or not self._planners:
+            return
+        self._planned_at[hand] = now
+        plan = self._planners[hand].plan(form, now)
+        was_felt, self._is_felt[hand] = self._is_felt[hand], bool(plan.amplitude)
+        if plan.amplitude or was_felt:
+            self._post(_event(hand, plan))
+
+    def _silence(self, hand: int, *, stopped: bool = False) -> None:
+        was_felt, self._is_felt[hand] = self._is_felt[hand], False
+        if self._planners:
+            self._planners[hand].rest()
+        form = self._forms[hand]
+        if self._post is not None and form is not None and (was_felt or stopped):
+            self._post(_event(hand, VibrationPlan(PERIOD_S[form]), stopped=stopped))
+
+    def _make(self) -> tuple[VibrationPlanner, ...]:
+        settings = self._speaker.settings
+        table = {material.name: material for material in settings.materials}
+        return tuple(VibrationPlanner(table, settings.patterns, settings.gain) for _ in NAMES)
+
+    def _made(self, making: asyncio.Future[tuple[VibrationPlanner, ...]]) -> None:
+        if not making.cancelled():
+            self._planners = making.result()
+            for planner in self._planners:
+                planner.gain = self._speaker.settings.gain
+
+
+def _event(hand: int, plan: VibrationPlan, *, stopped: bool = False) -> Vibration:
+    return Vibration(
+        id=0,
+        hand=NAMES[hand],
+        period_ms=1000.0 * plan.period_s,
+        amplitude=list(plan.amplitude),
+        frequency_hz=list(plan.frequency_hz),
+        transients=[
+            Transient(
+                at_ms=1000.0 * pulse.at_s,
+                amplitude=pulse.amplitude,
+                frequency_hz=pulse.frequency_hz,
+            )
+            for pulse in plan.pulses
+        ],
+        stopped=stopped,
+    )

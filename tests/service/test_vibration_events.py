@@ -1,0 +1,134 @@
+"""The `vibration` event over a real WebSocket: what a controller plays of what the hands feel."""
+
+import asyncio
+import time
+
+import pytest
+from conftest import ANSWER_S, peer
+
+PANE = {"object_id": "pane", "material": "glass"}
+PERIODS_MS = {"amplitude": 12.5, "parametric": 5.0}
+HORIZON_MS = 100.0
+SILENCE_S = 0.1
+
+
+async def feeling(client, **forms):
+    """An owner that gets vibration events: the first ones tell that the planners are ready."""
+    await client.hello()
+    await client.ask(type="scene", objects=[PANE], replace=True)
+    assert (await client.ask(type="set", feel=forms or {"right": "amplitude"}))["type"] == "ok"
+    hand = next(iter(forms), "right")
+    for held in ("left", "right"):  # by a stop of the test before
+        await client.touch("release", hand=held)
+        await client.touch("approach", "pane", hand=held)
+        await client.touch("release", hand=held)
+    async with asyncio.timeout(ANSWER_S):
+        while not [event for event in client.events if event["type"] == "vibration"]:
+            await client.touch("slide", "pane", hand=hand)
+            await asyncio.sleep(0.02)
+    await silenced(client, await client.touch("release", hand=hand))
+
+
+async def silenced(client, _):
+    """Read until an empty plan has come; then nothing is felt."""
+    while (await client.event("vibration")).get("amplitude"):
+        pass
+    client.events.clear()
+
+
+async def rub(client, seconds, hand="right"):
+    """Slide as a client does, 50 times a second; return the plans that came meanwhile."""
+    ends = time.monotonic() + seconds
+    while time.monotonic() < ends:
+        await client.touch("slide", "pane", hand=hand)
+        await asyncio.sleep(0.02)
+    plans = [event for event in client.events if event["type"] == "vibration"]
+    client.events = [event for event in client.events if event["type"] != "vibration"]
+    return plans
+
+
+@pytest.mark.parametrize("form", ["amplitude", "parametric"])
+async def test_a_rubbing_hand_gets_plans_20_to_30_times_a_second(service, form):
+    async with peer(service) as client:
+        await feeling(client, right=form)
+        plans = await rub(client, 2.0)
+        assert 15 <= len(plans) / 2.0 <= 31  # 15: a busy machine wakes late
+        for plan in plans:
+            assert plan["hand"] == "right"
+            assert plan["period_ms"] == PERIODS_MS[form]
+            assert 0 < len(plan["amplitude"]) * plan["period_ms"] <= HORIZON_MS
+            assert all(0.0 <= value <= 1.0 for value in plan["amplitude"])
+            sized = len(plan["amplitude"]) if form == "parametric" else 0
+            assert len(plan.get("frequency_hz", [])) == sized
+
+
+async def test_a_contact_is_planned_at_once_with_its_transient(service):
+    async with peer(service) as client:
+        await feeling(client, left="parametric")
+        began = time.monotonic()
+        await client.touch("contact", "pane", hand="left", interaction="tap")
+        plan = await client.event("vibration", hand="left")
+        assert time.monotonic() - began < SILENCE_S
+        (pulse,) = plan["transients"]
+        assert pulse["frequency_hz"] == 350.0
+        assert max(plan["amplitude"]) > 0.1
+
+
+@pytest.mark.parametrize("end", ["release", "lapse", "stop", "speaker"])
+async def test_whatever_ends_a_touch_sends_an_empty_plan_at_once(service, end):
+    async with peer(service) as client:
+        await feeling(client)
+        assert await rub(client, 0.3)
+        began = time.monotonic()
+        if end == "release":
+            await client.touch("release")
+        elif end != "lapse":
+            await client.ask(type="stop", scope="all" if end == "stop" else end)
+        while (plan := await client.event("vibration")).get("amplitude"):
+            assert time.monotonic() - began < 0.25 + SILENCE_S
+        assert time.monotonic() - began < (0.25 if end == "lapse" else 0.0) + SILENCE_S
+        assert plan.get("stopped", False) == (end in ("stop", "speaker"))
+        await client.touch("release")
+        client.events.clear()
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.3):
+                await client.event("vibration")
+
+
+async def test_the_owner_learns_of_another_connections_stop(service):
+    async with peer(service) as client, peer(service) as other:
+        await feeling(client, left="amplitude", right="amplitude")
+        await other.hello(role="observer")
+        await other.ask(type="stop", scope="all")
+        hands = {(await client.event("vibration", stopped=True))["hand"] for _ in range(2)}
+        assert hands == {"left", "right"}
+        assert (await client.touch("contact", "pane"))["code"] == "unsafe"
+        for hand in ("left", "right"):
+            await client.touch("release", hand=hand)
+        await client.touch("contact", "pane")
+        assert (await client.event("vibration", hand="right"))["amplitude"]
+
+
+async def test_the_gain_scales_the_amplitude(service):
+    async with peer(service) as client:
+        await feeling(client)
+        loud = max(value for plan in await rub(client, 0.5) for value in plan["amplitude"])
+        await client.ask(type="set", vibration_gain=0.25)
+        await rub(client, 0.1)
+        quiet = max(value for plan in await rub(client, 0.5) for value in plan["amplitude"])
+        assert 0.1 * loud < quiet < 0.5 * loud
+
+
+async def test_only_the_owner_may_ask_and_nobody_gets_what_nobody_asked_for(service):
+    async with peer(service) as client, peer(service) as other:
+        await client.hello()
+        await other.hello()
+        refused = await other.ask(type="set", feel={"right": "amplitude"})
+        assert (refused["code"], refused["path"]) == ("not_owner", "$.feel")
+        await client.ask(type="scene", objects=[PANE], replace=True)
+        assert not await rub(client, 0.3)
+        await client.ask(type="set", feel={"right": "amplitude"})
+        await client.ask(type="set", feel={})
+        assert not await rub(client, 0.5)
+        wrong = await client.ask(type="set", feel={"right": "pcm"})
+        assert (wrong["code"], wrong["path"]) == ("message", "$.feel.right")
