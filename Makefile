@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt
 CAPTURE := examples/captures/make
 
-.PHONY: demo test unit check schemas format toolchains coverage clean
+.PHONY: demo fuzz test unit check schemas format toolchains coverage clean
 
 demo: $(VENV)/.demo
 	$(BIN)/hapticvlm demo
@@ -33,6 +33,10 @@ schemas: $(VENV)/.dev
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# Every kind of input from strangers, long: hours on one core. `make test` fuzzes for a moment.
+fuzz: $(VENV)/.dev
+	PYTHONPATH=tests:tests/support $(BIN)/python tests/fuzz/run.py
 
 coverage: $(VENV)/.dev
 	$(BIN)/python -m pytest --cov=hapticvlm --cov-report=term

@@ -478,3 +478,15 @@ async def test_a_crowd_of_observers_locks_no_dashboard_out_and_scenes_are_few():
             client = await stack.enter_async_context(peer(service))
             assert "close one" in (await client.hello("observer"))["text"]
             assert status(service)["connections"] == MAX_CONNECTIONS
+
+
+def test_the_service_is_alive_and_ready_and_gives_figures_that_prometheus_reads(service):
+    from prometheus_client.parser import text_string_to_metric_families
+
+    for path in ("/healthz", "/readyz"):
+        with get(service, path) as answer:
+            assert answer.read() == b"ok\n"
+    with get(service, "/metrics") as answer:
+        families = {m.name: m for m in text_string_to_metric_families(answer.read().decode())}
+    assert {"hapticvlm_connections", "hapticvlm_events", "hapticvlm_underruns"} <= families.keys()
+    assert families["hapticvlm_plate_celsius"].samples[0].value > 0.0

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 
 LINES = "capture.jsonl"
+MAX_BYTES = 256 * documents.MIB  # an hour of touches and frames
 _EXTRAS = ("t_s", "type", "file", "mask_file", "truth")
 
 
@@ -68,9 +70,13 @@ class Recorder:
 def read_lines(path: Path) -> tuple[Line, ...]:
     """Read a file of lines, in time order. Raises CaptureError."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = documents.read_text(path, MAX_BYTES)
     except OSError as error:
         raise CaptureError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise CaptureError(f"{path}: not UTF-8 text; save it as UTF-8") from None
+    except ValueError as error:
+        raise CaptureError(f"{path}: {error}; split the capture") from None
     lines: list[Line] = []
     for number, row in enumerate(text.splitlines(), 1):
         if row.strip():
@@ -83,7 +89,7 @@ def read_lines(path: Path) -> tuple[Line, ...]:
 
 def _line(row: str, path: Path, number: int) -> Line:
     try:
-        entry = json.loads(row)
+        entry = documents.parse_json(row)
         fields = {name: value for name, value in entry.items() if name not in _EXTRAS}
         return Line(
             t_s=float(entry["t_s"]),
@@ -93,7 +99,7 @@ def _line(row: str, path: Path, number: int) -> Line:
             mask_file=_beside(path, entry.get("mask_file")),
             truth=entry.get("truth"),
         )
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise CaptureError(f"{path}:{number}: not a capture line ({error!r})") from None
 
 
@@ -104,4 +110,6 @@ def _beside(path: Path, name: str | None) -> Path | None:
     picture = (path.parent / name).resolve()
     if not picture.is_relative_to(path.parent.resolve()):
         raise ValueError(f"{name} lies outside the capture")
+    if picture.exists() and not picture.is_file():
+        raise ValueError(f"{name} is no regular file")
     return picture

@@ -18,6 +18,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
+from hapticvlm import documents
 from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option
 
 logger = logging.getLogger(__name__)
@@ -60,7 +61,7 @@ def read(path: Path) -> dict[str, Any]:
     Raises ValueError naming the file, the field, what is allowed and what to do.
     """
     try:
-        stated = tomllib.loads(path.read_text(encoding="utf-8"))
+        stated = documents.parse_toml(documents.read_text(path))
         checked = msgspec.convert(stated, _FILE)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}; --config names a TOML file") from None
@@ -70,6 +71,8 @@ def read(path: Path) -> dict[str, Any]:
         raise ValueError(f"{path}: not UTF-8 text; save it as UTF-8") from None
     except msgspec.ValidationError as error:
         raise ValueError(f"{path}: {_explain(str(error))}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
     found = _flat(path, checked)
     _guard_secrets(path, found)
     try:
@@ -113,7 +116,7 @@ def _value(option: Option, value: Any, folder: Path) -> Any:  # noqa: ANN401 - o
         return _read(option, folder / value)
     if option.kind is Path:
         return folder / Path(value).expanduser()
-    if option.told.names_path and (folder / value).exists():
+    if option.told.names_path and os.path.exists(folder / value):  # noqa: PTH110 - false for what is no name
         return str(folder / value)
     return value
 

@@ -18,7 +18,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm import messages
+from hapticvlm import documents, messages
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import Material
 from hapticvlm.messages import ClientMessage, Frame, MessageError
@@ -72,15 +72,18 @@ def read_tape(folder: Path) -> Iterator[Line]:
     """Yield the lines of a record, the head first. Raises TapeError."""
     path = folder / TAPE
     try:
-        file = path.open(encoding="utf-8")
+        file = path.open("rb")
     except OSError as error:
         raise TapeError(f"{path}: {error.strerror}; name a folder that `record` made") from None
     with file:
         for number, text in enumerate(file, 1):
             try:
-                yield json.loads(text)
+                line = documents.parse_json(text)
             except ValueError:
                 raise TapeError(f"{path}:{number}: torn or no JSON") from None
+            if not isinstance(line, dict):
+                raise TapeError(f"{path}:{number}: not a line of a session log")
+            yield line
 
 
 def replay(
@@ -91,13 +94,21 @@ def replay(
     head = next(lines, {}).get("head")
     if not isinstance(head, dict):
         raise TapeError(f"{folder / TAPE}:1: no head; name a folder that `record` made")
-    if missing := [name for name in head["materials"] if name not in table]:
+    try:
+        missing = [name for name in head["materials"] if name not in table]
+        player = None if missing else _Player(folder, head, table, recogniser)
+    except (KeyError, TypeError, ValueError) as error:
+        raise TapeError(f"{folder / TAPE}:1: not a head of a session log ({error})") from None
+    if player is None:
         raise TapeError(f"{folder}: recorded with {', '.join(missing)}: give that --gallery too")
-    player = _Player(folder, head, table, recogniser)
     for line in lines:
         try:
             player.play(line)
-        except (KeyError, TypeError, msgspec.ValidationError) as error:
+        except KeyError as error:
+            place = f"{folder / TAPE}:{line.get('line', '?')}"
+            text = f"{error} is not in the lines before: the session log is incomplete"
+            raise TapeError(f"{place}: {text}") from None
+        except (AttributeError, TypeError, ValueError, MessageError) as error:
             place = f"{folder / TAPE}:{line.get('line', '?')}"
             raise TapeError(f"{place}: not a line of a tape ({error!r})") from None
     return player.outcome

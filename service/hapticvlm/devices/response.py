@@ -7,6 +7,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+from hapticvlm import documents
 from hapticvlm.rendering.equaliser import (
     HIGH_HZ,
     LOW_HZ,
@@ -50,7 +51,7 @@ def write_response(path: Path, response: SpeakerResponse) -> None:
 def read_response(path: Path) -> SpeakerResponse:
     """Read the file. Raises OSError, ValueError naming the fault."""
     try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
+        given = documents.parse_toml(documents.read_text(path))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a TOML file: {error}") from None
     for field in given:

@@ -174,7 +174,7 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
 
     try:
         height, width, _, _ = simplejpeg.decode_jpeg_header(data)
-    except ValueError as error:
+    except (ValueError, KeyError) as error:  # KeyError: a colour space it has no name for
         raise PictureError("$.image", f"no JPEG ({error}); check `format`") from None
     if data.count(b"\xff\xda") > MAX_SCANS:
         text = f"a JPEG of more than {MAX_SCANS} scans; send a baseline JPEG"

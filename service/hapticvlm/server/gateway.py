@@ -58,6 +58,7 @@ from hapticvlm.session.hands import Hold
 
 TICK_S = 0.02
 TELEMETRY_S = 0.1
+LOSSES_S = 10.0
 IDLE_OWNER_S = 30.0  # without a lease, before another scene may take the outputs
 PATH = "$.ownership"
 WAVEFORM_S = 0.02  # what is heard in a browser lags by this and what the browser keeps in hand
@@ -105,6 +106,7 @@ class Gateway:
         self.log: LogWriter | None = None
         self._outputs = Outputs(speaker, plate)
         self._leased_at = time.monotonic()
+        self._lost_lines, self._losses_at = 0, float("-inf")
         self._recogniser = recogniser
         self._vibration = VibrationEvents(speaker)
         self._recognition = RecognitionQueue(recogniser, self.counts, self.deliver)
@@ -341,7 +343,17 @@ class Gateway:
         trouble = None if self._vlm is None else self._vlm.supervise(now)
         if trouble is not None:
             self._report(Error(id=0, code="model", text=trouble))
+        self._report_losses(now)
         self._recognition.feed()  # a recogniser that has just come back has nobody else to wake it
+
+    def _report_losses(self, now: float) -> None:
+        """Say that the record misses lines, when it begins and now and then."""
+        lost = 0 if self.recorder is None else self.recorder.lost
+        if lost <= self._lost_lines or now - self._losses_at < LOSSES_S:
+            return
+        self._lost_lines, self._losses_at = lost, now
+        text = f"the record misses {lost} lines: free the disk, or record without pictures"
+        self._report(Error(id=0, code="overload", text=text))
 
     def _rest_owner(self) -> None:
         if self.owner is not None:

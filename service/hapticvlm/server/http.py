@@ -20,10 +20,11 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
-from hapticvlm.server import reach, scene_files
+from hapticvlm.server import metrics, reach, scene_files
 from hapticvlm.server.lan_pages import CHALLENGE, LanPages
 from hapticvlm.server.scene_files import TYPES
 
+REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
 PAGES = Path(__file__).parent.parent / "pages"
 _CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
 
@@ -106,8 +107,8 @@ def answer(
     if turned_away is not None:
         return turned_away
     path = urlsplit(request.path).path
-    if path == "/healthz":
-        return _response(200, "ok\n")
+    if path in REPORTS:
+        return _report(path, status())
     if path == "/status":
         told = {**status(), "reach": reach.of_pages(policy.lan_pages, connection.local_address[1])}
         return _response(200, json.dumps(told) + "\n", "application/json")
@@ -116,6 +117,14 @@ def answer(
     if policy.scene_folder is not None and path.startswith(scene_files.PREFIX):
         return _scene_file(policy.scene_folder, path)
     return _page(path)
+
+
+def _report(path: str, status: dict[str, Any]) -> Response:
+    """Answer a program that watches the service."""
+    if path == "/metrics":
+        return _response(200, metrics.render(status), metrics.TYPE)
+    found = metrics.obstacles(status) if path == "/readyz" else []
+    return _response(503 if found else 200, "".join(f"{text}\n" for text in found) or "ok\n")
 
 
 def is_cross_site(headers: Headers) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import json
 import logging
+import os
 import queue
 import threading
 import time
@@ -48,7 +49,7 @@ class Recorder:
         self._taken_bytes = self._done_bytes = 0
         self._complained_at = float("-inf")
         self._queue: queue.Queue[tuple[Callable[[], int], int] | None] = queue.Queue(MAX_WAITING)
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
         self._thread.start()
 
@@ -168,19 +169,23 @@ class _Record:
 
     def _keep(self, frame: Frame) -> tuple[int, dict[str, Any]]:
         self._frames += 1
-        (self._folder / "frames").mkdir(exist_ok=True)
+        (self._folder / "frames").mkdir(mode=0o700, exist_ok=True)
         name = f"frames/{self._frames:06}.{SUFFIX[frame.format]}"
-        (self._folder / name).write_bytes(frame.image)
+        self._write(name, frame.image)
         extras = {"file": name}
         if frame.mask is not None:
             extras["mask_file"] = f"frames/{self._frames:06}-mask.png"
-            (self._folder / extras["mask_file"]).write_bytes(frame.mask)
+            self._write(extras["mask_file"], frame.mask)
         return len(frame.image) + len(frame.mask or b""), extras
+
+    def _write(self, name: str, data: bytes) -> None:
+        with open(self._folder / name, "wb", opener=_private) as file:
+            file.write(data)
 
     def _append(self, name: str, line: dict[str, Any]) -> int:
         """Write one line, whole or not at all."""
         data = (json.dumps(line, allow_nan=False) + "\n").encode()
-        with (self._folder / name).open("ab", buffering=0) as file:
+        with open(self._folder / name, "ab", buffering=0, opener=_private) as file:
             before = file.tell()
             written = file.write(data)
             if written != len(data):
@@ -189,11 +194,16 @@ class _Record:
         return len(data)
 
 
+def _private(path: str, flags: int) -> int:
+    """Open a file that only this user may read: it holds what somebody did, and perhaps saw."""
+    return os.open(path, flags, 0o600)
+
+
 def _new_folder(wanted: Path) -> Path:
     """Make this folder, or one beside it if another service has just made it."""
     for number in itertools.count(2):
         try:
-            wanted.mkdir(parents=True)
+            wanted.mkdir(mode=0o700, parents=True)
             return wanted
         except FileExistsError:
             wanted = wanted.with_name(f"{wanted.name.partition('_')[0]}_{number}")

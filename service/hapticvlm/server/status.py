@@ -43,6 +43,7 @@ def of_recogniser(recogniser: RecogniserWorker) -> dict[str, Any]:
     return {
         "restarts": recogniser.worker.restarts,
         "pid": recogniser.worker.pid,
+        "ready": recogniser.worker.is_ready,
         "busy_s": round(recogniser.worker.busy_s, 3),
         "encoder": recogniser.loaded.encoder,
     }

@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 
 from hapticvlm import __version__, messages
-from hapticvlm.messages import ClientMessage, Frame, Scope
+from hapticvlm.messages import ClientMessage, Frame, Hello, Scope
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
@@ -177,6 +177,8 @@ def _without(fields: Line, name: str) -> Line:
 
 def _bare(message: ClientMessage) -> Line:
     """Write a message as JSON can hold it: a frame without its pictures."""
+    if isinstance(message, Hello):
+        message = msgspec.structs.replace(message, token=None)  # never on disk
     if not isinstance(message, Frame):
         return dict(_plain(message))
     bare = msgspec.structs.replace(message, image=b"", mask=None)

@@ -19,6 +19,7 @@ from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
+from hapticvlm import documents
 from hapticvlm.client import Client, connect
 from hapticvlm.server import http
 from hapticvlm.study.conductor import Conductor
@@ -71,7 +72,7 @@ class Room:
 
     async def _take(self, socket: ServerConnection, data: bytes | str) -> None:
         try:
-            command = json.loads(data)
+            command = documents.parse_json(data)
             if not isinstance(command, dict):
                 raise StudyError("not a request")
             async with self._turn:

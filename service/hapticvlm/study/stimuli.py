@@ -7,12 +7,12 @@ by the stimulus's end, so that the contact model, its lead and its limits stay i
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, get_args
 
+from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.messages import Interaction
@@ -123,7 +123,7 @@ def paper_like() -> tuple[Stimulus, ...]:
 def read(path: Path) -> tuple[Stimulus, ...]:
     """Read a file of patterns. Raises StudyError."""
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8")).get("pattern")
+        tables = documents.parse_toml(documents.read_text(path)).get("pattern")
     except OSError as error:
         raise StudyError(f"{path}: {error.strerror}") from None
     except ValueError as error:

@@ -8,16 +8,19 @@ layer, the picture of each reference (`places`), and own references with the sam
 from __future__ import annotations
 
 import logging
+import zlib
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import astuple, replace
 from io import BytesIO
 from pathlib import Path
-from zipfile import BadZipFile
+from tokenize import TokenError
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition.encoders.encoder import Encoder, NetworkEncoder
@@ -42,6 +45,21 @@ from hapticvlm.recognition.galleries.user_materials import (
 SHIPPED = Path(__file__).parents[1] / "shipped" / "gallery.npz"
 FILE_NAME = "gallery.npz"  # in a gallery folder
 _OWN = "own_"
+
+MAX_FILE_BYTES, MAX_UNFOLDED_BYTES = 512 * documents.MIB, 1024 * documents.MIB
+# What numpy and zipfile raise for a file that is none of theirs, or was tampered with.
+_BROKEN = (
+    EOFError,
+    KeyError,
+    ValueError,
+    TypeError,
+    BadZipFile,
+    NotImplementedError,
+    RuntimeError,
+    TokenError,
+    zlib.error,
+    MemoryError,
+)
 
 logger = logging.getLogger(__name__)
 
@@ -144,7 +162,9 @@ def file_of(path: Path | None) -> Path:
 def read_gallery(path: Path) -> Gallery:
     """Read one .npz file, whichever encoder it was made with. Raises GalleryError."""
     try:
-        with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as file:
+        data = documents.read_bytes(path, MAX_FILE_BYTES)
+        _check_unfolded(data)
+        with np.load(BytesIO(data), allow_pickle=False) as file:
             arrays = {key: file[key] for key in file.files}
         encoder = str(arrays["encoder"])
         gallery = _understand(path, encoder, arrays)
@@ -154,9 +174,17 @@ def read_gallery(path: Path) -> Gallery:
     except OSError as error:
         reason = error.strerror or str(error)
         raise GalleryError(f"{path} is no gallery ({reason}); name one, or build it") from None
-    except (EOFError, KeyError, ValueError, TypeError, BadZipFile) as error:
+    except _BROKEN as error:
         raise GalleryError(f"{path} is no gallery ({error}); build it again") from None
     return gallery
+
+
+def _check_unfolded(data: bytes) -> None:
+    """Refuse a file that says it unfolds to more than any gallery has. Raises ValueError."""
+    with ZipFile(BytesIO(data)) as archive:
+        unfolded = sum(entry.file_size for entry in archive.infolist())
+    if unfolded > MAX_UNFOLDED_BYTES:
+        raise ValueError(f"it unfolds to {unfolded} bytes, at most {MAX_UNFOLDED_BYTES} are read")
 
 
 def require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:

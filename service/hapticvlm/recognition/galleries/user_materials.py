@@ -28,6 +28,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.materials import MATERIALS, Material, MaterialError, derive
 
 Floats = NDArray[np.float32]
@@ -80,8 +81,8 @@ def read_material(path: Path) -> UserMaterial:
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
             raise MaterialError(f"larger than {MAX_FILE_BYTES} bytes; use fewer pictures")
-        text = path.read_text(encoding="utf-8")
-        return _understand(path.stem, tomllib.loads(text))
+        text = documents.read_text(path, MAX_FILE_BYTES)
+        return _understand(path.stem, documents.parse_toml(text))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise MaterialError(f"{path}: no TOML ({error}); correct it") from None
     except OSError as error:

@@ -1,0 +1,155 @@
+"""What is fuzzed: for each kind of input, the code that takes it and the errors it may raise.
+
+A target takes bytes and a scratch file. Any other error is a finding, as is an output that moved.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hapticvlm.captures.lines import CaptureError, read_lines
+from hapticvlm.commands import config_file, replay
+from hapticvlm.devices import plate_protocol
+from hapticvlm.devices.audio import read_wav
+from hapticvlm.devices.framing import Deframer
+from hapticvlm.devices.plate_session import PlateSession
+from hapticvlm.materials import MATERIALS, MaterialError
+from hapticvlm.messages import Frame, MessageError, Touch, decode
+from hapticvlm.recognition import pictures
+from hapticvlm.recognition.galleries.storage import GalleryError, read_gallery
+from hapticvlm.recognition.galleries.user_materials import read_material
+from hapticvlm.server.recorder import TAPE
+from hapticvlm.session.actions import DrivePlate, PlayVibration
+from hapticvlm.session.plate_target import AT_REST
+from hapticvlm.session.session import SceneSession
+
+
+@dataclass(frozen=True)
+class Target:
+    """One kind of input: `run` takes bytes and a file it may use; `goal` is the long budget."""
+
+    run: Callable[[bytes, Path], None]
+    goal: int
+
+
+class _Sessions:
+    """Sessions under one stream of messages: what is refused moves nothing."""
+
+    def __init__(self) -> None:
+        self._clock = itertools.count()
+        self._session = SceneSession(owner=True)
+
+    def __call__(self, data: bytes, _: Path) -> None:
+        turn = next(self._clock)
+        if turn % 500 == 0:
+            self._session = SceneSession(owner=True)
+        now = turn * 0.02
+        try:
+            text = data.decode() if turn % 2 else None
+        except UnicodeDecodeError:
+            text = None
+        is_touch, is_refused, actions = False, False, []
+        try:
+            message = decode(data if text is None else text)
+            is_touch = isinstance(message, Touch)
+            actions = self._session.receive(message, now)
+        except MessageError as error:
+            is_refused = bool(error.text)
+        moved = [one for one in actions if isinstance(one, PlayVibration | DrivePlate)]
+        assert is_touch or not moved or not is_refused
+        assert is_refused or actions, "a message without an answer"
+        self._session.tick(now + 0.01, AT_REST)
+
+
+def _pictures(data: bytes, _: Path) -> None:
+    kind = "png" if data[:1] == b"\x89" else "jpeg"
+    with contextlib.suppress(pictures.PictureError):
+        size = pictures._png_size("$", data) if kind == "png" else pictures._jpeg_size(data)
+        frame = Frame(
+            id=1,
+            captured_at=0.0,
+            format="png" if kind == "png" else "jpeg",
+            width=size[0],
+            height=size[1],
+            image=data or b"\0",
+            origin="top",
+            mask=data if kind == "png" else None,
+        )
+        crop = pictures.crop(frame, 32)
+        assert crop.image.shape == (32, 32, 3)
+
+
+def _captures(data: bytes, file: Path) -> None:
+    file.write_bytes(data)
+    with contextlib.suppress(CaptureError):
+        read_lines(file)
+
+
+def _session_logs(data: bytes, file: Path) -> None:
+    file.parent.joinpath(TAPE).write_bytes(data)
+    with contextlib.suppress(replay.TapeError):
+        replay.replay(file.parent, MATERIALS)
+
+
+def _wav(data: bytes, file: Path) -> None:
+    file.write_bytes(data)
+    with contextlib.suppress(OSError, ValueError):
+        read_wav(file, 10.0)
+
+
+def _gallery(data: bytes, file: Path) -> None:
+    file.write_bytes(data)
+    with contextlib.suppress(GalleryError):
+        read_gallery(file)
+
+
+def _material(data: bytes, file: Path) -> None:
+    file.write_bytes(data)
+    with contextlib.suppress(MaterialError):
+        read_material(file)
+
+
+def _config(data: bytes, file: Path) -> None:
+    file.write_bytes(data)
+    with contextlib.suppress(ValueError):
+        config_file.read(file)
+
+
+def _serial(data: bytes, _: Path) -> None:
+    session = PlateSession()
+    session.opened(0.0)
+    for number in range(0, len(data), 64):
+        now = number * 0.001
+        session.receive(data[number : number + 64], now)
+        for frame in Deframer().feed(session.outgoing(now)):
+            message = plate_protocol.decode(frame)
+            assert not isinstance(message, plate_protocol.Setpoint), "nobody asked for heat"
+        session.reading(now)
+
+
+TARGETS = {
+    "messages": Target(_Sessions(), 1_000_000),
+    "pictures": Target(_pictures, 100_000),
+    "captures": Target(_captures, 100_000),
+    "session_logs": Target(_session_logs, 100_000),
+    "wav": Target(_wav, 100_000),
+    "gallery": Target(_gallery, 100_000),
+    "material": Target(_material, 100_000),
+    "config": Target(_config, 100_000),
+    "serial": Target(_serial, 100_000),  # of 100 bytes and more
+}
+
+
+def head() -> Any:
+    """Return the first line of a session log."""
+    from hapticvlm.session import recorded
+
+    given = {"owner": True, "can_ask": False, "contact_resistance": None, "reading": AT_REST}
+    line = {"line": 0, "head": recorded.head({**given, "table": MATERIALS})}
+    return json.loads(json.dumps(line))

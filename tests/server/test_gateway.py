@@ -1,0 +1,157 @@
+"""The gateway and its queues without a socket: who owns the outputs, and whose picture is next."""
+
+from collections import Counter
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from hapticvlm.devices.engine import AudioSettings
+from hapticvlm.devices.simulated import SimulatedPlate
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.messages import Error, Frame, MessageError, Set, Touch
+from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
+from hapticvlm.server.budgets import ENROL_BYTES
+from hapticvlm.server.connection import Connection
+from hapticvlm.server.gateway import IDLE_OWNER_S, Gateway
+from hapticvlm.server.recognition_queue import RecognitionQueue
+from hapticvlm.session.actions import RecogniseFrame
+from hapticvlm.session.session import SceneSession
+
+
+@pytest.fixture
+def gateway():
+    worker = RecogniserWorker(RecogniserSettings())
+    return Gateway(Speaker(AudioSettings()), SimulatedPlate(), worker)
+
+
+def connection(gateway, *, observer=False):
+    session = SceneSession(owner=not observer and gateway.owner is None, observer=observer)
+    client = Connection(SimpleNamespace(), "test", session, as_text=False)  # type: ignore[arg-type]
+    gateway.join(client)
+    return client
+
+
+def wish(ownership):
+    return Set(id=5, ownership=ownership)
+
+
+def touch(**fields):
+    given = {"id": 9, "phase": "contact", "object_id": "a", "hand": "left", "captured_at": 0.0}
+    return Touch(**{**given, "speed_mps": 0.1, "force_n": 1.0, **fields})
+
+
+def test_the_first_scene_owns_the_outputs_and_a_later_one_may_not_touch(gateway):
+    first, second = connection(gateway), connection(gateway)
+    assert gateway.owner is first
+    with pytest.raises(MessageError, match="owns"):
+        second.session.receive(touch(), 0.0)
+
+
+def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
+    first, second = connection(gateway), connection(gateway)
+    now = gateway._leased_at + IDLE_OWNER_S - 0.1
+    with pytest.raises(MessageError) as refused:
+        gateway.change_owner(second, wish("take"), now)
+    assert (refused.value.code, refused.value.path) == ("not_owner", "$.ownership")
+    assert gateway.owner is first
+    assert first.session.owner
+    assert not second.session.owner
+
+
+def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):
+    first, second = connection(gateway), connection(gateway)
+    now = gateway._leased_at + IDLE_OWNER_S
+    gateway.change_owner(second, wish("take"), now)
+    assert gateway.owner is second
+    assert not first.session.owner
+    with pytest.raises(MessageError):
+        first.session.receive(touch(), now)
+    assert second.session.receive(touch(), now)
+    assert gateway.counts["owners replaced"] == 1
+
+
+def test_an_observer_never_takes_the_outputs(gateway):
+    connection(gateway)
+    observer = connection(gateway, observer=True)
+    with pytest.raises(MessageError, match="connect as scene"):
+        gateway.change_owner(observer, wish("take"), gateway._leased_at + 10 * IDLE_OWNER_S)
+
+
+def test_a_scene_takes_outputs_that_nobody_owns(gateway):
+    first, second = connection(gateway), connection(gateway)
+    gateway.leave(first)
+    assert gateway.owner is None
+    gateway.change_owner(second, wish("take"), gateway._leased_at)
+    assert gateway.owner is second
+
+
+def test_nobody_can_be_ended_when_nobody_owns(gateway):
+    observer = connection(gateway, observer=True)
+    with pytest.raises(MessageError, match="nobody owns"):
+        gateway.change_owner(observer, wish("end"), 0.0)
+
+
+def test_a_gain_that_was_set_is_that_of_the_next_owner(gateway):
+    first = connection(gateway)
+    gateway.carry_out(first, first.session.receive(Set(id=3, vibration_gain=0.2), 0.0))
+    gateway.leave(first)
+    connection(gateway)
+    assert gateway._outputs.speaker.gain == 0.2
+
+
+class Idle:
+    """A recogniser that is handed frames and never answers."""
+
+    def __init__(self):
+        self.subjects: list[str] = []
+        self.worker = SimpleNamespace(is_busy=True)
+
+    def recognise(self, _frame, subject, _now, **_):
+        self.subjects.append(subject)
+
+
+def look(key, purpose="live", size=10, id=1):
+    image = bytes(size)
+    given: dict[str, Any] = {"format": "rgb8", "width": 1, "height": 1, "origin": "top"}
+    frame = Frame(id=id, image=image, purpose=purpose, object_id=key, captured_at=0.0, **given)
+    return RecogniseFrame(frame, key, 0)
+
+
+def scene(name, *, owner=False):
+    session = SceneSession(owner=owner)
+    return Connection(SimpleNamespace(), name, session, as_text=False)  # type: ignore[arg-type]
+
+
+def test_the_owners_pictures_come_first_and_the_others_take_turns():
+    recogniser = Idle()
+    queue = RecognitionQueue(recogniser, Counter(), lambda *_: None)  # type: ignore[arg-type]
+    guest, other, owner = scene("guest"), scene("other"), scene("owner", owner=True)
+    for client in (guest, other, owner):
+        queue.join(client)
+    for _ in range(2):
+        for client in (guest, other, owner):
+            queue.put(client, look("x"))
+        recogniser.worker.is_busy = False
+        queue.feed()
+        queue.feed()
+        queue.feed()
+        recogniser.worker.is_busy = True
+    names = [subject.split("/")[0] for subject in recogniser.subjects]
+    assert names == ["owner", "guest", "other"] * 2
+
+
+def test_what_waits_to_be_enrolled_has_one_budget_for_all_connections():
+    counts: Counter[str] = Counter()
+    queue = RecognitionQueue(Idle(), counts, lambda *_: None)  # type: ignore[arg-type]
+    clients = [scene(str(number)) for number in range(3)]
+    for client in clients:
+        queue.join(client)
+    half = ENROL_BYTES // 2
+    assert queue.put(clients[0], look("a", "enrol", half)) == []
+    assert queue.put(clients[1], look("b", "enrol", half)) == []
+    (refused,) = queue.put(clients[2], look("c", "enrol", 1))
+    assert isinstance(refused, Error)
+    assert (refused.code, refused.path) == ("overload", "$.purpose")
+    queue.leave(clients[0])
+    assert queue.put(clients[2], look("c", "enrol", 1)) == []

@@ -1,0 +1,87 @@
+"""Files of strangers: too large, too deep, no file at all; each is an error that can be shown."""
+
+import os
+import sys
+import tomllib
+import zipfile
+
+import pytest
+
+from hapticvlm import documents
+from hapticvlm.captures.lines import CaptureError, read_lines
+from hapticvlm.commands import config_file
+from hapticvlm.recognition.galleries import storage
+
+DEEP = {
+    "array": "a = " + "[" * 5000,
+    "table": "[" + "a." * 20_000 + "b]",
+    "key": "a." * 20_000 + "b = 1",
+    "integer": "a = " + "9" * 5000,
+}
+
+
+@pytest.mark.parametrize("kind", DEEP)
+def test_toml_that_would_end_the_parser_is_refused(kind, tmp_path):
+    with pytest.raises(tomllib.TOMLDecodeError):
+        documents.parse_toml(DEEP[kind])
+    file = tmp_path / "config.toml"
+    file.write_text(DEEP[kind])
+    with pytest.raises(ValueError, match="not TOML"):
+        config_file.read(file)
+
+
+def test_lists_of_numbers_are_no_keys_of_many_parts():
+    text = "a = [\n" + ", ".join(["0.5"] * 400) + "\n]\n[b.c]\nd = 1.5\n"
+    assert len(documents.parse_toml(text)["a"]) == 400
+
+
+def test_json_that_is_nested_too_deep_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="too deep"):
+        documents.parse_json("[" * 100_000)
+    (tmp_path / "capture.jsonl").write_text("[" * 100_000)
+    with pytest.raises(CaptureError):
+        read_lines(tmp_path / "capture.jsonl")
+
+
+def test_a_capture_that_is_no_text_is_blamed_by_name(tmp_path):
+    (tmp_path / "capture.jsonl").write_bytes(b"\xff\xfe")
+    with pytest.raises(CaptureError, match="UTF-8"):
+        read_lines(tmp_path / "capture.jsonl")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no fifos")
+def test_a_fifo_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(OSError, match="not a regular file"):
+        documents.read_bytes(tmp_path / "fifo")
+
+
+def test_a_file_is_read_up_to_its_limit_and_no_byte_beyond(tmp_path):
+    (tmp_path / "file").write_bytes(bytes(10))
+    assert documents.read_bytes(tmp_path / "file", 10) == bytes(10)
+    with pytest.raises(ValueError, match="larger than 9 bytes"):
+        documents.read_bytes(tmp_path / "file", 9)
+
+
+def test_a_gallery_that_unfolds_to_gigabytes_is_refused_before_it_does(tmp_path):
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for number in range(9):
+            with archive.open(f"{number}.npy", "w", force_zip64=True) as entry:
+                for _ in range(128):
+                    entry.write(bytes(1024 * 1024))
+    assert path.stat().st_size < 3_000_000
+    with pytest.raises(storage.GalleryError, match="unfolds to"):
+        storage.read_gallery(path)
+
+
+def test_a_zip_of_an_unknown_method_is_no_gallery(tmp_path):
+    path = tmp_path / "odd.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("encoder.npy", b"x")
+    data = path.read_bytes().replace(
+        b"PK\x01\x02\x14\x03\x14\x00\x00\x00\x00\x00", b"PK\x01\x02\x14\x03\x14\x00\x00\x00\x63\x00"
+    )
+    path.write_bytes(data)
+    with pytest.raises(storage.GalleryError):
+        storage.read_gallery(path)
