@@ -81,17 +81,19 @@ uint32_t judge_progress(Plausibility& state, const Sensors& sensors, const Drive
     return is_full ? judge_window(state, sensors, drive) : 0;
 }
 
-// Bursts too short for a window: their energy counts until the plate follows.
+// Bursts too short for a window: once broken off, their energy counts until the plate follows.
 uint32_t judge_burst(Plausibility& state, float plate, const Drive& drive) {
     const int8_t push = drive.push;
     if (state.pushed > WINDOW) state.burst_j = 0.0f;
+    if (state.burst_j == 0.0f) state.is_broken = false;
     if (push == 0 || state.pushed > WINDOW || is_held(drive.current_a, drive.error_c)) return 0;
     const float along_c = push * (plate - state.burst_from_c);
     if (push != state.bursting || along_c >= ALONG_C) state.burst_j = 0.0f;
     if (state.burst_j == 0.0f || along_c < 0.0f) state.burst_from_c = plate;
     state.bursting = push;
     state.burst_j += drive.power_w * push * (state.driven_steps * STEP_S);
-    return state.burst_j >= (push > 0 ? STALLED_HEAT_J : STALLED_COOL_J) ? bit(RUNAWAY) : 0;
+    const bool is_spent = state.burst_j >= (push > 0 ? STALLED_HEAT_J : STALLED_COOL_J);
+    return is_spent && state.is_broken ? bit(RUNAWAY) : 0;
 }
 
 void begin_second(Plausibility& state, float plate, float current_a) {
@@ -154,6 +156,7 @@ void start_judging(Plausibility& state) {
 void pause_judging(Plausibility& state) {
     state.pushing = 0;
     state.pushed = 0;
+    state.is_broken = true;
     state.warming_seconds = 0;
     state.second_ms = 0;
     state.open_ms += STEP_MS;

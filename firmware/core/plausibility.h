@@ -20,6 +20,7 @@ struct Plausibility {
     int8_t bursting;         // the push of the short bursts that no window judges
     float burst_j;           // spent in them since the plate last followed
     float burst_from_c;
+    bool is_broken;          // the bridge opened between them
     uint16_t open_ms;        // since the bridge opened
     float past_a[WINDOW + 1];  // current, one per PROGRESS_MS, newest first
     uint16_t second_ms;      // of the second that is watched for a turned sign
