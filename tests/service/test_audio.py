@@ -234,6 +234,19 @@ def test_a_gain_and_a_rest_outlive_orders_that_were_lost():
     assert engine.fill(4800).any()
 
 
+def test_a_rest_that_was_lost_with_other_orders_is_kept():
+    ring = Ring.create()
+    engine = Engine(ring)
+    sliding = command(interaction="slide", expires_at=time.monotonic() + 60.0)
+    ring.put(sliding, time.monotonic())
+    engine.fill(4800)
+    ring.stand(Standing(1.0, ring.put(RestAll(), time.monotonic())))
+    for _ in range(2 * SLOTS):
+        ring.put(sliding, time.monotonic())
+    engine.fill(4800)
+    assert not engine.fill(4800).any()
+
+
 def test_a_standing_value_that_is_being_written_is_left_until_it_is_whole():
     ring = Ring.create()
     assert ring.standing() is None

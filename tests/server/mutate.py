@@ -1,0 +1,114 @@
+"""Plant defects in leases, ownership, limits, origins: `python tests/server/mutate.py [NUMBER ...]`.
+
+Each is planted alone in a copy of the package and must be caught by the test named with it. A
+defect that no longer fits the source is an error: the list follows the code.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+GATEWAY, BUDGETS = "tests/server/test_gateway.py", "tests/server/test_budgets.py"
+HTTP, SESSION = "tests/server/test_http.py", "tests/session/test_session.py"
+PLATE, AUDIO = "tests/devices/test_plate_session.py", "tests/service/test_audio.py"
+CHILD = "tests/processes/test_supervised.py"
+
+
+@dataclass(frozen=True)
+class Defect:
+    """What is planted where, and which test catches it."""
+
+    file: str
+    sound: str
+    planted: str
+    test: str
+
+
+DEFECTS = (
+    # ownership
+    Defect("server/gateway.py", "if idle_s < IDLE_OWNER_S:", "if False:", f"{GATEWAY} -k lately"),
+    Defect("server/gateway.py", "owner.session.set_owner(owner=False)", "pass", f"{GATEWAY} -k idle"),
+    Defect("server/gateway.py", "        if asker.session.observer:", "        if False:", f"{GATEWAY} -k never"),
+    Defect("server/gateway.py", "            self.owner = None\n", "            pass\n", f"{GATEWAY} -k nobody_owns"),
+    Defect("server/gateway.py", "        if connection.session.owner:", "        if True:", f"{GATEWAY} -k first_scene"),
+    # fair shares
+    Defect("server/recognition_queue.py", "not connection.session.owner)", "False)", f"{GATEWAY} -k come_first"),
+    Defect("server/recognition_queue.py", "if waiting + size > ENROL_BYTES:", "if False:", f"{GATEWAY} -k one_budget"),
+    # limits
+    Defect("server/budgets.py", "if amount > self._left:", "if False:", f"{BUDGETS} -k burst"),
+    Defect("server/budgets.py", "min(self._rate.burst, self._left + gained)", "self._left + gained", f"{BUDGETS} -k never_holds"),
+    Defect("server/budgets.py", "max(0.0, now - self._at)", "abs(now - self._at)", f"{BUDGETS} -k never_holds"),
+    Defect("server/entrance.py", "oldest.transport.abort()", "pass", f"{BUDGETS} -k longest"),
+    Defect("server/entrance.py", "self._greeted.add(socket)", "pass", f"{BUDGETS} -k newcomer"),
+    # tokens, hosts, origins
+    Defect("server/access.py", 'if self.token == "":', "if False:", f"{BUDGETS} -k token"),
+    Defect("server/access.py", "if len(self.token) < MIN_TOKEN:", "if False:", f"{BUDGETS} -k token"),
+    Defect("server/http.py", "return host in self.names or is_address(host)", "return True", f"{HTTP} -k host_header"),
+    Defect("server/http.py", "(not is_opened or is_framed)", "not is_opened", f"{HTTP} -k another_site"),
+    Defect("server/http.py", '("cross-site", "same-site")', '("cross-site",)', f"{HTTP} -k another_site"),
+    # stop and leases
+    Defect("devices/plate_requests.py", "if isinstance(message, Rest) and isinstance(self._message, Off):", "if False:", f"{PLATE} -k does_not_undo"),
+    Defect("devices/plate_session.py", "elif now - self._unfollowed_since > FOLLOW_S:", "elif False:", f"{PLATE} -k follows_no"),
+    Defect("devices/engine.py", "if self._rested < standing.rested <= self._newest:", "if False:", f"{AUDIO} -k rest_that_was_lost"),
+    Defect("devices/engine.py", "self._voices.gain = standing.gain", "pass", f"{AUDIO} -k outlive"),
+    Defect("session/hands.py", "self.lease_until = now + LEASE_S", "self.lease_until = now + 1e9", f"{SESSION} -k lease"),
+    # children
+    Defect("processes/supervised.py", "max(FIRST_PAUSE_S, 2.0 * pause_s)", "FIRST_PAUSE_S", f"{CHILD} -k growing_pause"),
+)  # fmt: skip
+
+
+def is_caught(defect: Defect, scratch: Path) -> bool:
+    """Plant one defect in a copy; return whether the test named goes red."""
+    package = scratch / "hapticvlm"
+    file = package / defect.file
+    sound = file.read_text(encoding="utf-8")
+    if defect.sound not in sound:
+        raise SystemExit(f"{defect.file}: {defect.sound!r} is not there any more")
+    file.write_text(sound.replace(defect.sound, defect.planted, 1), encoding="utf-8")
+    path = os.pathsep.join([str(scratch), str(ROOT / "service")])
+    name, _, chosen = defect.test.partition(" -k ")
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
+    try:
+        done = subprocess.run(
+            [*command, name, "-k", chosen],
+            cwd=ROOT,
+            env={**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
+            capture_output=True,
+            text=True,
+            timeout=300.0,
+            check=False,
+        )
+    finally:
+        file.write_text(sound, encoding="utf-8")
+    return done.returncode == 1 and "failed" in done.stdout
+
+
+def main() -> int:
+    """Plant those named by number, or all; return how many were not caught."""
+    chosen = [int(number) for number in sys.argv[1:]] or range(len(DEFECTS))
+    missed = 0
+    with tempfile.TemporaryDirectory() as folder:
+        scratch = Path(folder)
+        shutil.copytree(ROOT / "service/hapticvlm", scratch / "hapticvlm")
+        for number in chosen:
+            defect = DEFECTS[number]
+            caught = is_caught(defect, scratch)
+            missed += not caught
+            verdict = "caught" if caught else "MISSED"
+            print(
+                f"{number:2} {verdict} {defect.file}: {defect.sound.strip()} | {defect.test}",
+                flush=True,
+            )
+    print(f"{len(chosen) - missed} of {len(chosen)} caught")
+    return missed
+
+
+if __name__ == "__main__":
+    sys.exit(main())
