@@ -1,21 +1,22 @@
 /** Controllers and tracked hands of an XR session: where each fingertip is, drawn and felt. */
 import * as THREE from 'three';
+import {Controller, Glove} from './bodies.js';
 import {Toucher} from '../captures/make/page/touch.js';
 
 const FINGERTIP = 'index-finger-tip';
 const TIP_RADIUS = 0.009; // m, as drawn
-const PULSE = {contact: 40, slide: 15}; // ms of the controller's own motor
-
 export class Hands {
   #surfaces;
   #send;
-  #known = new Map(); // input source -> {toucher, ball}
+  #pulses;
+  #known = new Map(); // input source -> {toucher, ball, body}
 
   /** Holds what is drawn of the hands. */
   root = new THREE.Group();
 
-  /** `send` takes each touch, the object it is of and where. */
-  constructor(surfaces, send) {
+  /** `send` takes each touch, the object it is of and where; `pulses` move the controllers' motors. */
+  constructor(surfaces, send, pulses) {
+    this.#pulses = pulses;
     this.#surfaces = surfaces;
     this.#send = send;
   }
@@ -26,6 +27,9 @@ export class Hands {
     for (const source of this.#known.keys()) if (!sources.includes(source)) this.#forget(source);
     for (const source of sources) {
       const tip = tipOf(source, frame, space);
+      this.#known.get(source)?.body.follow(source, frame, space);
+      const amplitude = this.#pulses.play(source);
+      if (!source.hand && this.#known.has(source)) this.#known.get(source).body.vibration = amplitude;
       if (tip) this.#follow(source, tip, now, elapsed);
     }
   }
@@ -42,21 +46,23 @@ export class Hands {
       const {t_s: _time, truth: _truth, type: _type, ...fields} = touch;
       const object = this.#surfaces.find((surface) => surface.object.object_id === touch.object_id).object;
       this.#send(fields, object, tip);
-      pulse(source, touch);
     }
   }
 
   #meet(source) {
-    const shape = new THREE.SphereGeometry(TIP_RADIUS, 16, 12);
-    const ball = new THREE.Mesh(shape, new THREE.MeshStandardMaterial({color: 0xffcc99}));
-    this.root.add(ball);
-    const known = {toucher: new Toucher(source.handedness, this.#surfaces), ball};
+    const shape = new THREE.SphereGeometry(TIP_RADIUS, 24, 16);
+    const ball = new THREE.Mesh(shape, new THREE.MeshBasicMaterial({color: 0x45ffe0, transparent: true, opacity: 0.55}));
+    ball.visible = !source.hand; // a finger is its own tip
+    const body = source.hand ? new Glove() : new Controller();
+    this.root.add(ball, body.root);
+    const known = {toucher: new Toucher(source.handedness, this.#surfaces), ball, body};
     this.#known.set(source, known);
     return known;
   }
 
   #forget(source) {
-    this.root.remove(this.#known.get(source).ball);
+    const {ball, body} = this.#known.get(source);
+    this.root.remove(ball, body.root);
     this.#known.delete(source);
   }
 }
@@ -66,9 +72,4 @@ function tipOf(source, frame, space) {
   const joint = source.hand?.get(FINGERTIP);
   const pose = joint ? frame.getJointPose(joint, space) : frame.getPose(source.targetRaySpace, space);
   return pose && new THREE.Vector3().copy(pose.transform.position);
-}
-
-function pulse({gamepad}, {phase, speed_mps: speed}) {
-  const length = PULSE[phase];
-  if (length) gamepad?.hapticActuators?.[0]?.pulse(Math.min(1, 0.2 + speed), length);
 }

@@ -1,10 +1,10 @@
 /**
  * A scene's connection to HapticVLM: protocol v1 over one WebSocket. Knows nothing of three.js.
  *
- * Events, each with the service's message as `detail`: welcome, decision, telemetry, skipped, refused (an
- * `error` of the service); and `state`, whose detail is 'connected' or 'disconnected'.
+ * Events, each with the service's message as `detail`: welcome, decision, telemetry, vibration, skipped, refused
+ * (an `error` of the service); and `state`, whose detail is 'connected' or 'disconnected'.
  */
-import {decode, encode} from './msgpack.js';
+import {decode, encode} from '@msgpack/msgpack';
 
 const FIRST_WAIT = 250; // ms before the first reconnect, doubled each time, with jitter
 const LONGEST_WAIT = 5000;
@@ -23,6 +23,8 @@ export class Haptics extends EventTarget {
   #isOpen = false;
   #looking = 0; // id of the frame the service has; 0: none
   #nextFrame = null;
+  #feel = null;
+  #feelId = 0; // of a request that an older service refuses
 
   /** What was not sent: touches while disconnected, frames that a newer one replaced. */
   lost = {touches: 0, frames: 0};
@@ -42,6 +44,19 @@ export class Haptics extends EventTarget {
   scene(objects, fields = {}) {
     this.#scene = {objects, replace: true, ...fields};
     if (this.#isOpen) this.#send('scene', this.#scene);
+  }
+
+  /** States one object anew, as {object_id, material}; kept over reconnects like the rest of the scene. */
+  state(object) {
+    const known = this.#scene.objects.find(({object_id}) => object_id === object.object_id);
+    if (known) Object.assign(known, object);
+    if (this.#isOpen) this.#send('scene', {objects: [known ?? object], replace: false});
+  }
+
+  /** Asks for `vibration` events for these hands, as {left: 'amplitude', right: 'amplitude'}; kept likewise. */
+  feel(hands) {
+    this.#feel = hands;
+    this.#askToFeel();
   }
 
   /** Sends a touch: {phase, object_id, hand, speed_mps, force_n, interaction?}. */
@@ -100,6 +115,7 @@ export class Haptics extends EventTarget {
       this.#looking = 0;
       this.#pump();
     }
+    if (message.type === 'error' && message.id && message.id === this.#feelId) return; // controllers stay silent
     if (message.type === 'welcome') this.#welcomed(message);
     else if (message.type === 'error') this.#tell('refused', message);
     else if (message.type !== 'ok') this.#tell(message.type, message);
@@ -109,8 +125,13 @@ export class Haptics extends EventTarget {
     this.#isOpen = true;
     this.#wait = FIRST_WAIT;
     if (this.#scene) this.#send('scene', this.#scene);
+    if (message.owner) this.#askToFeel();
     this.#tell('welcome', message);
     this.#tell('state', 'connected');
+  }
+
+  #askToFeel() {
+    if (this.#isOpen && this.#feel) this.#feelId = this.#send('set', {feel: this.#feel});
   }
 
   #pump() {
@@ -122,7 +143,7 @@ export class Haptics extends EventTarget {
 
   #send(type, fields) {
     const id = ++this.#ids;
-    this.#socket.send(encode({type, id, ...fields}));
+    this.#socket.send(encode({type, id, ...fields}, {ignoreUndefined: true}));
     return id;
   }
 

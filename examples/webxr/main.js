@@ -1,17 +1,28 @@
-/** Puts the example together: scene, hands, eyes, the service, and the panel that says why. */
+/** Puts the example together: scene, hands, eyes, the service, and what shows and sounds of a touch. */
 import * as THREE from 'three';
+import {offerSound, startWithTouch} from '/hear.js';
 import {Surface} from '../captures/make/page/collision.js';
+import {pointingHand} from './bodies.js';
 import {Eyes} from './eyes.js';
 import {Hands} from './hands.js';
 import {Haptics} from './haptics.js';
 import {buildObjects, makeGlass} from './objects.js';
 import {Board, explain, write} from './panel.js';
 import {Pointer} from './pointer.js';
+import {Pulses} from './pulses.js';
+import {Readout} from './readout.js';
 import {buildScene} from './scene.js';
+import {Stream} from './stream.js';
+import {TouchLight} from './touchlight.js';
 
 const LONGEST_STEP = 0.1; // s, of one animation frame
 const PANEL_WAIT = 200; // ms between updates of the panel
+const DUE = 3; // pictures after a reason to draw: effects and the camera settle
 
+let due = DUE; // pictures still to be drawn; a page that nobody touches draws none
+
+// All that the things on the table can be made of: recognition considers no other.
+const MATERIALS = ['wood', 'glass', 'fabric', 'metal'];
 const query = new URLSearchParams(location.search);
 const part = (id) => document.getElementById(id);
 
@@ -30,21 +41,31 @@ renderer.xr.enabled = true;
 renderer.xr.setReferenceSpaceType('local-floor');
 
 const scene = buildScene(renderer, objects);
-const camera = new THREE.PerspectiveCamera(45, 1, 0.05, 20);
-camera.position.set(0, 1.5, 1.15);
-camera.lookAt(0, 0.78, -0.16);
+/** The page's own view. */
+export const camera = new THREE.PerspectiveCamera(38, 1, 0.05, 20);
 const board = new Board(scene);
+const readout = new Readout(part('overlay'));
+const light = new TouchLight(objects);
+const cursor = pointingHand();
+cursor.visible = false;
+scene.add(readout.mesh, cursor);
+/** What controllers and phones vibrate with. */
+export const pulses = new Pulses();
 /** Takes the pictures; `eyes.look` also for whoever wants one. */
 export const eyes = new Eyes(renderer, scene, objects, (fields) => haptics.frame(fields));
-const hands = new Hands(objects.map((object) => new Surface(object)), touched);
+/** What is drawn and felt of controllers and tracked hands. */
+export const hands = new Hands(objects.map((object) => new Surface(object)), touched, pulses);
 scene.add(hands.root);
-eyes.overlook(hands.root, board.mesh);
+eyes.overlook(hands.root, board.mesh, readout.mesh, cursor, light);
 const pointer = new Pointer(renderer.domElement, camera, objects, touched);
+resize();
+renderer.render(scene, camera);
 /** Connects last: what came before kept the page busy for seconds, and a service waits ten for a hello. */
-export const haptics = new Haptics(service(), {token: query.get('token') ?? undefined});
-// All that the things on the table can be made of: recognition considers no other.
-const MATERIALS = ['wood', 'glass', 'fabric', 'metal'];
-
+const token = query.get('token') ?? undefined;
+export const haptics = new Haptics(service(), {token});
+const stream = new Stream(service(), token);
+/** How many pictures the page has drawn, and when the newest. */
+export const drawn = {count: 0, at: 0};
 let mode = 'ids';
 let last = null; // the object touched last
 export let plate = null; // the newest telemetry
@@ -80,8 +101,14 @@ function leave() {
 }
 
 function touched(fields, object, point) {
+  const decision = decisions.get(object.object_id) ?? null;
+  if (object !== last && decision) announce(object, decision);
   last = object;
   haptics.touch({...fields, object_id: object.object_id});
+  if (fields.phase === 'contact') part('hint').className = 'done';
+  const warmth_c = decision?.thermal_cue ? decision.setpoint_c : null;
+  light.touch(fields, object, point, {material: decision?.material, warmth_c});
+  if (fields.phase !== 'release' && point) readout.show(object, decision, point, performance.now());
   if (fields.phase !== 'release' && needsLook(object)) eyes.want(object, point);
 }
 
@@ -99,17 +126,62 @@ function animate(now, frame) {
   board.mesh.visible = Boolean(frame);
   if (frame) hands.step(frame, space, now / 1000, elapsed);
   else pointer.step(now);
-  renderer.render(scene, camera);
+  const isDrawn = show(now, elapsed, viewer);
+  if (isDrawn) due = DUE;
+  if (frame || due-- > 0) draw();
   if (viewer) eyes.step(viewer.position, now);
   else if (!frame) eyes.step(camera.position, now);
-  if (now - shownAt > PANEL_WAIT) show(now);
+  if (now - shownAt > PANEL_WAIT) explainLast(now);
 }
 
-function show(now) {
+/** Has the page drawn again although nothing has changed. */
+export function redraw() {
+  due = DUE;
+}
+
+function draw() {
+  renderer.render(scene, camera);
+  drawn.count++;
+  drawn.at = performance.now();
+}
+
+/** Light, card and drawn hand of this moment; returns whether anything of them moves. */
+function show(now, elapsed, viewer) {
+  const level = stream.level(elapsed);
+  const isLit = light.step(performance.now(), elapsed, level);
+  const isShown = readout.step(performance.now(), level);
+  if (viewer) readout.inHeadset(isShown, viewer.position);
+  else readout.onPage(isShown, camera, renderer.domElement);
+  const isPointing = !renderer.xr.isPresenting && point(pointer.tip);
+  if (!viewer) pulses.playOnPhone();
+  return isLit || isPointing;
+}
+
+/** Draws the mouse's hand at this tip; returns whether it moved. */
+function point(tip) {
+  if (cursor.visible === (tip !== null) && (!tip || cursor.position.equals(tip.point))) return false;
+  cursor.visible = tip !== null;
+  renderer.domElement.classList.toggle('pointing', cursor.visible);
+  if (!tip) return true;
+  const [right, up, back] = [0, 1, 2].map((column) => new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, column));
+  const into = back.negate().multiplyScalar(0.7).addScaledVector(up, 0.55).addScaledVector(right, -0.4).addScaledVector(tip.normal, -0.25);
+  const turn = new THREE.Matrix4().lookAt(new THREE.Vector3(), into, up.addScaledVector(right, -0.2));
+  cursor.quaternion.setFromRotationMatrix(turn);
+  cursor.position.copy(tip.point);
+  return true;
+}
+
+/** For who hears the page. */
+function announce({key}, {material}) {
+  part('said').textContent = `The ${key} is ${material}.`;
+}
+
+function explainLast(now) {
   shownAt = now;
   const title = last ? `${last.key} (truly ${last.truth})` : 'Touch something';
   const rows = last ? explain(decisions.get(last.object_id), plate) : [];
   part('touched').textContent = title;
+  part('teach').hidden = !last;
   write(part('why'), rows);
   if (board.mesh.visible) board.write(title, rows);
 }
@@ -120,7 +192,11 @@ function resize() {
   const {clientWidth, clientHeight} = renderer.domElement;
   renderer.setSize(clientWidth, clientHeight, false);
   camera.aspect = clientWidth / clientHeight;
+  const far = Math.max(1, 1.35 / camera.aspect); // a phone held upright stands back to see the whole table
+  camera.position.set(0, 0.78 + 0.74 * far, -0.16 + 1.22 * far);
+  camera.lookAt(0, 0.79, -0.17);
   camera.updateProjectionMatrix();
+  due = DUE;
 }
 
 /** The service that served this page, unless the address says `?service=ws://...`. */
@@ -129,26 +205,45 @@ function service() {
 }
 
 function greet({detail: {owner, devices}}) {
-  const simulated = devices.peltier.simulated ? ' (simulated)' : '';
-  const watching = owner ? '' : '; another scene owns the outputs';
-  part('state').textContent = `Connected; plate: ${devices.peltier.name}${simulated}${watching}`;
+  const {speaker, peltier} = devices;
+  const simulated = speaker.simulated && peltier.simulated ? 'Connected; plate and speaker are simulated' : `Connected; plate: ${peltier.name}`;
+  part('state').textContent = owner ? simulated : 'Connected; another scene owns the outputs, so nothing here is felt';
 }
 
 haptics.addEventListener('welcome', greet);
 haptics.addEventListener('state', ({detail}) => {
   if (detail === 'disconnected') part('state').textContent = 'The service is gone; trying again';
 });
-haptics.addEventListener('decision', ({detail}) => decisions.set(detail.object_id, detail));
+haptics.addEventListener('decision', ({detail}) => {
+  decisions.set(detail.object_id, detail);
+  readout.update(detail);
+  if (last?.object_id === detail.object_id) announce(last, detail);
+});
 haptics.addEventListener('telemetry', ({detail}) => (plate = detail));
+haptics.addEventListener('vibration', ({detail}) => pulses.receive(detail));
 haptics.addEventListener('refused', ({detail}) => console.warn(`HapticVLM: ${detail.text}`));
+haptics.feel({left: 'amplitude', right: 'amplitude'});
 for (const choice of document.getElementsByName('mode')) {
   choice.addEventListener('change', () => tell(choice.value));
 }
-part('stop').addEventListener('click', () => haptics.stop());
+part('stop').addEventListener('click', () => {
+  stream.silence();
+  haptics.stop();
+});
 part('enter').addEventListener('click', enter);
 part('enter').disabled = !(await navigator.xr?.isSessionSupported('immersive-vr'));
+part('why-button').addEventListener('click', () => {
+  const isOpen = part('drawer').toggleAttribute('hidden') === false;
+  part('why-button').setAttribute('aria-expanded', String(isOpen));
+});
+part('teach').addEventListener('submit', (event) => {
+  event.preventDefault();
+  haptics.state({object_id: last.object_id, material: part('teach-material').value});
+});
+renderer.domElement.addEventListener('pointerdown', () => setTimeout(startWithTouch)); // after the first picture
+part('teach-material').append(...MATERIALS.map((name) => new Option(name)));
+offerSound();
 addEventListener('resize', resize);
-resize();
 tell('ids');
 if (!haptics.isConnected) part('state').textContent = 'Looking for the service';
 renderer.setAnimationLoop(animate);

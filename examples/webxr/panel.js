@@ -1,7 +1,7 @@
 /** What the service decided and why, in words: beside the page's canvas, and on a board in VR. */
 import * as THREE from 'three';
 
-const BOARD = {width: 0.72, height: 0.5, at: [0, 1.36, -0.78]}; // m
+const BOARD = {width: 0.62, height: 0.43, at: [-0.86, 1.12, -0.34], turn: 0.85}; // m, rad: beside the table, not over it
 const PIXELS = {width: 1008, height: 700, line: 52, margin: 34};
 
 /** A decision as [label, text] pairs; `plate` is the newest telemetry, or null. */
@@ -42,6 +42,7 @@ export class Board {
     const paper = new THREE.MeshBasicMaterial({map: this.#texture, toneMapped: false});
     this.mesh = new THREE.Mesh(new THREE.PlaneGeometry(BOARD.width, BOARD.height), paper);
     this.mesh.position.set(...BOARD.at);
+    this.mesh.rotation.y = BOARD.turn;
     this.mesh.visible = false;
     scene.add(this.mesh);
   }

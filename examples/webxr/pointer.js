@@ -9,6 +9,7 @@ const TAP = {speed_mps: 0.25, force_n: 1.5, interaction: 'tap'};
 const HELD = 2; // N, of a fingertip that rests or slides
 const RENEWAL = 50; // ms between messages of a held phase; a lease lasts 250
 const STILL = 0.02; // m/s along the surface; slower is not sliding
+const HOVER = 0.028; // m, of the drawn hand over what it is not pressed to
 const OLD = 100; // ms after which a pointer that sends nothing stands still
 
 export class Pointer {
@@ -19,6 +20,8 @@ export class Pointer {
   #at = null; // {object, point, time} under the pointer
   #where = null; // the last point met
   #speed = 0;
+  #place = ''; // of the last event
+  #met = null; // what was found there
   #isDown = false;
   #target = null; // the object approached or held
   #sentAt = 0;
@@ -33,6 +36,14 @@ export class Pointer {
     for (const end of ['pointerup', 'pointercancel', 'pointerleave']) {
       canvas.addEventListener(end, () => this.#lift());
     }
+    canvas.addEventListener('pointerleave', () => (this.#at = null));
+  }
+
+  /** Where the drawn hand's fingertip is: {point, normal}, null when the pointer is off the canvas or on nothing. */
+  get tip() {
+    if (!this.#at) return null;
+    const {point, normal} = this.#at;
+    return {point: point.clone().addScaledVector(normal, this.#isDown ? 0.004 : HOVER), normal, isDown: this.#isDown};
   }
 
   /** Renews what is held or approached; call it every animation frame. */
@@ -89,16 +100,31 @@ export class Pointer {
     this.#send({phase, hand: 'right', ...fields}, this.#target, this.#where);
   }
 
+  /** What is under the pointer; where it has not moved, what was found before. */
   #meet({offsetX, offsetY, target, timeStamp}) {
+    const place = `${offsetX} ${offsetY} ${target.clientWidth}`;
+    if (place === this.#place && this.#met) return {...this.#met, time: timeStamp};
+    this.#place = place;
+    this.#met = this.#find(offsetX, offsetY, target, timeStamp);
+    return this.#met;
+  }
+
+  #find(offsetX, offsetY, target, timeStamp) {
     const across = (2 * offsetX) / target.clientWidth - 1;
     const up = 1 - (2 * offsetY) / target.clientHeight;
     this.#ray.setFromCamera(new THREE.Vector2(across, up), this.#camera);
     const hits = this.#objects.flatMap((object) => {
       const [hit] = this.#ray.intersectObject(object.root, true);
-      return hit ? [{object, point: hit.point, distance: hit.distance, time: timeStamp}] : [];
+      return hit ? [{object, point: hit.point, normal: normalOf(hit, this.#ray), distance: hit.distance, time: timeStamp}] : [];
     });
     return hits.sort((a, b) => a.distance - b.distance)[0] ?? null;
   }
+}
+
+/** The surface's own direction there, on the side that is looked at. */
+function normalOf({face, object}, {ray}) {
+  const normal = face.normal.clone().transformDirection(object.matrixWorld);
+  return normal.dot(ray.direction) > 0 ? normal.negate() : normal;
 }
 
 function speedBetween(before, after) {

@@ -65,6 +65,7 @@ def test_held_metal_draws_the_plate_to_the_setpoint_of_its_decision(visit: Visit
 
 def test_the_panel_says_what_was_decided_and_why(visit: Visit) -> None:
     visit.touch("vase")
+    visit.page.locator("#drawer").evaluate("drawer => (drawer.hidden = false)")
     visit.page.locator("#touched", has_text="vase").wait_for()
     visit.page.locator("#why", has_text="glass").wait_for()
     told = visit.page.inner_text("#why")
@@ -111,6 +112,52 @@ def test_frames_alone_are_looked_at_by_the_encoder(visit: Visit) -> None:
     assert {d["source"] for d in decided.values() if d} <= {"encoder", "unknown"}
     seen = [item for decision in decided.values() for item in decision.get("evidence", ())]
     assert {item["rung"] for item in seen} == {"encoder"}
+
+
+def test_the_service_sends_a_controller_the_vibration_of_what_it_touches(visit: Visit) -> None:
+    visit.modules.evaluate(
+        """({main}) => {
+          window.plans = [];
+          main.haptics.addEventListener('vibration', ({detail}) => plans.push(detail));
+        }"""
+    )
+    visit.touch("kettle", feels_plate=True)
+    visit.page.wait_for_timeout(1000)
+    plans = visit.page.evaluate("plans")
+    assert {plan["hand"] for plan in plans} == {"right"}
+    assert max(max(plan.get("amplitude", [0])) for plan in plans) > 0.05
+    assert "amplitude" not in plans[-1]
+
+
+def test_a_motor_runs_as_planned_and_rests_when_the_plan_has_ended(visit: Visit) -> None:
+    pulses = visit.modules.evaluate(
+        """async ({main}) => {
+          const pulses = [];
+          const motor = {pulse: (amplitude, ms) => pulses.push([amplitude, ms])};
+          const source = {handedness: 'left', gamepad: {hapticActuators: [motor]}};
+          main.pulses.receive({hand: 'left', period_ms: 1e4, amplitude: [0.5]});
+          main.pulses.play(source);
+          main.pulses.receive({hand: 'left', period_ms: 12.5});
+          main.pulses.play(source);
+          main.pulses.receive({hand: 'left', period_ms: 1, amplitude: [0.5]});
+          await new Promise((done) => setTimeout(done, 20));
+          main.pulses.play(source);
+          return pulses;
+        }"""
+    )
+    assert pulses == [[0.5, 22]]
+
+
+def test_a_controller_is_drawn_where_it_is_held(visit: Visit) -> None:
+    visit.touch("linen")
+    drawn = visit.modules.evaluate(
+        """({main}) => {
+          const {x, y, z} = main.headset.controllers.right.position;
+          const bodies = main.hands.root.children.filter(({type}) => type === 'Group');
+          return Math.min(...bodies.map(({position}) => position.distanceTo({x, y, z})));
+        }"""
+    )
+    assert drawn < 0.06
 
 
 def test_nothing_went_wrong_in_the_page(visit: Visit) -> None:

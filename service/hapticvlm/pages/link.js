@@ -29,7 +29,7 @@ export class Link {
     const socket = new WebSocket(this.url);
     this.socket = socket;
     socket.onopen = () => this.#hello();
-    socket.onmessage = (event) => this.#take(JSON.parse(event.data));
+    socket.onmessage = ({ data }) => typeof data === "string" && this.#take(JSON.parse(data));
     socket.onclose = () => this.#lost();
   }
 

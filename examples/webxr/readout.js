@@ -1,0 +1,139 @@
+/** The small card at the object that is touched: what it is, how warm it is, how it vibrates. One picture for page and headset. */
+import * as THREE from 'three';
+import {materialColour, warmthColour, warmthWord} from '/feel.js';
+
+const SIZE = {width: 264, height: 124}; // CSS px
+const SCALE = 2;
+const METRES = 0.19; // wide, in the headset
+const ABOVE = 0.13; // m over the point that is touched
+const AWAY = {x: 58, y: -150}; // px from the point, on the page
+const EDGE = 12;
+const KEPT = 90; // of the vibration's history
+const STAYS = 2500; // ms after the touch
+
+export class Readout {
+  #canvas = Object.assign(document.createElement('canvas'), {width: SIZE.width * SCALE, height: SIZE.height * SCALE});
+  #line = document.createElement('i');
+  #history = new Float32Array(KEPT);
+  #texture = new THREE.CanvasTexture(this.#canvas);
+  #shown = null; // {object, decision, point}
+  #until = 0;
+
+  /** `place` is the element over the canvas that holds the card. */
+  constructor(place) {
+    this.#canvas.className = 'readout';
+    this.#canvas.setAttribute('aria-hidden', 'true'); // the page says the same in words
+    this.#line.className = 'leader';
+    place.append(this.#line, this.#canvas);
+    this.#texture.colorSpace = THREE.SRGBColorSpace;
+    const material = new THREE.MeshBasicMaterial({map: this.#texture, transparent: true, toneMapped: false, depthTest: false});
+    this.mesh = new THREE.Mesh(new THREE.PlaneGeometry(METRES, (METRES * SIZE.height) / SIZE.width), material);
+    this.mesh.renderOrder = 10;
+    this.mesh.visible = false;
+  }
+
+  /** Shows this object, touched at `point`, with its newest decision (or null). */
+  show(object, decision, point, now) {
+    this.#shown = {object, decision, point: point.clone()};
+    this.#until = now + STAYS;
+  }
+
+  update(decision) {
+    if (this.#shown?.object.object_id === decision.object_id) this.#shown.decision = decision;
+  }
+
+  /** Keeps the card going; `level` 0..1 is the vibration now. Returns whether it is shown. */
+  step(now, level) {
+    this.#history.copyWithin(0, 1);
+    this.#history[KEPT - 1] = level;
+    const isShown = this.#shown !== null && now < this.#until;
+    if (isShown) this.#paint();
+    return isShown;
+  }
+
+  /** Places it on the page. */
+  onPage(isShown, camera, {clientWidth: width, clientHeight: height}) {
+    this.mesh.visible = false;
+    this.#canvas.hidden = this.#line.hidden = !isShown;
+    if (!isShown) return;
+    const at = this.#shown.point.clone().project(camera);
+    const [x, y] = [((at.x + 1) / 2) * width, ((1 - at.y) / 2) * height];
+    const left = clamp(x + (x > width * 0.62 ? -AWAY.x - SIZE.width : AWAY.x), EDGE, width - SIZE.width - EDGE);
+    const top = clamp(y + AWAY.y, EDGE + 56, height - SIZE.height - EDGE);
+    this.#canvas.style.transform = `translate(${left}px, ${top}px)`;
+    const [toX, toY] = [left > x ? left : left + SIZE.width, top + SIZE.height / 2];
+    const length = Math.hypot(toX - x, toY - y);
+    this.#line.style.width = `${length}px`;
+    this.#line.style.transform = `translate(${x}px, ${y}px) rotate(${Math.atan2(toY - y, toX - x)}rad)`;
+  }
+
+  /** Places it in the headset, above the hand and turned to the head. */
+  inHeadset(isShown, head) {
+    this.#canvas.hidden = this.#line.hidden = true;
+    this.mesh.visible = isShown;
+    if (!isShown) return;
+    this.mesh.position.copy(this.#shown.point).add({x: 0, y: ABOVE, z: 0});
+    this.mesh.lookAt(head.x, head.y, head.z);
+    this.#texture.needsUpdate = true;
+  }
+
+  #paint() {
+    const pen = this.#canvas.getContext('2d');
+    pen.setTransform(SCALE, 0, 0, SCALE, 0, 0);
+    pen.clearRect(0, 0, SIZE.width, SIZE.height);
+    pen.fillStyle = 'rgb(14 20 25 / 0.86)';
+    pen.beginPath();
+    pen.roundRect(0, 0, SIZE.width, SIZE.height, 14);
+    pen.fill();
+    const {object, decision} = this.#shown;
+    text(pen, object.says.name ?? object.key, 16, 23, '500 12px', '#b9c6cf');
+    const what = decision?.material ?? 'deciding';
+    pen.fillStyle = materialColour(decision?.material);
+    pen.beginPath();
+    pen.arc(22, 43, 6, 0, 7);
+    pen.fill();
+    text(pen, what, 35, 52, '700 27px', '#fff');
+    if (decision) text(pen, why(decision), SIZE.width - 16, 52, '500 12px', '#b9c6cf', 'right');
+    this.#warmth(pen, decision);
+    this.#ribbon(pen);
+  }
+
+  #warmth(pen, decision) {
+    const felt = decision?.thermal_cue ? decision.setpoint_c : null;
+    pen.fillStyle = felt === null ? '#55636d' : warmthColour(felt);
+    pen.beginPath();
+    pen.arc(22, 72, 6, 0, 7);
+    pen.fill();
+    const words = !decision ? 'warmth not known yet' : felt === null ? 'no warmth or cold to be felt' : `${warmthWord(felt)}, the plate goes to ${felt.toFixed(1)} °C`;
+    text(pen, words, 35, 76, '500 12.5px', '#e9eff3');
+  }
+
+  /** The vibration's envelope, mirrored; the newest on the right. */
+  #ribbon(pen) {
+    const [left, width, middle] = [16, SIZE.width - 32, 101];
+    pen.fillStyle = 'rgb(255 255 255 / 0.16)';
+    pen.fillRect(left, middle, width, 1);
+    pen.fillStyle = '#45d3bf';
+    const step = width / KEPT;
+    this.#history.forEach((level, index) => {
+      const half = 14 * Math.sqrt(level);
+      if (half > 0.5) pen.fillRect(left + index * step, middle - half, Math.max(1, step - 0.6), 2 * half);
+    });
+  }
+}
+
+const SOURCES = {scene: 'the scene says so', name: 'by its name', shader: 'by its shader', encoder: 'by sight', vlm: 'by the model', unknown: 'not sure'};
+
+function why({source, confidence, material, runner_up: next}) {
+  if (material === 'unknown') return next ? `perhaps ${next}` : SOURCES.unknown;
+  return `${Math.round(100 * confidence)} %, ${SOURCES[source] ?? source}`;
+}
+
+function text(pen, words, x, y, font, colour, align = 'left') {
+  pen.font = `${font} system-ui, sans-serif`;
+  pen.fillStyle = colour;
+  pen.textAlign = align;
+  pen.fillText(words, x, y);
+}
+
+const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
