@@ -196,6 +196,7 @@ def _offer(serving: Serving, parts: Parts) -> Offer:
         asks_elsewhere=serving.vlm_url is not None,
         recorder=parts.recorder,
         contact_resistance=serving.contact_resistance,
+        plate_resistance=serving.plate_resistance,
     )
 
 

@@ -162,6 +162,7 @@ class _Player:
             table=table,
             can_ask=head["can_ask"],
             contact_resistance=head["contact_resistance"],
+            plate_resistance=head.get("plate_resistance", 0.0),  # older logs took skin for plate
         )
         self._looks: dict[int, RecogniseFrame] = {}
         self._asks: dict[int, AskAmbient | AskMaterial] = {}

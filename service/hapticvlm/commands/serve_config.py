@@ -182,6 +182,15 @@ class Serving:
             read=contact_resistance,
         ),
     ] = None
+    plate_resistance: Annotated[
+        float,
+        Flag(
+            OUTPUTS,
+            "between palm and plate, m2 K/W: the plate goes ahead of the skin by it (%(default)s)",
+            metavar="R",
+            range=(0.0, 0.005),
+        ),
+    ] = 2e-4
     no_realtime: Annotated[bool, Flag(OUTPUTS, "do not ask for real-time priority")] = False
     encoder: Annotated[
         str | None,

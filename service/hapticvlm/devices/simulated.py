@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hapticvlm.devices.dose import REST_S
-from hapticvlm.devices.plant import AMBIENT_C, SINK_K_PER_W, Plant
+from hapticvlm.devices.plant import AMBIENT_C, PALM_RESISTANCE, SINK_K_PER_W, Plant
 from hapticvlm.devices.plate_protocol import State
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering import plate_limits
@@ -33,8 +33,9 @@ class SimulatedPlate:
         ambient_c: float = AMBIENT_C,
         sink_k_per_w: float = SINK_K_PER_W,
         stuck_sensor_c: float | None = None,
+        palm_resistance: float = PALM_RESISTANCE,
     ) -> None:
-        self._plant = Plant(ambient_c, sink_k_per_w)
+        self._plant = Plant(ambient_c, sink_k_per_w, palm_resistance)
         self._stuck_sensor_c = stuck_sensor_c
         self._now: float | None = None
         self._asked_c, self._left_s = NEUTRAL_C, 0.0

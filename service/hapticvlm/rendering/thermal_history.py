@@ -96,6 +96,23 @@ def after(past: Past, contact: ThermalContact, lasted_s: float, change_c: float)
     return tuple(heights.tolist())
 
 
+def flow_w_per_m2(past: Past, contact: ThermalContact, elapsed_s: float) -> float:
+    """Heat that flows into skin so long after a contact began on `past`, W/m2; negative when cold.
+
+    In the Laplace domain es sqrt(s) X (G / s - P) with the terms above.
+    """
+    if contact.contact_resistance >= _NO_CONTACT:
+        return 0.0
+    s = _CONTOUR / max(elapsed_s, _SOONEST_S)
+    roots = np.sqrt(s)
+    driven = (contact.surface_c - contact.skin_c) / s
+    if past:
+        driven = driven - (1.0 / (s[:, None] + RATES)) @ np.array(past)
+    flow = driven * _transfer(contact, roots) * roots * s / _CONTOUR * _CONTOUR_WEIGHTS
+    found = SKIN.effusivity * float(flow.sum().real)
+    return found if math.isfinite(found) else 0.0
+
+
 def _transfer(contact: ThermalContact, roots: Complexes) -> Complexes:
     """X above at these square roots of s, any shape."""
     bulk = contact.thermal

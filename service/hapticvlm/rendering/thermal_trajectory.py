@@ -18,7 +18,16 @@ from dataclasses import dataclass, replace
 
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import LEAD_S, ThermalContact, share
-from hapticvlm.rendering.thermal_history import Fading, Past, after, aged, faded_c, fading, left_c
+from hapticvlm.rendering.thermal_history import (
+    Fading,
+    Past,
+    after,
+    aged,
+    faded_c,
+    fading,
+    flow_w_per_m2,
+    left_c,
+)
 
 BRIEF_LIFT_S = 0.15  # s, about the lift of a quick tap; our choice
 
@@ -29,9 +38,12 @@ class ThermalTrajectory:
 
     `lead_s` lets heat run ahead of vibration (docs/physics.md 1.3): an approach waits where the
     skin would be that long after contact and contact goes on from there; 0 is a real object.
+    `plate_resistance` is that between palm and plate, m2 K/W: skin lags the plate by it times the
+    heat that flows, so the plate goes ahead by as much; 0 takes skin and plate for the same.
     """
 
     lead_s: float = LEAD_S
+    plate_resistance: float = 0.0
     contact: ThermalContact | None = None
     key: Hashable = None
     begun_at: float | None = None
@@ -40,13 +52,18 @@ class ThermalTrajectory:
     past_at: float = 0.0  # when `past` was so
     fading: Fading = ()  # of `past`, under `contact`, from `begun_at` on
 
-    def approach(self, contact: ThermalContact | None, now: float) -> ThermalTrajectory:
-        """Wait for a contact, or for nothing known; what was touched is let go, if not at once."""
+    def approach(
+        self, contact: ThermalContact | None, now: float, *, leads: bool = True
+    ) -> ThermalTrajectory:
+        """Wait for a contact, or for nothing known; what was touched is released, if not at once.
+
+        Without `leads` the contact is not near: nothing is waited for.
+        """
         if self.begun_at is not None and contact is not None and contact == self.contact:
             lifted_at = now if self.lifted_at is None else self.lifted_at
             if 0.0 <= now - lifted_at < BRIEF_LIFT_S:
                 return replace(self, lifted_at=lifted_at)
-        return replace(self.release(now), contact=contact)
+        return replace(self.release(now), contact=contact if leads else None)
 
     def touch(self, contact: ThermalContact | None, key: Hashable, now: float) -> ThermalTrajectory:
         """Be in contact with the object `key`; call as often as you like.
@@ -68,7 +85,9 @@ class ThermalTrajectory:
     def release(self, now: float) -> ThermalTrajectory:
         """End the contact; what it left in the skin stays and fades."""
         ended_at = now if self.lifted_at is None else self.lifted_at
-        rested = ThermalTrajectory(self.lead_s, past=self.past, past_at=self.past_at)
+        rested = ThermalTrajectory(
+            self.lead_s, self.plate_resistance, past=self.past, past_at=self.past_at
+        )
         if self.contact is None or self.begun_at is None or not ended_at > self.begun_at:
             return rested
         change_c = self.skin_c(ended_at) - self.contact.skin_c
@@ -95,7 +114,16 @@ class ThermalTrajectory:
         """
         if self.contact is None:
             return NEUTRAL_C
-        return NEUTRAL_C + gain * (self.skin_c(now) - NEUTRAL_C)
+        ahead_c = self.plate_resistance * self._flow_w_per_m2(self.contact, now)
+        return NEUTRAL_C + gain * (self.skin_c(now) + ahead_c - NEUTRAL_C)
+
+    def _flow_w_per_m2(self, contact: ThermalContact, now: float) -> float:
+        if self.plate_resistance <= 0.0:
+            return 0.0
+        if self.begun_at is None:
+            past = aged(self.past, now + self.lead_s - self.past_at)
+            return flow_w_per_m2(past, contact, self.lead_s)
+        return flow_w_per_m2(self.past, contact, now - self.begun_at)
 
     def _believing(self, contact: ThermalContact | None) -> ThermalTrajectory:
         """Go on under another belief of what is touched."""

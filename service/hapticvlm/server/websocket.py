@@ -44,6 +44,7 @@ from hapticvlm.messages import (
     encode,
 )
 from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
+from hapticvlm.rendering.thermal import PLATE_RESISTANCE
 from hapticvlm.server import http
 from hapticvlm.server.access import Address
 from hapticvlm.server.budgets import (
@@ -84,6 +85,7 @@ class Offer:
     asks_elsewhere: bool = False
     recorder: Recorder | None = None
     contact_resistance: float | None = None
+    plate_resistance: float = PLATE_RESISTANCE
 
 
 class WebSocketServer:
@@ -253,6 +255,7 @@ class WebSocketServer:
             "table": self._offer.table,
             "can_ask": self._offer.models.vlm is not None,
             "contact_resistance": self._offer.contact_resistance,
+            "plate_resistance": self._offer.plate_resistance,
         }
         if self._offer.recorder is None or observer:
             return SceneSession(**given)

@@ -14,6 +14,8 @@ Output = Literal["speaker", "peltier"]
 LEASE_S = LEASE_MS / 1000.0
 NAMES: tuple[HandName, ...] = ("left", "right")
 OUTPUTS: tuple[Output, ...] = ("speaker", "peltier")
+LEAD_WITHIN_S = 0.4  # to contact, from when the plate leads (physics.md 1.3); our choice
+LONGEST_LEAD_S = 0.6  # without a contact, then the plate goes back to neutral; our choice
 STILL = Motion(speed_mps=0.0, force_n=0.0)
 
 
@@ -29,6 +31,7 @@ class Hand:
     interaction: Interaction | None = None
     motion: Motion = STILL
     rubs: bool = False
+    near_since: float | None = None
 
     @property
     def key(self) -> Key:
@@ -62,9 +65,14 @@ class Hand:
         """Whether this hand vibrates: in contact, or swinging."""
         return self.is_active and (self.contact_at is not None or self.interaction == "swing")
 
+    def leads(self, now: float) -> bool:
+        """Whether the plate should lead this approach: contact is near, and not long awaited."""
+        return self.near_since is not None and 0.0 <= now - self.near_since <= LONGEST_LEAD_S
+
     def update(self, touch: Touch, now: float) -> bool:
         """Receive a touch that is no release; return whether it is an onset."""
         begins = self.contact_at is None
+        self._approach(touch, now)
         self.lease_until = now + LEASE_S
         self.object_id, self.region = touch.object_id, touch.region
         self.motion = Motion(touch.speed_mps, touch.force_n)
@@ -80,12 +88,28 @@ class Hand:
         self.rubs = touch.phase == "slide" or named in TEXTURES or not (onset or named)
         return onset
 
+    def _approach(self, touch: Touch, now: float) -> None:
+        """Note since when a contact with this object has been near."""
+        is_other = (touch.object_id, touch.region) != (self.object_id, self.region)
+        if touch.phase != "approach" or not _is_near(touch):
+            self.near_since = None
+        elif self.near_since is None or is_other:
+            self.near_since = now
+
     def release(self) -> None:
         """End the lease and the contact."""
+        self.near_since = None
         self.lease_until = self.contact_at = None
         self.object_id = self.region = self.interaction = None
         self.rubs = False
         self.motion = STILL
+
+
+def _is_near(touch: Touch) -> bool:
+    """Whether an approach touches within LEAD_WITHIN_S; one that does not say may."""
+    if touch.distance_m is None or touch.closing_mps is None:
+        return True
+    return touch.distance_m <= max(touch.closing_mps, 0.0) * LEAD_WITHIN_S
 
 
 class Hands:

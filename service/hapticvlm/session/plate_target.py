@@ -8,7 +8,7 @@ from __future__ import annotations
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering import plate_limits
 from hapticvlm.rendering.plate_limits import PlateReading, limits_of
-from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.rendering.thermal import PLATE_RESISTANCE, ThermalContact
 from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 from hapticvlm.session.actions import Action, DrivePlate, RestPlate
 from hapticvlm.session.hands import LEASE_S, Hand
@@ -29,11 +29,13 @@ AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint 
 class PlateTarget:
     """The trajectory of the skin and the setpoint on its way there; `gain` is 0..1."""
 
-    def __init__(self, reading: PlateReading = AT_REST) -> None:
+    def __init__(
+        self, reading: PlateReading = AT_REST, plate_resistance: float = PLATE_RESISTANCE
+    ) -> None:
         self.reading = reading
         self.limits = limits_of(reading)
         self.gain = 1.0
-        self._trajectory = ThermalTrajectory()
+        self._trajectory = ThermalTrajectory(plate_resistance=plate_resistance)
         self._setpoint_c = NEUTRAL_C
         self._is_driving = False
         self._ticked_at: float | None = None
@@ -78,6 +80,6 @@ class PlateTarget:
         if hand is None:
             return self._trajectory.release(now)
         if not hand.is_touching:
-            return self._trajectory.approach(contact, now)
+            return self._trajectory.approach(contact, now, leads=hand.leads(now))
         bulk = contact.thermal if contact and isinstance(hand.key, tuple) else None
         return self._trajectory.touch(contact, (hand.name, hand.key, bulk), now)

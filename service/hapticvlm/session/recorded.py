@@ -21,6 +21,7 @@ from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.thermal import PLATE_RESISTANCE
 from hapticvlm.rendering.voices import Command
 from hapticvlm.session.actions import (
     Action,
@@ -140,6 +141,7 @@ def head(given: dict[str, Any]) -> Line:
         "owner": given["owner"],
         "can_ask": given["can_ask"],
         "contact_resistance": given["contact_resistance"],
+        "plate_resistance": given.get("plate_resistance", PLATE_RESISTANCE),
         "reading": _plain(given["reading"]),
         "materials": list(given["table"]),
     }

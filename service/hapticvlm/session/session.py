@@ -30,6 +30,7 @@ from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.thermal import PLATE_RESISTANCE
 from hapticvlm.session.actions import (
     Action,
     Ask,
@@ -44,7 +45,7 @@ from hapticvlm.session.actions import (
 )
 from hapticvlm.session.frames import SURROUNDINGS, Frames, recognise_scene
 from hapticvlm.session.hands import Hold
-from hapticvlm.session.plate_target import AT_REST
+from hapticvlm.session.plate_target import AT_REST, PlateTarget
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.touch import TouchTracker
 
@@ -98,13 +99,16 @@ class SceneSession:
         table: Mapping[str, Material] = MATERIALS,
         can_ask: bool = False,
         contact_resistance: float | None = None,
+        plate_resistance: float = PLATE_RESISTANCE,
     ) -> None:
         self.owner = owner
         self.observer = observer
         self._model = SceneModel(table, can_ask=can_ask, contact_resistance=contact_resistance)
         self._frames = Frames()
         held = hold if hold is not None else Hold()
-        self._touches = TouchTracker(self._model, self._frames, held, reading)
+        self._touches = TouchTracker(
+            self._model, self._frames, held, PlateTarget(reading, plate_resistance)
+        )
 
     @property
     def materials(self) -> tuple[str, ...]:

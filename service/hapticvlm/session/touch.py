@@ -20,11 +20,9 @@ from hapticvlm.session.scene_objects import Key
 class TouchTracker:
     """The hands of one scene and the plate they share; what they touch is in `scene`."""
 
-    def __init__(
-        self, scene: SceneModel, frames: Frames, hold: Hold, reading: PlateReading
-    ) -> None:
+    def __init__(self, scene: SceneModel, frames: Frames, hold: Hold, plate: PlateTarget) -> None:
         self.hands = Hands()
-        self.plate = PlateTarget(reading)
+        self.plate = plate
         self.late_contacts = 0  # that made no impact because they came too late
         self._scene = scene
         self._frames = frames
