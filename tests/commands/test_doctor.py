@@ -194,7 +194,7 @@ def test_packages_that_are_missing_or_old_are_named_and_those_of_extras_do_no_ha
 def test_what_this_package_states_is_understood_whole():
     core, extras = machine.packages()
     assert core.verdict == "ok"
-    assert "all 12" in core.said
+    assert "all 14" in core.said
     assert extras.verdict == "ok"
 
 

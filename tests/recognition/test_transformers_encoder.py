@@ -212,7 +212,7 @@ def test_without_the_extra_it_says_what_to_install(
     for missing in ("torch", "transformers.utils"):
         with monkeypatch.context() as patch:
             patch.setitem(sys.modules, missing, None)
-            with pytest.raises(EncoderError, match=r"pip install 'hapticvlm\[models\]'"):
+            with pytest.raises(EncoderError, match="pip install torch transformers safetensors"):
                 load_encoder(str(folder))
 
 

@@ -64,6 +64,7 @@ def _guarded(options: argparse.Namespace) -> int:
     try:
         code: int = options.run(options)
     except KeyboardInterrupt:
+        print(f"{options.program}: stopped", file=sys.stderr)
         return 130
     except BrokenPipeError:  # who reads has seen enough; nothing more may be flushed to it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

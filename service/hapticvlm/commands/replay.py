@@ -106,11 +106,11 @@ def replay(
             player.play(line)
         except KeyError as error:
             place = f"{folder / TAPE}:{line.get('line', '?')}"
-            text = f"{error} is not in the lines before: the session log is incomplete"
+            text = f"{error} is missing: not a line of a complete session log"
             raise TapeError(f"{place}: {text}") from None
         except (AttributeError, TypeError, ValueError, MessageError) as error:
             place = f"{folder / TAPE}:{line.get('line', '?')}"
-            raise TapeError(f"{place}: not a line of a tape ({error!r})") from None
+            raise TapeError(f"{place}: not a line of a session log ({error!r})") from None
     return player.outcome
 
 
