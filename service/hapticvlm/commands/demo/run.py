@@ -164,6 +164,6 @@ def _next_steps() -> str:
         "\nNext:\n"
         "  dashboard   hapticvlm serve, then open http://127.0.0.1:8790/ in a browser\n"
         "  your scene  connect it to ws://127.0.0.1:8790/ (examples/touch.py is the shortest one)\n"
-        "  Unity       add the package in unity_client/ (README.md there: six steps);\n"
+        "  Unity       add the package in unity_client/ (README.md there: five steps);\n"
         "              schemas/messages.schema.json and schemas/vectors/ are the contract"
     )
