@@ -214,6 +214,8 @@ def test_what_is_broken_off_fades_without_a_step() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C as a signal is of Unix")
 def test_ctrl_c_ends_the_sweep() -> None:
+    # Whoever runs this in the background hands on a SIGINT that is ignored; a terminal does not.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     command = [sys.executable, "-m", "hapticvlm", "calibrate", "speaker"]
     command += ["--speaker", "simulated", "--countdown", "0"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
