@@ -8,7 +8,10 @@ CAPTURE := examples/captures/make
 .PHONY: demo fuzz test unit check schemas format toolchains coverage clean
 
 demo: $(VENV)/.demo
-	$(BIN)/hapticvlm demo
+	@$(BIN)/hapticvlm demo
+	@echo
+	@echo "The program is $(abspath $(BIN)/hapticvlm). To call it hapticvlm in this shell:"
+	@echo "  . $(BIN)/activate"
 
 test: $(VENV)/.dev toolchains
 	$(BIN)/python -m pytest -n 2 --dist loadfile
@@ -50,10 +53,12 @@ toolchains:
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix service/hapticvlm_lab/training/rooms; fi
 
 $(VENV)/bin/python:
-	$(PYTHON) -m venv $(VENV)
+	@echo "Making a Python environment in $(VENV)."
+	@$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.demo: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(PIP) -e '.[charts]'
+	@echo "installing into $(VENV), about 280 MB ..."
+	@$(PIP) -e '.[charts]'
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt

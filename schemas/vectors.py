@@ -154,7 +154,9 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
             ),
             models=Models(encoder="descriptor", gallery="shipped"),
             materials=["wood", "glass", "fabric", "metal"],
-            privacy=Privacy(frames_stored=False, frames_leave_machine=False),
+            privacy=Privacy(
+                frames_stored=False, frames_leave_machine=False, crops_leave_machine=True
+            ),
         ),
     )
     decision = Decision(

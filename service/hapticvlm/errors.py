@@ -6,8 +6,12 @@ whatever else is raised is a defect of ours and shows its traceback.
 
 from __future__ import annotations
 
+import importlib.util
+import shutil
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 CURE = "free the place or name another"  # of whatever a file system refuses
 LONGEST = 600  # characters of the line; a foreign library's text may be of any length
@@ -30,6 +34,22 @@ def usage_errors() -> Iterator[None]:
         if isinstance(error, HapticVLMError):
             raise
         raise UsageError(str(error)) from None
+
+
+def installing(packages: str) -> str:
+    """Return the command that installs packages where this program runs from."""
+    here, python = Path(sys.prefix), sys.executable
+    python = f'"{python}"' if " " in python else python
+    if (here / "uv-receipt.toml").is_file():  # `uv tool install`, which brings no pip
+        return f"uv pip install --python {python} {packages}"
+    if (here / "pipx_metadata.json").is_file():
+        return f"pipx inject hapticvlm {packages}"
+    pip = shutil.which("pip")
+    if pip is not None and Path(pip).parent == Path(sys.executable).parent:
+        return f"pip install {packages}"
+    if importlib.util.find_spec("pip") is None:
+        return f"pip --python {python} install {packages}"
+    return f"{python} -m pip install {packages}"
 
 
 def line(error: BaseException) -> str:

@@ -32,6 +32,7 @@ LIMITS = MappingProxyType(
         "vibration.bandwidth": (0.05, 1.5),
         "vibration.roughness": (0.0, 1.0),
         "vibration.stick": (0.0, 0.95),
+        "vibration.swung_m": (5e-4, 0.2),
         "vibration.modes.frequency_hz": (20.0, 1000.0),
         "vibration.modes.decay_per_s": (5.0, 280.0),
         "vibration.modes.gain": (0.01, 1.0),
@@ -74,8 +75,9 @@ class Vibration:
     """How a class sounds to the palm: impact modes, and the texture felt when rubbed.
 
     `pitch_m` is the dominant spatial period of the surface, `bandwidth` the width of the texture's
-    band relative to its centre frequency speed / pitch, `roughness` how uneven it is (0..1; below
-    0.1 it is felt less and less), `stick` the share that catches and slips under a firm hand.
+    band relative to its centre frequency speed / pitch, `roughness` how uneven it is (0..1, which
+    is how strongly it is felt), `stick` the share that catches and slips under a firm hand,
+    `swung_m` how thick the things are that one swings of it.
     """
 
     modes: tuple[Mode, ...]
@@ -83,6 +85,7 @@ class Vibration:
     bandwidth: float
     roughness: float
     stick: float = 0.0
+    swung_m: float = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +99,7 @@ class Material:
 
 
 _THERMAL = {
-    "wood": Thermal(0.16, 720, 1255),  # hardwood (oak, maple)
+    "wood": Thermal(0.18, 700, 1600),  # hardwood (oak, maple) at room moisture
     "glass": Thermal(1.0, 2500, 840),  # soda-lime
     "fabric": Thermal(0.06, 320, 1300),  # cotton; k varies 0.04-0.08
     "metal": Thermal(15.0, 8000, 500),  # stainless 304; all metals feel within 1 degC of it
@@ -112,24 +115,25 @@ _THERMAL = {
 # Modes: wood 100 / 80, rubber 30 / 60 and metal (aluminium) 300 / 90 as Okamura, Cutkosky and
 # Dennerlein (physics.md 4.3); glass transposes a ringing preset (partials 1 : 1.86) into the band
 # of touch; all others are our choice; the first four are set apart by more than the 18-30 % that
-# frequencies must differ (physics.md 4.2). Metal's close pair beats, as struck metal
-# does. A row ends where nobody feels what a struck body's might have beyond it (`hapticvlm chart
-# vibration`); the third modes of fabric and leather and the last two of rubber are there for that,
-# in the ratios of the glass preset, fabric's weaker, or struck cloth would be too near to wood.
+# frequencies must differ (physics.md 4.2). Metal's close pair beats, as struck metal does; metal
+# rings longest, then glass, then ceramic. A row ends where nobody feels what a struck body's might
+# have beyond it (`hapticvlm chart vibration`); the third modes of fabric and leather and the last
+# two of rubber are there for that, in the ratios of the glass preset, fabric's weaker, or struck
+# cloth would be too near to wood.
 # Pitches: our choice, coarse enough to be felt at 0.2 m/s; cloth is woven at 0.3-1 mm.
 # Stick: our choice; what squeaks under a dry palm has some.
 _VIBRATION = {
     "wood": Vibration((Mode(100, 80, 1.0), Mode(195, 150, 0.5)), 1.6e-3, 0.8, 0.6),
-    "glass": Vibration((Mode(350, 30, 1.0), Mode(650, 60, 0.3)), 0.5e-3, 0.2, 0.1, 0.4),
+    "glass": Vibration((Mode(350, 22, 1.0), Mode(650, 50, 0.3)), 0.5e-3, 0.2, 0.1, 0.25),
     "fabric": Vibration(
         (Mode(45, 150, 1.0), Mode(80, 200, 0.3), Mode(146, 280, 0.1)), 1.0e-3, 0.5, 0.7
     ),
     "metal": Vibration(
-        (Mode(300, 90, 1.0), Mode(232, 16, 0.35), Mode(255, 16, 0.35)), 0.7e-3, 0.3, 0.3, 0.2
+        (Mode(300, 90, 1.0), Mode(232, 10, 0.35), Mode(255, 10, 0.35)), 0.7e-3, 0.3, 0.25, 0.2
     ),
-    "plastic": Vibration((Mode(150, 110, 1.0), Mode(310, 180, 0.4)), 0.8e-3, 0.4, 0.3, 0.3),
+    "plastic": Vibration((Mode(150, 110, 1.0), Mode(310, 180, 0.4)), 0.8e-3, 0.4, 0.4, 0.3),
     "stone": Vibration((Mode(215, 130, 1.0), Mode(380, 150, 0.4)), 2.0e-3, 1.0, 0.8),
-    "ceramic": Vibration((Mode(290, 60, 1.0), Mode(560, 90, 0.4)), 0.6e-3, 0.3, 0.2, 0.3),
+    "ceramic": Vibration((Mode(290, 40, 1.0), Mode(560, 80, 0.4)), 0.6e-3, 0.3, 0.2, 0.3),
     "paper": Vibration((Mode(60, 160, 1.0), Mode(180, 250, 0.4)), 0.9e-3, 0.9, 0.3),
     "leather": Vibration(
         (Mode(55, 120, 1.0), Mode(120, 180, 0.2), Mode(179, 280, 0.31)), 1.4e-3, 0.7, 0.5, 0.4
@@ -138,6 +142,22 @@ _VIBRATION = {
         (Mode(30, 60, 1.0), Mode(56, 112, 0.54), Mode(98, 196, 0.31)), 1.2e-3, 0.6, 0.8, 0.7
     ),
     "foliage": Vibration((Mode(40, 180, 1.0), Mode(110, 250, 0.5)), 2.4e-3, 1.0, 0.4),
+}
+
+# Thickness of what one swings of it, m: stick, rod, cloth, blade, ruler, slab, tile, sheet, belt,
+# hose, twig. Our choice (physics.md 4.3); a scene's own thickness counts first.
+_SWUNG_M = {
+    "wood": 0.016,
+    "glass": 0.010,
+    "fabric": 0.003,
+    "metal": 0.004,
+    "plastic": 0.006,
+    "stone": 0.030,
+    "ceramic": 0.020,
+    "paper": 0.002,
+    "leather": 0.005,
+    "rubber": 0.012,
+    "foliage": 0.008,
 }
 
 # Words that name the class itself, singular and in lower case; what objects imply is in
@@ -179,7 +199,12 @@ _WORDS: dict[str, str] = {
 
 MATERIALS = MappingProxyType(
     {
-        name: Material(name, _THERMAL[name], _VIBRATION[name], tuple(_WORDS[name].split()))
+        name: Material(
+            name,
+            _THERMAL[name],
+            replace(_VIBRATION[name], swung_m=_SWUNG_M[name]),
+            tuple(_WORDS[name].split()),
+        )
         for name in _THERMAL
     }
 )

@@ -123,6 +123,8 @@ class Scene(Wire, frozen=True, tag="scene", tag_field="type"):
     """Objects of the scene; `replace` forgets those not listed.
 
     `materials` are all that the scene's objects can be made of: recognition considers no other.
+    An observer on the service's own machine may state materials of the owner's objects: `object_id`
+    and `material` only, with `replace` false.
     """
 
     id: RequestId
@@ -246,10 +248,11 @@ class Models(Wire, frozen=True):
 
 
 class Privacy(Wire, frozen=True):
-    """What happens to pictures."""
+    """What happens to pictures; a crop shows one object, cut out of its frame."""
 
     frames_stored: bool
     frames_leave_machine: bool
+    crops_leave_machine: bool = False
 
 
 class Welcome(Wire, frozen=True, tag="welcome", tag_field="type"):

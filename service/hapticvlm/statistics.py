@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 
+_Z = 1.959963984540054  # two-sided 95 % of the normal distribution
+
 
 def wilson(right: float, n: float) -> tuple[float, float]:
     """95 % interval of a share; (0, 1) when n is 0."""
     if n == 0:
         return 0.0, 1.0
-    z, p = 1.96, right / n
+    z, p = _Z, right / n
     middle, half = p + z * z / (2 * n), z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    return (middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)
+    low, high = ((middle + side * half) / (1 + z * z / n) for side in (-1.0, 1.0))
+    return max(low, 0.0), min(high, 1.0)

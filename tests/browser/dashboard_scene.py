@@ -107,6 +107,29 @@ def touching(url: str, *, only: str | None = None, lets_go: bool = True) -> Iter
 
 
 @contextmanager
+def idling(url: str) -> Iterator[None]:
+    """Own the outputs and touch nothing, until ended."""
+    began, ending = threading.Event(), threading.Event()
+
+    async def idle() -> None:
+        async with connect(url, name="idle scene") as client:
+            began.set()
+            ended = asyncio.create_task(asyncio.to_thread(ending.wait))
+            tasks = (asyncio.create_task(client.wait_closed()), ended)
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            ending.set()
+
+    with ThreadPoolExecutor(1, "idle scene") as threads:
+        scene = threads.submit(lambda: asyncio.run(idle()))
+        assert began.wait(START_S), "the scene did not begin"
+        try:
+            yield
+        finally:
+            ending.set()
+        scene.result(START_S)
+
+
+@contextmanager
 def board_on_a_port() -> Iterator[tuple[str, SimulatedBoard]]:
     """Put a simulated board behind a pseudo terminal; yield the port's name and the board."""
     master, slave = pty.openpty()

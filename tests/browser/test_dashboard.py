@@ -18,10 +18,11 @@ from dashboard_scene import (
     board_on_a_port,
     chromium,
     dashboard,
+    idling,
     missing,
     touching,
 )
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 from soak_dashboard import soak
 
 from hapticvlm.commands.local_service import Service, running
@@ -213,6 +214,27 @@ def test_a_service_that_hangs_is_said_and_so_is_a_stop_without_answer(
         finally:
             service.process.send_signal(signal.SIGCONT)
         expect(page.locator("#link")).to_contain_text("Connected")
+
+
+def test_an_owner_that_touches_nothing_for_long_is_ended_by_a_button(
+    service: Service, browser: Browser
+) -> None:
+    def older(route: Route) -> None:
+        found = route.fetch().json()
+        if found["owner"]:
+            found["owner_idle_s"] += 31.0  # nobody waits for it here
+        route.fulfill(json=found)
+
+    with dashboard(browser, service.page) as page, idling(service.url):
+        until(page, service, lambda found: found["owner"] is not None)
+        expect(page.locator("#owner")).to_contain_text("Owner: idle scene")
+        expect(page.locator("#end-owner")).to_be_hidden()
+        page.route("**/status", older)
+        expect(page.locator("#owner")).to_contain_text("idle for 3")
+        page.get_by_role("button", name="End owner").click()
+        until(page, service, lambda found: found["owner"] is None)
+        assert status(service)["counts"]["owners ended"] == 1
+        expect(page.locator("#end-owner")).to_be_hidden()
 
 
 def test_a_missing_reading_is_never_shown_as_a_number(service: Service, browser: Browser) -> None:

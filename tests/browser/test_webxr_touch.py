@@ -104,7 +104,7 @@ def test_the_first_picture_after_a_touch_shows_it_and_comes_as_fast_as_a_picture
     )
     print({"seen_ms": seen, "bare_picture_ms": bare, "with_the_gpu_ms": finished})
     assert all(one["differs"] > 60 for one in found)
-    assert seen <= 2 * bare + SEEN_MS  # what a bare picture takes is the machine's
+    assert seen <= 3 * bare + SEEN_MS  # what a bare picture takes is the machine's
 
 
 def test_the_card_at_the_object_names_its_material(page: Page) -> None:

@@ -99,13 +99,12 @@ def test_the_command_prints_the_value_with_its_interval(capsys, tmp_path):
     out = tmp_path / "palm.json"
     assert main(["calibrate", "thermal", "--simulate", "1.2e-3", "--out", str(out)]) == 0
 
-    *said, last = capsys.readouterr().out.strip().splitlines()
-    told = json.loads(last)
+    said = capsys.readouterr().out.strip().splitlines()
+    told = json.loads(out.read_text())
     assert told["simulated"] is True
     assert told["trials"] == TRIALS
     assert told["low"] <= told["contact_resistance"] <= told["high"]
     assert told["contact_resistance"] == pytest.approx(1.2e-3, rel=0.5)
-    assert json.loads(out.read_text()) == told
     assert any("--contact-resistance" in line for line in said)
 
 
@@ -141,7 +140,7 @@ def test_a_person_answers_at_the_terminal_with_a_simulated_plate(monkeypatch, ca
     assert main(["calibrate", "thermal", "--peltier", "simulated"]) == 0
     said = capsys.readouterr().out
     assert "rehearsal" in said
-    assert json.loads(said.strip().splitlines()[-1])["trials"] == 2
+    assert "after 2 trials" in said
 
 
 def test_a_terminal_that_closes_ends_the_calibration(monkeypatch, capsys):

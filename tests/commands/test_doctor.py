@@ -188,13 +188,13 @@ def test_packages_that_are_missing_or_old_are_named_and_those_of_extras_do_no_ha
     assert "is older than 999" in core.said
     assert "msgspec" not in core.said
     assert extras.verdict == "ok"
-    assert "hapticvlm[video]" in str(extras.cure)
+    assert "install opencv-python-headless" in str(extras.cure)
 
 
 def test_what_this_package_states_is_understood_whole():
     core, extras = machine.packages()
     assert core.verdict == "ok"
-    assert "all 14" in core.said
+    assert "that are needed" in core.said
     assert extras.verdict == "ok"
 
 

@@ -51,11 +51,11 @@ def write(folder: Path, lines: Sequence[str]) -> Path:
 
 
 def evaluate(*arguments: object) -> tuple[int, dict[str, Any], str, str]:
-    """Run the command; return its code, its last line, all it printed and what it complained."""
+    """Run the command; return its code, its JSON, all it printed and what it complained."""
     command = [sys.executable, "-m", "hapticvlm", "evaluate", "ambient", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    last = done.stdout.splitlines()[-1] if done.stdout else "{}"
-    return done.returncode, json.loads(last), done.stdout, done.stderr
+    figures = json.loads(done.stdout) if done.stdout and "--json" in arguments else {}
+    return done.returncode, figures, done.stdout, done.stderr
 
 
 def guess(value: float, half: float = 4.0) -> Guess:
@@ -172,7 +172,9 @@ def test_the_constant_beside_it_is_the_best_of_two(labelled: Path) -> None:
 def test_a_remote_model_is_graded_and_drawn(labelled: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     with endpoint(says("20")) as served:
-        code, figures, printed, _ = evaluate(labelled, "--vlm-url", served.url, "--out", out)
+        asked = (labelled, "--vlm-url", served.url, "--out", out)
+        code, figures, _, _ = evaluate(*asked, "--json")
+        printed = evaluate(*asked)[2]
         assert len(served.questions) >= 6
     assert code == 0
     assert figures["method"].startswith("Qwen/Qwen2-VL-2B-Instruct at 127.0.0.1")

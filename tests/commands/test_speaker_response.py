@@ -161,9 +161,9 @@ def test_the_command_measures_a_wav_and_a_csv_alike(
 
 def test_a_simulated_speaker_is_called_simulated(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["calibrate", "speaker", "--simulate"]) == 0
-    out = capsys.readouterr().out
-    assert "simulated" in out.splitlines()[0]
-    assert json.loads(out.splitlines()[-1])["simulated"]
+    assert "simulated" in capsys.readouterr().out.splitlines()[0]
+    assert main(["calibrate", "speaker", "--simulate", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["simulated"]
 
 
 def test_a_missing_recording_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,6 +20,7 @@ from hapticvlm.devices.ports import READ_S, DeviceError
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort, simulated_plate
 from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm_lab.bench.latency.round_trip import may_take_priority
 
 
 def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> list[PlateReading]:
@@ -237,6 +238,19 @@ def test_a_thread_follows_the_plate_and_ends_with_it(running: tuple[Cable, Pelti
     plate.close()
 
     assert "plate" not in [thread.name for thread in threading.enumerate()]
+
+
+@pytest.mark.skipif(not may_take_priority(), reason="needs the right to real-time priority")
+def test_the_thread_has_real_time_priority_so_that_a_busy_loop_holds_up_no_off() -> None:
+    plate = simulated_plate(realtime=True)
+    plate.start()
+    try:
+        (thread,) = (each for each in threading.enumerate() if each.name == "plate")
+        assert thread.native_id is not None
+        number = thread.native_id
+        wait_for(lambda: os.sched_getscheduler(number) == os.SCHED_FIFO)
+    finally:
+        plate.close()
 
 
 def test_a_replugged_plate_comes_back_and_waits_for_a_fresh_command(

@@ -37,7 +37,13 @@ class Moment:
     limited_by: str | None
     plate_c: float
     skin_c: float
+    physics_c: float  # what the skin should be
     reading: PlateReading
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether a limit of the service or of the board acts."""
+        return self.limited_by is not None or self.reading.current_limited
 
 
 class Rig:
@@ -90,6 +96,7 @@ class Rig:
             limited.limited_by,
             plant.plate_c,
             plant.skin_c,
+            self.course.skin_c(now),
             reading,
         )
 

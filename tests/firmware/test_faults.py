@@ -11,7 +11,6 @@ from .situations import COLD_WARM, HOT, Situation
 from .trials import trial
 
 LONGEST_S = 100.0  # the sweep goes on for longer
-STALLED_S = 6.0  # 15 J at the least that is judged, 2.5 W: limits.h
 CASES = [
     (fault, situation)
     for fault in FAULTS
@@ -126,5 +125,5 @@ def test_a_module_wired_backwards_is_caught_where_it_can_hardly_push(chip: Chip)
     outcome = trial(chip.board, [BY_NAME["module backwards"]], COLD_WARM, LONGEST_S)
 
     assert outcome.off_after_s is not None
-    assert outcome.off_after_s <= IDLE_S + STALLED_S
-    assert outcome.skin_high_c < 36.0
+    assert outcome.off_after_s <= IDLE_S + 2.0, "1.0 in the sweep"
+    assert outcome.skin_high_c < 35.5, "35.0 in the sweep"

@@ -11,7 +11,7 @@ import pytest
 
 from hapticvlm.commands.main import main
 from hapticvlm.rendering.thermal import SKIN, thermal_contact
-from hapticvlm_lab.bench.thermal import breaks, chart, grids, slides, timing
+from hapticvlm_lab.bench.thermal import breaks, chart, grids, plate_term, slides, timing
 from hapticvlm_lab.bench.thermal.breaks import ALUMINIUM, FRAME_S
 from hapticvlm_lab.bench.thermal.loop import wind_up
 from hapticvlm_lab.bench.thermal.methods import METHODS, Closed, Method, fitted, uniform_cells
@@ -191,17 +191,27 @@ def test_chart_thermal_writes_a_picture_a_table_and_a_json_line(tmp_path, capsys
     monkeypatch.setattr(chart, "SLIDES", chart.SLIDES[:1])
     monkeypatch.setattr(timing, "ROUNDS", 3)
     monkeypatch.setattr(timing, "STEPS", 20)
+    monkeypatch.setattr(plate_term, "ROUNDS", 1)
+    monkeypatch.setattr(plate_term, "ROOMS_C", (22.0,))
+    monkeypatch.setattr(plate_term, "PALMS", (1e-3,))
+    monkeypatch.setattr(plate_term, "TOUCHED", ("glass", "metal"))
     assert main(["chart", "thermal", "--out", str(tmp_path)]) == 0
 
-    *table, last = capsys.readouterr().out.strip().splitlines()
-    figures = json.loads(last)
+    table = capsys.readouterr().out.strip().splitlines()
+    figures = json.loads((tmp_path / "chart-thermal.json").read_text())
     assert any("closed form" in line and "(default)" in line for line in table)
     assert {row["method"] for row in figures["rows"]} == set(NAMED)
     (default,) = [row for row in figures["rows"] if row["is_default"]]
     assert default["felt_c"] < 0.1
     assert default["slide_c"] < 0.1
+    terms = {row["method"]: row for row in figures["plate_terms"]}
+    (known,) = [row for row in terms.values() if row["is_default"]]
+    assert max(known["contact_c"], known["slide_c"]) < 0.05
+    assert terms["without the term"]["contact_c"] > 1.0
+    assert terms["closed form, first contact only"]["slide_c"] > plate_term.MARK_C
+    assert (tmp_path / "chart-thermal-plate.png").stat().st_size > 5_000
     assert (tmp_path / "chart-thermal.png").stat().st_size > 10_000
-    assert json.loads((tmp_path / "chart-thermal.json").read_text()) == figures
+    assert any(line.startswith("wrote ") for line in table)
 
 
 def test_stability_thermal_writes_a_picture_and_a_json_line(tmp_path, capsys):

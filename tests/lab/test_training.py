@@ -20,11 +20,10 @@ from hapticvlm_lab.training.distil import (  # noqa: E402
     Plan,
     Run,
     left_out_scores,
-    mix,
     train,
-    vary,
 )
 from hapticvlm_lab.training.network import Network, Shape, prepare  # noqa: E402
+from hapticvlm_lab.training.variations import mix, vary  # noqa: E402
 
 NEVER_TAUGHT = ("choose_web", "report_web", "caltech101", "pb_renders", "weather", "sealed")
 TINY = Shape((1, 1), (8, 16), 16)

@@ -71,12 +71,12 @@ def test_two_rubbing_hands_are_rendered_far_faster_than_they_are_played() -> Non
 
 
 @pytest.mark.slow
-def test_the_command_draws_and_ends_with_json(
+def test_the_command_draws_and_prints_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(methods, "STEADY_S", 4.0)
     monkeypatch.setattr(methods, "ROUNDS", 2)
-    assert main(["chart", "vibration", "--out", str(tmp_path)]) == 0
+    assert main(["chart", "vibration", "--json", "--out", str(tmp_path)]) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert {row["knob"] for row in told["rows"]} == {"modes", "noise", "block"}
     assert sum(row["is_default"] for row in told["rows"]) == 3

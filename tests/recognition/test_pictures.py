@@ -12,6 +12,7 @@ from PIL import Image
 
 from hapticvlm import messages
 from hapticvlm.recognition.pictures import (
+    MAX_CHUNKS,
     Crop,
     PictureError,
     central_mask,
@@ -255,6 +256,21 @@ def _two_headers() -> bytes:
     return _png_of([(b"IHDR", small), (b"IHDR", large), (b"IDAT", body), (b"IEND", b"")])
 
 
+def _chunks(count: int) -> bytes:
+    """A sound PNG of 64 px in `count` chunks, most of them empty."""
+    header = struct.pack(">IIBBBBB", 64, 64, 8, 2, 0, 0, 0)
+    body = zlib.compress(bytes(64 * (1 + 64 * 3)))
+    filler = [(b"tEXt", b"")] * (count - 3)
+    return _png_of([(b"IHDR", header), *filler, (b"IDAT", body), (b"IEND", b"")])
+
+
+def test_a_png_has_so_many_chunks_and_no_more() -> None:
+    assert crop(frame(_chunks(MAX_CHUNKS), (64, 64), "png"), 32).image.shape == (32, 32, 3)
+    for beyond in (MAX_CHUNKS + 1, 300_000):  # the latter kept a decoder busy for a second or two
+        with pytest.raises(PictureError, match="chunks"):
+            check_header(frame(_chunks(beyond), (64, 64), "png"))
+
+
 def _scans() -> bytes:
     data = jpeg(quadrants())
     return data[:-2] + b"\xff\xda\x00\x02" * 100 + data[-2:]
@@ -272,6 +288,10 @@ HOSTILE = {
     "rgba8 as rgb8": (frame(bytes(448 * 448 * 4), format="rgb8"), "$.image"),
     "too wide": (frame(bytes(9), (1, 5000), format="rgb8"), "$.width"),
     "endless scans": (frame(_scans()), "$.image"),
+    "endless chunks in a mask": (
+        frame(jpeg(quadrants(64, 64)), (64, 64), mask=_chunks(5000)),
+        "$.mask",
+    ),
     "mask of another size": (
         frame(jpeg(quadrants()), mask=png(np.ones((64, 64), np.uint8))),
         "$.mask",

@@ -201,7 +201,7 @@ def test_a_gpu_is_refused_where_there_is_none(folder: Path) -> None:
     if torch.cuda.is_available():
         assert np.isfinite(load_encoder(str(folder), device="cuda").embed([crop(1, SIDE)])).all()
         return
-    with pytest.raises(EncoderError, match="no CUDA device here; use --device cpu"):
+    with pytest.raises(EncoderError, match="no CUDA device here; use --encoder-device cpu"):
         load_encoder(str(folder), device="cuda")
     assert load_encoder(str(folder), device="auto").embed([crop(1, SIDE)]).shape == (1, 32)
 

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import torch
 from numpy.typing import NDArray
+from safetensors.torch import load_file
 from tiny_encoders import write_network
 from tiny_vlm import picture, planting, rewrite, write_tiny_vlm
 
@@ -245,6 +246,12 @@ def broken_weights(folder: Path) -> None:
     file.write_bytes(file.read_bytes()[:1000])
 
 
+def pickled_weights(folder: Path) -> None:
+    file = folder / "model.safetensors"
+    torch.save(load_file(file), folder / "pytorch_model.bin")
+    file.unlink()
+
+
 def no_weights(folder: Path) -> None:
     (folder / "model.safetensors").unlink()
 
@@ -285,6 +292,7 @@ def deaf_template(folder: Path) -> None:
         (nan_weights, "NaN or infinite logits"),
         (few_weights, r"lacks \d weights"),
         (broken_weights, "cannot be loaded|failed"),
+        (pickled_weights, "cannot be loaded|failed"),
         (no_weights, "cannot be loaded|failed"),
         (broken_config, "cannot be loaded|failed"),
         (no_config, "has no config.json"),

@@ -12,6 +12,7 @@ import pytest
 import soundfile
 from numpy.typing import NDArray
 
+from hapticvlm.commands.feel.sound import sound, spectrum
 from hapticvlm.commands.main import main
 from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.pattern_folder import read_patterns
@@ -85,6 +86,20 @@ def test_every_preset_can_be_felt() -> None:
         voices.obey(Command(1, preset.material, preset.interaction, onset, preset.motion, 1, 100.0))
         wave = listen(voices, 0.3)
         assert np.sqrt(np.mean(wave**2)) > 0.01, preset.name
+
+
+def test_fabric_rubbing_and_metal_whooshing_lie_in_different_bands() -> None:
+    levels = {}
+    for preset in PRESETS:
+        if preset.interaction in ("slide", "swing"):
+            material = MATERIALS[preset.material]
+            wave = sound(material, preset.interaction, preset.motion, 4.8).wave
+            levels[preset.name] = np.array(spectrum(wave)[0])
+    rubbing, whooshing = levels["fabric-rubbing"], levels["metal-whooshing"]
+    felt = np.maximum(rubbing, whooshing) > -50.0
+
+    assert (rubbing - whooshing)[felt].max() > 10.0
+    assert (whooshing - rubbing)[felt].max() > 10.0
 
 
 def test_a_recorded_impact_is_as_strong_as_what_it_replaces() -> None:

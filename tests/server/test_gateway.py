@@ -18,6 +18,8 @@ from hapticvlm.server.recognition_queue import RecognitionQueue
 from hapticvlm.session.actions import RecogniseFrame
 from hapticvlm.session.session import SceneSession
 
+PEER: Any = SimpleNamespace(remote_address=("127.0.0.1", 0))
+
 
 @pytest.fixture
 def gateway():
@@ -26,8 +28,9 @@ def gateway():
 
 
 def connection(gateway, *, observer=False):
-    session = SceneSession(owner=not observer and gateway.owner is None, observer=observer)
-    client = Connection(SimpleNamespace(), "test", session, as_text=False)  # type: ignore[arg-type]
+    is_owner = not observer and gateway.owner is None
+    session = SceneSession(owner=is_owner, observer=observer, thermal_gain=gateway.thermal_gain)
+    client = Connection(PEER, "test", session, as_text=False)
     gateway.join(client)
     return client
 
@@ -100,6 +103,15 @@ def test_a_gain_that_was_set_is_that_of_the_next_owner(gateway):
     assert gateway._outputs.speaker.gain == 0.2
 
 
+def test_a_thermal_gain_that_was_set_is_that_of_the_next_owner_too(gateway):
+    first, second = connection(gateway), connection(gateway)
+    gateway.carry_out(first, first.session.receive(Set(id=3, thermal_gain=0.2), 0.0))
+    assert gateway.thermal_gain == 0.2
+    gateway.leave(first)
+    gateway.change_owner(second, wish("take"), 0.0)
+    assert second.session._touches.plate.gain == 0.2
+
+
 class Idle:
     """A recogniser that is handed frames and never answers."""
 
@@ -120,7 +132,7 @@ def look(key, purpose="live", size=10, id=1):
 
 def scene(name, *, owner=False):
     session = SceneSession(owner=owner)
-    return Connection(SimpleNamespace(), name, session, as_text=False)  # type: ignore[arg-type]
+    return Connection(PEER, name, session, as_text=False)
 
 
 def test_the_owners_pictures_come_first_and_the_others_take_turns():

@@ -1,7 +1,11 @@
 """Who may ask for pages and open a WebSocket: hosts, origins, and browsers of other sites."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 from websockets.datastructures import Headers
+from websockets.http11 import Request
 
 from hapticvlm.server import http
 from hapticvlm.server.access import Address
@@ -49,3 +53,14 @@ def test_a_page_of_another_site_may_link_here_and_fetch_nothing(site, mode, dest
     named = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": mode, "Sec-Fetch-Dest": dest}
     headers = Headers([(name, value) for name, value in named.items() if value is not None])
     assert http.is_cross_site(headers) == refused
+
+
+@pytest.mark.parametrize(("has_study", "code"), [(False, 404), (True, 200)])
+def test_the_page_of_a_study_is_served_where_a_study_listens_to_it(has_study, code):
+    policy = http.AccessPolicy("127.0.0.1", frozenset(), has_study=has_study)
+    request = Request("/study.html", Headers([("Host", "127.0.0.1")]))
+    browser: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
+    answer = http.answer(browser, request, policy, dict)
+    assert answer is not None
+    assert answer.status_code == code
+    assert has_study or b"hapticvlm study run" in answer.body

@@ -3,37 +3,61 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
+import time
+from itertools import pairwise
 
+import av
 import numpy as np
 import pytest
 import soundfile
 from PIL import Image
 
 from hapticvlm.captures import read
+from hapticvlm.commands.demo import report
+from hapticvlm.commands.demo.run import CAPTURE
 
-CAPTURE = Path(__file__).parents[2] / "examples/captures/living_room"
+LONGEST_SILENCE_S = 3.0  # of a machine that is not busy; SLACK_S more on one that is
+SLACK_S = 7.0
+COLUMNS = 80
+
+
+class Demo:
+    """One run of `hapticvlm demo`: the folder it leaves, its lines and when each came."""
+
+    def __init__(self, out):
+        self.out = out
+        self.lines, self.at_s = [], []
+        self.started = time.monotonic()
+        self.process = subprocess.Popen(
+            [sys.executable, "-u", "-m", "hapticvlm", "demo", "--quiet", "--out", str(out)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.lines.append(line.rstrip("\n"))
+            self.at_s.append(time.monotonic() - self.started)
+        self.process.stdout.close()
+        assert self.process.wait(60) == 0, self.text
+
+    @property
+    def text(self):
+        return "\n".join(self.lines)
 
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory):
-    """One run of `hapticvlm demo`, and the folder it leaves."""
-    out = tmp_path_factory.mktemp("demo")
-    done = subprocess.run(
-        [sys.executable, "-m", "hapticvlm", "demo", "--quiet", "--out", str(out)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        cwd=CAPTURE.parents[2],
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done, out
+    return Demo(tmp_path_factory.mktemp("demo"))
+
+
+@pytest.fixture(scope="module")
+def touches():
+    return report.contacts(read(CAPTURE), [])
 
 
 def test_every_message_is_answered_and_every_frame_decided_or_counted(demo):
-    _, out = demo
-    summary = json.loads((out / "summary.json").read_text())
+    summary = json.loads((demo.out / "summary.json").read_text())
     assert summary["unanswered"] == 0
     frames = sum(
         count
@@ -45,44 +69,103 @@ def test_every_message_is_answered_and_every_frame_decided_or_counted(demo):
 
 
 def test_no_touch_is_decided_wrongly_and_what_the_scene_can_tell_is_right(demo):
-    _, out = demo
-    summary = json.loads((out / "summary.json").read_text())
+    summary = json.loads((demo.out / "summary.json").read_text())
     outcomes = summary["touch_outcomes"]
     assert outcomes.get("wrong", 0) == 0
-    assert outcomes["right"] >= 0.6 * summary["touches"]
+    assert outcomes["right"] >= 0.5 * summary["touches"]
 
 
-def test_what_was_played_has_sound_in_the_touches_and_silence_between(demo):
-    _, out = demo
-    played, rate = soundfile.read(out / "vibration.wav", dtype="float32")
+def test_each_touch_has_a_line_with_what_it_is_and_its_three_temperatures(demo, touches):
+    told = [line for line in demo.lines if any(f" {touch.name} " in line for touch in touches)]
+    rows = [line for line in told if "touching" not in line]
+    assert [line.split()[1] for line in rows] == [touch.name for touch in touches]
+    for line in rows:
+        feel_c, asked_c, plate_c = map(float, line.split()[-3:])
+        assert 14.0 < plate_c < 43.0
+        assert 18.0 <= asked_c <= 40.0
+        assert 14.0 < feel_c < 45.0
+
+
+def test_no_line_is_wider_than_a_terminal_but_paths(demo):
+    wide = [line for line in demo.lines if len(line) > COLUMNS and str(demo.out) not in line]
+    assert not wide
+
+
+def test_it_says_something_at_once_and_is_never_silent_for_long(demo):
+    assert demo.at_s[0] < 1.0 + SLACK_S
+    gaps = [after - before for before, after in pairwise(demo.at_s)]
+    print(f"first line after {demo.at_s[0]:.1f} s, longest silence {max(gaps):.1f} s")
+    assert max(gaps) < LONGEST_SILENCE_S + SLACK_S
+
+
+def test_warmth_arrives_in_the_touches_that_are_long_enough(demo, touches):
+    """The mug at 45 degC and the steel kettle are held for four seconds.
+
+    The plate begins below skin, as it was off, and heats by less than 1 degC/s at full current.
+    """
+    events = [json.loads(line) for line in (demo.out / "decisions.jsonl").read_text().splitlines()]
+    plate = [(e["t_s"], e["plate_c"]) for e in events if e["type"] == "telemetry"]
+    held = {touch.name: touch for touch in touches if touch.ended_s - touch.started_s > 3.9}
+    assert set(held) == {"TeaMug_01", "M_BrushedSteel_Kettle"}
+    reached = {}
+    for name, touch in held.items():
+        during = [c for at, c in plate if touch.started_s <= at <= touch.ended_s + 0.1]
+        reached[name] = during[-1]
+        assert abs(during[-1] - during[0]) > 2.0, name
+    print(reached)
+    assert reached["TeaMug_01"] > 31.5
+    assert reached["M_BrushedSteel_Kettle"] < 27.0
+
+
+def test_what_was_played_has_sound_in_the_touches_and_silence_between(demo, touches):
+    played, rate = soundfile.read(demo.out / "vibration.wav", dtype="float32")
     assert rate == 48_000
-    # The virtual clock drops the time it was not run in; on a busy machine that is a tenth of it.
-    assert played.size / rate > 0.75 * read(CAPTURE).duration_s
+    assert played.size / rate > read(CAPTURE).duration_s - 1.0
     assert 0.05 < np.abs(played).max() <= 1.0
+    for touch in touches:
+        begin = round((touch.started_s - 0.1) * rate)
+        onset = np.abs(played[begin : begin + round(0.5 * rate)]).max()
+        assert onset > 0.005, touch.name  # what is not sure is felt gently
     blocks = np.abs(played[: played.size // 480 * 480]).reshape(-1, 480).max(axis=1)
     assert (blocks < 1e-4).mean() > 0.1
 
 
-def test_the_plate_moves_both_ways_and_stays_within_its_limits(demo):
-    _, out = demo
-    events = [json.loads(line) for line in (out / "decisions.jsonl").read_text().splitlines()]
-    plates = [event["plate_c"] for event in events if event["type"] == "telemetry"]
-    setpoints = [event["setpoint_c"] for event in events if event["type"] == "telemetry"]
-    assert 18.0 <= min(setpoints) < 29.0
-    assert max(setpoints) <= 40.0
-    assert 13.0 < min(plates) < 30.0
-    assert max(plates) < 43.0
+def test_the_film_shows_the_touches_and_is_heard(demo):
+    path = demo.out / "demo.webm"
+    with av.open(str(path)) as film:
+        video, audio = film.streams.video[0], film.streams.audio[0]
+        assert (video.codec_context.name, audio.codec_context.name) == ("vp8", "opus")
+        pictures = [frame.to_ndarray(format="gray") for frame in film.decode(video=0)]
+    with av.open(str(path)) as film:
+        sound = np.concatenate([frame.to_ndarray()[0] for frame in film.decode(audio=0)])
+    assert pictures[0].shape == (540, 960)
+    assert len(pictures) / 15 == pytest.approx(read(CAPTURE).duration_s, abs=1.5)
+    assert sound.size / 48_000 == pytest.approx(len(pictures) / 15, abs=0.5)
+    assert np.abs(sound).max() > 0.1
+    changed = [np.abs(b.astype(int) - a).mean() for a, b in pairwise(pictures)]
+    assert np.mean(np.array(changed) > 0.01) > 0.9
+
+
+def test_the_record_it_leaves_runs_again_bit_for_bit(demo):
+    (session,) = [path.parent for path in (demo.out / "session").glob("*/frames")]
+    done = subprocess.run(
+        [sys.executable, "-m", "hapticvlm", "replay", str(session)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "bit for bit" in done.stdout
 
 
 def test_the_pictures_it_leaves_are_not_blank(demo):
-    _, out = demo
     for name in ("plate.png", "touches.png"):
-        picture = np.asarray(Image.open(out / name).convert("RGB"))
+        picture = np.asarray(Image.open(demo.out / name).convert("RGB"))
         assert picture.shape[1] > 600
         assert picture.std() > 15
 
 
 def test_it_ends_by_telling_how_to_go_on(demo):
-    done, _ = demo
-    for hint in ("http://127.0.0.1:8790/", "Unity", "vibration.wav", "touches:"):
-        assert hint in done.stdout
+    for hint in ("http://127.0.0.1:8790/", "Unity", "vibration.wav", "touches:", "demo.webm"):
+        assert hint in demo.text

@@ -28,7 +28,9 @@ SOURCES = ROOT / "service" / "hapticvlm"
 FRAME = ROOT / "examples" / "captures" / "living_room" / "frames" / "0050.jpg"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 BINARY = frozenset({".onnx", ".safetensors", ".npz", ".jpg", ".png"})
-TEXT = frozenset({".py", ".typed", ".html", ".css", ".js", ".svg", ".json", ".toml", ".md", ".csv"})
+TEXT = frozenset(
+    {".py", ".typed", ".html", ".css", ".js", ".svg", ".json", ".jsonl", ".toml", ".md", ".csv"}
+)
 # A place on the machine of whoever built it.
 MACHINE_PATH = re.compile(r"(?<![\w.:/])/(?:work|home|root|Users|opt)/\w")
 COPYLEFT = re.compile(r"General Public License|\bA?GPL", re.IGNORECASE)
@@ -197,7 +199,7 @@ def test_the_metadata_says_licence_python_and_addresses_anyone_can_open(built):
     assert said.get_all("Classifier") == sorted(PROJECT["classifiers"])
     for address in said.get_all("Project-URL", []):
         assert re.fullmatch(r"[^,]+, https://[\w.-]+/\S*", address)
-    extras = {"charts", "video", "models", "files", "train", "study", "dev"}
+    extras = {"charts", "video", "models", "files", "train", "study", "ray", "dev"}
     assert set(said.get_all("Provides-Extra", [])) == extras
 
 
@@ -229,7 +231,16 @@ def test_its_command_line_says_its_version_and_every_command(installed):
     assert __version__ in installed.run("--version").stdout
     said = installed.run("--help")
     assert said.returncode == 0, said.stderr
-    for command in ("serve", "stream", "record", "replay", "recognise", "gallery", "study"):
+    for command in (
+        "serve",
+        "stream",
+        "record",
+        "replay",
+        "recognise",
+        "export",
+        "gallery",
+        "study",
+    ):
         assert re.search(rf"^    {command} ", said.stdout, re.MULTILINE), command
 
 
@@ -241,12 +252,12 @@ def test_wood_can_be_felt(installed):
 
 def test_what_is_not_installed_is_said_with_the_line_that_installs_it(installed):
     for arguments, packages in (
-        (("demo", "--capture", str(FRAME.parents[1])), "matplotlib psutil"),
+        (("serve", "--port", "0", "--vlm"), "torch transformers safetensors"),
         (("recognise", str(FRAME), "--encoder", "some/model"), "torch transformers safetensors"),
     ):
         said = installed.run(*arguments)
         assert said.returncode == 2, said.stderr
-        assert f"pip install {packages}" in said.stderr
+        assert f"pip --python {installed.python} install {packages}" in said.stderr
         assert "Traceback" not in said.stderr
 
 

@@ -1,16 +1,18 @@
-"""What the README shows must work as shown."""
+"""What README and docs show must work as shown."""
 
 import re
 from pathlib import Path
 
+import pytest
 from conftest import peer
 
 ROOT = Path(__file__).parents[2]
-README = (ROOT / "README.md").read_text()
+PROTOCOL = (ROOT / "docs" / "protocol.md").read_text()
+PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
 
 
 async def test_the_three_messages_that_connect_a_scene_are_answered_and_decided(service):
-    (snippet,) = re.findall(r"```json\n(.*?)```", README, re.DOTALL)
+    (snippet,) = re.findall(r"```json\n(.*?)```", PROTOCOL, re.DOTALL)
     async with peer(service) as client:
         for line in snippet.splitlines():
             await client.socket.send(line)
@@ -25,7 +27,7 @@ async def test_the_three_messages_that_connect_a_scene_are_answered_and_decided(
     assert (decision["object_id"], decision["material"]) == ("table", "wood")
 
 
-def test_every_link_to_a_file_leads_somewhere():
-    for document in (README, (ROOT / "CONTRIBUTING.md").read_text()):
-        for target in re.findall(r"\]\((?!http)([^)#]+)", document):
-            assert (ROOT / target).exists(), target
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_to_a_file_leads_somewhere(page):
+    for target in re.findall(r"\]\((?!http)([^)#]+)", page.read_text()):
+        assert (page.parent / target).exists(), target

@@ -356,6 +356,7 @@ async def test_a_message_over_the_limit_closes_with_1009_and_is_counted(service)
         await client.socket.send(b"\x00" * (4 * 1024 * 1024 + 1))
         with pytest.raises(ConnectionClosedError) as closed:
             await client.event("never")
+        await client.socket.wait_closed()
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == 1009
     await until(service, lambda found: found["counts"].get("closed: message too big", 0) >= 1)

@@ -32,7 +32,7 @@ from hapticvlm.session.actions import Reply
 from hapticvlm.session.session import SceneSession
 
 MOST_FILES = 14
-MOST_RENEWAL_US = 6.0
+MOST_SUMS = 4.0  # 2 to 2.6 today, 6 and more before decisions were kept
 ROOMS = Path(hapticvlm.__file__).parent
 TABLE = SceneObject(object_id="table", name="Oak_Table")
 
@@ -115,13 +115,12 @@ def test_a_decision_is_made_anew_when_what_it_depends_on_changes():
     assert session.receive(touch(), 1.2)[0].command.material == "wood"
 
 
-def test_a_renewal_inside_the_session_takes_six_microseconds_of_cpu():
+def test_a_renewal_inside_the_session_costs_less_than_four_small_sums():
     session = touched()
-    best_us, floor_us = (
-        least_us(call) for call in (lambda: session.receive(renewal, 1.1), lambda: [renewal])
-    )
-    print(f"renewal {best_us:.2f} us, floor {floor_us:.2f} us")
-    assert floor_us < best_us < 2.0 * MOST_RENEWAL_US  # twice: a busy or a slower machine
+    calls = (lambda: session.receive(renewal, 1.1), lambda: sum(n * n for n in range(64)))
+    renewal_us, sum_us = (least_us(call) for call in calls)
+    print(f"renewal {renewal_us:.2f} us, a sum of 64 squares {sum_us:.2f} us")
+    assert renewal_us < MOST_SUMS * sum_us  # in sums, since processors differ
 
 
 renewal = touch()

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from hapticvlm.commands.main import main
 from hapticvlm.perception import drive_threshold_db, threshold_db
-from hapticvlm.study import channels, choose, observer, paper, patterns, predict, presented
+from hapticvlm.study import channels, choose, guesses, observer, paper, patterns, predict, presented
 from hapticvlm.study.observer import Percepts
 from hapticvlm.study.percepts import FEATURES, HEAT, RENDERINGS, Noise, percepts, weighed
 from hapticvlm.study.stimuli import StudyError, checked, paper_like
@@ -220,10 +220,10 @@ def test_repeated_strokes_bring_the_same_heat_as_one():
 def test_a_hand_that_waits_for_the_plate_is_silent():
     for pattern in patterns.ours():
         steps, still = [], []
-        for step, part in presented._hand(pattern):
+        for step, part, motion in presented._hand(pattern):
             if part is not None and part.is_still and step < presented.lead_steps(pattern):
                 steps.append(part.phase)
-                still.append(presented._touch(pattern, part, 0.0))
+                still.append(presented._touch(pattern, part, motion, 0.0))
 
         assert len(steps) == presented.lead_steps(pattern)
         assert set(steps) == {"approach", "slide"}
@@ -283,6 +283,25 @@ def test_the_calibrated_observer_confuses_most_what_people_confused_most(noise):
     assert found.pairs[0][0] == max(found.pairs, key=lambda pair: pair[2])[0] == "FR-MW"
     assert found.order > 0.3
     assert found.temperature_slips[1] == pytest.approx(found.temperature_slips[0], abs=0.005)
+
+
+def test_other_guesses_of_the_paper_s_stimuli_give_other_figures_and_the_same_seed_the_same():
+    ten = patterns.ours()
+    found = guesses.spread(ten, 4)
+
+    assert found is not None
+    assert found == guesses.spread(ten, 4)
+    assert found.count == 4
+    assert 0.5 < found.lowest < found.median < found.highest < 1.0
+    assert found.lowest <= found.tenth <= found.median <= found.ninetieth <= found.highest
+
+
+def test_a_guess_has_the_paper_s_five_vibrations_hot_and_cold_with_one_lead():
+    ten = guesses.guess(np.random.default_rng(1))
+
+    assert tuple(one.vibration for one in ten[:5]) == paper.VIBRATIONS
+    assert len({(one.temperature, one.setpoint_c) for one in ten}) == 2
+    assert len({one.lead_s for one in ten}) == 1
 
 
 def test_features_in_units_of_their_noise_are_told_apart_as_with_that_noise():

@@ -17,7 +17,7 @@ from hapticvlm.study.log import Log, Plan
 from hapticvlm.study.sitting import Sitting
 from hapticvlm.study.stimuli import StudyError, paper_like
 from hapticvlm.study.stroke import LIFT_S, Part, parts
-from hapticvlm.study.trials import orders, square
+from hapticvlm.study.trials import free_orders, orders, square
 
 NAMES = [stimulus.name for stimulus in paper_like()]
 
@@ -44,6 +44,25 @@ def test_ten_blocks_in_a_row_balance_what_comes_before() -> None:
     blocks = [trials[at : at + 10] for trials in two_people for at in range(0, 50, 10)]
     follows = Counter(pair for block in blocks for pair in pairwise(block))
     assert set(follows.values()) == {1}
+
+
+def test_a_free_order_has_every_pattern_as_often_and_no_blocks() -> None:
+    people = free_orders(NAMES, participants=9, repeats=5, seed=3)
+    assert all(Counter(trials) == dict.fromkeys(NAMES, 5) for trials in people)
+    ends = [trials[at : at + 10] for trials in people for at in range(0, 50, 10)]
+    assert sum(len(set(end)) < 10 for end in ends) > 40
+    assert people == free_orders(NAMES, 9, 5, seed=3)
+    assert len(set(people)) == 9
+
+
+def test_the_order_is_kept_with_the_study_and_older_ones_are_blocked(tmp_path: Path) -> None:
+    made = log.design(paper_like(), ("ann", "ben"), Plan(order="free"))
+    log.write_design(tmp_path, made)
+    assert log.read_design(tmp_path) == made
+    head = json.loads((tmp_path / log.HEAD).read_text())
+    del head["order"]
+    (tmp_path / log.HEAD).write_text(json.dumps(head))
+    assert log.read_design(tmp_path).order == "blocked"
 
 
 def test_the_seed_decides_the_orders_and_people_differ() -> None:

@@ -82,13 +82,43 @@ def test_shares_have_wilsons_interval() -> None:
     assert statistics.share(0, 0).share is None
 
 
-def test_the_bootstrap_by_person_is_wider_where_people_differ() -> None:
+def test_the_interval_by_person_is_wider_where_people_differ() -> None:
     alike = statistics.share_by_person([25, 25, 25, 25], [50] * 4)
     apart = statistics.share_by_person([50, 50, 0, 0], [50] * 4)
-    assert alike.by_person == (0.5, 0.5)
-    assert apart.by_person == (0.0, 1.0)
+    assert alike.by_person is not None
+    assert apart.by_person is not None
+    assert alike.by_person[0] > apart.by_person[0] + 0.2
     assert alike.wilson == apart.wilson
+    assert 0.0 < apart.by_person[0] < 0.5 < apart.by_person[1] < 1.0
     assert statistics.share_by_person([25], [50]).by_person is None
+    right = statistics.share_by_person([5] * 9, [5] * 9)
+    assert right.by_person is not None
+    assert 0.7 < right.by_person[0] < 1.0
+
+
+def coverage(spread: float, trials: int, studies: int = 1500) -> tuple[float, float]:
+    """Share of studies of nine people whose intervals hold the truth: by person, and Wilson."""
+    rng = np.random.default_rng(8)
+    truth = float((1.0 / (1.0 + np.exp(-2.0 - spread * rng.normal(size=200_000)))).mean())
+    held = [0, 0]
+    for _ in range(studies):
+        share = 1.0 / (1.0 + np.exp(-2.0 - spread * rng.normal(size=9)))
+        found = statistics.share_by_person(rng.binomial(trials, share).tolist(), [trials] * 9)
+        for at, interval in enumerate((found.by_person, found.wilson)):
+            assert interval is not None
+            held[at] += interval[0] <= truth <= interval[1]
+    return held[0] / studies, held[1] / studies
+
+
+@pytest.mark.parametrize("trials", [5, 50])
+@pytest.mark.parametrize("spread", [0.3, 0.8])
+def test_the_interval_by_person_covers_95_percent_with_nine_people(
+    spread: float, trials: int
+) -> None:
+    by_person, wilson = coverage(spread, trials)
+    print(f"spread {spread:g} logits, {trials} trials: {by_person:.1%}, Wilson {wilson:.1%}")
+    assert by_person >= 0.935
+    assert wilson <= by_person
 
 
 def test_perfect_answers_carry_all_bits_and_guesses_none() -> None:
@@ -177,6 +207,37 @@ def test_a_trial_that_the_devices_spoiled_is_left_out_and_counted(study: Path) -
     assert np.array(document["counts"]).sum() == 119
 
 
+def test_one_dropout_leaves_the_tests_of_all_others_and_is_named(study: Path) -> None:
+    path = study / "P2.jsonl"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[: 1 + 3 * 8]))
+    document = report.evaluate(results.read(study))
+    assert document["anova_missing"] is None
+    assert (document["complete"], document["incomplete"]) == (3, ["P2"])
+    assert [(e["df"], e["df_error"]) for e in document["anova"]] == [(4, 8), (1, 2), (4, 8)]
+    assert document["pairwise_test"].startswith("paired t")
+    assert document["recognition"]["of"] == 98
+    assert "3 participants who felt every pattern; without P2" in text.text_of(document)
+
+
+def test_friedman_finds_a_pattern_that_all_feel_worse_and_says_nothing_of_equals() -> None:
+    rates = 0.8 + np.random.default_rng(5).normal(0.0, 0.02, size=(9, 10))
+    rates[:, 4] -= 0.5
+    found = statistics.friedman(rates, "patterns")
+    assert found is not None
+    assert found.df == 9
+    assert found.chi2 == pytest.approx(9 * 9 * found.w)
+    assert found.p < 0.05
+    assert statistics.friedman(np.ones((9, 10)), "patterns") is None
+    assert statistics.friedman(rates[:, :2], "temperature") is None
+
+
+def test_the_report_gives_ranks_beside_the_anova(study: Path) -> None:
+    document = report.evaluate(results.read(study))
+    assert [found["name"] for found in document["friedman"]] == ["patterns", "vibration"]
+    assert "Friedman's test" in text.text_of(document)
+
+
 def test_one_person_gets_no_anova_and_the_reason(study: Path) -> None:
     for code in ("P1", "P2", "P3"):
         (study / f"{code}.jsonl").unlink()
@@ -218,6 +279,6 @@ def test_a_study_without_answers_says_so(tmp_path: Path) -> None:
 def test_without_statsmodels_the_package_is_named(
     study: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setitem(sys.modules, "statsmodels.stats.proportion", None)
+    monkeypatch.setitem(sys.modules, "statsmodels.stats.anova", None)
     assert main(["study", "report", str(study)]) == 2
     assert "pip install statsmodels" in capsys.readouterr().err

@@ -1,6 +1,6 @@
-"""Controllers that play the `vibration` event, against a scripted service of this file.
+"""Controllers that play the `vibration` event, against the real service and a scripted one.
 
-The service here sends plans, then an empty one, then plans again, and then hangs: all that a
+The scripted service sends plans, then an empty one, then plans again, and then hangs: all that a
 client must fall silent for. Both processes read the same monotonic clock.
 """
 
@@ -14,6 +14,8 @@ import msgpack
 import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import serve
+
+from hapticvlm.commands.local_service import running
 
 pytest_plugins = ("mono_build",)
 ANSWERS = Path(__file__).parents[2] / "schemas" / "vectors" / "answers.json"
@@ -117,3 +119,16 @@ def test_a_controller_rests_while_a_palm_speaker_plays(build):
     said = run(build, script)
     assert "most 0.000" in said
     assert "pulses 0" in said
+
+
+def test_a_controller_plays_what_the_hand_in_it_touches(build, capsys):
+    with running() as service:
+        said = build.run("components.exe", "feel", service.url)
+    with capsys.disabled():
+        print("\n" + said.strip())
+    found = {name: float(value) for name, value in re.findall(r"^(\w+) ([\d.]+)$", said, re.M)}
+    assert found["stroking"] > 0.9  # of the frames
+    assert found["stop"] < 50.0  # ms
+    assert found["held"] == 0.0
+    assert found["again"] > 0.9
+    assert found["gone"] < 350.0  # ms: the release, or else the lease

@@ -45,8 +45,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--out", type=Path, default=LIVING_ROOM, help="folder, replaced")
     parser.add_argument("--seconds", type=float, help="stop after this much simulated time")
+    parser.add_argument("--script", default="living_room", choices=("living_room", "demo"))
     arguments = parser.parse_args()
-    print(record(arguments.out, arguments.seconds))
+    print(record(arguments.out, arguments.seconds, arguments.script))
 
 
 def missing() -> str | None:
@@ -61,7 +62,7 @@ def missing() -> str | None:
     return None
 
 
-def record(folder: Path, seconds: float | None = None) -> Recorded:
+def record(folder: Path, seconds: float | None = None, script: str = "living_room") -> Recorded:
     """Write a capture of the whole script, or of its first seconds, to a folder."""
     if reason := missing():
         raise SystemExit(reason)
@@ -69,7 +70,7 @@ def record(folder: Path, seconds: float | None = None) -> Recorded:
         shutil.rmtree(folder / part, ignore_errors=True)
         (folder / part).mkdir(parents=True)
     lines: list[dict[str, Any]] = []
-    with _session() as session:
+    with _session(script) as session:
         end = min(seconds or float("inf"), session.evaluate("page => page.duration"))
         lines.append(session.evaluate("page => page.sceneMessage()"))
         number = 0
@@ -102,7 +103,7 @@ def _next_frame(session: JSHandle, folder: Path, number: int) -> list[dict[str, 
 
 
 @contextmanager
-def _session() -> Iterator[JSHandle]:
+def _session(script: str) -> Iterator[JSHandle]:
     """Open the page and enter its immersive session; yield the page's exports."""
     with _served() as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
@@ -111,7 +112,7 @@ def _session() -> Iterator[JSHandle]:
         try:
             page = browser.new_page(viewport={"width": 224, "height": 112})
             page.set_default_timeout(FRAME_TIMEOUT_MS)
-            page.goto(f"{address}/page/index.html")
+            page.goto(f"{address}/page/index.html?script={script}")
             session = page.evaluate_handle("import('./main.js')")
             session.evaluate("page => page.enter()")
             yield session

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from numpy.typing import NDArray
 
 from hapticvlm.captures.lines import CaptureError, Line
+from hapticvlm.errors import installing
 
 if TYPE_CHECKING:
     import cv2
@@ -78,7 +79,8 @@ def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
     try:
         import cv2
     except ImportError:
-        raise CaptureError(f"{path}: videos need `pip install opencv-python-headless`") from None
+        cure = installing("opencv-python-headless")
+        raise CaptureError(f"{path}: videos need `{cure}`") from None
     video = cv2.VideoCapture(str(path))
     try:
         if not video.isOpened():

@@ -9,6 +9,7 @@ import logging
 import os
 import signal
 import socket
+import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from functools import partial
 from typing import TypeVar
 
 from hapticvlm import __version__
+from hapticvlm.commands import elsewhere
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.pattern_folder import read_patterns
@@ -29,7 +31,6 @@ from hapticvlm.processes.model_worker import Answered
 from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
 from hapticvlm.processes.vlm import VlmWorker
 from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
-from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
 from hapticvlm.rendering.equaliser import Correction
 from hapticvlm.server import certificate, log_writer
 from hapticvlm.server.access import Address
@@ -40,6 +41,7 @@ from hapticvlm.server.recorder import Recorder
 from hapticvlm.server.websocket import Offer, WebSocketServer
 
 GATEWAY_PRIORITY = 10
+SWITCH_S = 0.001  # a stop passes through the plate's thread, which a busy loop holds up otherwise
 
 T = TypeVar("T")
 
@@ -85,6 +87,7 @@ async def run(serving: Serving, where: Address) -> None:
         await _start(parts, gateway)
         server = WebSocketServer(where, gateway, _offer(serving, parts), time.monotonic)
         has_priority = not serving.no_realtime and _take_priority()
+        sys.setswitchinterval(SWITCH_S)
         async with server.listen() as port, asyncio.TaskGroup() as tasks:
             running = [
                 tasks.create_task(gateway.run_ticks()),
@@ -109,16 +112,22 @@ async def run(serving: Serving, where: Address) -> None:
 
 def _make(serving: Serving) -> Parts:
     """Make every part, none of it started. Raises ValueError and OSError."""
+    vlm = elsewhere.vlm_worker(serving)  # first: what is refused here leaves nothing half made
     own = read_folder(serving.gallery)
     table = table_with(own)
     settings = RecogniserSettings(
-        serving.encoder, serving.gallery, own, serving.device, serving.threads
+        serving.encoder,
+        serving.gallery,
+        own,
+        serving.encoder_device,
+        serving.threads,
+        elsewhere.remote_settings(serving),
     )
     return Parts(
         speaker=Speaker(_audio(serving, table)),
-        plate=simulated_plate() if serving.peltier == "simulated" else Peltier(serving.peltier),
+        plate=_plate(serving),
         recogniser=RecogniserWorker(settings),
-        vlm=_vlm(serving),
+        vlm=vlm,
         recorder=_recorder(serving),
         table=table,
     )
@@ -157,23 +166,6 @@ def _audio(serving: Serving, table: Mapping[str, Material]) -> AudioSettings:
     )
 
 
-def _vlm(serving: Serving) -> VlmWorker | None:
-    """Make the process that asks a VLM, if one is wanted. Raises ValueError."""
-    if serving.vlm is None and serving.vlm_url is None:
-        return None
-    return VlmWorker(
-        VlmSettings(
-            model=serving.vlm or DEFAULT_MODEL,
-            url=serving.vlm_url,
-            token=os.environ.get("HAPTICVLM_VLM_TOKEN"),
-            device=serving.vlm_device,
-            threads=serving.vlm_threads,
-            image_tokens=serving.image_tokens,
-            timeout_s=serving.vlm_timeout,
-        )
-    )
-
-
 async def _start(parts: Parts, gateway: Gateway) -> None:
     loop = asyncio.get_running_loop()
     # The plate is first: what fails here leaves no child half started.
@@ -194,6 +186,7 @@ def _offer(serving: Serving, parts: Parts) -> Offer:
         Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm),
         parts.table,
         asks_elsewhere=serving.vlm_url is not None,
+        crops_elsewhere=serving.recogniser_url is not None,
         recorder=parts.recorder,
         contact_resistance=serving.contact_resistance,
         plate_resistance=serving.plate_resistance,
@@ -220,6 +213,13 @@ def _on_loop(
     """Pass a worker's answer from its reader thread to the event loop."""
     with contextlib.suppress(RuntimeError):  # the loop has closed
         loop.call_soon_threadsafe(receive, answered)
+
+
+def _plate(serving: Serving) -> Peltier:
+    realtime = not serving.no_realtime
+    if serving.peltier == "simulated":
+        return simulated_plate(realtime=realtime)
+    return Peltier(serving.peltier, realtime=realtime)
 
 
 def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:
@@ -260,6 +260,8 @@ def print_ready(serving: Serving, port: int, devices: Devices, *, has_priority: 
     for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
         print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
     print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
+    if serving.recogniser_url is not None:
+        print(f"  recogniser   {serving.recogniser_url}: crops are sent there", flush=True)
     if serving.vlm_url is not None:
         print(f"  vlm          {serving.vlm_url}: frames are sent there", flush=True)
     elif serving.vlm is not None:

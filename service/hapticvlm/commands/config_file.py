@@ -24,6 +24,7 @@ from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option
 logger = logging.getLogger(__name__)
 
 _BY_NAME = {option.name: option for option in OPTIONS}
+_FORMER = {option.told.former: option.name for option in OPTIONS if option.told.former}
 
 
 def _type(option: Option) -> Any:  # noqa: ANN401 - a type
@@ -61,7 +62,7 @@ def read(path: Path) -> dict[str, Any]:
     Raises ValueError naming the file, the field, what is allowed and what to do.
     """
     try:
-        stated = documents.parse_toml(documents.read_text(path))
+        stated = _renamed(documents.parse_toml(documents.read_text(path)))
         checked = msgspec.convert(stated, _FILE)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}; --config names a TOML file") from None
@@ -83,6 +84,16 @@ def read(path: Path) -> dict[str, Any]:
         }
     except argparse.ArgumentTypeError as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+def _renamed(stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Give options that stand under an older name the one they have now."""
+    return {
+        _FORMER.get(name, name): _renamed(value)
+        if name in GROUPS and isinstance(value, dict)
+        else value
+        for name, value in stated.items()
+    }
 
 
 def _flat(path: Path, checked: msgspec.Struct) -> dict[str, Any]:

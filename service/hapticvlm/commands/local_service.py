@@ -50,17 +50,20 @@ class Service:
 
 
 @contextmanager
-def running(arguments: Sequence[str] = (), *, ends_with_us: bool = False) -> Iterator[Service]:
+def running(
+    arguments: Sequence[str] = (), *, ends_with_us: bool = False, log: int = subprocess.STDOUT
+) -> Iterator[Service]:
     """Start a service on a free port, and stop it at the end. Raises ServiceError.
 
-    With `ends_with_us` it also stops, on Linux, when this thread is killed.
+    With `ends_with_us` it also stops, on Linux, when this thread is killed. Its log goes to the
+    descriptor `log`; without one it is kept in `said`.
     """
     command = [sys.executable, "-m", "hapticvlm", "serve", "--port", "0", *arguments]
     started = time.monotonic()
     process = subprocess.Popen(
         command,
         stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
+        stderr=log,
         text=True,
         bufsize=1,
         preexec_fn=_stop_when_parent_ends if ends_with_us and sys.platform == "linux" else None,
@@ -77,6 +80,20 @@ def running(arguments: Sequence[str] = (), *, ends_with_us: bool = False) -> Ite
     finally:
         service.stop()
         reader.join(5.0)
+
+
+@contextmanager
+def ending_on_sigterm() -> Iterator[None]:
+    """Let SIGTERM unwind this process, as Ctrl-C does, so that its service is stopped too."""
+
+    def leave(*_: object) -> None:
+        raise SystemExit(143)
+
+    before = signal.signal(signal.SIGTERM, leave)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _stop_when_parent_ends() -> None:

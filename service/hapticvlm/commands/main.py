@@ -11,20 +11,32 @@ import sys
 from collections.abc import Sequence
 
 from hapticvlm import __version__
-from hapticvlm.commands import plate, recognise, record_replay, serve, stream_demo, study
+from hapticvlm.commands import (
+    completion,
+    plate,
+    recognise,
+    recogniser_app,
+    record_replay,
+    serve,
+    stop,
+    stream_demo,
+    study,
+)
 from hapticvlm.commands.calibrate import thermal as calibrate
 from hapticvlm.commands.doctor import command as doctor
 from hapticvlm.commands.evaluate import command as evaluate
+from hapticvlm.commands.export import command as export
 from hapticvlm.commands.feel import command as feel
 from hapticvlm.commands.gallery import command as gallery
 from hapticvlm.commands.parsing import Commands, Parser
-from hapticvlm.errors import HapticVLMError, UsageError, line
+from hapticvlm.errors import HapticVLMError, UsageError, installing, line
 
-_PLOTS, _MODELS = "matplotlib psutil", "torch transformers safetensors"
+_MODELS = "torch transformers safetensors"
 # What a command may need beside the core, and the packages that bring it.
 PACKAGES = {
-    "matplotlib": _PLOTS,
-    "psutil": _PLOTS,
+    "matplotlib": "matplotlib",
+    "psutil": "psutil",
+    "av": "av",
     "cv2": "opencv-python-headless",
     "torch": _MODELS,
     "transformers": _MODELS,
@@ -34,6 +46,7 @@ PACKAGES = {
     "onnx": "onnx",
     "openvino": "openvino",
     "mitsuba": "mitsuba",
+    "ray": "'ray[serve]'",
 }
 LAB = "hapticvlm_lab"  # lies beside this package in the repository, and in no wheel
 LAB_COMMANDS = {
@@ -73,7 +86,7 @@ def _guarded(options: argparse.Namespace) -> int:
         name = (error.name or "").partition(".")[0]
         if name not in PACKAGES:
             raise
-        text = f"needs {name}: `pip install {PACKAGES[name]}`"
+        text = f"needs {name}: `{installing(PACKAGES[name])}`"
     except (HapticVLMError, OSError) as error:
         text = line(error)
     else:
@@ -85,28 +98,41 @@ def _guarded(options: argparse.Namespace) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = Parser(
         prog="hapticvlm",
-        description="Makes objects in a VR scene feel like what they look like.",
+        description="Makes objects in a VR scene feel like what they look like. "
+        "`hapticvlm COMMAND --help` explains one command.",
+        examples=(
+            "hapticvlm demo            see it work, without hardware",
+            "hapticvlm serve           run the service, then open http://127.0.0.1:8790/",
+            "hapticvlm feel metal      what touching metal would feel like",
+        ),
     )
     parser.add_argument("--version", action="version", version=f"hapticvlm {__version__}")
     parser.add_argument(
-        "--log-level", default="warning", choices=["debug", "info", "warning", "error"]
+        "--log-level",
+        default="warning",
+        choices=["debug", "info", "warning", "error"],
+        help="how much to report on stderr (%(default)s)",
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for part in (
         serve,
+        stop,
         stream_demo,
         record_replay,
         recognise,
         feel,
+        export,
         gallery,
         evaluate,
         calibrate,
         plate,
         study,
+        recogniser_app,
         doctor,
     ):
         part.add(commands)
     _add_lab(commands)
+    completion.add(commands, parser)
     return parser
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 if TYPE_CHECKING:
@@ -13,20 +14,31 @@ if TYPE_CHECKING:
 else:
     Commands = argparse._SubParsersAction
 
+_EXAMPLES = "examples:"
 _CHOICE = re.compile(r"invalid choice: '(?P<given>[^']*)' \(choose from (?P<choices>.*)\)")
 _OTHER_NAMES = {
-    "recognize": "recognise",
     "run": "serve",
     "start": "serve",
     "calibration": "calibrate",
 }
 
 
+class _Formatter(argparse.HelpFormatter):
+    """Wraps descriptions, and leaves examples as they are written."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        if text.startswith(_EXAMPLES):
+            return text
+        return super()._fill_text(text, width, indent)
+
+
 class Parser(argparse.ArgumentParser):
     """Parses one command; its options carry `program`, the words that name the command."""
 
-    def __init__(self, *args: Any, **keywords: Any) -> None:
-        super().__init__(*args, **keywords)
+    def __init__(self, *args: Any, examples: Sequence[str] = (), **keywords: Any) -> None:
+        if examples:
+            keywords["epilog"] = "\n".join((_EXAMPLES, *(f"  {line}" for line in examples)))
+        super().__init__(*args, **{"formatter_class": _Formatter, **keywords})
         self.set_defaults(program=self.prog)
 
     def error(self, message: str) -> NoReturn:
@@ -44,6 +56,22 @@ def suggest(message: str) -> str:
     near = [name for name in [_OTHER_NAMES.get(given, "")] if name in choices]
     near = near or get_close_matches(given, choices, n=1)
     return f"{message}; did you mean {near[0]}?" if near else message
+
+
+def add_json(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    """Declare --json, which means the same for every command."""
+    parser.add_argument(
+        "--json", action="store_true", help="print JSON for programs, and no text for people"
+    )
+
+
+def add_former(
+    parser: argparse.ArgumentParser | argparse._ArgumentGroup, flag: str, dest: str
+) -> None:
+    """Keep taking an older name of the path option `dest`, without showing it."""
+    parser.add_argument(
+        flag, dest=dest, type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS
+    )
 
 
 def number_within(low: float, high: float) -> Callable[[str], float]:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
@@ -21,21 +22,29 @@ LISTEN_S = 0.5  # ten telemetries
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
     plate = commands.add_parser(
-        "plate", help="look at the plate, or clear a fault; not while the service runs"
+        "plate",
+        help="read a plate on a serial port, or clear a fault",
+        description="Talk to a plate on a serial port. The service must not run meanwhile.",
+        examples=("hapticvlm plate status", "hapticvlm plate clear host-silent"),
     )
     verbs = plate.add_subparsers(title="what to do", required=True, metavar="WHAT")
-    status = _add(verbs, "status", "readings, faults in words, counts", _status)
-    status.add_argument("--json", action="store_true", help="print one JSON line only")
-    clear = _add(verbs, "clear", "unlatch one fault; nothing is switched on by it", _clear)
-    clear.add_argument("fault", help="its name or number, as status shows it")
+    status = _add(verbs, "status", "print readings, faults and counts", _status)
+    add_json(status)
+    clear = _add(verbs, "clear", "clear one fault; this switches nothing on", _clear)
+    clear.add_argument(
+        "fault", metavar="FAULT", help="name or number of the fault, as `plate status` prints it"
+    )
 
 
 def _add(
     verbs: Commands, name: str, text: str, run: Callable[[Peltier, argparse.Namespace], None]
 ) -> argparse.ArgumentParser:
-    verb = verbs.add_parser(name, help=text)
+    verb = verbs.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
     verb.add_argument(
-        "--peltier", default="auto", metavar="PORT", help="serial port or simulated (%(default)s)"
+        "--peltier",
+        default="auto",
+        metavar="PORT",
+        help="serial port, `auto` or `simulated` (%(default)s)",
     )
     verb.set_defaults(run=lambda options: _with_plate(options, run))
     return verb

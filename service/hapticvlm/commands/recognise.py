@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import UsageError
 
 if TYPE_CHECKING:
@@ -21,12 +22,11 @@ DIGITS = 4  # of a confidence in JSON
 WIDEST = 60  # characters of a path, before the columns move
 
 _DESCRIPTION = """
-Say which material each picture shows: a line per picture, in the order given, as soon as it is
-known. Only the pixels count, never the name of a file. Pictures are JPEG, PNG or WebP; a folder
-stands for the pictures in it, in order of name, without the folders below it. Without a mask the
-middle of a picture is looked at. Where the best guess is more likely wrong than right the material
-is `unknown` and the guess stands as runner-up. Exit code 1: some picture could not be read; 2: no
-picture was found, or an option is wrong.
+Say which material each picture shows, one line for each. Only the pixels count, never the name of
+a file. Pictures are JPEG, PNG or WebP. A folder stands for the pictures in it, but not in its
+sub-folders. Without a mask the middle of the picture is used. If the best guess is more likely
+wrong than right, the material is `unknown` and the guess is the runner-up. Exit code 1: a picture
+could not be read; 2: no picture was found, or an option is wrong.
 """
 
 
@@ -43,7 +43,14 @@ class Answer:
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
     recognise = commands.add_parser(
-        "recognise", help="say which material pictures show", description=_DESCRIPTION
+        "recognise",
+        aliases=["recognize"],
+        help="say which material pictures show",
+        description=_DESCRIPTION,
+        examples=(
+            "hapticvlm recognise photo.jpg frames/",
+            "hapticvlm recognise photo.jpg --among wood,glass --top 3",
+        ),
     )
     recognise.set_defaults(run=_recognise)
     recognise.add_argument(
@@ -53,30 +60,32 @@ def add(commands: Commands) -> None:
         "--mask",
         type=Path,
         metavar="FILE_OR_FOLDER",
-        help="where the object is (nonzero), in the size of the upright picture: one mask for all "
-        "pictures, or a folder with NAME.png for NAME.jpg; a picture without one is looked at in "
-        "its middle",
+        help="picture of the same size that is not 0 where the object is: one for all pictures, or "
+        "a folder with NAME.png for NAME.jpg",
     )
+    add_json(recognise)
     recognise.add_argument(
-        "--json", action="store_true", help="print a JSON line per picture, with all beliefs"
-    )
-    recognise.add_argument(
-        "--top", type=_count, metavar="N", help="print the N strongest beliefs, too"
+        "--top", type=_count, metavar="N", help="also print the N most probable materials"
     )
     recognise.add_argument(
         "--among",
         metavar="MATERIAL,...",
-        help="all that the pictures can show, e.g. wood,glass,fabric,metal (all of the gallery)",
+        help="consider only these, e.g. wood,glass,metal (all materials of the gallery)",
     )
     recognise.add_argument(
         "--pictures",
         choices=("renders", "photographs"),
         default="renders",
-        help="what they are: beliefs are calibrated for each kind (%(default)s)",
+        help="what the pictures are; confidences are calibrated for each kind (%(default)s)",
     )
-    recognise.add_argument("--encoder", metavar="NAME_OR_FOLDER", help="(the one shipped)")
     recognise.add_argument(
-        "--gallery", type=Path, help="reference embeddings, or a gallery folder (those shipped)"
+        "--encoder", metavar="NAME_OR_FILE", help="image network, as in `serve` (the shipped one)"
+    )
+    recognise.add_argument(
+        "--gallery",
+        type=Path,
+        metavar="GALLERY",
+        help=".npz file or gallery folder of reference pictures (the shipped one)",
     )
 
 
@@ -89,7 +98,10 @@ def _recognise(options: argparse.Namespace) -> int:
         raise UsageError(f"--mask {options.mask}: no such file or folder")
     found = _find(options.paths)
     if not any(path.is_file() for path in found):
-        raise UsageError("no picture found; name JPEG, PNG or WebP files, or folders of them")
+        first = "" if options.paths[0].exists() else f"{options.paths[0]}: no such file; "
+        raise UsageError(
+            f"{first}no picture found; name JPEG, PNG or WebP files, or folders of them"
+        )
     encoder = load_encoder(options.encoder)
     gallery = load_gallery(options.gallery, encoder=encoder, pictures=options.pictures)
     among = None if options.among is None else _among(options.among, gallery.candidates)

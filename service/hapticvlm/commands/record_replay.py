@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands import voice_options
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
@@ -20,25 +21,72 @@ def add(commands: Commands) -> None:
     """Declare the commands and their options; `record` has all of `serve` too."""
     from hapticvlm.commands import serve
 
-    record = commands.add_parser("record", help="run the service and keep each session in a folder")
-    record.add_argument("record", type=Path, metavar="FOLDER", help="a sub-folder a session")
+    record = commands.add_parser(
+        "record",
+        help="run the service and keep each session in a folder",
+        description="Run the service as `hapticvlm serve` does, and keep every session: messages, "
+        "what was recognised, readings of the plate, outputs. Pictures are kept only with "
+        "--record-frames. `hapticvlm replay` runs a session again.",
+        examples=("hapticvlm record sessions", "hapticvlm record sessions --record-frames"),
+    )
+    record.add_argument(
+        "record", type=Path, metavar="FOLDER", help="each session becomes a folder in this one"
+    )
     serve.add_options(record, but=("record",))
-    replay = commands.add_parser("replay", help="run a recorded session again, bit for bit")
+    _add_replay(commands)
+
+
+def _add_replay(commands: Commands) -> None:
+    replay = commands.add_parser(
+        "replay",
+        help="run a recorded session again and compare every output",
+        description="Run a recorded session again, without hardware, and say whether every output "
+        "is the same bit for bit. Exit code 1: it is not, or lines are missing.",
+        examples=(
+            "hapticvlm replay sessions/2026-01-31-120000-1",
+            "hapticvlm replay sessions/2026-01-31-120000-1 --recognise",
+        ),
+    )
     replay.set_defaults(run=_replay)
-    replay.add_argument("folder", type=Path, help="of one session, as `record` made it")
-    replay.add_argument("--gallery", type=Path, help="as the service had (what is shipped)")
-    replay.add_argument("--encoder", help="with --recognise: as for serve (the one shipped)")
+    replay.add_argument(
+        "folder", type=Path, metavar="SESSION", help="folder of one session that was recorded"
+    )
+    replay.add_argument(
+        "--gallery",
+        type=Path,
+        metavar="GALLERY",
+        help="the gallery the service had (the shipped one)",
+    )
+    replay.add_argument(
+        "--encoder", metavar="NAME_OR_FILE", help="for --recognise, as in `serve` (the shipped one)"
+    )
     replay.add_argument(
         "--recognise",
+        "--recognize",
         action="store_true",
-        help="look at the kept frames anew and report what differs",
+        help="recognise the kept frames again and count what differs; needs a session that was "
+        "recorded with --record-frames",
     )
-    replay.add_argument("--wav", type=Path, help="write the vibration to this file")
+    replay.add_argument(
+        "--wav", type=Path, metavar="FILE", help="write the vibration to this WAV file"
+    )
+    replay.add_argument(
+        "--view",
+        type=Path,
+        nargs="?",
+        const=Path("session.html"),
+        metavar="FILE",
+        help="write a page to look through the session, and open it (session.html in SESSION)",
+    )
+    replay.add_argument("--at", type=float, metavar="S", help="open the page at this time")
+    replay.add_argument("--no-open", action="store_true", help="write the page and do not open it")
     voice_options.add_options(replay)
-    replay.add_argument("--json", action="store_true", help="print the JSON line only")
+    add_json(replay)
 
 
 def _replay(options: argparse.Namespace) -> int:
+    if options.view is not None:
+        return _view(options)
     from hapticvlm.commands import replay
     from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 
@@ -50,10 +98,32 @@ def _replay(options: argparse.Namespace) -> int:
             from hapticvlm.devices.audio import write_wav
 
             write_wav(options.wav, replay.waveform(outcome, voice_options.voices(options, table)))
-    if not options.json:
+    if options.json:
+        print(json.dumps(_fields(outcome)))
+    else:
         _say(outcome, recognised=options.recognise)
-    print(json.dumps(_fields(outcome)))
     return 0 if outcome.is_same or options.recognise else 1
+
+
+def _view(options: argparse.Namespace) -> int:
+    """Write the page of a session and show it."""
+    import webbrowser
+
+    from hapticvlm.commands import timeline
+    from hapticvlm.commands.moments import page
+    from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
+
+    with usage_errors():
+        table = table_with(read_folder(options.gallery))
+        what = timeline.read(options.folder, table, voice_options.voices(options, table))
+    is_named = options.view != Path("session.html")
+    path = options.view if is_named else options.folder / options.view
+    page.write(what, page.safe_name(options.folder), path)
+    address = page.at(path, options.at)
+    print(f"{path}: {path.stat().st_size / 1e6:.1f} MB\n{address}", flush=True)
+    if not options.no_open and not webbrowser.open(address):
+        print("no browser opened by itself: open the address in one")
+    return 0
 
 
 def _recogniser(options: argparse.Namespace) -> FrameRecogniser:

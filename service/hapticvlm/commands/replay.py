@@ -111,17 +111,23 @@ def replay(
         except (AttributeError, TypeError, ValueError, MessageError) as error:
             place = f"{folder / TAPE}:{line.get('line', '?')}"
             raise TapeError(f"{place}: not a line of a session log ({error!r})") from None
+    counts = player.outcome.counts
+    if counts["picture not kept"] and not counts["looked at anew"]:
+        raise TapeError(f"{folder}: has no pictures to recognise; record with --record-frames")
     return player.outcome
 
 
-def waveform(outcome: Replayed, voices: Voices) -> NDArray[np.float32]:
+def waveform(
+    outcome: Replayed, voices: Voices, started: float | None = None
+) -> NDArray[np.float32]:
     """Render the sounds of a replay by fresh voices, (N,) float32 at RATE_HZ.
 
-    The same tape and voices give the same bits.
+    It begins at `started` on the tape's clock, else with the first sound. The same tape and voices
+    give the same bits.
     """
     if not outcome.sounds:
         return np.zeros(0, np.float32)
-    started = outcome.sounds[0][0]
+    started = outcome.sounds[0][0] if started is None else started
     blocks: list[NDArray[np.float32]] = []
     waiting = list(reversed(outcome.sounds))
     ends = outcome.sounds[-1][0] + 1.0
@@ -163,8 +169,10 @@ class _Player:
             can_ask=head["can_ask"],
             contact_resistance=head["contact_resistance"],
             plate_resistance=head.get("plate_resistance", 0.0),  # older logs took skin for plate
+            thermal_gain=head.get("thermal_gain", 1.0),
         )
         self._looks: dict[int, RecogniseFrame] = {}
+        self._blanks: set[bytes] = set()  # that stand for pictures which were not kept
         self._asks: dict[int, AskAmbient | AskMaterial] = {}
         self._told: list[Line] = []
         self._now = 0.0
@@ -255,7 +263,7 @@ class _Player:
         return []
 
     def _play_owner(self, line: Line) -> list[Action]:
-        self._session.set_owner(owner=line["owner"])
+        self._session.set_owner(owner=line["owner"], thermal_gain=line.get("thermal_gain"))
         return []
 
     def _play_held(self, line: Line) -> list[Action]:
@@ -274,10 +282,17 @@ class _Player:
 
     def _kept(self, name: str | None, instead: Callable[[], bytes]) -> bytes:
         """Read a picture of the record; a blank of the same size where none was kept."""
-        return instead() if name is None else (self._folder / name).read_bytes()
+        if name is not None:
+            return (self._folder / name).read_bytes()
+        blank = instead()
+        self._blanks.add(blank)
+        return blank
 
     def _look_again(self, look: RecogniseFrame, before: Evidence) -> Evidence:
         assert self._recogniser is not None
+        if look.frame.image in self._blanks:
+            self.outcome.counts["picture not kept"] += 1
+            return before
         frame: Frame = msgspec.structs.replace(look.frame, id=1)
         seen = self._recogniser.recognise(
             msgspec.msgpack.encode(frame), str(look.key), 0.0, anew=True

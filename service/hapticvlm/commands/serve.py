@@ -8,10 +8,12 @@ from __future__ import annotations
 import argparse
 import logging
 import os
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm.commands.reaching import port_errors
 from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option, Serving, check_ranges
 from hapticvlm.errors import usage_errors
 
@@ -21,7 +23,18 @@ if TYPE_CHECKING:
 
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
-    serve = commands.add_parser("serve", help="run the service a scene connects to")
+    serve = commands.add_parser(
+        "serve",
+        help="run the service that a scene connects to",
+        description="Run the service that a scene connects to. Open its address in a browser to "
+        "see the dashboard. Ctrl-C ends it and brings the outputs to rest. Devices are simulated "
+        "unless --speaker and --peltier name others.",
+        examples=(
+            "hapticvlm serve",
+            "hapticvlm serve --speaker default --peltier auto",
+            "hapticvlm serve --host 0.0.0.0 --token SECRET --pages-from lan",
+        ),
+    )
     add_options(serve)
 
 
@@ -41,7 +54,10 @@ def _serve(options: argparse.Namespace) -> int:
     logging.getLogger("websockets").setLevel(logging.WARNING)
     with usage_errors():
         serving = settle(options)
-        asyncio.run(assemble.run(serving, assemble.address(serving)))
+        if sys.stderr.isatty():
+            print("hapticvlm serve: starting the outputs and the recogniser ...", file=sys.stderr)
+        with port_errors(serving.port):
+            asyncio.run(assemble.run(serving, assemble.address(serving)))
     return 0
 
 
@@ -51,7 +67,7 @@ def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> 
         "--config",
         type=Path,
         metavar="FILE",
-        help="take options from this TOML file, named as the flags; a flag wins over it",
+        help="read options from this TOML file; they have the names below, and a flag wins",
     )
     for group, title in GROUPS.items():
         shown = [one for one in OPTIONS if one.told.group == group and one.field not in but]
@@ -59,6 +75,9 @@ def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> 
             flags = parser.add_argument_group(title)
             for option in shown:
                 flags.add_argument(option.flag, **_argument(option))
+                if option.told.former is not None:
+                    hidden = {"dest": option.field, "help": argparse.SUPPRESS}
+                    flags.add_argument(f"--{option.told.former}", **{**_argument(option), **hidden})
 
 
 def settle(given: argparse.Namespace, environment: Mapping[str, str] = os.environ) -> Serving:

@@ -71,7 +71,7 @@ class Flag:
 
     `bare` is what the flag without a value means; `names_path`: a name that may also be a folder;
     `env`: the variable that a secret may come from; `read`: what takes the flag's text if not its
-    type.
+    type; `former`: an older name that is still taken and not shown.
     """
 
     group: str
@@ -82,6 +82,7 @@ class Flag:
     names_path: bool = False
     env: str | None = None
     read: Callable[[str], Any] | None = None
+    former: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,35 +90,52 @@ class Serving:
     """Everything that running the service can be told."""
 
     record: Annotated[
-        Path | None, Flag(RECORDING, "keep each session in a sub-folder", metavar="FOLDER")
+        Path | None,
+        Flag(RECORDING, "keep each session in a sub-folder of this one", metavar="FOLDER"),
     ] = None
-    record_frames: Annotated[bool, Flag(RECORDING, "keep pictures too, and say so in welcome")] = (
-        False
-    )
-    host: Annotated[str, Flag(CONNECTIONS, "address to listen on (%(default)s)")] = "127.0.0.1"
-    port: Annotated[int, Flag(CONNECTIONS, "0 = any free one (%(default)s)", range=(0, 65535))] = (
-        8790
-    )
+    record_frames: Annotated[
+        bool, Flag(RECORDING, "keep the pictures too; scenes are told that")
+    ] = False
+    host: Annotated[
+        str,
+        Flag(
+            CONNECTIONS,
+            "address to listen on; 0.0.0.0 is every network (%(default)s)",
+            metavar="ADDRESS",
+        ),
+    ] = "127.0.0.1"
+    port: Annotated[
+        int,
+        Flag(
+            CONNECTIONS,
+            "port to listen on, 0 for any free one (%(default)s)",
+            metavar="PORT",
+            range=(0, 65535),
+        ),
+    ] = 8790
     token: Annotated[
         str | None,
         Flag(
             CONNECTIONS,
-            "secret each client must send, needed off loopback; better from HAPTICVLM_TOKEN",
+            "secret that every client must send; needed beyond this machine; the variable "
+            "HAPTICVLM_TOKEN keeps it out of the process list",
+            metavar="SECRET",
             env="HAPTICVLM_TOKEN",
         ),
     ] = field(default=None, repr=False)
     tls_cert: Annotated[
         Path | None,
-        Flag(CONNECTIONS, "serve wss:// and https:// with this certificate, PEM", metavar="FILE"),
+        Flag(CONNECTIONS, "serve wss:// and https:// with this PEM certificate", metavar="FILE"),
     ] = None
     tls_key: Annotated[
-        Path | None, Flag(CONNECTIONS, "its private key, PEM, without passphrase", metavar="FILE")
+        Path | None,
+        Flag(CONNECTIONS, "private key of the certificate, PEM without passphrase", metavar="FILE"),
     ] = None
     allow_origin: Annotated[
         tuple[str, ...],
         Flag(
             CONNECTIONS,
-            "also let pages of this origin connect, e.g. https://example.org (repeatable)",
+            "let web pages of this origin connect too, e.g. https://example.org (repeatable)",
             metavar="ORIGIN",
         ),
     ] = ()
@@ -125,7 +143,7 @@ class Serving:
         Path | None,
         Flag(
             CONNECTIONS,
-            "also serve this folder's pages and scripts at /scene/, as all pages",
+            "serve the web pages of this folder at /scene/",
             metavar="FOLDER",
         ),
     ] = None
@@ -133,50 +151,70 @@ class Serving:
         Literal["this-machine", "lan"],
         Flag(
             CONNECTIONS,
-            "whose browsers see pages; the local network's are asked for the token (%(default)s)",
+            "who may open the pages; browsers of the local network are asked for the token "
+            "(%(default)s)",
         ),
     ] = "this-machine"
     speaker: Annotated[
-        str, Flag(OUTPUTS, "simulated, default, jack, or part of an output's name (%(default)s)")
+        str,
+        Flag(
+            OUTPUTS,
+            "audio output: simulated, default, jack, or part of its name (%(default)s)",
+            metavar="NAME",
+        ),
     ] = "simulated"
     patterns: Annotated[
         Path | None,
         Flag(
             OUTPUTS,
-            "replace what is synthesised by these WAV files, named MATERIAL-INTERACTION.wav or "
-            "after one of the paper's patterns",
-            metavar="DIR",
+            "play the WAV files of this folder instead of synthesis; their names are "
+            "MATERIAL-INTERACTION.wav, or those of the paper's patterns",
+            metavar="FOLDER",
         ),
     ] = None
     speaker_response: Annotated[
         Path | None,
         Flag(
             OUTPUTS,
-            "correct the speaker by this curve (see `hapticvlm calibrate speaker`)",
+            "correct the speaker by this curve, which `hapticvlm calibrate speaker` writes",
             metavar="FILE",
         ),
     ] = None
-    wav: Annotated[Path | None, Flag(OUTPUTS, "also write what is played to this WAV file")] = None
+    wav: Annotated[
+        Path | None, Flag(OUTPUTS, "also write what is played to this WAV file", metavar="FILE")
+    ] = None
     block: Annotated[
-        int, Flag(OUTPUTS, "samples per audio block at 48 kHz (%(default)s)", range=(16, 4800))
+        int,
+        Flag(
+            OUTPUTS,
+            "samples of one audio block at 48 kHz; fewer are quicker (%(default)s)",
+            metavar="SAMPLES",
+            range=(16, 4800),
+        ),
     ] = 128
     level: Annotated[
         float,
         Flag(
             OUTPUTS,
-            "most of full scale the speaker gets, 0..1, whatever a scene sets (%(default)s)",
+            "most the speaker gets, 0 to 1 of full scale, whatever a scene sets (%(default)s)",
+            metavar="SHARE",
             range=(0.0, 1.0),
         ),
     ] = 1.0
     peltier: Annotated[
         str,
-        Flag(OUTPUTS, "the plate: a serial port, auto, or simulated (%(default)s)", metavar="PORT"),
+        Flag(
+            OUTPUTS,
+            "the plate: a serial port, `auto`, or `simulated` (%(default)s)",
+            metavar="PORT",
+        ),
     ] = "simulated"
     contact_resistance: Annotated[
         float | None,
         Flag(
             OUTPUTS,
-            "of this palm, m2 K/W, or a file of `hapticvlm calibrate thermal --out` (by material)",
+            "contact resistance of the palm in m2 K/W, or a file that `hapticvlm calibrate "
+            "thermal` wrote (that of each material)",
             metavar="R_OR_FILE",
             range=(0.0, 0.1),
             read=contact_resistance,
@@ -186,7 +224,7 @@ class Serving:
         float,
         Flag(
             OUTPUTS,
-            "between palm and plate, m2 K/W: the plate goes ahead of the skin by it (%(default)s)",
+            "resistance between palm and plate in m2 K/W; the plate compensates it (%(default)s)",
             metavar="R",
             range=(0.0, 0.005),
         ),
@@ -196,28 +234,78 @@ class Serving:
         str | None,
         Flag(
             RECOGNITION,
-            "image encoder: any image network of transformers by name or folder (extra `models`), "
-            "or a file .onnx or .tflite (extra `files`) (the one shipped)",
+            "image network: name or folder of any of transformers, or a .onnx or .tflite file; "
+            "these need further packages (the shipped one)",
             metavar="NAME_OR_FILE",
             names_path=True,
         ),
     ] = None
     gallery: Annotated[
-        Path | None, Flag(RECOGNITION, "reference embeddings, or a gallery folder (those shipped)")
+        Path | None,
+        Flag(
+            RECOGNITION,
+            ".npz file or gallery folder of reference pictures (the shipped one)",
+            metavar="GALLERY",
+        ),
     ] = None
-    device: Annotated[
+    encoder_device: Annotated[
         Literal["cpu", "cuda", "auto"],
-        Flag(RECOGNITION, "what an encoder of transformers runs on (%(default)s)"),
+        Flag(
+            RECOGNITION,
+            "where a network of transformers runs (%(default)s)",
+            former="device",
+        ),
     ] = "cpu"
     threads: Annotated[
-        int, Flag(RECOGNITION, "of one inference on the cpu (%(default)s)", range=(1, 1024))
+        int,
+        Flag(
+            RECOGNITION,
+            "CPU threads of the encoder (%(default)s)",
+            metavar="N",
+            range=(1, 1024),
+        ),
     ] = 1
+    recogniser_url: Annotated[
+        str | None,
+        Flag(
+            RECOGNITION,
+            "have objects recognised by this `hapticvlm recogniser-app`, here when it fails: crops "
+            "LEAVE this machine if it is another; a token is taken from HAPTICVLM_RECOGNISER_TOKEN",
+            metavar="URL",
+        ),
+    ] = None
+    recogniser_gallery: Annotated[
+        str, Flag(RECOGNITION, "the gallery it is to use (%(default)s)", metavar="NAME")
+    ] = "shipped"
+    recogniser_hash: Annotated[
+        str | None,
+        Flag(
+            RECOGNITION,
+            "take answers only of the encoder and gallery with this hash, as /v1/identity tells it",
+            metavar="HASH",
+        ),
+    ] = None
+    recogniser_deadline: Annotated[
+        float,
+        Flag(
+            RECOGNITION,
+            "s until an object is recognised, there or, from three quarters on, here (%(default)s)",
+            range=(0.02, 5.0),
+        ),
+    ] = 0.2
+    recogniser_crops: Annotated[
+        Literal["rgba8", "jpeg"],
+        Flag(RECOGNITION, "what is sent: jpeg is smaller, rgba8 exact (%(default)s)"),
+    ] = "rgba8"
+    recogniser_clear_text: Annotated[
+        bool, Flag(RECOGNITION, "let crops leave this machine over plain http too")
+    ] = False
     vlm: Annotated[
         str | None,
         Flag(
             SURROUNDINGS,
-            "ask this image-text model of transformers for the ambient temperature and about "
-            "objects the encoder leaves unknown; needs the extra `models` (none; without a name "
+            "ask this image-text model of transformers for the ambient temperature, and about "
+            "objects that stay unknown; needs torch and transformers (none; --vlm alone means "
             "Qwen/Qwen2-VL-2B-Instruct)",
             metavar="NAME_OR_FOLDER",
             bare="",
@@ -228,23 +316,35 @@ class Serving:
         str | None,
         Flag(
             SURROUNDINGS,
-            "ask an OpenAI-compatible endpoint instead, --vlm names its model: frames LEAVE this "
-            "machine if it is another; a token is taken from HAPTICVLM_VLM_TOKEN",
+            "ask an OpenAI-compatible endpoint instead; --vlm names its model. Frames LEAVE this "
+            "machine if the endpoint is elsewhere. Its token is in HAPTICVLM_VLM_TOKEN",
             metavar="URL",
         ),
     ] = None
-    vlm_device: Annotated[str, Flag(SURROUNDINGS, "cpu or cuda (%(default)s)")] = "cpu"
-    vlm_threads: Annotated[int, Flag(SURROUNDINGS, "(%(default)s)", range=(1, 1024))] = 1
+    vlm_device: Annotated[
+        str, Flag(SURROUNDINGS, "where that model runs: cpu or cuda (%(default)s)", metavar="NAME")
+    ] = "cpu"
+    vlm_threads: Annotated[
+        int,
+        Flag(SURROUNDINGS, "CPU threads of that model (%(default)s)", metavar="N", range=(1, 1024)),
+    ] = 1
     image_tokens: Annotated[
         int,
         Flag(
             SURROUNDINGS,
-            "most tokens a frame may become, the knob of speed (%(default)s)",
+            "most tokens of a frame; fewer are quicker (%(default)s)",
+            metavar="N",
             range=(4, 4096),
         ),
     ] = 64
     vlm_timeout: Annotated[
-        float, Flag(SURROUNDINGS, "of an answer, s (%(default)s)", range=(0.1, 600.0))
+        float,
+        Flag(
+            SURROUNDINGS,
+            "seconds to wait for an answer (%(default)s)",
+            metavar="S",
+            range=(0.1, 600.0),
+        ),
     ] = 30.0
 
 

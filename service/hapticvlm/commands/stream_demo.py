@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import argparse
-import os
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from hapticvlm.commands import reaching
+from hapticvlm.commands.parsing import add_json
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
-DEFAULT_URL = "ws://127.0.0.1:8790/"
+
+_STREAM = """
+Send a recorded VR session to a running service, as a scene would. The decisions are printed as
+they change. Exit code 1: a message had no answer or was an error; 2: the service or the capture
+could not be used.
+"""
+_DEMO = """
+Play a recorded VR session through a service with simulated devices. Each touch is told in a line.
+The folder then holds a film with sound, the record, pictures of touches and plate, and the
+vibration as a WAV file.
+"""
 
 
 def add(commands: Commands) -> None:
@@ -22,46 +33,76 @@ def add(commands: Commands) -> None:
 
 
 def _add_stream(commands: Commands) -> None:
-    stream = commands.add_parser("stream", help="send a recorded headset capture to a service")
-    stream.set_defaults(run=_stream)
-    stream.add_argument("capture", type=Path, help="capture folder or video file")
-    stream.add_argument("--url", default=DEFAULT_URL, help="service (%(default)s)")
-    stream.add_argument("--token", help="the service's secret (HAPTICVLM_TOKEN)")
-    stream.add_argument(
-        "--ca", type=Path, metavar="FILE", help="trust this authority for wss://, PEM"
+    stream = commands.add_parser(
+        "stream",
+        help="send a recorded VR session to a running service",
+        description=_STREAM,
+        examples=(
+            "hapticvlm stream examples/captures/living_room",
+            "hapticvlm stream headset.mp4 --eye left --centre 0.3",
+        ),
     )
-    stream.add_argument("--eye", choices=("left", "right"), help="of a video with two side by side")
+    stream.set_defaults(run=_stream)
+    stream.add_argument(
+        "capture", type=Path, metavar="CAPTURE", help="a capture folder, or a video file"
+    )
+    reaching.add_options(stream)
+    stream.add_argument(
+        "--eye",
+        choices=("left", "right"),
+        help="the video shows both eyes side by side: use this half",
+    )
     stream.add_argument(
         "--centre",
         type=_share,
         metavar="SHARE",
-        help="of a video's width and height that is touched, if no .jsonl beside it says (0.4)",
+        help="without a .jsonl file beside the video, the middle of the picture is touched: this "
+        "share of its width and height (0.4)",
     )
-    stream.add_argument("--fast", action="store_true", help="as fast as answers come back")
-    stream.add_argument("--no-masks", action="store_true", help="send regions instead of masks")
-    stream.add_argument("--json", action="store_true", help="print decisions as JSON lines")
+    stream.add_argument(
+        "--fast", action="store_true", help="send as fast as the service answers, not in real time"
+    )
+    stream.add_argument(
+        "--no-masks", action="store_true", help="say where an object is by a rectangle, not a mask"
+    )
+    add_json(stream)
 
 
 def _add_demo(commands: Commands) -> None:
-    demo = commands.add_parser("demo", help="stream a capture through a simulated set-up")
-    demo.set_defaults(run=_demo)
-    demo.add_argument("--capture", type=Path, help="capture to stream (the one in examples/)")
-    demo.add_argument("--out", type=Path, default=Path("demo-output"), help="(%(default)s)")
-    demo.add_argument(
-        "--browser", action="store_true", help="touch the example WebXR scene yourself instead"
+    demo = commands.add_parser(
+        "demo",
+        help="see it work on simulated devices",
+        description=_DEMO,
+        examples=("hapticvlm demo", "hapticvlm demo --browser"),
     )
-    demo.add_argument("--quiet", action="store_true", help="no sound, even where one could play")
+    demo.set_defaults(run=_demo)
+    demo.add_argument(
+        "--capture", type=Path, metavar="CAPTURE", help="the session to play (one of the package)"
+    )
+    demo.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        default=Path("demo-output"),
+        help="folder for the results (%(default)s)",
+    )
+    demo.add_argument(
+        "--browser",
+        action="store_true",
+        help="open a WebXR scene in the browser and touch it yourself",
+    )
+    demo.add_argument("--quiet", action="store_true", help="play no sound")
 
 
 def _stream(options: argparse.Namespace) -> int:
     from hapticvlm.captures import Touched, View, read
     from hapticvlm.client.sending import Manner
-    from hapticvlm.client.stream import Target, run
+    from hapticvlm.client.stream import run
 
     touched = None if options.centre is None else Touched(options.centre)
     return run(
         partial(read, options.capture, View(options.eye), touched),
-        Target(options.url, options.token or os.environ.get("HAPTICVLM_TOKEN"), options.ca),
+        reaching.target(options),
         Manner(fast=options.fast, with_masks=not options.no_masks),
         as_json=options.json,
     )
@@ -79,8 +120,7 @@ def _demo(options: argparse.Namespace) -> int:
         from hapticvlm.commands.demo import browser
 
         return browser.run()
-    if find_spec("matplotlib") is None:  # said before the demo runs, not after
-        raise ModuleNotFoundError(name="matplotlib")
+    print("hapticvlm demo: loading", flush=True)  # what follows takes a second to import
     from hapticvlm.commands.demo.run import run
 
     return run(options.capture, options.out, quiet=options.quiet)

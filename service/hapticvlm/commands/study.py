@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands import study_predict
+from hapticvlm.commands.parsing import add_json
+from hapticvlm.commands.reaching import port_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -17,21 +19,27 @@ if TYPE_CHECKING:
     from hapticvlm.study.stimuli import Stimulus
 
 _RUN = """
-Serve the study page on this machine: training with pictures, then every pattern in a balanced
-random order, played through a service of its own (simulated devices unless --speaker and --peltier
-name others) or the one at --url. Every answer is on the disk before the next pattern; stop it
-anywhere and run the same command again to go on. Exit code 2: it could not start or go on.
+Serve the study page on this machine. It trains the participant with pictures, then presents every
+pattern in a balanced or a free random order. The patterns are played through a service of its
+own, or the one at --url. Devices are simulated unless --speaker and --peltier name others. Every
+answer is on the disk before the next pattern: stop it anywhere, and run the same command again to
+go on. Exit code 2: it could not start or go on.
 """
 _REPORT = """
 Evaluate a study: recognition with intervals, confusion matrices, reaction times, a two-way
-repeated-measures ANOVA, pairwise tests after Holm, information transmitted; pictures, a CSV of all
-trials and a text go to DIR/report. With --paper, the study of the HapticVLM paper.
+repeated-measures ANOVA and Friedman's test of those who felt every pattern, pairwise tests after
+Holm, and information transmitted. Text, pictures and a CSV file of all trials go to DIR/report.
+--paper evaluates the data of the HapticVLM paper.
 """
 
 
 def add(commands: Commands) -> None:
     """Declare the command with its parts."""
-    study = commands.add_parser("study", help="run a study of what people feel, and report it")
+    study = commands.add_parser(
+        "study",
+        help="run a study of what people feel, and report it",
+        description="Run a forced-choice study of what people feel, and evaluate it.",
+    )
     parts = study.add_subparsers(title="parts", required=True, metavar="PART")
     _add_run(parts)
     _add_report(parts)
@@ -39,56 +47,102 @@ def add(commands: Commands) -> None:
 
 
 def _add_run(parts: Commands) -> None:
-    run = parts.add_parser("run", help="serve the study page", description=_RUN)
+    run = parts.add_parser(
+        "run",
+        help="run a study, through a page",
+        description=_RUN,
+        examples=(
+            "hapticvlm study run pilot --participants 9",
+            "hapticvlm study run pilot --participants 9 --speaker default --peltier auto",
+        ),
+    )
     run.set_defaults(run=_run)
     run.add_argument(
-        "folder", type=Path, metavar="DIR", help="of this study; new, or to go on with"
+        "folder",
+        type=Path,
+        metavar="DIR",
+        help="folder of this study: a new one, or one to go on with",
     )
     run.add_argument(
         "--patterns",
         metavar="FILE",
-        help="TOML with a [[pattern]] each, or ours, twenty, paper-like (ours)",
+        help="TOML file with [[pattern]] tables, or ours, twenty, paper-like (ours)",
     )
     run.add_argument(
-        "--participants", metavar="N|CODES", help="how many, or codes with commas: no names (1)"
+        "--participants",
+        metavar="N|CODES",
+        help="how many, or their codes with commas between them; never names of people (1)",
     )
-    run.add_argument("--repeats", type=int, help="of every pattern in trials (5)")
-    run.add_argument("--renderings", type=int, help="of every pattern in training (3)")
-    run.add_argument("--seed", type=int, help="of the orders (1)")
     run.add_argument(
-        "--masking-noise", action="store_true", help="the page plays noise to headphones"
+        "--order",
+        choices=("blocked", "free"),
+        help="balanced blocks of all patterns, or one free random order (blocked)",
     )
-    run.add_argument("--port", type=int, default=8791, help="of the page (%(default)s; 0 = any)")
-    run.add_argument("--rest", type=float, default=3.0, help="between patterns, s (%(default)s)")
+    run.add_argument(
+        "--repeats", type=int, metavar="N", help="trials of every pattern for each person (5)"
+    )
+    run.add_argument(
+        "--renderings", type=int, metavar="N", help="times every pattern is felt in training (3)"
+    )
+    run.add_argument("--seed", type=int, metavar="N", help="seed of the random orders (1)")
+    run.add_argument(
+        "--masking-noise", action="store_true", help="the page plays noise, for headphones"
+    )
+    run.add_argument(
+        "--port",
+        type=int,
+        default=8791,
+        metavar="PORT",
+        help="port of the page, 0 for any free one (%(default)s)",
+    )
+    run.add_argument(
+        "--rest",
+        type=float,
+        default=3.0,
+        metavar="S",
+        help="seconds between two patterns (%(default)s)",
+    )
     run.add_argument(
         "--settle-c",
         type=float,
         default=0.8,
+        metavar="DEGC",
         help="how near to 32 degC the plate must be before a pattern (%(default)s)",
     )
     devices = run.add_argument_group("devices")
     devices.add_argument(
-        "--url", help="play through this service instead, e.g. ws://127.0.0.1:8790/"
+        "--url", help="play through this running service, e.g. ws://127.0.0.1:8790/"
     )
-    devices.add_argument("--token", help="of that service")
-    devices.add_argument("--speaker", default="simulated", help="as in serve (%(default)s)")
-    devices.add_argument("--peltier", default="simulated", metavar="PORT", help="as in serve")
+    devices.add_argument("--token", help="the secret of that service")
+    devices.add_argument(
+        "--speaker", default="simulated", metavar="NAME", help="as in `serve` (%(default)s)"
+    )
+    devices.add_argument(
+        "--peltier", default="simulated", metavar="PORT", help="as in `serve` (%(default)s)"
+    )
 
 
 def _add_report(parts: Commands) -> None:
-    report = parts.add_parser("report", help="evaluate a study", description=_REPORT)
+    report = parts.add_parser(
+        "report",
+        help="evaluate a study",
+        description=_REPORT,
+        examples=("hapticvlm study report pilot", "hapticvlm study report --paper --out paper"),
+    )
     report.set_defaults(run=_report)
-    report.add_argument("folder", type=Path, metavar="DIR", nargs="?", help="of the study")
-    report.add_argument("--paper", action="store_true", help="the paper's data instead")
-    report.add_argument("--out", type=Path, metavar="FOLDER", help="for the files (DIR/report)")
-    report.add_argument("--json", action="store_true", help="print one JSON document only")
+    report.add_argument("folder", type=Path, metavar="DIR", nargs="?", help="folder of the study")
+    report.add_argument("--paper", action="store_true", help="evaluate the paper's data")
+    report.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="write the files here (DIR/report)"
+    )
+    add_json(report)
 
 
 def _run(options: argparse.Namespace) -> int:
     from hapticvlm.study.log import locked
 
     design = _design(options)
-    with locked(options.folder), _service(options) as url:
+    with locked(options.folder), port_errors(options.port), _service(options) as url:
         asyncio.run(_serve(design, options, url))
     return 0
 
@@ -112,7 +166,7 @@ def _design(options: argparse.Namespace) -> Design:
 def _plan_of(design: Design) -> Plan:
     from hapticvlm.study.log import Plan
 
-    return Plan(design.repeats, design.renderings, design.seed)
+    return Plan(design.repeats, design.renderings, design.seed, design.order)
 
 
 def _wanted(
@@ -131,7 +185,7 @@ def _wanted(
         stimuli = _patterns(options.patterns)
     if options.participants is not None:
         participants = _codes(options.participants)
-    asked = {name: getattr(options, name) for name in ("repeats", "renderings", "seed")}
+    asked = {name: getattr(options, name) for name in ("repeats", "renderings", "seed", "order")}
     given = {name: value for name, value in asked.items() if value is not None}
     if not 1 <= given.get("repeats", 1) <= 100 or not 0 <= given.get("renderings", 0) <= 100:
         raise patterns.StudyError("--repeats and --renderings: at most 100, --repeats at least 1")
@@ -192,14 +246,16 @@ async def _serve(design: Design, options: argparse.Namespace, url: str) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
+    from hapticvlm.commands.progress import working
     from hapticvlm.study.report import report, report_paper
     from hapticvlm.study.stimuli import StudyError
 
     if options.paper == (options.folder is not None):
         raise StudyError("name a study's folder, or --paper")
-    if options.paper:
-        text = report_paper(options.out, as_json=options.json)
-    else:
-        text = report(options.folder, options.out, as_json=options.json)
+    with working("evaluating the study"):
+        if options.paper:
+            text = report_paper(options.out, as_json=options.json)
+        else:
+            text = report(options.folder, options.out, as_json=options.json)
     print(text)
     return 0

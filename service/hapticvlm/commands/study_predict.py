@@ -10,54 +10,90 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm.commands.parsing import add_former, add_json
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
+    from hapticvlm.study.guesses import Spread
     from hapticvlm.study.predict import PaperCheck, Prediction
     from hapticvlm.study.stimuli import Stimulus
 
 SETS = ("ours", "twenty", "paper-like")
 WHAT = "simulated: a machine observer, not people"
 _PREDICT = """
-Predict which patterns of a set would be confused, by a machine observer of vibration and heat: a
-model, never a person. Its two free numbers, the noises of vibration and of heat, are calibrated so
-that a set like the paper's is recognised in 84.67 % of trials, and hot taken for cold or cold for
-hot in 4.2 %, as the paper's was; --noise gives others. Heat is what the simulated plate brings to
-the palm. Everything is seeded. Exit code 2: the patterns cannot be read or presented.
+Predict which patterns of a set are confused. A machine observer of vibration and heat answers: a
+model, never a person. It has two free numbers, its noise for vibration and for heat. They are
+calibrated so that a set like the paper's gives the paper's figures: 84.67 % of trials right, and
+hot and cold confused in 4.2 %. The paper's stimuli are unpublished, so the prediction is a range
+over guesses of them, not one number. Heat is what the simulated plate brings to the palm. The
+random numbers are seeded. Exit code 2: the patterns cannot be read or presented.
 """
 _CHOOSE = """
-Search for strokes of the five vibrations that the machine observer confuses least, on other seeds
-than those it reports with; half a minute or so. The patterns shipped were chosen like this.
+Search for strokes of the five vibrations that the machine observer confuses least. It takes about
+half a minute. The shipped patterns were chosen like this, on other seeds than the reported ones.
 """
 
 
 def add(parts: Commands) -> None:
     """Declare both parts of `hapticvlm study`."""
     predict = parts.add_parser(
-        "predict", help="predict confusions by a machine observer", description=_PREDICT
+        "predict",
+        help="predict which patterns are confused",
+        description=_PREDICT,
+        examples=("hapticvlm study predict --patterns twenty --out prediction",),
     )
     predict.set_defaults(run=_predict)
     predict.add_argument(
         "--patterns",
         default="ours",
         metavar="FILE",
-        help=f"TOML with a [[pattern]] each, or {', '.join(SETS)} (%(default)s)",
+        help=f"TOML file with [[pattern]] tables, or {', '.join(SETS)} (%(default)s)",
     )
-    predict.add_argument("--noise", type=_noise, help="in Weber steps (calibrated on the paper)")
-    predict.add_argument("--heat-noise", type=_noise, help="of heat alone (that of --noise)")
-    predict.add_argument("--plots", type=Path, metavar="DIR", help="draw matrices and curve")
-    predict.add_argument("--json", action="store_true", help="print one JSON document only")
-    choose = parts.add_parser("choose", help="search strokes that differ", description=_CHOOSE)
+    predict.add_argument(
+        "--noise",
+        type=_noise,
+        metavar="STEPS",
+        help="noise of the observer in Weber steps (calibrated on the paper)",
+    )
+    predict.add_argument(
+        "--heat-noise",
+        type=_noise,
+        metavar="STEPS",
+        help="another noise for heat (that of --noise)",
+    )
+    predict.add_argument(
+        "--guesses",
+        type=_count,
+        default=20,
+        metavar="N",
+        help="how many guesses of the paper's stimuli, each calibrated; 0 is the shipped one alone "
+        "(%(default)s)",
+    )
+    predict.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="draw matrices and curve into this folder"
+    )
+    add_former(predict, "--plots", "out")
+    add_json(predict)
+    choose = parts.add_parser("choose", help="search for strokes that differ", description=_CHOOSE)
     choose.set_defaults(run=_choose)
-    choose.add_argument("--wider", action="store_true", help="five more vibrations beside ours")
-    choose.add_argument("--json", action="store_true", help="print one JSON document only")
+    choose.add_argument(
+        "--wider", action="store_true", help="search among five more vibrations too"
+    )
+    add_json(choose)
 
 
 def _noise(text: str) -> float:
     value = float(text)
     if not (math.isfinite(value) and 0.0 <= value <= 1000.0):
         raise argparse.ArgumentTypeError(f"{text} is not within 0..1000")
+    return value
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if not 0 <= value <= 200:
+        raise argparse.ArgumentTypeError(f"{text} is not within 0..200")
     return value
 
 
@@ -81,26 +117,29 @@ def _patterns(name: str) -> Sequence[Stimulus]:
 
 
 def _report(options: argparse.Namespace) -> None:
-    from hapticvlm.study import predict
+    from hapticvlm.commands.progress import working
+    from hapticvlm.study import guesses, predict
     from hapticvlm.study.percepts import Noise
 
     stimuli = _patterns(options.patterns)
-    checked = None
+    checked = spread = None
     if options.noise is None and options.heat_noise is not None:
         raise ValueError("--heat-noise needs --noise")
-    if options.noise is None:
-        checked = predict.check(predict.paper_noise())
-        noise = checked.noise
-    else:
-        heat = options.noise if options.heat_noise is None else options.heat_noise
-        noise = Noise(options.noise, heat)
-    found = predict.predict(stimuli, noise)
-    if options.plots is not None:
-        _draw(found, checked, options)
+    with working("asking the machine observer"):
+        if options.noise is None:
+            checked = predict.check(predict.paper_noise())
+            noise = checked.noise
+            spread = guesses.spread(stimuli, options.guesses) if options.guesses else None
+        else:
+            heat = options.noise if options.heat_noise is None else options.heat_noise
+            noise = Noise(options.noise, heat)
+        found = predict.predict(stimuli, noise)
+        if options.out is not None:
+            _draw(found, checked, options)
     if options.json:
-        print(json.dumps(_document(found, checked)))
+        print(json.dumps(_document(found, checked, spread)))
         return
-    _print(found)
+    _print(found, spread)
     if checked is not None:
         _print_check(checked)
 
@@ -108,7 +147,7 @@ def _report(options: argparse.Namespace) -> None:
 def _draw(found: Prediction, checked: PaperCheck | None, options: argparse.Namespace) -> None:
     from hapticvlm.study import observer_plots, paper, predict
 
-    folder: Path = options.plots
+    folder: Path = options.out
     folder.mkdir(parents=True, exist_ok=True)
     name = Path(options.patterns).stem
     observer_plots.draw_matrix(found, folder / f"observer-{name}.png")
@@ -123,19 +162,23 @@ def _draw(found: Prediction, checked: PaperCheck | None, options: argparse.Names
         observer_plots.draw_check(checked, paper.confusion(), paper.CODES, path)
 
 
-def _document(found: Prediction, checked: PaperCheck | None) -> dict[str, Any]:
+def _document(
+    found: Prediction, checked: PaperCheck | None, spread: Spread | None
+) -> dict[str, Any]:
     document = {"what": WHAT, **asdict(found), "counts": found.counts.tolist()}
+    if spread is not None:
+        document["guesses"] = asdict(spread)
     if checked is not None:
         document["paper_check"] = {**asdict(checked), "counts": checked.counts.tolist()}
     return document
 
 
-def _print(found: Prediction) -> None:
+def _print(found: Prediction, spread: Spread | None) -> None:
     from hapticvlm.study.observer import TRIALS
 
     noise = f"{found.noise.touch:.2f} (vibration) and {found.noise.heat:.2f} (heat)"
     print(f"{WHAT}; {TRIALS} trials a pattern at {noise} Weber steps of noise")
-    print(f"recognised: {found.recognised:.1%} of {len(found.names)} patterns")
+    print(f"recognised: {found.recognised:.1%} of {len(found.names)} patterns{_range(spread)}")
     name, share = found.one_feature
     print(f"  beside it: always one answer {found.constant:.1%}, best single feature {share:.1%}")
     print(f"  ({name}), vibration alone {found.touch_only:.1%}, heat alone {found.heat_only:.1%}")
@@ -155,6 +198,17 @@ def _print(found: Prediction) -> None:
         print(f"  {name:<{wide}} {begin_c:.1f} {end_c:.1f}")
 
 
+def _range(spread: Spread | None) -> str:
+    """Say how much of the figure hangs on the guess of the paper's stimuli."""
+    if spread is None:
+        return ""
+    return (
+        f" with the guess of the paper's stimuli\n  that is shipped; with {spread.count} others "
+        f"{spread.lowest:.1%} to {spread.highest:.1%}, median {spread.median:.1%}, four in five "
+        f"{spread.tenth:.1%} to {spread.ninetieth:.1%}"
+    )
+
+
 def _print_check(checked: PaperCheck) -> None:
     print("\ncalibrated on a set like the paper's; pairs of vibrations, share of all trials")
     print(f"{'':<8} {'nine people':>12} {'observer':>10}")
@@ -166,9 +220,11 @@ def _print_check(checked: PaperCheck) -> None:
 
 
 def _search(options: argparse.Namespace) -> None:
+    from hapticvlm.commands.progress import working
     from hapticvlm.study import choose, patterns
 
-    chosen, nearest = choose.choose(patterns.candidates(wider=options.wider))
+    with working("searching, about half a minute"):
+        chosen, nearest = choose.choose(patterns.candidates(wider=options.wider))
     if options.json:
         rows = [asdict(stimulus) for stimulus in chosen]
         print(json.dumps({"what": WHAT, "nearest_two_steps": nearest, "vibrations": rows}))

@@ -19,14 +19,14 @@ def add_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> No
     parser.add_argument(
         "--patterns",
         type=Path,
-        metavar="DIR",
-        help="replace what is synthesised by these WAV files, as for serve",
+        metavar="FOLDER",
+        help="play the WAV files of this folder instead of synthesis, as `serve` does",
     )
     parser.add_argument(
         "--speaker-response",
         type=Path,
         metavar="FILE",
-        help="correct the speaker by this curve, as for serve",
+        help="correct the speaker by this curve, as `serve` does",
     )
 
 

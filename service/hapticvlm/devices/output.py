@@ -155,12 +155,12 @@ def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | N
     raise OutputError(f"no such output; this machine has: {names}")
 
 
-def take_priority() -> bool:
+def take_priority(priority: int = FIFO_PRIORITY) -> bool:
     """Ask for real-time priority for the calling thread; tell whether it was permitted."""
     if not hasattr(os, "sched_setscheduler"):
         return False
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(FIFO_PRIORITY))
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError:
         return False
     return True

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from hapticvlm.devices import faults, ports
+from hapticvlm.devices.output import take_priority
 from hapticvlm.devices.plate_protocol import Answer
 from hapticvlm.devices.plate_session import PlateSession
 from hapticvlm.devices.ports import DeviceError, Place, Port
@@ -23,6 +24,7 @@ GREETING_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
 READ_BYTES = 256
 PAUSES_S = (0.25, 0.5, 1.0, 2.0, 5.0)  # before each try to open the port again, then the last
 FAREWELL_S, JOIN_S = 0.5, 2.0
+PRIORITY = 15  # above the gateway's loop, whose orders it sends, below the audio's
 
 logger = logging.getLogger(__name__)
 
@@ -67,11 +69,16 @@ class Peltier:
         open_port: Callable[[str], Port] = ports.open_port,
         clock: Callable[[], float] = time.monotonic,
         simulated: bool = False,
+        realtime: bool = False,
     ) -> None:
-        """`asked` is a port, a pyserial URL or `auto`; `clock` is the one `now` comes from."""
+        """`asked` is a port, a pyserial URL or `auto`; `clock` is the one `now` comes from.
+
+        With `realtime` the thread asks for that priority: a stop must not wait for a busy loop.
+        """
         self.simulated = simulated
         self.name = "simulated plate" if simulated else asked
         self._asked = asked
+        self._realtime = realtime
         self._open_port, self._clock = open_port, clock
         self._session = PlateSession()
         self._lock = threading.Lock()  # held for computing only, never over a read or write
@@ -212,6 +219,8 @@ class Peltier:
                 port.close()
 
     def _run(self) -> None:
+        if self._realtime:
+            take_priority(PRIORITY)
         tries = 0
         while not self._closing.is_set():
             if self._port is not None:

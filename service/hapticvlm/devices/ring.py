@@ -34,7 +34,7 @@ SAMPLES = 48_000  # the newest second
 
 TRIES = 100
 
-_RECORD = struct.Struct("<QBBBBhxxfffdQd")
+_RECORD = struct.Struct("<QBBBBhxxffffdQd")
 _STATUS = struct.Struct("<QdfQQQQQ??")
 _STANDING = struct.Struct("<QdQ")
 _SUM = struct.Struct("<I")
@@ -248,19 +248,20 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
         case Command():
             material = -1 if order.material is None else materials.index(order.material)
             interaction = _INTERACTIONS.index(order.interaction)
-            motion = order.motion
+            motion, thickness_m = order.motion, order.thickness_m or 0.0
             return (
                 *(_OBEY, order.hand, interaction, order.onset, material),
-                *(motion.speed_mps, motion.force_n, order.gain, order.expires_at, order.seed),
+                *(motion.speed_mps, motion.force_n, order.gain, thickness_m),
+                *(order.expires_at, order.seed),
             )
         case LetGo():
-            return _LET_GO, order.hand, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0
+            return _LET_GO, order.hand, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0.0, 0
         case RestAll():
-            return _REST, 0, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0
+            return _REST, 0, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0.0, 0
 
 
 def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
-    kind, hand, interaction, onset, material, speed, force, gain, expires_at, seed = fields
+    kind, hand, interaction, onset, material, speed, force, gain, thick, expires_at, seed = fields
     if kind == _LET_GO:
         return LetGo(hand)
     if kind == _REST:
@@ -274,4 +275,5 @@ def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
         seed=seed,
         expires_at=expires_at,
         gain=gain,
+        thickness_m=thick or None,
     )

@@ -191,10 +191,15 @@ class SimulatedPort:
         self._pending = self._pending[:_UNSENT_BYTES]
 
 
-def simulated_plate() -> Peltier:
+def simulated_plate(*, realtime: bool = False) -> Peltier:
     """Return a plate of the real class on a simulated board; start it like any other."""
     board = SimulatedBoard()
-    return Peltier("simulated", open_port=lambda _: SimulatedPort(board), simulated=True)
+    return Peltier(
+        "simulated",
+        open_port=lambda _: SimulatedPort(board),
+        simulated=True,
+        realtime=realtime,
+    )
 
 
 def _permille(current_a: float) -> int:

@@ -117,6 +117,7 @@ connecting.begin(url);
 teach.begin(link);
 trial.offerTouches(url, () => ({ token: link.token }));
 offerStop(link, askStatus);
+service.offerEnd(link, askStatus);
 decisions.offerChoice();
 link.connect();
 follow();

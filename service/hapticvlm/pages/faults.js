@@ -3,6 +3,7 @@ import { byId, clock, make } from "./dom.js";
 
 const MOST_TROUBLES = 8;
 const SPEAKER_GONE = ["The speaker does not play: its audio output is gone.", "plug it in again; vibration rests until then"];
+const SIMULATED_GONE = ["The simulated speaker does not play: its process has ended.", "nothing, the service starts it again; no device is concerned"];
 let shown = null;
 
 // Takes the service's status: plate.faults is {name: "what was seen (name, number n): what to do"}.
@@ -11,7 +12,7 @@ export function show({ plate, speaker }) {
   if (key === shown) return;
   shown = key;
   const items = Object.entries(plate.faults).map(plateFault);
-  if (!speaker.plays) items.unshift(fault("speaker_gone", ...SPEAKER_GONE));
+  if (!speaker.plays) items.unshift(fault("speaker_gone", ...(speaker.simulated ? SIMULATED_GONE : SPEAKER_GONE)));
   const none = make("li", "None: plate and speaker report no fault.", { className: "fine" });
   byId("faults").replaceChildren(...(items.length ? items : [none]));
 }

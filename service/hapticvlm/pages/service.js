@@ -1,6 +1,8 @@
 // What the service says of itself once a second: owner, models, VLM, drops and refusals.
 import { byId, list, say } from "./dom.js";
 
+const IDLE_S = 30; // as long as an owner may touch nothing before another scene may take the outputs
+
 let welcomed = null;
 
 export function welcome(message) {
@@ -10,14 +12,31 @@ export function welcome(message) {
 export function show(status) {
   say(byId("owner"), ownerWords(status));
   byId("owner").dataset.owned = String(Boolean(status.owner));
+  byId("end-owner").hidden = !isIdle(status);
   list(byId("service"), facts(status));
   list(byId("counts"), counts(status));
 }
 
-function ownerWords({ owner, leases }) {
+// An owner that touches nothing for long may hang: the outputs can be taken from it, or it can be ended.
+export function offerEnd(link, whenDone) {
+  byId("end-owner").addEventListener("click", async () => {
+    const answer = await link.ask({ type: "set", ownership: "end" });
+    const ended = answer.type === "ok" ? "Ended." : `Not ended: ${answer.text ?? "no answer"}.`;
+    say(byId("end-owner-told"), ended);
+    whenDone();
+  });
+}
+
+function isIdle({ owner, owner_idle_s }) {
+  return Boolean(owner) && owner_idle_s >= IDLE_S;
+}
+
+function ownerWords(status) {
+  const { owner, leases, owner_idle_s } = status;
   if (!owner) return "Nobody owns the outputs";
   const [, name] = /^'(.*)' #\d+$/.exec(owner) ?? [null, owner];
-  return `Owner: ${name}${leases ? ", touching" : ""}`;
+  const idle = isIdle(status) ? `, idle for ${owner_idle_s.toFixed(0)} s` : "";
+  return `Owner: ${name}${leases ? ", touching" : idle}`;
 }
 
 function facts(status) {
@@ -26,11 +45,18 @@ function facts(status) {
     ["touching (leases)", status.leases],
     ["connections, with this page", status.connections],
     ["encoder", status.recogniser.encoder ?? "none"],
+    ...shared(status.recogniser.remote),
     ["vision-language model", vlm(status.vlm)],
     ["dose, heated for", `${status.plate.dose_cem43.toFixed(3)} CEM43, ${status.plate.heated_s.toFixed(0)} s`],
     ["real-time audio", status.speaker.realtime ? "yes" : "no"],
     ...privacy(),
   ];
+}
+
+function shared(state) {
+  if (!state) return [];
+  const now = state.is_used ? state.identity : state.reason ? `not used: ${state.reason}` : "not asked yet";
+  return [["shared recogniser", `${now}; ${state.answered} answered, ${state.failed} failed, ${state.local} done here`]];
 }
 
 function vlm(state) {
@@ -45,10 +71,11 @@ function vlm(state) {
 
 function privacy() {
   if (!welcomed) return [];
-  const { frames_stored, frames_leave_machine } = welcomed.privacy;
+  const { frames_stored, frames_leave_machine, crops_leave_machine } = welcomed.privacy;
   return [
     ["frames are stored", frames_stored ? "YES" : "no"],
     ["frames may leave this machine", frames_leave_machine ? "YES" : "no"],
+    ["crops of objects may leave this machine", crops_leave_machine ? "YES" : "no"],
     ["service", `${welcomed.service.name} ${welcomed.service.version}`],
   ];
 }

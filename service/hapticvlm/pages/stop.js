@@ -38,7 +38,7 @@ function sentence(hands, held) {
 function outcome(answer) {
   switch (answer.type) {
     case "ok":
-      return `Stopped at ${clock()}. Outputs rest until the scene releases and touches anew.`;
+      return `Stopped at ${clock()}. The vibration has ended and the plate is off until the scene releases and touches anew.`;
     case "unsent":
       return `NOT STOPPED: no connection to the service; ${BY_HAND}.`;
     case "error":

@@ -55,6 +55,7 @@ const PROMPTS = {
 };
 
 function show() {
+  if (["done", "stopped"].includes(view.phase)) silence();
   const [title, detail] = PROMPTS[view.phase]();
   say(title, detail);
   const { speaker, peltier } = view.devices;
@@ -165,12 +166,17 @@ function go() {
 }
 
 function stop() {
-  masking.stop();
+  silence();
   if (!ask({ do: "stop" })) alarm("NOT STOPPED: no connection to the study; switch the devices off by hand");
 }
 
 function startMasking(isTold) {
   if (view.masking_noise && !masking.isOn) setMasking(true, isTold);
+}
+
+// Ends the noise and unticks its box, without a word to the study.
+function silence() {
+  if (masking.isOn) setMasking(false, false);
 }
 
 function setMasking(on, isTold = true) {

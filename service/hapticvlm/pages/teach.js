@@ -29,7 +29,7 @@ export function offer(decision, title) {
   if (likely) byId("teach-material").value = likely;
 }
 
-// Only the owner's scene may state a material; what the service answers is shown as it is.
+// The service takes it for the owner's scene, from this machine only; a refusal is shown as it is.
 async function state(material) {
   const answer = await link.ask({ type: "scene", objects: [{ object_id: current.object_id, material }], replace: false });
   say(byId("teach-told"), answer.type === "ok" ? `Taken: ${material}, until the scene ends.` : (answer.text ?? "The service did not answer."));

@@ -86,6 +86,8 @@ function bar({ rung, material, confidence }) {
 
 function because(decision) {
   return [
+    ...(decision.sub_material ? [["made of", decision.sub_material]] : []),
+    ...(decision.thickness_m ? [["thickness", `${Number((1e3 * decision.thickness_m).toPrecision(2))} mm`]] : []),
     ["ambient", within(decision, "ambient", AMBIENT_WORDS)],
     ["surface", within(decision, "surface", SURFACE_WORDS)],
     ["surface, why", decision.surface_why || "not said"],

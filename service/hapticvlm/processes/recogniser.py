@@ -8,10 +8,10 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -30,8 +30,13 @@ from hapticvlm.recognition import pictures
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import FrameRecogniser, Recognition, Shown
 from hapticvlm.recognition.galleries.storage import load_gallery
-from hapticvlm.recognition.galleries.user_materials import UserMaterial
+from hapticvlm.recognition.galleries.user_materials import UserMaterial, table_with
 from hapticvlm.recognition.pictures import Shrunk
+from hapticvlm.recognition.remote.settings import RemoteSettings
+from hapticvlm.recognition.remote.state import RemoteState
+
+if TYPE_CHECKING:
+    from hapticvlm.recognition.remote.client import RemoteRecogniser
 
 NICE = 5
 LIMIT_S, NAMED_LIMIT_S = 5.0, 20.0  # ours takes 25 ms, and a second on a busy machine; others more
@@ -43,7 +48,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class RecogniserSettings:
-    """What to load (None = what ships with the package), and what to run it on.
+    """What to load (None = what ships with the package), what to run it on, whom else to ask.
 
     `own` are the materials of the gallery folder that the rest of the service knows.
     """
@@ -53,6 +58,7 @@ class RecogniserSettings:
     own: tuple[UserMaterial, ...] = ()
     device: str = "cpu"
     threads: int = 1
+    remote: RemoteSettings | None = None
 
     @property
     def start_s(self) -> float:
@@ -75,10 +81,14 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class Recognised:
-    """What came of one frame, and the small picture of it if that was asked for."""
+    """What came of one frame, the small picture of it if that was asked for.
+
+    `remote`: how the shared recogniser stands, if one is named.
+    """
 
     recognition: Recognition
     shown: Shrunk | None = None
+    remote: RemoteState | None = None
 
 
 class RecogniserWorker:
@@ -89,6 +99,7 @@ class RecogniserWorker:
         self.worker: ModelWorker[Recognised] = ModelWorker(
             WorkerPlan("recogniser", run_recogniser, settings, Recognised, limit_s, start_s)
         )
+        self.remote: RemoteState | None = None
 
     @property
     def loaded(self) -> Loaded:
@@ -117,9 +128,26 @@ class RecogniserWorker:
         data = msgspec.msgpack.encode(msgspec.structs.replace(frame, id=1))  # 0 is no wire id
         self.worker.request(data, (subject, now, anew, shrink, shown), now)
 
+    def note(self, remote: RemoteState | None) -> None:
+        """Take in how the shared recogniser stands; a line to the log when that changes."""
+        before, self.remote = self.remote, remote
+        if remote is None or _standing(remote) == _standing(before):
+            return
+        if remote.is_used:
+            logger.info("objects are recognised by %s", remote.identity)
+        else:
+            logger.warning("objects are recognised on this machine: %s", remote.reason)
+
     def close(self) -> None:
         """Stop the process."""
         self.worker.close()
+
+
+def _standing(remote: RemoteState | None) -> tuple[bool, str, bool]:
+    """Pick what is worth a line when it changes; a reason is, but not each wording of it."""
+    if remote is None:
+        return False, "", False
+    return remote.is_used, remote.identity, bool(remote.reason)
 
 
 def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection) -> None:
@@ -128,24 +156,33 @@ def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection
 
     def load() -> tuple[Started, Serve]:
         try:
-            recogniser, encoder = _load(settings)
+            recogniser, encoder, remote = _load(settings)
         except Exception as error:
             raise RuntimeError(f"cannot load the models: {error}") from error
         gallery = settings.gallery.resolve().name if settings.gallery else "shipped"
-        return Started((encoder, gallery)), lambda data, details: _recognise(
-            recogniser, data, *details
-        )
+
+        def serve(data: bytes, details: tuple[Any, ...]) -> Recognised:
+            found = _recognise(recogniser, data, *details)
+            return found if remote is None else replace(found, remote=remote.state)
+
+        return Started((encoder, gallery)), serve
 
     serve_requests(slot, control, load)
 
 
-def _load(settings: RecogniserSettings) -> tuple[FrameRecogniser, str]:
+def _load(
+    settings: RecogniserSettings,
+) -> tuple[FrameRecogniser, str, RemoteRecogniser | None]:
     encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
-    recogniser = FrameRecogniser(
-        encoder, load_gallery(settings.gallery, encoder=encoder, own=settings.own)
-    )
+    remote = None
+    if settings.remote is not None:
+        from hapticvlm.recognition.remote.client import RemoteRecogniser
+
+        remote = RemoteRecogniser(settings.remote, table_with(settings.own))
+    gallery = load_gallery(settings.gallery, encoder=encoder, own=settings.own)
+    recogniser = FrameRecogniser(encoder, gallery, remote)
     recogniser.warm_up()
-    return recogniser, encoder.name
+    return recogniser, encoder.name, remote
 
 
 def _recognise(recogniser: FrameRecogniser, data: bytes, *details: Any) -> Recognised:

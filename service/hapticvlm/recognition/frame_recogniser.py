@@ -10,6 +10,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
@@ -22,6 +23,10 @@ from hapticvlm.recognition.encoders.encoder import Encoder, EncoderError
 from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.scene_references import SceneReferences
+
+if TYPE_CHECKING:
+    from hapticvlm.recognition.remote.client import RemoteRecogniser
+    from hapticvlm.recognition.remote.contract import Found
 
 MAX_REMEMBERED = 1024
 MAX_SCENES = 16  # whose named objects teach; the one unused longest makes room
@@ -54,9 +59,13 @@ class Shown:
 class FrameRecogniser:
     """Recognises pictures one after the other; remembers the last picture of each object."""
 
-    def __init__(self, encoder: Encoder, gallery: Gallery) -> None:
+    def __init__(
+        self, encoder: Encoder, gallery: Gallery, remote: RemoteRecogniser | None = None
+    ) -> None:
         self._encoder = encoder
         self._gallery = gallery
+        self._remote = remote
+        self._answered_by = ""  # the identity of the shared recogniser, "" = this machine
         self._scenes: OrderedDict[str, SceneReferences] = OrderedDict()
         self._signatures: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
 
@@ -94,6 +103,7 @@ class FrameRecogniser:
         """Decode, compare with the last picture of the same object, embed and match.
 
         An object that is `shown` with its material teaches its scene, another one is taught by it.
+        What is `shown` may be recognised elsewhere; a whole scene, shown by None, never is.
         """
         stages = {"queue": waited_ms}
         started = time.perf_counter()
@@ -103,23 +113,52 @@ class FrameRecogniser:
         except pictures.PictureError as error:
             return Recognition(None, stages, error=str(error), error_path=error.path)
         stages["decode"], started = _lap(started)
+        if self._remote is not None:
+            self._follow(self._remote)
         unchanged = self._is_unchanged(subject, crop)
         if unchanged and frame.purpose == "live" and not anew:
             return Recognition(None, stages)
-        try:
-            embedding = self._encoder.embed([crop])[0]
-        except EncoderError as error:
-            return Recognition(None, stages, error=str(error), is_our_fault=True)
-        stages["encode"], started = _lap(started)
-        evidence = self._gallery.match(embedding)
+        found = None
+        if self._remote is not None and shown is not None:
+            found = self._elsewhere(self._remote, frame, crop)
+            stages["remote"], started = _lap(started)
+        if found is not None:
+            evidence, embedding = found.evidence, found.embedding
+        else:
+            try:
+                embedding = self._encoder.embed([crop])[0]
+            except EncoderError as error:
+                return Recognition(None, stages, error=str(error), is_our_fault=True)
+            stages["encode"], started = _lap(started)
+            evidence = self._gallery.match(embedding)
         if shown is not None:
             evidence = self._taught(evidence, embedding, shown)
         stages["match"], _ = _lap(started)
         return Recognition(evidence, stages, SceneView(embedding, float(crop.image.mean()) / 255.0))
 
+    def _follow(self, remote: RemoteRecogniser) -> None:
+        """Recognise every object anew when another encoder or gallery answers from now on."""
+        remote.probe()
+        answering = "" if remote.identity is None else remote.identity.hash
+        if answering != self._answered_by:
+            self._answered_by = answering
+            self._signatures.clear()
+
+    def _elsewhere(
+        self, remote: RemoteRecogniser, frame: Frame, crop: pictures.Crop
+    ) -> Found | None:
+        identity = remote.identity
+        if identity is not None and identity.side != self._encoder.side:
+            crop = pictures.crop(frame, identity.side)
+        found = remote.look(crop)
+        if found is None:
+            self._answered_by = ""
+        return found
+
     def _taught(self, evidence: Evidence, embedding: NDArray[np.float32], shown: Shown) -> Evidence:
-        references = self._scenes.pop(shown.scene, None) or SceneReferences()
-        self._scenes[shown.scene] = references
+        scene = f"{self._answered_by} {shown.scene}"  # embeddings of two encoders do not compare
+        references = self._scenes.pop(scene, None) or SceneReferences()
+        self._scenes[scene] = references
         if len(self._scenes) > MAX_SCENES:
             self._scenes.popitem(last=False)
         if shown.material is not None and shown.object_id is not None:

@@ -41,6 +41,7 @@ class _Item:
     kind: Kind
     beliefs: Distribution
     weight: float = 1.0
+    words: tuple[str, ...] = ()  # of the name; none where it says that they are not so
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +64,20 @@ def from_name(name: str, lexicon: Lexicon | None = None) -> Evidence | None:
     """Read a name; None when no word of it is known. No lexicon means the built-in materials'."""
     if lexicon is None:
         lexicon = read_lexicon(materials.MATERIALS)
-    items = _lookup(words_of(name), lexicon)
-    groups = _groups(_tone(items))
+    groups = _groups_of(name, lexicon)
     if not groups:
         return None
-    head = max(range(len(groups)), key=lambda index: (not _is_aside(groups[index]), index))
+    head = _head(groups)
     weights = [1.0 if at == head else MINOR for at in range(len(groups))]
     return _evidence("name", _mix([_meaning(group) for group in groups], weights))
+
+
+def head_words(name: str, lexicon: Lexicon) -> tuple[str, ...]:
+    """Return the known words of the thing that a name is about, singular; "faux brick" has none."""
+    groups = _groups_of(name, lexicon)
+    if not groups:
+        return ()
+    return tuple(word for item in groups[_head(groups)] for word in item.words)
 
 
 def from_shader(
@@ -116,6 +124,15 @@ def words_of(name: str) -> list[str]:
     return [word.lower() for word in words if len(word) > 1]
 
 
+def _groups_of(name: str, lexicon: Lexicon) -> list[list[_Item]]:
+    return _groups(_tone(_lookup(words_of(name), lexicon)))
+
+
+def _head(groups: Sequence[Sequence[_Item]]) -> int:
+    """Find the group of the thing that is named: the last that is no part or aside."""
+    return max(range(len(groups)), key=lambda index: (not _is_aside(groups[index]), index))
+
+
 def _lookup(words: Sequence[str], lexicon: Lexicon) -> list[_Item]:
     """Words as items, longest known phrase first; noise is dropped, the unknown kept as ""."""
     singular = [
@@ -127,7 +144,8 @@ def _lookup(words: Sequence[str], lexicon: Lexicon) -> list[_Item]:
         runs = [tuple(singular[at : at + n]) for n in range(lexicon.longest, 0, -1)]
         run = next((run for run in runs if run in lexicon.phrases), runs[-1])
         if run in lexicon.phrases or run[0] not in lexicon.noise:
-            found.append(lexicon.phrases.get(run) or lexicon.items.get(run[0], _Item("", {})))
+            item = lexicon.phrases.get(run) or lexicon.items.get(run[0], _Item("", {}))
+            found.append(replace(item, words=run))
         at += len(run)
     return found
 
@@ -173,7 +191,8 @@ def _tone(items: Iterable[_Item]) -> list[_Item]:
 
 
 def _scaled(item: _Item, factor: float) -> _Item:
-    return replace(item, beliefs={name: factor * p for name, p in item.beliefs.items()})
+    beliefs = {name: factor * p for name, p in item.beliefs.items()}
+    return replace(item, beliefs=beliefs, words=())
 
 
 def _groups(items: Iterable[_Item]) -> list[list[_Item]]:

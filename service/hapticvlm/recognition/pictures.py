@@ -29,12 +29,15 @@ CENTRE = 0.5  # share of the frame's sides looked at when nothing says where the
 CENTRAL_DISC = 0.8  # diameter of the central mask over the crop's side
 MARGIN = 0.05  # of the mask's bounding box, kept around it: surroundings tell glass from paint
 REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than none
+MAX_CHUNKS = 2048  # of a PNG: 4 MiB in pieces of 8 KiB are 512; each costs the decoder time
 MAX_SCANS = 32  # a JPEG of thousands of empty scans keeps a decoder busy for minutes; common: <= 10
 CELLS = 8  # cells a side of a signature
 MEAN_CHANGE = 4.0  # grey levels, root mean square over the cells, that count as another picture
 CELL_CHANGE = 24.0  # grey levels that one cell alone must move: a hand coming in, a lid opening
 
 _CHANNELS = {"rgb8": 3, "rgba8": 4}
+_PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+_CHUNK_FRAME = 12  # bytes of a chunk beside its data: length, kind, checksum
 _PNG_HEADER = struct.Struct(">8s4x4sIIB")  # signature, IHDR, width, height, bits per channel
 
 
@@ -186,11 +189,22 @@ def _png_size(path: str, data: bytes) -> tuple[int, int]:
     if len(data) < _PNG_HEADER.size:
         raise PictureError(path, "no PNG: it ends within its header; send the whole file")
     magic, chunk, width, height, bits = _PNG_HEADER.unpack_from(data)
-    if magic != b"\x89PNG\r\n\x1a\n" or chunk != b"IHDR":
+    if magic != _PNG_MAGIC or chunk != b"IHDR":
         raise PictureError(path, "no PNG: it does not begin like one; check `format`")
     if bits != 8:
         raise PictureError(path, f"a PNG of {bits} bits a channel; send 8")
+    _require_few_chunks(path, data)
     return width, height
+
+
+def _require_few_chunks(path: str, data: bytes) -> None:
+    """Refuse a PNG of thousands of chunks, which keeps a decoder busy for seconds."""
+    at = len(_PNG_MAGIC)
+    for _ in range(MAX_CHUNKS):
+        at += _CHUNK_FRAME + int.from_bytes(data[at : at + 4], "big")
+        if at >= len(data):
+            return
+    raise PictureError(path, f"a PNG of more than {MAX_CHUNKS} chunks; save it without its extras")
 
 
 def _cut(

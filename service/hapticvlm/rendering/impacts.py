@@ -8,9 +8,10 @@ and w = 2 pi / T a mode answers, in closed form while the pulse lasts,
 
 and y(T) e^(s(t-T)) afterwards. Im(s y / |s|) has no constant push; the smooth pulse keeps the band.
 
-What a pulse excites depends on its length, so strengths are levelled at each length: at any speed
-all materials are equally strong, and only their pitch, ring and brightness differ. A user's
-material whose modes would leave the band of touch all the same is filtered.
+What a pulse excites depends on its length, so strengths are levelled at each length, and then
+follow the hardness of the material. A mass that meets a spring at speed v is stopped with 2 pi f v
+of acceleration: f is that of the first mode, and HARDNESS compresses what would be 21 dB from
+rubber to glass to 16. A user's material whose modes would leave the band of touch is filtered.
 
 Modes above 500 Hz or so, or quickly damped ones above 300, ring past the band's end however softly
 they are struck. The filter is causal, so it moves what it filters by about a millisecond; only
@@ -46,10 +47,11 @@ _LONGEST_S = 11e-3  # s, of the slowest press
 _HARD_N = 10.0  # N; a hit of this force is 7 % shorter
 _DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and damps the modes
 _LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
+HARDNESS, HARDEST_HZ = 0.75, 350.0  # exponent of the lowest mode; full level (physics.md 4.3)
 _FELT_STRIKE = 5.9  # lets the hardest strike of glass, the neediest material, peak at 0.9
 _LOUD_SPEED_MPS = 0.5  # m/s, an impact reaches 63 % of its level here
 _LOUD_FORCE_N = 3.0  # N, the same for a press
-_LONGEST_IMPACT_S, _END_FADE_S = 0.4, 0.01
+_LONGEST_IMPACT_S, _END_FADE_S = 0.48, 0.01
 _LENGTHS_S = np.geomspace(_SHORTEST_S, _LONGEST_S, 7)  # pulse lengths at which it is levelled
 
 
@@ -92,7 +94,7 @@ def impact(
     )
     contact_s = _contact_s(interaction, motion)
     level = _LEVEL[interaction] * strength(interaction, motion)
-    level *= _gain(vibration, interaction, contact_s)
+    level *= _gain(vibration, interaction, contact_s) * hardness(vibration)
     damping = _DAMPING[interaction]
     limits = leaves_band(vibration, damping)
     wave = level * struck(modes, contact_s, damping, playback.rate_hz, limits=limits)
@@ -108,6 +110,11 @@ def strength(interaction: str, motion: Motion) -> float:
     if interaction == "press":
         push += motion.force_n / _LOUD_FORCE_N
     return 1.0 - math.exp(-push)
+
+
+def hardness(vibration: Vibration) -> float:
+    """How strongly a blow on this is felt, 0..1 of a blow on the hardest."""
+    return float(min(vibration.modes[0].frequency_hz / HARDEST_HZ, 1.0) ** HARDNESS)
 
 
 def full_strength(interaction: str) -> float:
@@ -162,7 +169,7 @@ def _contact_s(interaction: str, motion: Motion) -> float:
 
 
 def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
-    """Gain that makes every material equally strong to the palm; the neediest one peaks highest."""
+    """Gain that makes all equally strong to the palm; the neediest material peaks highest."""
     log_gains = _log_gains(vibration, _DAMPING[interaction])
     at = np.interp(math.log(contact_s), np.log(_LENGTHS_S), log_gains)
     return _FELT_STRIKE * math.exp(at)

@@ -3,10 +3,12 @@
 The hand reads a loop of noise at speed / pitch periods a second (loops.py), so spectrum and
 movement cannot come apart; above 250 Hz the rate is bent into the band (transposition.py). A
 surface that sticks adds stick-slip: releases at speed / critical displacement, the more the harder
-it is pressed. Carving adds fibre breaks, single grains on the material's resonance. Swinging reads
-a loop at the rate of vortices, 0.2 v / d; it happens in the air, so it is the same for all.
+it is pressed, until it is moved too fast to catch. Carving adds fibre breaks, single grains on the
+material's resonance. Swinging reads a loop at the rate of vortices, 0.2 v / d, of the thickness d
+of what is swung; the rougher that is, the broader the noise it sheds.
 
-Every loop is driven as strongly as its band needs to be felt, so materials are equally strong.
+Every loop is driven as strongly as its band needs to be felt; how strongly a surface is felt then
+follows its roughness, and how strongly it sticks its friction (docs/physics.md 4.3).
 """
 
 from __future__ import annotations
@@ -30,13 +32,14 @@ from hapticvlm.rendering.transposition import felt_hz
 _Floats = NDArray[np.float64]
 
 # Where no source is named a figure is our choice, to be tuned by hand on real speakers.
-RMS = 0.1  # of full scale at 250 Hz; 12 dB more drive and peaks of 3 times that still fit
+RMS = 0.12  # of full scale at 250 Hz, roughness 1; 12 dB more drive, peaks of 3 times that
 _LOWEST_HZ = 20.0
-_SLOW_SPEED_MPS, _LIGHT_FORCE_N = 0.05, 0.5  # half level when rubbing; force counts from 30 %
-_SMOOTH = 0.1  # roughness of the smoothest class; what is smoother still is felt less
+_SLOW_SPEED_MPS, _LIGHT_FORCE_N = 0.12, 0.5  # half level when rubbing; force counts from 30 %
 _SLIP_M, _SLIPS_HZ = 2.5e-3, (20.0, 160.0)  # critical displacement; docs/physics.md 4.3
 _STUCK_N = 1.0  # N, at which half of what can stick does
-_VORTEX_PER_M, _SWING_BANDWIDTH, _SWING_SPEED_MPS = 40.0, 0.6, 2.5  # 0.2 / 5 mm (physics.md 4.3)
+_CATCH_MPS = 0.5  # per share that sticks: half of it catches no more at that speed
+STROUHAL, _SWING_SPEED_MPS = 0.2, 2.5  # physics.md 4.3
+_SWING_BANDWIDTH = (0.4, 1.0)  # of something smooth, of something fully rough
 _BREAK_SPACING_M, _BREAKS_HZ = 4e-3, (10.0, 60.0)  # fibre breaks per second (physics.md 4.3)
 _GRAIN_HZ, _GRAIN_DECAY, _GRAIN_S = (80.0, 250.0), 120.0, 0.04
 _GRAIN_CONTACT_S, _GRAIN_FELT, _GRAIN_PEAK = 2.4e-3, 7.0, 0.85
@@ -92,12 +95,16 @@ class Texture:
         interaction: str,
         seed: int,
         playback: Playback = NOMINAL,
+        thickness_m: float | None = None,
     ) -> None:
+        """`thickness_m` is that of what is swung; None takes what is usual for its material."""
         self._vibration, self._interaction = vibration, interaction
         self._rng = np.random.default_rng(seed)
         self._in_air = interaction == "swing"
-        smooth = (_SWING_BANDWIDTH, 0.0) if self._in_air else _surface(vibration)
-        self._surface = _Reader(loops.noise(*smooth), self._rng.random(), playback)
+        self._swung_m = vibration.swung_m if thickness_m is None else thickness_m
+        bandwidth = _shed(vibration.roughness) if self._in_air else vibration.bandwidth
+        loop = loops.noise(bandwidth, vibration.roughness)
+        self._surface = _Reader(loop, self._rng.random(), playback)
         self._sticks = 0.0 if self._in_air else vibration.stick
         self._slips = (
             _Reader(loops.stick_slip(), self._rng.random(), playback) if self._sticks else None
@@ -119,31 +126,46 @@ class Texture:
 
     def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
         """Next `count` samples, (count,) float32, under a motion that holds for all of them."""
-        reached = share(self._vibration, self._interaction, motion)
-        stuck = self._sticks * motion.force_n / (motion.force_n + _STUCK_N)
-        rubbed = reached * math.sqrt(1.0 - stuck**2)
+        moved = share(self._interaction, motion)
+        caught = catching(self._sticks, motion)
         wave = np.zeros(count)
+        rough = 1.0 if self._in_air else self._vibration.roughness
+        rubbed = moved * rough * math.sqrt(1.0 - caught**2)
         wave += self._surface.read(count, self._centre_hz(motion.speed_mps), rubbed)
         if self._slips is not None:
             rate_hz = min(max(motion.speed_mps / _SLIP_M, _SLIPS_HZ[0]), _SLIPS_HZ[1])
-            wave += self._slips.read(count, rate_hz, reached * stuck)
+            wave += self._slips.read(count, rate_hz, moved * caught)
         if self._breaks is not None:
-            wave = _CARVE_RUB * wave + self._breaks.render(count, reached, motion.speed_mps)
+            wave = _CARVE_RUB * wave + self._breaks.render(count, moved, motion.speed_mps)
         return np.asarray(wave, dtype=np.float32)
 
     def _centre_hz(self, speed_mps: float) -> float:
-        per_m = _VORTEX_PER_M if self._in_air else 1.0 / self._vibration.pitch_m
-        return max(felt_hz(speed_mps * per_m), _LOWEST_HZ)
+        period_m = self._swung_m / STROUHAL if self._in_air else self._vibration.pitch_m
+        return max(felt_hz(speed_mps / period_m), _LOWEST_HZ)
 
 
-def share(vibration: Vibration, interaction: str, motion: Motion) -> float:
+def share(interaction: str, motion: Motion) -> float:
     """How much of its full strength a texture reaches, 0..1, by speed and force."""
     speed = motion.speed_mps
     if interaction == "swing":
         return 1.0 - math.exp(-speed * speed / _SWING_SPEED_MPS**2)
     pressed = 0.3 + 0.7 * motion.force_n / (motion.force_n + _LIGHT_FORCE_N)
-    rough = min(vibration.roughness / _SMOOTH, 1.0)
-    return rough * pressed * speed / (speed + _SLOW_SPEED_MPS)
+    return pressed * speed / (speed + _SLOW_SPEED_MPS)
+
+
+def catching(stick: float, motion: Motion) -> float:
+    """Share (0..1) of a surface that catches and slips: the more it is pressed, the longer."""
+    held = stick * motion.force_n / (motion.force_n + _STUCK_N)
+    limit_mps = _CATCH_MPS * held
+    if limit_mps == 0.0:
+        return 0.0
+    return held * (limit_mps / math.hypot(limit_mps, motion.speed_mps)) ** 2
+
+
+def _shed(roughness: float) -> float:
+    """Bandwidth of the noise of something swung."""
+    smooth, rough = _SWING_BANDWIDTH
+    return smooth + (rough - smooth) * roughness
 
 
 class _Breaks:
@@ -188,10 +210,6 @@ class _Breaks:
             self.begun += 1
         self._tail = wave[count:]
         return wave[:count]
-
-
-def _surface(vibration: Vibration) -> tuple[float, float]:
-    return vibration.bandwidth, vibration.roughness
 
 
 @lru_cache(maxsize=8)

@@ -2,7 +2,8 @@
 
 Knows commands and samples, no sound card and no scene. A hand sounds only while its lease runs: a
 command says until when, and past that the hand fades by itself. Every change of voice is a linear
-fade of FADE_S, so whatever ends is silent within 20 ms at any block size.
+fade of FADE_S, so whatever ends is silent within 20 ms at any block size. The limiter of the whole
+delays it by limiter.DELAY_S.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering import vibration
+from hapticvlm.rendering.limiter import Limiter
 from hapticvlm.rendering.patterns import Pattern, PatternTexture
 from hapticvlm.rendering.vibration import (
     IMPACTS,
@@ -34,7 +36,6 @@ _MOST_RINGING, _MOST_IMPACTS, _MOST_FADING_TEXTURES = (
     8,
     2,
 )  # per hand: bounds the cost of a block
-_LINEAR_PEAK = 0.8  # of full scale, the limiter leaves everything below it alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,8 @@ class Command:
     """What one hand does now: hand 0 left, 1 right; no material is nothing to feel.
 
     `onset` starts an impact; `expires_at` is in seconds of the clock that `render` is given. `gain`
-    (0..1) is below 1 for a material that is not sure.
+    (0..1) is below 1 for a material that is not sure. `thickness_m` is that of what is swung, None
+    what is usual for its material.
     """
 
     hand: int
@@ -53,6 +55,7 @@ class Command:
     seed: int
     expires_at: float
     gain: float = 1.0
+    thickness_m: float | None = None
 
 
 @dataclass(slots=True)
@@ -66,6 +69,7 @@ class _Voice:
     aim: float = 1.0
     at: int = 0
     ended: bool = False
+    thickness_m: float | None = None
 
     def fork(self) -> _Voice:
         if isinstance(self.source, Texture | PatternTexture):
@@ -135,6 +139,7 @@ class Voices:
         self._patterns = {pattern.key: pattern for pattern in patterns}
         self._step = 1.0 / (FADE_S * playback.rate_hz)
         self._gain = gain
+        self._limiter = Limiter(playback.rate_hz)
         self._hands = (_Hand(), _Hand())
         if is_warm:
             _warm_up(table.values(), playback)
@@ -143,6 +148,7 @@ class Voices:
         """Return a copy in the same state that goes its own way: what comes if nothing changes."""
         forked = copy.copy(self)
         forked._hands = (self._hands[0].fork(), self._hands[1].fork())
+        forked._limiter = self._limiter.fork()
         return forked
 
     def silence(self) -> None:
@@ -150,11 +156,13 @@ class Voices:
         for hand in self._hands:
             hand.rest()
             hand.voices.clear()
+        self._limiter.clear()
 
     @property
     def is_silent(self) -> bool:
         """Whether nothing sounds and nothing is about to."""
-        return not any(hand.voices or hand.wanted for hand in self._hands)
+        is_idle = not any(hand.voices or hand.wanted for hand in self._hands)
+        return is_idle and self._limiter.is_empty
 
     def beginning(self) -> list[tuple[str, float]]:
         """Return material and peak (0..1) of the impacts that begin with the next block."""
@@ -192,7 +200,7 @@ class Voices:
             hand.rest()
 
     def render(self, count: int, now: float) -> NDArray[np.float32]:
-        """Next `count` samples, (count,) float32 in [-1, 1], of which the first sounds at `now`."""
+        """Next `count` samples, (count,) float32 in [-1, 1]; `now` sounds DELAY_S into them."""
         wave = np.zeros(count, np.float32)
         for begin in range(0, count, _CHUNK):
             part = wave[begin : begin + _CHUNK]
@@ -219,7 +227,7 @@ class Voices:
             part *= gains
         elif self._gain != 1.0:
             part *= np.float32(self._gain)
-        _limit(part)
+        self._limiter.apply(part)
 
     def _strike(self, hand: _Hand, command: Command) -> None:
         impacts = hand.impacts()
@@ -249,20 +257,22 @@ class Voices:
         gain = 0.0 if wanted is None else min(wanted.gain, 1.0)
         fitting = None
         for voice in textures:
-            voice.aim = gain if voice.key == key else 0.0
-            if wanted is not None and voice.key == key:
-                fitting, voice.motion = voice, wanted.motion
+            voice.aim = 0.0
+            if wanted and (voice.key, voice.thickness_m) == (key, wanted.thickness_m):
+                fitting, voice.motion, voice.aim = voice, wanted.motion, gain
         if wanted is None or key is None or fitting is not None:
             return
         if len(textures) <= _MOST_FADING_TEXTURES:
-            source = self._texture(key, wanted.seed)
-            hand.voices.append(_Voice(source, wanted.motion, key, gain=0.0, aim=gain))
+            source, thickness_m = self._texture(key, wanted), wanted.thickness_m
+            voice = _Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
+            hand.voices.append(voice)
 
-    def _texture(self, key: tuple[str, str], seed: int) -> Texture | PatternTexture:
+    def _texture(self, key: tuple[str, str], wanted: Command) -> Texture | PatternTexture:
         pattern = self._patterns.get(key)
         if pattern is not None:
             return PatternTexture(pattern, self._rate_hz)
-        return Texture(self._table[key[0]].vibration, key[1], seed, self._playback)
+        facts = self._table[key[0]].vibration
+        return Texture(facts, key[1], wanted.seed, self._playback, wanted.thickness_m)
 
 
 def _texture_key(command: Command) -> tuple[str, str]:
@@ -276,16 +286,6 @@ def _ramp(begin: float, end: float, count: int, step: float) -> NDArray[np.float
     steps = np.arange(1, count + 1, dtype=np.float32) * np.float32(step)
     gains = np.minimum(begin + steps, end) if end > begin else np.maximum(begin - steps, end)
     return np.asarray(gains, dtype=np.float32)
-
-
-def _limit(part: NDArray[np.float32]) -> None:
-    """Bend what exceeds the linear range smoothly into [-1, 1], in place."""
-    size = np.abs(part)
-    if size.size == 0 or float(size.max()) <= _LINEAR_PEAK:
-        return
-    room = 1.0 - _LINEAR_PEAK
-    bent = _LINEAR_PEAK + room * np.tanh((size - _LINEAR_PEAK) / room)
-    np.copyto(part, np.copysign(bent, part), where=size > _LINEAR_PEAK)
 
 
 def _warm_up(stuff: Iterable[Material], playback: Playback) -> None:

@@ -27,7 +27,7 @@ MAX_WAITING_SOCKETS = 32  # before hello; the oldest makes room
 SPARE_FILES = 40  # descriptors that are not for sockets: children, record, plate, pages
 
 # What comes in from one socket. A message costs its handling whether it is accepted or not.
-READ_BYTES = 8192  # at once: all frames of one read are parsed before anybody else has a turn
+READ_BYTES = 2048  # at once: all frames of one read are parsed before anybody else has a turn
 HELLO_FRAMES = 4  # WebSocket frames of any kind before hello
 MAX_HELLO_BYTES = 16 * 1024
 MAX_TEXT_BYTES = MIB  # text carries no pictures, and JSON is slow to parse

@@ -12,6 +12,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.messages import ServiceMessage, Telemetry, Vibration, View, encode
+from hapticvlm.server import http
 from hapticvlm.server.budgets import MAX_EVENTS
 from hapticvlm.session.session import SceneSession
 
@@ -44,6 +45,7 @@ class Connection:
         self, socket_: ServerConnection, name: str, session: SceneSession, *, as_text: bool
     ) -> None:
         self.name = name
+        self.is_local = http.is_loopback(str((socket_.remote_address or [""])[0]))
         self.session = session
         self.watches: frozenset[str] = frozenset()
         self._socket = socket_

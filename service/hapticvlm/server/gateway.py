@@ -25,6 +25,8 @@ from hapticvlm.messages import (
     Error,
     ErrorCode,
     MessageError,
+    Ok,
+    Scene,
     Scope,
     ServiceMessage,
     Set,
@@ -118,6 +120,11 @@ class Gateway:
         return self._outputs.hold
 
     @property
+    def thermal_gain(self) -> float:
+        """The thermal gain that was set last, by whichever owner."""
+        return self._outputs.thermal_gain
+
+    @property
     def reading(self) -> PlateReading:
         """What the plate last said."""
         return self._outputs.reading
@@ -162,7 +169,25 @@ class Gateway:
             self._vibration.end()
         self.owner = asker
         self._leased_at = now
-        asker.session.set_owner(owner=True)
+        asker.session.set_owner(owner=True, thermal_gain=self.thermal_gain)
+
+    def state_materials(self, observer: Connection, scene: Scene, now: float) -> Ok:
+        """Have the owner's scene take what a person says of it. Raises MessageError."""
+        if not observer.is_local:
+            text = (
+                "observers describe no scene; only the dashboard on the service's own machine may"
+            )
+            raise MessageError("protocol", text, path="$.type", id=scene.id)
+        if self.owner is None:
+            text = "no scene owns the outputs: connect one, and state its objects' materials then"
+            raise MessageError("not_owner", text, path="$.type", id=scene.id)
+        owner = self.owner
+        actions = owner.session.receive(owner.session.with_materials(scene), now)
+        answered = Ok(id=scene.id)
+        self.deliver(owner, [action for action in actions if action != Reply(answered)])
+        names = ", ".join(f"{given.object_id} {given.material}" for given in scene.objects)
+        logger.info("%s said: %s", observer.name, names)
+        return answered
 
     def close(self) -> None:
         """Rest both outputs and move nothing from now on."""

@@ -41,6 +41,7 @@ class AccessPolicy:
     scene_folder: Path | None = None
     lan_pages: LanPages | None = None
     names: frozenset[str] = frozenset()
+    has_study: bool = False  # whether a study listens to its page here
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
         """Say why a request with these headers is refused, or None."""
@@ -116,7 +117,7 @@ def answer(
         return _code(policy.lan_pages, connection.local_address[1])
     if policy.scene_folder is not None and path.startswith(scene_files.PREFIX):
         return _scene_file(policy.scene_folder, path)
-    return _page(path)
+    return _page(path, has_study=policy.has_study)
 
 
 def _report(path: str, status: dict[str, Any]) -> Response:
@@ -172,7 +173,9 @@ def _code(lan_pages: LanPages | None, port: int) -> Response:
     return _response(200, reach.code(page), TYPES[".svg"])
 
 
-def _page(path: str) -> Response:
+def _page(path: str, *, has_study: bool) -> Response:
+    if path == "/study.html" and not has_study:
+        return _response(404, "no study runs here: `hapticvlm study run` serves its page\n")
     name = "index.html" if path == "/" else path.removeprefix("/")
     known = {page.name: page for page in PAGES.iterdir() if page.suffix in TYPES}
     page = known.get(name)

@@ -8,10 +8,17 @@ from hapticvlm.devices.peltier import Plate
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import Scope
 from hapticvlm.rendering.plate_limits import PlateReading
-from hapticvlm.session.actions import DrivePlate, PlayVibration, ReleaseHand, RestPlate, SetGain
+from hapticvlm.session.actions import (
+    DrivePlate,
+    KeepThermalGain,
+    PlayVibration,
+    ReleaseHand,
+    RestPlate,
+    SetGain,
+)
 from hapticvlm.session.hands import Hold
 
-Driven = PlayVibration | ReleaseHand | SetGain | DrivePlate | RestPlate
+Driven = PlayVibration | ReleaseHand | SetGain | KeepThermalGain | DrivePlate | RestPlate
 
 
 class Outputs:
@@ -23,6 +30,7 @@ class Outputs:
         self.hold = Hold()
         self.reading: PlateReading = plate.advance(time.monotonic())
         self.is_closed = False
+        self.thermal_gain = 1.0  # as was set last, for the next owner
 
     def close(self) -> None:
         """Rest both at once, the plate's bridge open, and move nothing from now on."""
@@ -63,6 +71,8 @@ class Outputs:
                 self.speaker.let_go(action.hand)
             case SetGain():
                 self.speaker.set_gain(action.gain)
+            case KeepThermalGain():
+                self.thermal_gain = action.gain
             case DrivePlate():
                 self.plate.command(action.setpoint_c, action.ttl_s, time.monotonic())
             case RestPlate():

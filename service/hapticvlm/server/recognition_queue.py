@@ -28,6 +28,7 @@ from hapticvlm.session.frames import SURROUNDINGS
 
 VIEW_S = 0.5
 MOST_VIEWED = 256
+SHOWN_BYTES = 256 * 1024  # text observers get a third more, and all of it in one go
 
 Deliver = Callable[[Connection, list[Action]], None]
 
@@ -108,6 +109,7 @@ class RecognitionQueue:
         if not self._recogniser.worker.accept(answered, now):
             self._counts["late answers dropped"] += 1
             return
+        self._recogniser.note(answered.value.remote)
         request, self._under_way = self._under_way, None
         if request is not None and request.connection in self._mailboxes:
             if request.is_shown:
@@ -198,7 +200,9 @@ class RecognitionQueue:
 
 def _is_small(frame: Frame) -> bool:
     """Whether observers can be shown this frame as it came."""
-    return frame.format in ("jpeg", "png") and max(frame.width, frame.height) <= SHOWN_PX
+    is_compressed = frame.format in ("jpeg", "png")
+    size = len(frame.image) + len(frame.mask or b"")
+    return is_compressed and max(frame.width, frame.height) <= SHOWN_PX and size <= SHOWN_BYTES
 
 
 def _shown(connection: Connection, look: RecogniseFrame) -> Shown | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,7 @@ def of_recogniser(recogniser: RecogniserWorker) -> dict[str, Any]:
         "ready": recogniser.worker.is_ready,
         "busy_s": round(recogniser.worker.busy_s, 3),
         "encoder": recogniser.loaded.encoder,
+        "remote": None if recogniser.remote is None else asdict(recogniser.remote),
     }
 
 

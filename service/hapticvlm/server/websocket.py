@@ -37,6 +37,7 @@ from hapticvlm.messages import (
     Party,
     Privacy,
     ProtocolVersion,
+    Scene,
     Set,
     SetpointRange,
     Welcome,
@@ -77,12 +78,16 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """What `welcome` tells of this service; asks elsewhere = a VLM by url sees frames."""
+    """What `welcome` tells of this service; asks elsewhere = a VLM by url sees frames.
+
+    Crops elsewhere = a shared recogniser sees objects.
+    """
 
     devices: Devices
     models: Models
     table: Mapping[str, Material]
     asks_elsewhere: bool = False
+    crops_elsewhere: bool = False
     recorder: Recorder | None = None
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE
@@ -256,6 +261,7 @@ class WebSocketServer:
             "can_ask": self._offer.models.vlm is not None,
             "contact_resistance": self._offer.contact_resistance,
             "plate_resistance": self._offer.plate_resistance,
+            "thermal_gain": self._gateway.thermal_gain,
         }
         if self._offer.recorder is None or observer:
             return SceneSession(**given)
@@ -283,6 +289,7 @@ class WebSocketServer:
                 and self._offer.recorder.keeps_frames,
                 frames_leave_machine=self._offer.asks_elsewhere
                 or not http.is_loopback(self._address.host),
+                crops_leave_machine=self._offer.crops_elsewhere,
             ),
         )
 
@@ -312,6 +319,9 @@ class WebSocketServer:
             message = decode(data)
             if isinstance(message, Set) and message.ownership is not None:
                 self._gateway.change_owner(connection, message, now)
+            if isinstance(message, Scene) and connection.session.observer:
+                await connection.send(self._gateway.state_materials(connection, message, now))
+                return True
             actions = connection.session.receive(message, now)
         except MessageError as error:
             self._gateway.refuse(error.code)

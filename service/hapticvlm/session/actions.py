@@ -77,6 +77,13 @@ class SetGain:
 
 
 @dataclass(frozen=True, slots=True)
+class KeepThermalGain:
+    """Keep the thermal gain (0..1) that was set for whoever owns the outputs next."""
+
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
 class DrivePlate:
     """Drive the plate to `setpoint_c` for at most `ttl_s`."""
 
@@ -117,6 +124,7 @@ Action = (
     | PlayVibration
     | ReleaseHand
     | SetGain
+    | KeepThermalGain
     | DrivePlate
     | RestPlate
     | HoldOutputs

@@ -14,6 +14,7 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition import surface
 from hapticvlm.recognition.ambient import Ambient
 from hapticvlm.recognition.ladder import Evidence, Verdict
+from hapticvlm.recognition.sub_materials import Make
 from hapticvlm.recognition.surface import Surface, SurfaceFacts
 from hapticvlm.rendering import plate_limits, thermal
 from hapticvlm.rendering.interactions import IMPACTS
@@ -43,9 +44,15 @@ def surface_of(
     )
 
 
+def thickness_m(verdict: Verdict, facts: SceneObject | None, make: Make) -> float | None:
+    """Return how thick the object is, m: as the scene says, else as its name; None is thick."""
+    stated = facts.thickness_m if facts else None
+    return make.thickness_m.get(verdict.material) if stated is None else stated
+
+
 def contact(
     bulk: Thermal | None,
-    facts: SceneObject | None,
+    thickness_m: float | None,
     surface_c: float,
     contact_resistance: float | None = None,
 ) -> ThermalContact | None:
@@ -58,7 +65,7 @@ def contact(
     return thermal.thermal_contact(
         bulk,
         surface_c,
-        thickness_m=facts.thickness_m if facts else None,
+        thickness_m=thickness_m,
         contact_resistance=contact_resistance,
     )
 
@@ -69,6 +76,7 @@ class DecisionInputs:
 
     verdict: Verdict
     grading: Grading
+    make: Make
     facts: SceneObject | None
     ambient: Ambient
     thermal_gain: float
@@ -78,11 +86,15 @@ class DecisionInputs:
 def decide(
     object_id: str | None, inputs: DecisionInputs, table: Mapping[str, Material]
 ) -> Decision:
-    """Return the decision on one object as an event (id 0), not yet touched: it has no pattern."""
+    """Return the decision on one object as an event (id 0), not yet touched: it has no pattern.
+
+    The table has the materials as this object has them, sub-materials in their place.
+    """
     verdict, ambient = inputs.verdict, inputs.ambient
     warmth = surface_of(object_id, verdict, inputs.facts, ambient)
     bulk, basis = inputs.grading.thermal(warmth.value_c, table)
-    touched = contact(bulk, inputs.facts, warmth.value_c)
+    thick_m = thickness_m(verdict, inputs.facts, inputs.make)
+    touched = contact(bulk, thick_m, warmth.value_c)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
     deviation = 0.0 if contact_c is None else inputs.thermal_gain * (contact_c - NEUTRAL_C)
     limited = plate_limits.settle(NEUTRAL_C + deviation, inputs.limits)
@@ -110,6 +122,8 @@ def decide(
         limited_by=limited.limited_by,
         thermal_cue=touched is not None and thermal.carries_cue(touched),
         basis=basis,
+        sub_material=inputs.make.sub_material(verdict.material),
+        thickness_m=None if touched is None else thick_m,
     )
 
 

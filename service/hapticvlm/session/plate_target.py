@@ -30,11 +30,14 @@ class PlateTarget:
     """The trajectory of the skin and the setpoint on its way there; `gain` is 0..1."""
 
     def __init__(
-        self, reading: PlateReading = AT_REST, plate_resistance: float = PLATE_RESISTANCE
+        self,
+        reading: PlateReading = AT_REST,
+        plate_resistance: float = PLATE_RESISTANCE,
+        gain: float = 1.0,
     ) -> None:
         self.reading = reading
         self.limits = limits_of(reading)
-        self.gain = 1.0
+        self.gain = gain
         self._trajectory = ThermalTrajectory(plate_resistance=plate_resistance)
         self._setpoint_c = NEUTRAL_C
         self._is_driving = False

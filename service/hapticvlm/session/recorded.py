@@ -104,10 +104,10 @@ class RecordedSession(SceneSession):
         self._write_line({"now": now, "in": "tick", "reading": _plain(reading)}, None)
         return self._logged(super().tick(now, reading))
 
-    def set_owner(self, *, owner: bool) -> None:
-        """Say whether this scene may drive the outputs from now on."""
-        self._write_line({"in": "owner", "owner": owner}, None)
-        super().set_owner(owner=owner)
+    def set_owner(self, *, owner: bool, thermal_gain: float | None = None) -> None:
+        """Say whether this scene may drive the outputs from now on, and the gain it finds set."""
+        self._write_line({"in": "owner", "owner": owner, "thermal_gain": thermal_gain}, None)
+        super().set_owner(owner=owner, thermal_gain=thermal_gain)
 
     def rest(self) -> None:
         """Drop every lease."""
@@ -142,6 +142,7 @@ def head(given: dict[str, Any]) -> Line:
         "can_ask": given["can_ask"],
         "contact_resistance": given["contact_resistance"],
         "plate_resistance": given.get("plate_resistance", PLATE_RESISTANCE),
+        "thermal_gain": given.get("thermal_gain", 1.0),
         "reading": _plain(given["reading"]),
         "materials": list(given["table"]),
     }
@@ -169,7 +170,8 @@ def _decision(decision: messages.Decision) -> Line:
 
 def _command(command: Command) -> Line:
     fields: Line = _plain(command)
-    fields = _without(fields, "gain") if command.gain == 1.0 else fields
+    for name, usual in (("gain", 1.0), ("thickness_m", None)):  # earlier logs have neither
+        fields = _without(fields, name) if fields[name] == usual else fields
     return {"stroke" if name == "motion" else name: value for name, value in fields.items()}
 
 

@@ -53,8 +53,13 @@ class SceneModel:
         state = self._state(key)
         assert state.verdict is not None
         if state.grading is None or state.graded_from is not state.verdict:
-            state.grading, state.graded_from = grade(state.verdict, self._table), state.verdict
+            state.grading, state.graded_from = grade(state.verdict, state.table), state.verdict
         return state.grading
+
+    def swung_m(self, key: Key) -> float | None:
+        """Return how thick the scene says that this object is, None where it does not say."""
+        facts = self._state(key).facts
+        return None if facts is None else facts.thickness_m
 
     def contact(self, key: Key) -> ThermalContact | None:
         """Return the thermal contact of skin and this object; None where there is none to feel."""
@@ -64,9 +69,10 @@ class SceneModel:
         inputs = (verdict, state.facts, ambient)
         if state.met_from != inputs:
             surface = decisions.surface_of(_name(key), verdict, state.facts, ambient)
-            bulk, _ = self.grading(key).thermal(surface.value_c, self._table)
+            bulk, _ = self.grading(key).thermal(surface.value_c, state.table)
+            thickness_m = decisions.thickness_m(verdict, state.facts, state.make)
             state.contact = decisions.contact(
-                bulk, state.facts, surface.value_c, self._contact_resistance
+                bulk, thickness_m, surface.value_c, self._contact_resistance
             )
             state.met_from = inputs
         return state.contact
@@ -77,8 +83,8 @@ class SceneModel:
         assert state.verdict is not None
         inputs = (state.verdict, state.facts, ambient, gain, limits)
         if state.decision is None or state.decided_from != inputs:
-            given = DecisionInputs(inputs[0], self.grading(key), *inputs[1:])
-            state.decision = decisions.decide(_name(key), given, self._table)
+            given = DecisionInputs(inputs[0], self.grading(key), state.make, *inputs[1:])
+            state.decision = decisions.decide(_name(key), given, state.table)
             state.decided_from = inputs
         return state.decision
 

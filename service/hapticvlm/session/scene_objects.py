@@ -12,15 +12,16 @@ from __future__ import annotations
 import difflib
 from collections import Counter
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hapticvlm import materials
 from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, MessageError, Scene, SceneObject
-from hapticvlm.recognition import fusion, ladder, names
+from hapticvlm.recognition import fusion, ladder, names, sub_materials
 from hapticvlm.recognition.fusion import Fused
 from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.recognition.names import Lexicon
+from hapticvlm.recognition.sub_materials import Make
 from hapticvlm.rendering.thermal import ThermalContact
 from hapticvlm.session.grading import Grading
 
@@ -38,6 +39,7 @@ _NOBODY = ("nobody", "")
 class ObjectState:
     """One object: what the scene gives, evidence by source, verdict, and the decision kept.
 
+    `make` is what its name says beyond the material, `table` the materials as it has them.
     `graded_from` is the verdict of `grading`, `decided_from` are the inputs of `decision`,
     `compared_from` those of the last comparison with what was `announced`, and `met_from` those of
     `contact`.
@@ -45,6 +47,8 @@ class ObjectState:
 
     facts: SceneObject | None
     given: tuple[Evidence, ...] | None = None
+    make: Make = sub_materials.PLAIN
+    table: Mapping[str, Material] = field(default_factory=lambda: materials.MATERIALS)
     recognised: Fused | None = None
     vlm: Evidence | None = None
     asked_at: float | None = None
@@ -110,6 +114,13 @@ class SceneObjects:
         """Return what the scene gives of this object, if anything."""
         known = self.known.get(key)
         return known.facts if known else None
+
+    def given(self, object_id: str) -> SceneObject | None:
+        """Return what the scene gives of an object it has shown or declared; None of any other."""
+        known = self.known.get(object_id)
+        if known is None:
+            return None
+        return known.facts or SceneObject(object_id=object_id)
 
     def is_recognised(self, key: Key) -> bool:
         """Whether a recognition of this object is kept."""
@@ -197,6 +208,10 @@ class SceneObjects:
     def _given(self, key: Key, known: ObjectState) -> tuple[Evidence, ...]:
         if known.given is None:
             known.given = _gather(key, known.facts, self._lexicon)
+            name = _named(key, known.facts)
+            if name is not None:
+                known.make = sub_materials.from_name(name, self._lexicon)
+            known.table = known.make.refine(self._table)
         return known.given
 
 
@@ -205,7 +220,7 @@ def _gather(key: Key, facts: SceneObject | None, lexicon: Lexicon) -> tuple[Evid
     if facts and facts.material and facts.material != materials.UNKNOWN:
         return (Evidence("scene", ((facts.material, 1.0),)),)
     found: list[Evidence] = []
-    name = (facts.name if facts else None) or (key if isinstance(key, str) else None)
+    name = _named(key, facts)
     named = names.from_name(name, lexicon) if name else None
     if named:
         found.append(named)
@@ -217,6 +232,10 @@ def _gather(key: Key, facts: SceneObject | None, lexicon: Lexicon) -> tuple[Evid
         if shaded:
             found.append(shaded)
     return tuple(found)
+
+
+def _named(key: Key, facts: SceneObject | None) -> str | None:
+    return (facts.name if facts else None) or (key if isinstance(key, str) else None)
 
 
 def _check_material(material: str | None, table: Mapping[str, Material], path: str) -> None:

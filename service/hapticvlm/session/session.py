@@ -2,7 +2,7 @@
 
 Feed it messages, recognitions and ticks with the time; carry out the actions it returns, in order.
 A message that is wrong raises MessageError before anything has changed. An observer describes no
-scene, and only the owner moves outputs.
+scene (stated.py has what it may say of the owner's), and only the owner moves outputs.
 """
 
 from __future__ import annotations
@@ -31,12 +31,14 @@ from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.rendering.thermal import PLATE_RESISTANCE
+from hapticvlm.session import stated
 from hapticvlm.session.actions import (
     Action,
     Ask,
     AskAmbient,
     AskMaterial,
     HoldOutputs,
+    KeepThermalGain,
     RecogniseFrame,
     Reply,
     SendVibration,
@@ -100,15 +102,15 @@ class SceneSession:
         can_ask: bool = False,
         contact_resistance: float | None = None,
         plate_resistance: float = PLATE_RESISTANCE,
+        thermal_gain: float = 1.0,
     ) -> None:
         self.owner = owner
         self.observer = observer
         self._model = SceneModel(table, can_ask=can_ask, contact_resistance=contact_resistance)
         self._frames = Frames()
         held = hold if hold is not None else Hold()
-        self._touches = TouchTracker(
-            self._model, self._frames, held, PlateTarget(reading, plate_resistance)
-        )
+        plate = PlateTarget(reading, plate_resistance, thermal_gain)
+        self._touches = TouchTracker(self._model, self._frames, held, plate)
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -119,6 +121,10 @@ class SceneSession:
         """Return what the scene calls this object, if it gave it a name."""
         facts = None if object_id is None else self._model.objects.facts(object_id)
         return None if facts is None else facts.name
+
+    def with_materials(self, scene: Scene) -> Scene:
+        """Return an observer's scene with all that is known here. Raises MessageError."""
+        return stated.with_materials(scene, self._model.objects.given)
 
     @property
     def leases(self) -> int:
@@ -221,9 +227,11 @@ class SceneSession:
         self._model.surroundings.update(now)
         return self._touches.tick(now, reading)
 
-    def set_owner(self, *, owner: bool) -> None:
-        """Say whether this scene may drive the outputs from now on."""
+    def set_owner(self, *, owner: bool, thermal_gain: float | None = None) -> None:
+        """Say whether this scene may drive the outputs from now on, and the gain it finds set."""
         self.owner = owner
+        if thermal_gain is not None:
+            self._touches.plate.gain = thermal_gain
 
     def rest(self) -> None:
         """Drop every lease: the outputs were put to rest from outside."""
@@ -283,6 +291,7 @@ class SceneSession:
             self._model.surroundings.scene_c = wanted.ambient_c
         if wanted.thermal_gain is not None:
             self._touches.plate.gain = wanted.thermal_gain
+            actions.append(KeepThermalGain(wanted.thermal_gain))
         if wanted.vibration_gain is not None:
             actions.append(SetGain(wanted.vibration_gain))
         return [*actions, Reply(Ok(id=wanted.id)), *self._touches.refresh()]

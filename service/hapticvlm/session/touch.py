@@ -134,6 +134,7 @@ class TouchTracker:
             seed=self._onsets,
             expires_at=hand.lease_until,
             gain=gain,
+            thickness_m=self._scene.swung_m(hand.key) if interaction == "swing" else None,
         )
         return [PlayVibration(command)]
 

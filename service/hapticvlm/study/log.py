@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from hapticvlm.study.stimuli import Stimulus, StudyError, revive
-from hapticvlm.study.trials import orders
+from hapticvlm.study.trials import free_orders, orders
 
 HEAD = "study.json"
 VERSION = 1
@@ -24,13 +24,17 @@ Event = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """What a study presents to whom: patterns, and each participant's trials by pattern name."""
+    """What a study presents to whom: patterns, and each participant's trials by pattern name.
+
+    `order` is "blocked" or "free" (trials.py).
+    """
 
     stimuli: tuple[Stimulus, ...]
     repeats: int
     renderings: int
     seed: int
     trials: dict[str, tuple[str, ...]]
+    order: str = "blocked"
 
     @property
     def participants(self) -> tuple[str, ...]:
@@ -47,11 +51,12 @@ class Design:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How much of it: blocks of all patterns, renderings of each in training, seed of orders."""
+    """How much of it: repeats of all patterns, renderings of each in training, seed of orders."""
 
     repeats: int = 5
     renderings: int = 3
     seed: int = 1
+    order: str = "blocked"
 
 
 def design(stimuli: tuple[Stimulus, ...], participants: Iterable[str], plan: Plan) -> Design:
@@ -63,9 +68,10 @@ def design(stimuli: tuple[Stimulus, ...], participants: Iterable[str], plan: Pla
         if not code.replace("-", "").replace("_", "").isalnum() or len(code) > 40:
             raise StudyError(f"participant {code!r}: a code has letters, digits, - and _ only")
     names = [stimulus.name for stimulus in stimuli]
-    rows = orders(names, len(codes), plan.repeats, plan.seed)
+    lay = free_orders if plan.order == "free" else orders
+    rows = lay(names, len(codes), plan.repeats, plan.seed)
     trials = dict(zip(codes, rows, strict=True))
-    return Design(stimuli, plan.repeats, plan.renderings, plan.seed, trials)
+    return Design(stimuli, plan.repeats, plan.renderings, plan.seed, trials, plan.order)
 
 
 def write_design(folder: Path, made: Design) -> None:
@@ -76,6 +82,7 @@ def write_design(folder: Path, made: Design) -> None:
         "repeats": made.repeats,
         "renderings": made.renderings,
         "seed": made.seed,
+        "order": made.order,
         "patterns": [asdict(stimulus) for stimulus in made.stimuli],
         "trials": made.trials,
     }
@@ -99,6 +106,7 @@ def read_design(folder: Path) -> Design:
             int(head["renderings"]),
             int(head["seed"]),
             {code: tuple(names) for code, names in head["trials"].items()},
+            str(head.get("order", "blocked")),
         )
     except OSError as error:
         raise StudyError(f"{path}: {error.strerror}; is {folder} a study's folder?") from None

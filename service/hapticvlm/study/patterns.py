@@ -2,12 +2,12 @@
 
 The five vibrations are the paper's. Their strokes were picked by `hapticvlm study choose` among
 `candidates()` as those the machine observer would mistake least, with a level error of 6 dB allowed
-for: a long fast carve (dense breaks), quick hard taps, one hard blow, a slow light rub (low pitch)
-and a fast swing (high pitch). Nobody has felt them yet. The plate: the heating current warms the
-palm by 2 degC in the 2.4 s of a stroke, whatever is asked for, so the palm rests on the object for
-PALM_LEAD_S before it; then HOT_C is the mildest setpoint that gets all of what the current gives.
-COLD_C is as far below neutral as the strongest thermal icons people told the direction of in 94 %
-of cases (6 degC; Wilson, Brewster). All patterns wait alike, so that waiting tells nothing.
+for: a long carve, quick hard taps, one hard blow, a slow rub (low pitch) and a fast swing (high
+pitch). Nobody has felt them yet. The plate: the heating current warms the palm by 2 degC in the
+2.4 s of a stroke, whatever is asked for, so the palm rests on the object for PALM_LEAD_S before it;
+then HOT_C is the mildest setpoint that gets all of what the current gives. COLD_C is as far below
+neutral as the strongest thermal icons people told the direction of in 94 % of cases (6 degC;
+Wilson, Brewster). All patterns wait alike, so that waiting tells nothing.
 """
 
 from __future__ import annotations
@@ -44,18 +44,18 @@ _Row = tuple[str, str, str, _Stroke]
 _Grid = tuple[tuple[float, ...], tuple[float, ...], tuple[int, ...]]
 
 _FIVE: tuple[_Row, ...] = (
-    ("wood carving", "wood", "carve", (0.6, 4.0, 1)),
+    ("wood carving", "wood", "carve", (0.3, 4.0, 1)),
     ("glass tapping", "glass", "tap", (1.5, 1.5, 6)),
     ("wood striking", "wood", "strike", (2.5, 4.0, 1)),
-    ("fabric rubbing", "fabric", "slide", (0.06, 0.5, 1)),
-    ("metal whooshing", "metal", "swing", (6.0, 0.0, 1)),
+    ("fabric rubbing", "fabric", "slide", (0.06, 1.5, 1)),
+    ("metal whooshing", "metal", "swing", (12.0, 0.0, 1)),
 )
 _FIVE_MORE: tuple[_Row, ...] = (
     ("metal striking", "metal", "strike", (2.5, 4.0, 1)),
-    ("stone rubbing", "stone", "slide", (0.06, 1.5, 1)),
+    ("stone rubbing", "stone", "slide", (0.5, 4.0, 1)),
     ("plastic tapping", "plastic", "tap", (1.5, 1.5, 4)),
-    ("rubber pressing", "rubber", "press", (0.4, 4.0, 2)),
-    ("paper rubbing", "paper", "slide", (0.5, 0.5, 1)),
+    ("rubber pressing", "rubber", "press", (0.1, 1.5, 1)),
+    ("paper rubbing", "paper", "slide", (0.5, 1.5, 1)),
 )
 
 _GRIDS: dict[str, _Grid] = {  # speeds in m/s, forces in N, strokes; what a hand does without effort

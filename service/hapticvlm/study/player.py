@@ -18,14 +18,17 @@ from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.client import Client, Refused
 from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.interactions import Motion
 from hapticvlm.study.stimuli import Stimulus, StudyError
-from hapticvlm.study.stroke import Part, parts
+from hapticvlm.study.stroke import Part, motion, parts
 
 TOUCH_S = 0.06  # between touches: a lease of 0.25 s survives three lost ones
+STROKE_S = 0.02  # between those of a stroke: 20 steps up and down a whoosh
 AMBIENT_C = 22.0
 SPOILING = ("dose", "sink")  # limits under which a warm or cold pattern is not what it should be
 TELEMETRY_S = 2.0
 SILENT = "the speaker played nothing: see to it and to its level, then go on"
+_STILL = Motion(0.0, 0.0)
 _GONE = (ConnectionError, ConnectionClosed)  # a service that answers no more
 
 
@@ -151,7 +154,7 @@ class Player:
             if part.phase == "contact" and not has_begun:
                 self._check()
                 onset_plate_c = self._telemetry.get("plate_c")
-                await self._touch("contact", stimulus)
+                await self._touch("contact", stimulus, motion(stimulus, part, 0.0))
                 begun()
                 has_begun = True
             await self._hold(part, stimulus)
@@ -185,19 +188,19 @@ class Player:
             return  # without a connection the outputs are at rest already
 
     async def _hold(self, part: Part, stimulus: Stimulus) -> None:
-        until = time.monotonic() + part.seconds
-        while (left := until - time.monotonic()) > 0.0:
-            await self._touch(part.phase, stimulus)
-            await asyncio.sleep(min(TOUCH_S, left))
+        begun_at = time.monotonic()
+        every_s = TOUCH_S if part.is_still else STROKE_S
+        while (elapsed_s := time.monotonic() - begun_at) < part.seconds:
+            await self._touch(part.phase, stimulus, motion(stimulus, part, elapsed_s))
+            await asyncio.sleep(min(every_s, part.seconds - elapsed_s))
 
-    async def _touch(self, phase: str, stimulus: Stimulus) -> None:
-        strokes = phase == "contact"
+    async def _touch(self, phase: str, stimulus: Stimulus, moves: Motion = _STILL) -> None:
         await self._client.touch(
             phase,
             stimulus.name,
             interaction="slide" if phase == "slide" else stimulus.interaction,
-            speed_mps=stimulus.speed_mps if strokes else 0.0,
-            force_n=stimulus.force_n if strokes else 0.0,
+            speed_mps=moves.speed_mps,
+            force_n=moves.force_n,
         )
 
 

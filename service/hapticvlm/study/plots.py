@@ -69,12 +69,15 @@ def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float)
     axes.axvline(100 * chance, color=_SOFT, linestyle=":")
     axes.plot([], [], color=_MARK, linewidth=2.5, label="95 % Wilson, trials independent")
     if any(share.by_person for _, share in shares):
-        axes.plot([], [], color=_SOFT, linewidth=2.5, label="95 % bootstrap by person")
+        axes.plot([], [], color=_SOFT, linewidth=2.5, label="95 % by person, t on the logit")
     axes.plot([], [], color=_SOFT, linestyle=":", label="chance")
     axes.set_xlim(0.0, 101.0)
     axes.set_xlabel("recognised, %")
     axes.grid(axis="x", alpha=0.3)
-    axes.legend(loc="lower left", fontsize=8, framealpha=0.9)
+    handles, labels = axes.get_legend_handles_labels()
+    axes.figure.legend(
+        handles, labels, loc="outside lower left", ncols=3, fontsize=8, frameon=False
+    )
 
 
 def _draw_matrix(axes: Axes, title: str, matrix: Matrix) -> None:

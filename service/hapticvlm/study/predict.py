@@ -5,8 +5,9 @@ for each other as often as nine people took the paper's, that of vibration so th
 recognised as often. What that proves: a set that this observer confuses leaves little in these
 channels to tell its patterns apart by, and one set leaves more than another. What it does not:
 that people reach the figure. The paper's recordings, levels and temperatures are unpublished, so
-the set like it is a guess; channel slopes and the speaker's level are partly unchecked
-(docs/physics.md 5); nothing is learnt, forgotten or pressed by mistake; and rhythm is not counted.
+the set like it is a guess (guesses.py tries others); channel slopes and the speaker's level are
+partly unchecked (docs/physics.md 5); nothing is learnt, forgotten or pressed by mistake; and rhythm
+is not counted.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from hapticvlm.study.observer import Percepts
 from hapticvlm.study.percepts import FEATURES, HEAT, TOUCH, Noise, palm_c, percepts, weighed
 from hapticvlm.study.stimuli import Stimulus, paper_like
 
+RECORDED = (1,)  # the paper played recordings: one rendering, the same each time
 CALIBRATION_SEED, REPORT_SEED = 11, 5
 CALIBRATION_TRIALS = 10_000
 FACTORS = (0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0)  # of the noise: two either way
@@ -76,9 +78,17 @@ class PaperCheck:
 
 
 def paper_noise() -> Noise:
-    """Noise at which a set like the paper's is confused as often as the paper's was."""
-    felt = percepts(paper_like())
-    seed, trials = CALIBRATION_SEED, CALIBRATION_TRIALS
+    """Noise at which the set like the paper's is confused as often as the paper's was."""
+    return calibrated(paper_like(), CALIBRATION_TRIALS)
+
+
+def calibrated(guess: Sequence[Stimulus], trials: int) -> Noise:
+    """Noise at which a guess of the paper's ten is confused as often as the paper's was.
+
+    Raises ValueError when no noise does that.
+    """
+    felt = percepts(guess, RECORDED)
+    seed = CALIBRATION_SEED
     warm = felt.only(HEAT)
 
     def told_warm(heat: float) -> float:
@@ -126,7 +136,7 @@ def confused(counts: _Counts, names: Sequence[str]) -> tuple[Pair, ...]:
 
 def check(noise: Noise) -> PaperCheck:
     """Put the observer's confusions of the set like the paper's beside the people's."""
-    felt = weighed(percepts(paper_like()), noise)
+    felt = weighed(percepts(paper_like(), RECORDED), noise)
     counts = observer.confusion(felt, 1.0, REPORT_SEED)
     people, machine = _by_pair(paper.confusion()), _by_pair(counts)
     rank = float(spearmanr(list(people.values()), list(machine.values())).statistic)

@@ -16,11 +16,12 @@ from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Interaction, Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, Motion
 from hapticvlm.rendering.voices import Voices
 from hapticvlm.session.actions import Action, DrivePlate, PlayVibration, ReleaseHand
 from hapticvlm.session.plate_target import AT_REST
 from hapticvlm.session.session import SceneSession
+from hapticvlm.study import stroke
 from hapticvlm.study.stimuli import Stimulus
 from hapticvlm.study.stroke import Part, parts
 
@@ -35,9 +36,9 @@ def wave(stimulus: Stimulus, seed: int) -> NDArray[np.float32]:
     session = _session(stimulus)
     count = round(STEP_S * RATE_HZ)
     blocks = []
-    for step, part in _hand(stimulus):
+    for step, part, motion in _hand(stimulus):
         now = step * STEP_S
-        for action in session.receive(_touch(stimulus, part, now), now):
+        for action in session.receive(_touch(stimulus, part, motion, now), now):
             _sound(voices, action, seed)
         blocks.append(voices.render(count, now))
     return np.concatenate(blocks[lead_steps(stimulus) :])
@@ -49,11 +50,11 @@ def skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
     plate.command(NEUTRAL_C, STEP_S, 0.0)
     session = _session(stimulus)
     found = [plate.skin_c]
-    for step, part in _hand(stimulus):
+    for step, part, motion in _hand(stimulus):
         if part is None:
             break
         now = step * STEP_S
-        session.receive(_touch(stimulus, part, now), now)
+        session.receive(_touch(stimulus, part, motion, now), now)
         for action in session.tick(now, plate.advance(now)):
             if isinstance(action, DrivePlate):
                 plate.command(action.setpoint_c, action.ttl_s, now)
@@ -67,16 +68,16 @@ def lead_steps(stimulus: Stimulus) -> int:
     return round(stimulus.lead_s / STEP_S)
 
 
-def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Part | None]]:
-    """Yield what the hand does at each step; None: it lets go."""
+def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Part | None, Motion]]:
+    """Yield what the hand does at each step, and how it moves; None: it lets go."""
     step, ends_s = 0, 0.0
     for part in parts(stimulus):
-        ends_s += part.seconds
+        begins, ends_s = step, ends_s + part.seconds
         while step < round(ends_s / STEP_S):
-            yield step, part
+            yield step, part, stroke.motion(stimulus, part, (step - begins) * STEP_S)
             step += 1
     for _ in range(_FADE_STEPS):
-        yield step, None
+        yield step, None, Motion(0.0, 0.0)
         step += 1
 
 
@@ -89,16 +90,15 @@ def _session(stimulus: Stimulus) -> SceneSession:
     return session
 
 
-def _touch(stimulus: Stimulus, part: Part | None, now: float) -> Touch:
+def _touch(stimulus: Stimulus, part: Part | None, motion: Motion, now: float) -> Touch:
     manner: Interaction = stimulus.interaction  # type: ignore[assignment]  # checked by Stimulus
-    strokes = part is not None and not part.is_still
     return Touch(
         id=1,
         phase="release" if part is None else part.phase,
         captured_at=now,
         hand="right",
-        speed_mps=stimulus.speed_mps if strokes else 0.0,
-        force_n=stimulus.force_n if strokes else 0.0,
+        speed_mps=motion.speed_mps,
+        force_n=motion.force_n,
         object_id=stimulus.name,
         interaction="slide" if part is not None and part.phase == "slide" else manner,
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from hapticvlm.study import paper, plots, results, statistics
 from hapticvlm.study.paper_notes import NOTES, PRINTED
-from hapticvlm.study.results import Results
+from hapticvlm.study.results import Cells, Results
 from hapticvlm.study.statistics import Share
 from hapticvlm.study.stimuli import StudyError
 from hapticvlm.study.text import people, text_of
@@ -61,14 +61,27 @@ def evaluate(found: Results) -> Document:
     document["reaction"] = [_reaction(found, name) for name in names]
     cells = results.cells(found)
     document["anova_missing"] = cells if isinstance(cells, str) else None
-    if not isinstance(cells, str):
-        vibrations, warmths = results.levels(found.stimuli)
-        places = [(vibrations.index(v), warmths.index(t)) for v, t in zip(*factors, strict=True)]
-        flat = np.stack([cells[:, i, j] for i, j in places], axis=1)
-        document["anova"] = [asdict(effect) for effect in statistics.anova(cells)]
-        document["pairwise"] = [asdict(p) for p in statistics.pairwise_by_person(flat, names)]
-        document["pairwise_test"] = "paired t of each person's recognition"
-    return document
+    return document if isinstance(cells, str) else document | _within(cells, factors, names)
+
+
+def _within(cells: Cells, factors: tuple[list[str], list[str]], names: list[str]) -> Document:
+    """Test within those people who felt every pattern."""
+    vibrations, warmths = (list(dict.fromkeys(levels)) for levels in factors)
+    places = [(vibrations.index(v), warmths.index(t)) for v, t in zip(*factors, strict=True)]
+    flat = np.stack([cells.rates[:, i, j] for i, j in places], axis=1)
+    ranks = (
+        statistics.friedman(flat, "patterns"),
+        statistics.friedman(cells.rates.mean(axis=2), "vibration"),
+    )
+    return {
+        "complete": len(cells.rates),
+        "incomplete": list(cells.left_out),
+        "anova": [asdict(effect) for effect in statistics.anova(cells.rates)],
+        "friedman": [asdict(found) for found in ranks if found is not None],
+        "pairwise": [asdict(pair) for pair in statistics.pairwise_by_person(flat, names)],
+        "pairwise_test": "paired t of each person's recognition"
+        + (", of those who felt every pattern" if cells.left_out else ""),
+    }
 
 
 def evaluate_paper() -> Document:
@@ -125,6 +138,9 @@ def _of_counts(
         "axes": parts,
         "information": {"bits": bits, "bias": bias, "most": float(np.log2(len(names)))},
         "anova": [],
+        "friedman": [],
+        "complete": None,
+        "incomplete": [],
         "pairwise": [asdict(pair) for pair in pairs],
         "pairwise_test": "Fisher's exact, trials of all people thrown together",
     }

@@ -145,29 +145,35 @@ def confusion(results: Results) -> NDArray[np.int64]:
     return counts
 
 
-def cells(results: Results) -> NDArray[np.float64] | str:
-    """Return recognition, (people, vibrations, temperatures), or why there is none."""
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Recognition (people, vibrations, temperatures) of those who felt every pattern."""
+
+    rates: NDArray[np.float64]
+    left_out: tuple[str, ...]  # codes of the others
+
+
+def cells(results: Results) -> Cells | str:
+    """Return the recognition of everyone who felt every pattern, or why there is none."""
     vibrations, temperatures = levels(results.stimuli)
     if (
         len(vibrations) * len(temperatures) != len(results.stimuli)
         or min(len(vibrations), len(temperatures)) < 2
     ):
         return "the patterns are not every vibration at every temperature"
-    if len(results.participants) < 2:
-        return "it needs at least two participants"
     rates = np.full((len(results.participants), len(vibrations), len(temperatures)), np.nan)
-    for person, code in enumerate(results.participants):
-        for i, vibration in enumerate(vibrations):
-            for j, temperature in enumerate(temperatures):
-                key = (code, vibration, temperature)
-                right = [
-                    row.correct
-                    for row in results.counted
-                    if (row.participant, row.vibration, row.temperature) == key
-                ]
-                if right:
-                    rates[person, i, j] = sum(right) / len(right)
-    return "some participant felt not every pattern" if np.isnan(rates).any() else rates
+    rights: dict[tuple[str, str, str], list[bool]] = {}
+    for row in results.counted:
+        key = (row.participant, row.vibration, row.temperature)
+        rights.setdefault(key, []).append(row.correct)
+    for (code, vibration, temperature), right in rights.items():
+        place = vibrations.index(vibration), temperatures.index(temperature)
+        rates[results.participants.index(code), *place] = sum(right) / len(right)
+    is_complete = ~np.isnan(rates).any(axis=(1, 2))
+    if is_complete.sum() < 2:
+        return "it needs at least two participants who felt every pattern"
+    others = zip(results.participants, is_complete, strict=True)
+    return Cells(rates[is_complete], tuple(code for code, complete in others if not complete))
 
 
 def levels(stimuli: Sequence[Stimulus]) -> tuple[list[str], list[str]]:

@@ -113,7 +113,7 @@ async def _cancel(task: asyncio.Task[Any]) -> None:
 
 @asynccontextmanager
 async def _listening(room: Room, port: int) -> AsyncIterator[int]:
-    policy = http.AccessPolicy(HOST, frozenset())
+    policy = http.AccessPolicy(HOST, frozenset(), has_study=True)
 
     def answer(connection: ServerConnection, request: Request) -> Response | None:
         asked = replace(request, path=PAGE) if request.path == "/" else request

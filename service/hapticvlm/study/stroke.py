@@ -2,7 +2,8 @@
 
 It approaches, rests on the object without rubbing until the plate has brought heat or cold to the
 palm, lifts for a moment and strokes. That lift, and those between strokes, are brief enough for the
-plate to take all of it as one contact, so repeated strokes are as warm as a single one.
+plate to take all of it as one contact, so repeated strokes are as warm as a single one. Within a
+stroke the hand rubs, carves or swings to and fro as rendering/movement.py has it.
 """
 
 from __future__ import annotations
@@ -10,15 +11,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from hapticvlm.rendering.interactions import Motion
+from hapticvlm.rendering.movement import motion_at
 from hapticvlm.rendering.thermal import LEAD_S
 from hapticvlm.study.stimuli import Stimulus
 
 LIFT_S = 0.06  # of the hand before a stroke
+_STILL = Motion(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """What the hand does for so long; only contact has the pattern's speed and force."""
+    """What the hand does for so long; only in contact it moves."""
 
     phase: Literal["approach", "slide", "contact"]
     seconds: float
@@ -38,3 +42,11 @@ def parts(stimulus: Stimulus) -> tuple[Part, ...]:
     each_s = stimulus.seconds / stimulus.repeats
     again = (Part("contact", each_s - LIFT_S), Part("approach", LIFT_S))
     return (*lead, *again * (stimulus.repeats - 1), Part("contact", each_s))
+
+
+def motion(stimulus: Stimulus, part: Part, elapsed_s: float) -> Motion:
+    """Return how the hand moves so long after this part began."""
+    if part.is_still:
+        return _STILL
+    peak = Motion(stimulus.speed_mps, stimulus.force_n)
+    return motion_at(stimulus.interaction, peak, elapsed_s)

@@ -96,7 +96,38 @@ def _anova(document: Document) -> str:
     heads = ["effect", "F", "p", "p (Greenhouse-Geisser)", "partial eta squared"]
     undefined = any(effect["f"] is None for effect in document["anova"])
     note = "\n\n-: people do not differ in it at all, so F is not defined." if undefined else ""
-    return "## Two-way repeated-measures ANOVA of recognition\n\n" + _table(heads, rows) + note
+    title = "## Two-way repeated-measures ANOVA of recognition\n\n"
+    return title + _complete(document) + _table(heads, rows) + note + _ranks(document)
+
+
+def _complete(document: Document) -> str:
+    """Say who is left out of the tests within people."""
+    left_out = document["incomplete"]
+    if not left_out:
+        return ""
+    return (
+        f"Of the {people(document['complete'])} who felt every pattern; without "
+        f"{', '.join(left_out)}, who did not.\n\n"
+    )
+
+
+def _ranks(document: Document) -> str:
+    rows = [
+        [
+            found["name"],
+            f"chi2({found['df']}) = {found['chi2']:.2f}",
+            f"{found['p']:.4f}",
+            f"{found['w']:.2f}",
+        ]
+        for found in document["friedman"]
+    ]
+    if not rows:
+        return ""
+    heads = ["Friedman's test, by ranks", "chi2", "p", "Kendall's W"]
+    return (
+        "\n\nShares of a few trials near the ceiling are not normal; ranks do not need it:\n\n"
+        + _table(heads, rows)
+    )
 
 
 def _effect(effect: Document) -> list[str]:

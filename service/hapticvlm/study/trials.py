@@ -1,9 +1,11 @@
-"""Which pattern comes when: Latin squares in which every pattern follows every other equally often.
+"""Which pattern comes when: in balanced blocks, or in a free random order.
 
+Balanced: Latin squares in which every pattern follows every other equally often.
 Williams (1949): the rows of a square of even order n can be chosen so that each pattern stands once
 in every place and is preceded once by every other; an odd order needs the mirrored square beside
 it. A block is one row, so a block presents each pattern once, and what a warm plate does to the
-pattern after it falls on all alike. Pure and seeded: the same study gives the same orders.
+pattern after it falls on all alike. The end of a block can be guessed by who keeps count; a free
+order has no blocks and no balance. Pure and seeded: the same study gives the same orders.
 """
 
 from __future__ import annotations
@@ -18,6 +20,15 @@ def square(patterns: int) -> list[list[int]]:
     zigzag = [(i + 1) // 2 if i % 2 else -(i // 2) for i in range(patterns)]
     rows = [[(start + step) % patterns for step in zigzag] for start in range(patterns)]
     return rows if patterns % 2 == 0 else rows + [row[::-1] for row in rows]
+
+
+def free_orders(
+    names: Sequence[str], participants: int, repeats: int, seed: int
+) -> list[tuple[str, ...]]:
+    """Return each participant's trials: every pattern `repeats` times, shuffled as a whole."""
+    rng = np.random.default_rng(seed)
+    trials = [name for name in names for _ in range(repeats)]
+    return [tuple(trials[at] for at in rng.permutation(len(trials))) for _ in range(participants)]
 
 
 def orders(

@@ -63,7 +63,7 @@ class Score:
 
 
 def run(data: Path | None, as_json: bool) -> int:
-    """Print tables (unless `as_json`) and a last line of JSON; 2 when there is no data."""
+    """Print tables or JSON; 2 when there is no data."""
     folder = data or SIBLING
     if not (folder / "labels.csv").is_file():
         print(f"no labels.csv in {folder}: pass --data with a folder of labelled pictures")
@@ -77,14 +77,12 @@ def run(data: Path | None, as_json: bool) -> int:
             if not as_json:
                 _print_score(report[-1], chosen)
     timing = _microseconds([name.text for name in read_names(folder, "models")])
-    if not as_json:
+    if as_json:
+        scores = [asdict(score) for score in report]
+        told = {"measure": "names", "median_us": timing[0], "p99_us": timing[1], "sets": scores}
+        print(json.dumps(told))
+    else:
         print(f"one name: median {timing[0]:.0f} us, p99 {timing[1]:.0f} us")
-    scores = [asdict(score) for score in report]
-    print(
-        json.dumps(
-            {"measure": "names", "median_us": timing[0], "p99_us": timing[1]} | {"sets": scores}
-        )
-    )
     return 0
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.evaluate.command import TOKEN
+from hapticvlm.commands.parsing import add_json
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -31,10 +32,24 @@ def add_chart(subjects: Commands) -> None:
         default="tiny",
         help="size of the random model; full is that of Qwen2-VL-2B, 5 GB (%(default)s)",
     )
-    ambient.add_argument("--device", default="cpu", help="(%(default)s)")
+    ambient.add_argument(
+        "--vlm-device",
+        default="cpu",
+        metavar="NAME",
+        help="where the model runs: cpu or cuda (%(default)s)",
+    )
+    ambient.add_argument(
+        "--device", dest="vlm_device", default=argparse.SUPPRESS, help=argparse.SUPPRESS
+    )
     ambient.add_argument("--vlm-url", metavar="URL", help="chart an OpenAI-compatible endpoint too")
-    ambient.add_argument("--out", type=Path, default=OUT, help="(%(default)s)")
-    ambient.add_argument("--json", action="store_true", help="print the JSON line only")
+    ambient.add_argument(
+        "--out",
+        type=Path,
+        default=OUT,
+        metavar="FOLDER",
+        help="write picture and JSON here (%(default)s)",
+    )
+    add_json(ambient)
 
 
 def _chart(options: argparse.Namespace) -> int:
@@ -48,7 +63,7 @@ def _chart(options: argparse.Namespace) -> int:
         data=options.data,
         model=options.model,
         size=options.random,
-        device=options.device,
+        device=options.vlm_device,
         url=options.vlm_url,
         token=os.environ.get(TOKEN),
         out=options.out,

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands.parsing import add_json
+
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
@@ -22,8 +24,14 @@ def add(subjects: Commands) -> None:
     safety.add_argument(
         "--sweep", type=Path, metavar="FILE", help="time to off per fault, of the compiled binary"
     )
-    safety.add_argument("--out", type=Path, default=Path("chart-output"), help="(%(default)s)")
-    safety.add_argument("--json", action="store_true", help="print the JSON line only")
+    safety.add_argument(
+        "--out",
+        type=Path,
+        default=Path("chart-output"),
+        metavar="FOLDER",
+        help="write picture and JSON here (%(default)s)",
+    )
+    add_json(safety)
 
 
 def _chart(options: argparse.Namespace) -> int:

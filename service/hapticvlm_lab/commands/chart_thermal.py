@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands.parsing import add_json
+
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
@@ -26,8 +28,14 @@ def add_stability(subjects: Commands) -> None:
 def _add(subjects: Commands, text: str, run: Callable[[argparse.Namespace], int]) -> None:
     thermal = subjects.add_parser("thermal", help=text)
     thermal.set_defaults(run=run)
-    thermal.add_argument("--out", type=Path, default=OUT, help="(%(default)s)")
-    thermal.add_argument("--json", action="store_true", help="print the JSON line only")
+    thermal.add_argument(
+        "--out",
+        type=Path,
+        default=OUT,
+        metavar="FOLDER",
+        help="write picture and JSON here (%(default)s)",
+    )
+    add_json(thermal)
 
 
 def _chart(options: argparse.Namespace) -> int:

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands.parsing import add_json
+
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
@@ -16,8 +18,14 @@ def add(subjects: Commands) -> None:
         "vibration", help="modes, noise and block size: felt difference against cost"
     )
     vibration.set_defaults(run=_chart)
-    vibration.add_argument("--out", type=Path, default=Path("chart-output"), help="(%(default)s)")
-    vibration.add_argument("--json", action="store_true", help="print the JSON line only")
+    vibration.add_argument(
+        "--out",
+        type=Path,
+        default=Path("chart-output"),
+        metavar="FOLDER",
+        help="write picture and JSON here (%(default)s)",
+    )
+    add_json(vibration)
 
 
 def _chart(options: argparse.Namespace) -> int:

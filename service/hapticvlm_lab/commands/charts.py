@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm.commands.parsing import add_json
 from hapticvlm_lab.commands import chart_ambient, chart_safety, chart_thermal, chart_vibration
 
 if TYPE_CHECKING:
@@ -60,11 +61,17 @@ def _add_material(
         metavar="DIR",
         help="graded capture to look at, repeatable (those in examples/)",
     )
-    material.add_argument("--out", type=Path, default=Path(defaults[0]), help="(%(default)s)")
+    material.add_argument(
+        "--out",
+        type=Path,
+        default=Path(defaults[0]),
+        metavar="FOLDER",
+        help="write picture and JSON here (%(default)s)",
+    )
     material.add_argument(
         "--limit", type=int, default=defaults[1], help="pictures a source, 0: all (%(default)s)"
     )
-    material.add_argument("--json", action="store_true", help="print the JSON line only")
+    add_json(material)
     return material
 
 

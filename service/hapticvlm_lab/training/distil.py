@@ -20,20 +20,17 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
 from hapticvlm_lab.training.answers import BASIS, CLASSES, DIRECTIONS, Pool, Targets
 from hapticvlm_lab.training.network import Network, Shape, prepare
 from hapticvlm_lab.training.teacher import FILES
+from hapticvlm_lab.training.variations import mix, resize, vary
 
 CHECKPOINT = "checkpoint.pt"
 AVERAGE = 0.998
 SMOOTHING = 0.1
-MIXED = 0.4  # share of batches whose crops and targets are mixed (Zhang et al. 2018)
-MIX = 0.4  # both parameters of the beta distribution of the mix
-SIDES = (128, 128, 120, 112, 104)  # px of the pool's crops that a batch looks at
 LEFT_OUT_AT_MOST = 1500
 REPORT_EVERY, LEFT_OUT_EVERY, REFRESH_EVERY = 200, 1000, 200
 WEIGHTS = {**dict.fromkeys(FILES, 1.5), "names": 0.5, "classes": 0.3}
@@ -69,6 +66,7 @@ class Run:
     def __init__(self, plan: Plan, names: int) -> None:
         torch.manual_seed(plan.seed)
         self.plan, self.progress = plan, Progress()
+        self._in_bfloat16 = is_bfloat16_fast()
         layout = {"memory_format": torch.channels_last}
         self.network = Network(plan.shape).to(**layout)  # type: ignore[call-overload]
         features = 2 * plan.shape.widths[-1]
@@ -94,12 +92,12 @@ class Run:
         for group in self.optimiser.param_groups:
             group["lr"] = self._rate()
         self.model.train()
-        with torch.autocast("cpu", torch.bfloat16):
+        with torch.autocast("cpu", torch.bfloat16, enabled=self._in_bfloat16):
             features = self.network.features(planes.to(memory_format=torch.channels_last))
         losses = self.losses(features.float(), wanted, known)
         total = torch.stack([losses[name] * weight for name, weight in WEIGHTS.items()]).sum()
         self.optimiser.zero_grad()
-        total.backward()  # type: ignore[no-untyped-call]
+        torch.autograd.backward(total)
         torch.nn.utils.clip_grad_norm_(self.model.parameters(), 2.0)
         self.optimiser.step()
         self._average()
@@ -181,6 +179,22 @@ class Run:
                 slow.copy_(fast)
 
 
+def is_bfloat16_fast() -> bool:
+    """Time a convolution both ways: processors without bfloat16 emulate it, ten times slower."""
+    layer = nn.Conv2d(64, 64, 3, padding=1).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    given = torch.randn(8, 64, 24, 24).to(memory_format=torch.channels_last)
+
+    def seconds(enabled: bool) -> float:
+        with torch.no_grad(), torch.autocast("cpu", torch.bfloat16, enabled=enabled):
+            layer(given)
+            started = time.process_time()
+            for _ in range(3):
+                layer(given)
+        return time.process_time() - started
+
+    return seconds(enabled=True) < seconds(enabled=False)
+
+
 def main() -> int:
     """Read the command line and train."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -244,7 +258,7 @@ def left_out_scores(run: Run, pool: Pool) -> dict[str, float]:
     rows = pool.left_out[:: max(1, len(pool.left_out) // LEFT_OUT_AT_MOST)]
     network: Network = average["network"]  # type: ignore[assignment]
     parts = [
-        network.features(prepare(_resize(pool.crops(rows[at : at + 64]), run.plan.side)))
+        network.features(prepare(resize(pool.crops(rows[at : at + 64]), run.plan.side)))
         for at in range(0, len(rows), 64)
     ]
     features, targets = torch.cat(parts), pool.targets(rows)
@@ -264,23 +278,6 @@ def left_out_scores(run: Run, pool: Pool) -> dict[str, float]:
     return scores
 
 
-def vary(crops: NDArray[np.uint8], side: int, rng: np.random.Generator) -> Tensor:
-    """Cut, mirror and light (N, S, S, 4) so little that the teachers' answers still fit."""
-    given, size = torch.from_numpy(crops), crops.shape[1]
-    chosen = rng.choice(SIDES, len(crops)) * size // max(SIDES)
-    varied = torch.empty(len(crops), side, side, 4, dtype=torch.uint8)
-    for edge in np.unique(chosen).tolist():
-        rows = np.flatnonzero(chosen == edge)
-        top, left = rng.integers(0, size + 1 - edge, 2)
-        varied[rows] = _resize(given[rows][:, top : top + edge, left : left + edge], side)
-    mirrored = torch.from_numpy(rng.random(len(crops)) < 0.5)
-    varied[mirrored] = varied[mirrored].flip(2)
-    tint = rng.normal(0, 0.05, (len(crops), 1, 1, 3)) + rng.normal(0, 0.15, (len(crops), 1, 1, 1))
-    lit = varied[..., :3].float() * torch.from_numpy(np.exp(tint)).float()
-    varied[..., :3] = lit.clamp(0, 255).byte()
-    return varied
-
-
 def as_tensors(targets: Targets) -> tuple[dict[str, Tensor], Tensor]:
     """Return directions and beliefs by name, and (N,) 1 where the class is known."""
     classes = torch.from_numpy(targets.classes)
@@ -289,33 +286,6 @@ def as_tensors(targets: Targets) -> tuple[dict[str, Tensor], Tensor]:
     wanted["names"] = torch.from_numpy(targets.names)
     wanted["classes"] = hard * (1 - SMOOTHING) + SMOOTHING / len(CLASSES)
     return wanted, (classes >= 0).float()
-
-
-def mix(
-    planes: Tensor, wanted: dict[str, Tensor], known: Tensor, rng: np.random.Generator
-) -> tuple[Tensor, dict[str, Tensor], Tensor]:
-    """Mix a share of the batches, crops and targets alike; leave the others as they are."""
-    if rng.random() >= MIXED:
-        return planes, wanted, known
-    share = float(rng.beta(MIX, MIX))
-    share = max(share, 1 - share)
-    other = torch.from_numpy(rng.permutation(len(planes)))
-    mixed = {name: share * rows + (1 - share) * rows[other] for name, rows in wanted.items()}
-    return share * planes + (1 - share) * planes[other], mixed, known * known[other]
-
-
-def _resize(crops: NDArray[np.uint8] | Tensor, side: int) -> Tensor:
-    given = torch.from_numpy(crops) if isinstance(crops, np.ndarray) else crops
-    if given.shape[1] == side:
-        return given
-    planes = functional.interpolate(
-        given.permute(0, 3, 1, 2).float(),
-        (side, side),
-        mode="bilinear",
-        antialias=given.shape[1] > side,
-        align_corners=False,
-    )
-    return planes.round().clamp(0, 255).byte().permute(0, 2, 3, 1)
 
 
 def _report(run: Run, **figures: float) -> None:

@@ -1,8 +1,8 @@
 """From a trained network to the files that ship: folded ONNX, and safetensors for training on.
 
 Batch norms are folded into the convolutions before them, so that the graph is convolutions, ReLU
-and one matrix product. Weights may be stored as float16 (they are float32 again when loaded): half
-the bytes, the same speed.
+and one matrix product. Weights are stored as 8-bit integers with one scale for each output channel
+(they are float32 again when loaded): a quarter of the bytes, the same speed.
 """
 
 from __future__ import annotations
@@ -13,12 +13,15 @@ import json
 import warnings
 from pathlib import Path
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from hapticvlm_lab.training.network import Block, Network, Shape
 
 OPSET = 17
+INT8_MOST = 127
 GRAPH, WEIGHTS, CARD = "encoder.onnx", "encoder.safetensors", "encoder.json"
 
 
@@ -56,7 +59,7 @@ def write(network: Network, name: str, side: int, out: Path, weights: Path | Non
         "name": name,
         "side": side,
         "dimension": network.shape.dimension,
-        "precision": "float32, stored as float16",
+        "precision": "float32, stored as int8",
         "shape": network.shape.as_dict(),
         "parameters": sum(p.numel() for p in network.parameters()),
         "sha256": {
@@ -94,27 +97,38 @@ def _write_graph(folded: Network, side: int, path: Path) -> None:
             opset_version=OPSET,
             dynamo=False,
         )
-    _halve(path)
+    _store_small(path)
 
 
-def _halve(path: Path) -> None:
-    """Store large float32 weights as float16 with a cast behind each: onnxruntime folds it away."""
+def _store_small(path: Path) -> None:
+    """Store large weights as int8 times a scale of each first index: onnxruntime folds it away."""
     import onnx
     from onnx import TensorProto, helper, numpy_helper
 
     model = onnx.load(str(path))
-    casts = []
+    nodes, scales = [], []
     for weight in model.graph.initializer:
         values = numpy_helper.to_array(weight)
         if weight.data_type == TensorProto.FLOAT and values.size > 1024:
             name = weight.name
-            half = numpy_helper.from_array(values.astype("float16"), f"{name}.half")
-            weight.CopyFrom(half)
-            casts.append(helper.make_node("Cast", [f"{name}.half"], [name], to=TensorProto.FLOAT))
-    for node in reversed(casts):
+            steps, scale = round_to_int8(values)
+            weight.CopyFrom(numpy_helper.from_array(steps, f"{name}.steps"))
+            scales.append(numpy_helper.from_array(scale, f"{name}.scale"))
+            cast = helper.make_node("Cast", [f"{name}.steps"], [f"{name}.f"], to=TensorProto.FLOAT)
+            nodes += [cast, helper.make_node("Mul", [f"{name}.f", f"{name}.scale"], [name])]
+    model.graph.initializer.extend(scales)
+    for node in reversed(nodes):
         model.graph.node.insert(0, node)
     onnx.checker.check_model(model)
     onnx.save(model, str(path))
+
+
+def round_to_int8(weight: NDArray[np.float32]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+    """Return steps of a weight's shape (O, ...) and the float32 size of a step for each O."""
+    most = np.abs(weight).reshape(len(weight), -1).max(axis=1)
+    scale = np.maximum(most / INT8_MOST, np.finfo(np.float32).tiny).astype(np.float32)
+    scale = scale.reshape(-1, *[1] * (weight.ndim - 1))
+    return np.rint(weight / scale).astype(np.int8), scale
 
 
 def _affine(norm: nn.BatchNorm1d | nn.BatchNorm2d) -> tuple[Tensor, Tensor]:

@@ -54,7 +54,8 @@ class Teacher:
         softmax = [node for node in nodes if node.get_type_name() == "Softmax"][-1]
         outputs = [pooling.input_value(0), softmax.input_value(0)]
         model = openvino.Model(outputs, whole.get_parameters(), name)
-        self._run = core.compile_model(model, "CPU", {"INFERENCE_NUM_THREADS": threads})
+        settings = {"INFERENCE_NUM_THREADS": threads, "ENABLE_CPU_PINNING": False}
+        self._run = core.compile_model(model, "CPU", settings)
 
     def describe(self, images: Pixels, masks: Pixels) -> Answers:
         """Describe (N, S, S, 3) uint8 RGB under (N, S, S) masks (nonzero = object)."""

@@ -33,6 +33,7 @@ public static class Components
             case "window": EditorParts.Show(arguments[1]); break;
             case "mouse": SampleScene.Play(arguments[1], arguments[2]); break;
             case "controllers": Hands.Run(arguments[1]); break;
+            case "feel": Hands.Feel(arguments[1]); break;
             default: return Others(arguments[0], arguments[1]);
         }
         return Finish();

@@ -37,6 +37,7 @@ namespace HapticVLM
 
         readonly Dictionary<string, HapticObject> objects = new Dictionary<string, HapticObject>();
         HapticConnection connection;
+        bool awaitsStop;
         readonly StateLog log = new StateLog();
 
         /// <summary>The client of the scene that runs; null when there is none.</summary>
@@ -61,7 +62,9 @@ namespace HapticVLM
         public void Stop()
         {
             ControllerHaptics.SilenceAll();
-            if (connection != null) connection.Stop(Scope.All);
+            if (connection == null) return;
+            connection.Stop(Scope.All);
+            awaitsStop = State == LinkState.Ready && (ControllerHaptics.FormOf(HandSide.Left) ?? ControllerHaptics.FormOf(HandSide.Right)) != null;
         }
 
         /// <summary>Uses this service from now on.</summary>
@@ -208,6 +211,8 @@ namespace HapticVLM
 
         void OnVibrated(Vibration vibration)
         {
+            if (awaitsStop && vibration.Stopped != true) return; // it was on its way when the stop was sent
+            awaitsStop = false;
             if (Vibrated != null) Vibrated(vibration);
         }
 
@@ -225,6 +230,7 @@ namespace HapticVLM
         {
             if (state == LinkState.Ready) WarnOfMaterials();
             else ControllerHaptics.SilenceAll();
+            awaitsStop = false;
             if (LinkChanged != null) LinkChanged(state);
             onLinkChanged.Invoke(state);
         }

@@ -7,6 +7,9 @@
  */
 import * as THREE from 'three';
 import {smooth, step} from './noise.js';
+import {SCRIPT} from './scripts.js';
+
+const TOUCHES = SCRIPT.touches;
 
 export const TIP_RADIUS = 0.009;
 
@@ -21,54 +24,14 @@ const LIFT_SPEED = 0.75;
 const HEAD_HEIGHT = 1.44;
 const REST = {right: new THREE.Vector3(0.3, 0.92, 0.3), left: new THREE.Vector3(-0.4, 0.92, 0.3)};
 
-/**
- * The touches in order. `probe` is a point on the object, `toward` the finger's direction into it,
- * `slide` how far it rubs, `speed` how fast it lands (m/s), `hold` how long it stays (s), `lead` the extra
- * time its way there takes (s), `gaze` how close the head comes (m).
- */
-const TOUCHES = [
-  {hand: 'right', name: 'Oak_Table_02', speed: 0.5,
-   probe: [0.03, 0.74, -0.06], toward: [0, -1, -0.2], slide: [0.06, 0, 0.01]},
-  {hand: 'right', name: 'Newspaper_A3', speed: 0.25,
-   probe: [0.23, 0.76, 0], toward: [0, -1, -0.2], slide: [0.07, 0, -0.02]},
-  {hand: 'left', name: 'TeaMug_01', speed: 0.25, hold: 0.85, gaze: 0.33,
-   probe: [-0.25, 0.8, -0.01], toward: [0.1, -0.35, -1], slide: [0.004, 0.005, 0]},
-  {hand: 'right', name: 'LeatherJournal', speed: 0.25,
-   probe: [0.5, 0.78, 0], toward: [0, -1, -0.25], slide: [0.06, 0, -0.03]},
-  {hand: 'right', name: 'Object_19', speed: 0.5,
-   probe: [0.76, 0.8, 0.02], toward: [0, -0.5, -1], slide: [0.03, 0.01, 0]},
-  {hand: 'right', name: 'Curtain.001', speed: 0.25, lead: 0.3,
-   probe: [0.8, 1.1, -0.75], toward: [0, 0, -1], slide: [-0.07, -0.03, 0]},
-  {hand: 'right', name: 'Sphere.021', speed: 0.25, lead: 0.1, gaze: 0.38,
-   probe: [0.8, 0.83, -0.4], toward: [0, -0.3, -1], slide: [-0.03, 0.01, 0]},
-  {hand: 'right', name: 'Object_07', speed: 0.4, gaze: 0.38,
-   probe: [0.5, 0.82, -0.38], toward: [0, -0.3, -1], slide: [-0.02, -0.02, 0]},
-  {hand: 'right', name: 'Mesh_31', speed: 0.35, gaze: 0.4,
-   probe: [0.25, 0.82, -0.36], toward: [0, -0.3, -1], slide: [0.03, 0.015, 0]},
-  {hand: 'right', name: 'Cube.003', speed: 0.5, gaze: 0.4,
-   probe: [0.01, 0.87, -0.42], toward: [0, -1, -0.35], slide: [-0.05, 0, 0.01]},
-  {hand: 'left', name: 'Mesh_12', speed: 0.25,
-   probe: [-0.5, 0.84, -0.02], toward: [0, -1, -0.25], slide: [-0.06, 0, -0.02]},
-  {hand: 'right', name: 'GlassVase', speed: 0.4, gaze: 0.36,
-   probe: [-0.25, 0.84, -0.36], toward: [-0.1, -0.3, -1], slide: [-0.02, 0.02, 0]},
-  {hand: 'left', name: 'Torus.002', speed: 0.3,
-   probe: [-0.7, 0.81, -0.0], toward: [0, -1, -0.25], slide: [0.02, 0, -0.03]},
-  {hand: 'right', name: 'M_BrushedSteel_Kettle', speed: 0.5,
-   probe: [-0.48, 0.83, -0.36], toward: [-0.1, -0.4, -1], slide: [-0.04, 0.02, 0]},
-  {hand: 'left', name: 'Prop_Crate', speed: 0.4,
-   probe: [-0.78, 0.87, -0.36], toward: [0, -0.5, -1], slide: [0.05, 0, 0]},
-  {hand: 'left', name: 'Plant_Monstera', speed: 0.25, lead: 0.1,
-   probe: [-1.0, 0.99, -0.25], toward: [0, -1, -0.4], slide: [0.015, 0.01, 0.04]},
-];
-
 const CONTACTS = TOUCHES.map((_, index) =>
   TOUCHES.slice(0, index + 1).reduce((at, {lead = 0}) => at + lead, FIRST_CONTACT + SPACING * index),
 );
 
 /** Simulated seconds from the first pose to the hands back at rest. */
-export const DURATION = CONTACTS.at(-1) + 0.8;
+export const DURATION = CONTACTS.at(-1) + Math.max(0.8, (TOUCHES.at(-1).hold ?? 0) + 0.6);
 
-/** The script made concrete for these objects: {tip(hand, t), finger(hand, t), head(t)}. */
+/** The script made concrete for these objects: {tip(hand, t), finger(hand, t), head(t), contacts}. */
 export function choreograph(objects) {
   const touches = TOUCHES.map((touch, index) => plan(touch, CONTACTS[index], objects));
   const tracks = {};
@@ -79,6 +42,7 @@ export function choreograph(objects) {
     tip: (hand, t) => position(tracks[hand].keys, t),
     finger: (hand, t) => direction(tracks[hand].aims, t),
     head: (t) => headPose(touches, t),
+    contacts: touches.map(({contactAt, releaseAt}) => ({from: contactAt, to: releaseAt})),
   };
 }
 
@@ -92,8 +56,8 @@ function plan(touch, contactAt, objects) {
     const probe = new THREE.Vector3(...touch.probe).addScaledVector(slide, i / 6);
     return landing(root, probe, toward, touch.name);
   });
-  const holdTime = touch.hold ?? 0.3;
-  return {...touch, toward, rub, contactAt, holdTime, releaseAt: contactAt + SETTLE_TIME + holdTime};
+  const {hold: holdTime = 0.3, stay = 0} = touch;
+  return {...touch, toward, rub, contactAt, holdTime, stay, releaseAt: contactAt + SETTLE_TIME + holdTime + stay};
 }
 
 /** The fingertip centre that just rests on the object, and the surface normal there. */
@@ -131,7 +95,7 @@ function track(hand, touches) {
   return {keys, aims};
 }
 
-function touchKeys({toward, rub, contactAt, releaseAt, holdTime, speed}) {
+function touchKeys({toward, rub, contactAt, holdTime, stay, speed, releaseAt}) {
   const away = (point, distance) => point.clone().addScaledVector(toward, -distance);
   const pressed = rub.map(({point, normal}) => point.clone().addScaledVector(normal, -PRESS_DEPTH));
   const end = pressed.length - 1;
@@ -141,6 +105,7 @@ function touchKeys({toward, rub, contactAt, releaseAt, holdTime, speed}) {
     const velocity = pressed[after].clone().sub(pressed[before]).divideScalar(span);
     return {t: contactAt + SETTLE_TIME + (i / end) * holdTime, at, velocity};
   });
+  if (stay) rubbing.push(...resting(rubbing.at(-1), releaseAt));
   rubbing.at(-1).velocity.addScaledVector(toward, -LIFT_SPEED);
   const inward = (pace) => toward.clone().multiplyScalar(pace);
   return [
@@ -148,6 +113,13 @@ function touchKeys({toward, rub, contactAt, releaseAt, holdTime, speed}) {
     {t: contactAt, at: rub[0].point, velocity: inward(speed)},
     ...rubbing,
   ];
+}
+
+/** The finger rests where the rub ended, until just before it lifts. */
+function resting(last, releaseAt) {
+  const still = {...last, velocity: new THREE.Vector3()};
+  last.velocity.set(0, 0, 0);
+  return [{...still, t: releaseAt - SETTLE_TIME}, {...still, velocity: new THREE.Vector3(), t: releaseAt}];
 }
 
 /** The finger comes from an elbow behind and beside it, and leans into the surface. */

@@ -12,10 +12,11 @@ import {Hand} from './hand.js';
 import {buildObjects, sceneEntry} from './objects.js';
 import {Camera, SIDE} from './picture.js';
 import {buildRoom} from './room.js';
+import {SCRIPT} from './scripts.js';
 import {Toucher} from './touch.js';
 
 const STEPS_PER_SECOND = 60;
-const STEPS_PER_FRAME = 3;
+const REST_STEPS = 45; // in contact for so long, a hand has done what there is to see
 const SMALLEST_SHARE = 0.004; // of the frame; less of an object is not worth a mask
 const AMBIENT_C = 23;
 
@@ -83,6 +84,12 @@ export function next() {
   });
 }
 
+/** Whether a hand has been in contact for a while and stays there. */
+function isResting(t) {
+  const ahead = REST_STEPS / STEPS_PER_SECOND;
+  return script.contacts.some(({from, to}) => t > from + ahead && t < to - ahead / 2);
+}
+
 /** One XR frame: one step of simulated time, and a picture when one is due. */
 function advance(frame) {
   if (!asked) return;
@@ -94,7 +101,7 @@ function advance(frame) {
       entry.tip = entry.hand.follow(frame);
       request.messages.push(...entry.toucher.step(entry.tip, t, 1 / STEPS_PER_SECOND));
     }
-    if (steps % STEPS_PER_FRAME === 0) {
+    if (steps % (isResting(t) ? SCRIPT.still : SCRIPT.every) === 0) {
       asked = null;
       renderer.shadowMap.needsUpdate = true;
       renderer.render(scene, eyes);

@@ -4,10 +4,10 @@
  * Pictures are read back synchronously: an asynchronous read starves behind a software GPU's queue.
  */
 import * as THREE from 'three';
+import {SCRIPT} from './scripts.js';
 
-export const SIDE = 448;
+export const SIDE = SCRIPT.side;
 const FIELD_OF_VIEW = 62;
-const JPEG_QUALITY = 0.56;
 
 export class Camera {
   #renderer;
@@ -54,7 +54,7 @@ export class Camera {
   /** JPEG bytes of a picture, top row first. */
   async encode({image}) {
     this.#canvas.getContext('2d').putImageData(image, 0, 0);
-    const blob = await this.#canvas.convertToBlob({type: 'image/jpeg', quality: JPEG_QUALITY});
+    const blob = await this.#canvas.convertToBlob({type: 'image/jpeg', quality: SCRIPT.quality});
     return new Uint8Array(await blob.arrayBuffer());
   }
 

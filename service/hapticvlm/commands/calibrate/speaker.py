@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
@@ -15,42 +16,61 @@ if TYPE_CHECKING:
     from hapticvlm.devices.response import SpeakerResponse
 
 _DESCRIPTION = """
-Measure how a speaker moves. First --speaker NAME plays eleven seconds of sweep there, after
-a countdown (or --sweep FILE writes it as a WAV file to be played elsewhere): with a palm resting on
-the speaker, at the level you will use, record it with an accelerometer (a WAV file, or a CSV file
-of time in s and value). Ctrl-C ends the sweep. Then --recorded FILE --out CURVE
-writes the curve that `hapticvlm serve --speaker-response CURVE` corrects. With --simulate a
-simulated speaker is measured: a rehearsal.
+Measure how a speaker moves, in two steps. First play a sweep of eleven seconds: --speaker NAME
+plays it, or --sweep FILE writes it as a WAV file to play elsewhere. Rest a palm on the speaker,
+at the level you will use, and record its motion with an accelerometer: a WAV file, or a CSV file
+of time in s and value. Ctrl-C ends the sweep. Then --recorded FILE --out CURVE writes the curve
+that `hapticvlm serve --speaker-response CURVE` corrects. --simulate measures a simulated speaker.
 """
 
 
 def add(subjects: Commands) -> None:
     """Declare `calibrate speaker`."""
     speaker = subjects.add_parser(
-        "speaker", help="how a speaker moves, from a recorded sweep", description=_DESCRIPTION
+        "speaker",
+        help="measure a speaker from a recorded sweep",
+        description=_DESCRIPTION,
+        examples=(
+            "hapticvlm calibrate speaker --speaker default --level 0.3",
+            "hapticvlm calibrate speaker --recorded sweep.csv --out curve.csv",
+        ),
     )
     speaker.set_defaults(run=_speaker)
     steps = speaker.add_mutually_exclusive_group(required=True)
-    steps.add_argument("--sweep", type=Path, metavar="FILE", help="write the sweep to play")
     steps.add_argument(
-        "--speaker", metavar="NAME", help="play it: default, jack, simulated, or part of a name"
+        "--sweep", type=Path, metavar="FILE", help="write the sweep to this WAV file"
     )
-    steps.add_argument("--recorded", type=Path, metavar="FILE", help="read what was recorded of it")
+    steps.add_argument(
+        "--speaker",
+        metavar="NAME",
+        help="play the sweep on `default`, `jack`, or an output of this name",
+    )
+    steps.add_argument(
+        "--recorded", type=Path, metavar="FILE", help="read a recording of the sweep"
+    )
     steps.add_argument("--simulate", action="store_true", help="measure a simulated speaker")
     speaker.add_argument(
         "--quantity",
         choices=("acceleration", "velocity", "displacement"),
         default="acceleration",
-        help="what was recorded (%(default)s)",
+        help="quantity in the recording (%(default)s)",
     )
     speaker.add_argument(
-        "--level", type=_level, default=0.5, help="of the sweep, 0.01..1 (%(default)s)"
+        "--level",
+        type=_level,
+        default=0.5,
+        metavar="SHARE",
+        help="level of the sweep, 0.01 to 1 of full scale (%(default)s)",
     )
     speaker.add_argument(
-        "--countdown", type=int, default=5, metavar="S", help="before it plays (%(default)s)"
+        "--countdown",
+        type=int,
+        default=5,
+        metavar="S",
+        help="seconds to wait before it plays (%(default)s)",
     )
-    speaker.add_argument("--out", type=Path, metavar="FILE", help="write the curve there")
-    speaker.add_argument("--json", action="store_true", help="print the JSON line only")
+    speaker.add_argument("--out", type=Path, metavar="FILE", help="write the curve to this file")
+    add_json(speaker)
 
 
 def _level(text: str) -> float:
@@ -116,18 +136,24 @@ def _report(found: SpeakerResponse, options: argparse.Namespace) -> int:
 
     if options.out is not None:
         write_response(options.out, found)
-    correction = found.correction()
     if not options.json:
-        if found.simulated:
-            print("the speaker is simulated: the curve is a rehearsal, no device's")
-        print(f"{'Hz':>8} {'moves dB':>9} {'corrected by dB':>16}")
-        for hz, db in zip(found.frequency_hz, found.response_db, strict=True):
-            by_db = dict(zip(correction.frequency_hz, correction.gain_db, strict=True)).get(hz)
-            print(f"{hz:>8.1f} {db:>9.1f} {'-' if by_db is None else f'{by_db:.1f}':>16}")
+        _print_curve(found)
         if options.out is not None:
             print(f"use it: hapticvlm serve --speaker-response {options.out}")
+        return 0
     told = {"calibrate": "speaker", "simulated": found.simulated}
     told |= {"frequency_hz": [round(hz, 2) for hz in found.frequency_hz]}
     told |= {"response_db": [round(db, 2) for db in found.response_db]}
     print(json.dumps(told))
     return 0
+
+
+def _print_curve(found: SpeakerResponse) -> None:
+    correction = found.correction()
+    gains_db = dict(zip(correction.frequency_hz, correction.gain_db, strict=True))
+    if found.simulated:
+        print("the speaker is simulated: the curve is a rehearsal, no device's")
+    print(f"{'Hz':>8} {'moves dB':>9} {'corrected by dB':>16}")
+    for hz, db in zip(found.frequency_hz, found.response_db, strict=True):
+        by_db = gains_db.get(hz)
+        print(f"{hz:>8.1f} {db:>9.1f} {'-' if by_db is None else f'{by_db:.1f}':>16}")

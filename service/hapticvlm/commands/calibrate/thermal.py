@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.calibrate import speaker
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import UsageError, usage_errors
 
 if TYPE_CHECKING:
@@ -25,37 +26,73 @@ PRECONDITION_S, TOUCH_S = 3.0, 2.0
 Judge = Callable[[float], bool | None]  # R'' of B: was the real object colder; None: no answer
 
 _DESCRIPTION = """
-Find how well a palm touches. Have a real piece of --object at room temperature at hand. In each
-trial touch it (A), then the plate (B), two seconds each, and say which felt colder; the plate then
-tries another contact resistance. Fifteen trials take about four minutes; q stops earlier. With
---simulate R a palm of that contact resistance answers by the model itself, and nothing is felt.
+Measure the contact resistance of a palm. You need a real piece of --object at room temperature. In
+each trial touch it (A), then the plate (B), two seconds each, and say which felt colder. The plate
+then tries another contact resistance. Fifteen trials take about four minutes; q stops earlier. With
+--simulate R a simulated palm answers, and no plate is needed.
 """
 
 
 def add(commands: Commands) -> None:
     """Declare the command, with a subject each."""
-    calibrate = commands.add_parser("calibrate", help="fit the service to a person or a speaker")
+    calibrate = commands.add_parser(
+        "calibrate",
+        help="fit the service to a person or a speaker",
+        description="Fit the service to a person or to a speaker.",
+    )
     subjects = calibrate.add_subparsers(title="subjects", required=True, metavar="WHAT")
     thermal = subjects.add_parser(
-        "thermal", help="contact resistance, by which touch felt colder", description=_DESCRIPTION
+        "thermal",
+        help="measure the contact resistance of a palm",
+        description=_DESCRIPTION,
+        examples=(
+            "hapticvlm calibrate thermal --object metal --out palm.json",
+            "hapticvlm calibrate thermal --simulate 2e-4",
+        ),
     )
     speaker.add(subjects)
     thermal.set_defaults(run=_thermal)
-    thermal.add_argument("--object", default="metal", help="material of the real one (%(default)s)")
     thermal.add_argument(
-        "--ambient-c", type=float, default=22.0, help="of the room and object (%(default)s)"
-    )
-    thermal.add_argument("--trials", type=int, default=15, help="(%(default)s)")
-    thermal.add_argument(
-        "--peltier", default="auto", metavar="PORT", help="serial port or simulated (%(default)s)"
+        "--object",
+        default="metal",
+        metavar="MATERIAL",
+        help="material of the real object (%(default)s)",
     )
     thermal.add_argument(
-        "--simulate", type=float, metavar="R", help="let a simulated palm answer, m2 K/W"
+        "--ambient-c",
+        type=float,
+        default=22.0,
+        metavar="DEGC",
+        help="temperature of room and object (%(default)s)",
     )
-    thermal.add_argument("--seed", type=int, default=0, help="of the simulated palm (%(default)s)")
-    thermal.add_argument("--json", action="store_true", help="print the JSON line only")
     thermal.add_argument(
-        "--out", type=Path, metavar="FILE", help="also write it there, for --contact-resistance"
+        "--trials", type=int, default=15, metavar="N", help="how many trials (%(default)s)"
+    )
+    thermal.add_argument(
+        "--peltier",
+        default="auto",
+        metavar="PORT",
+        help="the plate: serial port, `auto` or `simulated` (%(default)s)",
+    )
+    thermal.add_argument(
+        "--simulate",
+        type=float,
+        metavar="R",
+        help="let a simulated palm of this contact resistance in m2 K/W answer",
+    )
+    thermal.add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="seed of the simulated palm (%(default)s)",
+    )
+    add_json(thermal)
+    thermal.add_argument(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="write the result here, for `hapticvlm serve --contact-resistance FILE`",
     )
 
 
@@ -163,7 +200,9 @@ def _report(calibration: Calibration, options: argparse.Namespace) -> int:
     line = json.dumps(told)
     if options.out is not None:
         options.out.write_text(line + "\n", encoding="utf-8")
-    if not options.json:
+    if options.json:
+        print(line)
+    else:
         print(
             f"contact resistance {found.contact_resistance:.2g} m2 K/W (95 % {found.low:.2g} to "
             f"{found.high:.2g}) after {found.trials} trials; comparisons had a noise of about "
@@ -171,5 +210,4 @@ def _report(calibration: Calibration, options: argparse.Namespace) -> int:
         )
         kept = f"{found.contact_resistance:.2g}" if options.out is None else options.out
         print(f"use it: --contact-resistance {kept}")
-    print(line)
     return 0

@@ -7,7 +7,7 @@ import time
 import webbrowser
 from pathlib import Path
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.commands.local_service import ending_on_sigterm, running
 from hapticvlm.errors import UsageError
 
 EXAMPLES = "examples"
@@ -22,7 +22,10 @@ def run() -> int:
     if not (examples / "webxr" / "node_modules" / "three").is_dir():
         raise UsageError(f"three.js is not installed: {CURE}")
     try:
-        with running(["--scene", str(examples)]) as service:
+        with (
+            ending_on_sigterm(),
+            running(["--scene", str(examples)], ends_with_us=True) as service,
+        ):
             page = service.page + "scene/webxr/"
             print(f"the scene    {page}\ndashboard    {service.page}\nCtrl+C ends both", flush=True)
             if not webbrowser.open(page):

@@ -22,7 +22,7 @@ from hapticvlm.client.sending import Outcome
 
 THUMB_PX = 224
 CAPTION_PX = 76
-COLUMNS = 5
+COLUMNS = 4
 GROUND, INK, SOFT = "#ffffff", "#1b1f24", "#59636e"
 RIGHT, WRONG, UNSURE = "#1a7f37", "#b3261e", "#8a6100"
 
@@ -61,7 +61,8 @@ def write(
     result = summary(capture, outcome, touches, decisions, telemetry)
     (out / "summary.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     (out / "summary.txt").write_text(as_text(result), encoding="utf-8")
-    return [strip, plot, out / "vibration.wav", out / "decisions.jsonl", out / "summary.json"]
+    kept = ("vibration.wav", "decisions.jsonl", "summary.json")
+    return [strip, plot, *(out / name for name in kept)]
 
 
 def contacts(capture: Capture, decisions: Timed) -> list[Contact]:
@@ -188,7 +189,8 @@ def as_text(result: dict[str, Any]) -> str:
         f"{result['sent'].get('frame', 0)} frames in {result['seconds']} s; answers: {answers}; "
         f"unanswered: {result['unanswered']}\n"
         f"a look took {result['look_ms_median']} ms in the median, its frame was "
-        f"{result['frame_age_ms_median']} ms old; underruns: {result['underruns']}, "
+        f"{result['frame_age_ms_median']} ms old\n"
+        f"underruns: {result['underruns']}, "
         f"dropped frames: {result['dropped_frames']}\n"
     )
 

@@ -1,131 +1,101 @@
 """The main job, end to end, on simulated devices: a recorded headset capture becomes touch.
 
-Starts the service in a process of its own, streams the capture to it as a scene would, shows what
-it decides while it decides it, and leaves a folder to look at and listen to.
+Starts the service in a process of its own, streams the capture to it as a scene would, tells each
+touch while it happens, and leaves a film, a folder to look at and the recorded session.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
-from rich.console import Console, Group
-from rich.live import Live
-from rich.table import Table
-from rich.text import Text
+from PIL.Image import Image
+from rich.console import Console
 
-from hapticvlm.captures import Capture, CaptureError, Line, Recorder, read
+from hapticvlm.captures import Capture, Line, Recorder, read
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Message
 from hapticvlm.client.sending import Outcome, stream
-from hapticvlm.commands.demo import report
-from hapticvlm.commands.local_service import Service, ServiceError, running
+from hapticvlm.commands import timeline
+from hapticvlm.commands.demo import film, report, video
+from hapticvlm.commands.demo.show import Show, waiting
+from hapticvlm.commands.doctor.devices import has_output
+from hapticvlm.commands.local_service import (
+    Service,
+    ServiceError,
+    ending_on_sigterm,
+    running,
+)
+from hapticvlm.commands.timeline import Timeline
+from hapticvlm.devices.audio import write_wav
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.voices import Voices
 
-DEFAULT_CAPTURE = "examples/captures/living_room"
-REFRESH_HZ = 8
-ROWS = 16
-
-
-class Show:
-    """What the observer has heard so far, as a live table."""
-
-    def __init__(self, capture: Capture) -> None:
-        self._capture = capture
-        self._started = time.monotonic()
-        self.decisions: list[tuple[float, Message]] = []
-        self.telemetry: list[tuple[float, Message]] = []
-        self._newest: dict[str, tuple[float, Message]] = {}
-        self._names = report.names(capture)
-
-    def begin(self) -> None:
-        """Count time from now."""
-        self._started = time.monotonic()
-
-    def take(self, event: Message) -> None:
-        """Keep one event of the service."""
-        at = time.monotonic() - self._started
-        if event["type"] == "telemetry":
-            self.telemetry.append((at, event))
-        elif event["type"] == "decision":
-            self.decisions.append((at, event))
-            object_id = event.get("object_id") or "the view"
-            self._newest.pop(object_id, None)
-            self._newest[object_id] = (at, event)
-
-    def __rich__(self) -> Group:
-        """Draw the table and the outputs."""
-        now = time.monotonic() - self._started
-        table = Table(title=f"{self._capture.path.name}: what the service decides")
-        for column in ("object", "material", "sure", "source", "setpoint", "age"):
-            table.add_column(column, justify="right" if column in ("sure", "age") else "left")
-        for object_id, (at, decision) in list(self._newest.items())[-ROWS:]:
-            limited = f" ({decision['limited_by']} limit)" if decision.get("limited_by") else ""
-            table.add_row(
-                self._names.get(object_id, object_id),
-                decision["material"],
-                f"{decision['confidence']:.0%}",
-                decision["source"],
-                f"{decision['setpoint_c']:.1f} degC{limited}",
-                f"{now - at:.1f} s",
-            )
-        return Group(table, self._outputs(now))
-
-    def _outputs(self, now: float) -> Text:
-        if not self.telemetry:
-            return Text("waiting for the first telemetry")
-        newest = self.telemetry[-1][1]
-        bar = "#" * min(30, int(60 * newest["speaker_level"]))
-        return Text(
-            f"{now:5.1f} / {self._capture.duration_s:.1f} s   plate {newest['plate_c']:5.2f} degC"
-            f" (setpoint {newest['setpoint_c']:5.2f})   vibration {bar}"
-        )
+CAPTURE = Path(__file__).parent / "capture"
+FILM_HZ = 15
+SETTLE_S = 0.3  # for the last answers and telemetry
 
 
 def run(path: Path | None, out: Path, *, quiet: bool) -> int:
-    """Run the demo; return 0 when every message was answered."""
-    console = Console()
-    capture = read(path if path is not None else _shipped())
-    out.mkdir(parents=True, exist_ok=True)
-    with _service(out, quiet) as service:
-        console.print(f"service ready after {service.seconds_to_ready:.2f} s, simulated plate")
-        outcome, show = asyncio.run(_perform(capture, service, out, console))
-    with console.status("drawing what happened"):
+    """Run the demo; return 0 when every message was answered. Raises HapticVLMError, OSError."""
+    console = Console(highlight=False, soft_wrap=True)
+    capture = read(CAPTURE if path is None else path)
+    console.print(
+        f"A recorded session of an emulated headset, {capture.duration_s:.0f} s, becomes touch.\n"
+        "Starting the service: simulated plate, and your speaker if there is one."
+    )
+    sessions = out / "session"
+    sessions.mkdir(parents=True, exist_ok=True)
+    with ending_on_sigterm(), _service(sessions, console, quiet=quiet) as service:
+        console.print(f"It is ready after {service.seconds_to_ready:.1f} s.\n")
+        outcome, show = asyncio.run(_perform(capture, service, console))
+    _record(show, out / "decisions.jsonl")
+    what = _remembered(sessions, console)
+    write_wav(out / "vibration.wav", what.wave)
+    drawn = _film(what, out / "demo.webm", console)
+    with waiting(console, lambda seconds: f"drawing the pictures, {seconds:.0f} s"):
         files = report.write(capture, outcome, show.decisions, show.telemetry, out)
-    console.print()
-    console.print((out / "summary.txt").read_text(encoding="utf-8"), highlight=False)
-    for file in files:
-        console.print(f"  {file}", highlight=False)
-    console.print(_next_steps(), highlight=False)
+    console.print((out / "summary.txt").read_text(encoding="utf-8"))
+    for file in [*drawn, *files]:
+        console.print(f"  {file}")
+    console.print(_next_steps(_session(sessions)))
     return 1 if outcome.unanswered else 0
 
 
-async def _perform(
-    capture: Capture, service: Service, out: Path, console: Console
-) -> tuple[Outcome, Show]:
-    show = Show(capture)
+async def _perform(capture: Capture, service: Service, console: Console) -> tuple[Outcome, Show]:
+    show = Show(console, capture)
     async with (
         connect(service.url, name="demo observer", role="observer") as observer,
         connect(service.url, name="demo scene") as scene,
     ):
-        with Live(show, console=console, refresh_per_second=REFRESH_HZ):
+        with show.telling():
             listening = asyncio.create_task(_listen(observer, show))
-            show.begin()
+            touching = asyncio.create_task(_follow(capture, show))
             outcome = await stream(scene, capture, seen=_ignore)
-            await asyncio.sleep(0.3)
-            listening.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await listening
-    _record(show, out / "decisions.jsonl")
+            await asyncio.sleep(SETTLE_S)
+            for task in (listening, touching):
+                task.cancel()
+                with contextlib.suppress(asyncio.CancelledError):
+                    await task
     return outcome, show
 
 
 async def _listen(observer: Client, show: Show) -> None:
     while True:
         show.take(await observer.events.get())
+
+
+async def _follow(capture: Capture, show: Show) -> None:
+    """Tell each touch when it begins and ends, at the pace of the stream."""
+    for touch in report.contacts(capture, []):
+        for at_s, tell in ((touch.started_s, show.begin_touch), (touch.ended_s, show.end_touch)):
+            await asyncio.sleep(max(0.0, at_s - show.now_s))
+            tell(touch)
 
 
 def _ignore(line: Line, answer: Message) -> None:
@@ -139,31 +109,59 @@ def _record(show: Show, path: Path) -> None:
     recorder.close()
 
 
+def _remembered(sessions: Path, console: Console) -> Timeline:
+    console.print("\nReading the record, and playing its vibration again.")
+    with waiting(console, lambda seconds: f"playing again, {seconds:.0f} s"):
+        return timeline.read(_session(sessions), MATERIALS, Voices())
+
+
+def _film(what: Timeline, path: Path, console: Console) -> list[Path]:
+    """Draw the film, say how far it is, and return its path; none without the package for it."""
+    if find_spec("av") is None:
+        console.print("No film: `pip install av` lets the demo draw one.")
+        return []
+    drawn, count = 0, int(what.duration_s * FILM_HZ)
+
+    def pictures() -> Iterator[Image]:
+        nonlocal drawn
+        for picture in film.pictures(what, FILM_HZ):
+            drawn += 1
+            yield picture
+
+    console.print("Drawing the film.")
+    with waiting(console, lambda _: f"drawing the film, {drawn / count:.0%}"):
+        video.write(path, pictures(), FILM_HZ, what.wave)
+    return [path]
+
+
+def _session(sessions: Path) -> Path:
+    """Return the newest record with frames; folders are named by their time."""
+    found = [folder for folder in sessions.iterdir() if (folder / "frames").is_dir()]
+    if not found:
+        raise HapticVLMError(f"{sessions}: no frame was kept; is the disk full?")
+    return max(found)
+
+
 @contextmanager
-def _service(out: Path, quiet: bool) -> Iterator[Service]:
+def _service(sessions: Path, console: Console, *, quiet: bool) -> Iterator[Service]:
     """Start the service on a real output if there is one, else on the simulated speaker."""
-    arguments = ["--wav", str(out / "vibration.wav")]
+    arguments = ["--record", str(sessions), "--record-frames"]
     with contextlib.ExitStack() as stack:
         service = None
-        if not quiet:
-            with contextlib.suppress(ServiceError):
-                service = stack.enter_context(running([*arguments, "--speaker", "default"]))
-        yield service or stack.enter_context(running(arguments))
+        with waiting(console, lambda seconds: f"starting, {seconds:.0f} s"):
+            if not quiet and has_output():
+                with contextlib.suppress(ServiceError):
+                    service = stack.enter_context(running([*arguments, "--speaker", "default"]))
+            service = service or stack.enter_context(running(arguments))
+        yield service
 
 
-def _shipped() -> Path:
-    beside = (Path.cwd(), Path(__file__).resolve().parents[4])
-    for folder in beside:
-        if (folder / DEFAULT_CAPTURE).is_dir():
-            return folder / DEFAULT_CAPTURE
-    raise CaptureError(f"no {DEFAULT_CAPTURE} here: name one with --capture")
-
-
-def _next_steps() -> str:
+def _next_steps(session: Path) -> str:
     return (
         "\nNext:\n"
+        f"  look again  hapticvlm replay --view {session}\n"
         "  dashboard   hapticvlm serve, then open http://127.0.0.1:8790/ in a browser\n"
-        "  your scene  connect it to ws://127.0.0.1:8790/ (examples/touch.py is the shortest one)\n"
+        "  your scene  connect it to ws://127.0.0.1:8790/ (shortest: examples/touch.py)\n"
         "  Unity       add the package in unity_client/ (README.md there: five steps);\n"
         "              schemas/messages.schema.json and schemas/vectors/ are the contract"
     )

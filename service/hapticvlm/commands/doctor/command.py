@@ -9,6 +9,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands.parsing import add_json
+
 if TYPE_CHECKING:
     from hapticvlm.commands.doctor.findings import Finding
     from hapticvlm.commands.parsing import Commands
@@ -19,17 +21,29 @@ _MARKS = {"ok": "ok   ", "note": "note ", "wrong": "WRONG"}
 
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
-    doctor = commands.add_parser("doctor", help="say what is missing or wrong on this machine")
+    doctor = commands.add_parser(
+        "doctor",
+        help="say what is missing or wrong on this machine",
+        description="Check Python, packages, port, audio outputs, plate and certificate, and say "
+        "what to do. Nothing is played or heated. Exit code 1: something is wrong.",
+        examples=("hapticvlm doctor", "hapticvlm doctor --config hapticvlm.toml"),
+    )
     doctor.set_defaults(run=_doctor)
     doctor.add_argument(
-        "--config", type=Path, metavar="FILE", help="judge by what this file asks `serve` for"
+        "--config",
+        type=Path,
+        metavar="FILE",
+        help="check what `hapticvlm serve --config FILE` needs",
     )
-    doctor.add_argument("--json", action="store_true", help="print one JSON line only")
+    add_json(doctor)
 
 
 def _doctor(options: argparse.Namespace) -> int:
+    from hapticvlm.commands.progress import working
+
     started = time.monotonic()
-    found = _examine(options, started + PATIENCE_S)
+    with working("checking this machine"):
+        found = _examine(options, started + PATIENCE_S)
     is_well = all(one.verdict != "wrong" for one in found)
     if options.json:
         told = [dataclasses.asdict(one) for one in found]
@@ -70,3 +84,15 @@ def _print(found: list[Finding]) -> None:
     for one in found:
         cure = f"  -> {one.cure}" if one.cure else ""
         print(f"{_MARKS[one.verdict]} {one.about:<11} {one.said}{cure}")
+    print(f"\n{sentence(found)}")
+
+
+def sentence(found: list[Finding]) -> str:
+    """Sum the findings up for a person."""
+    wrong = [one.about for one in found if one.verdict == "wrong"]
+    notes = sum(one.verdict == "note" for one in found)
+    if wrong:
+        return f"{len(wrong)} wrong ({', '.join(wrong)}): do what stands behind the arrow."
+    if notes:
+        return f"Nothing is wrong; {notes} notes tell what could be better."
+    return "Nothing is wrong: `hapticvlm serve` will start."

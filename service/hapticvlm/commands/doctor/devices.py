@@ -29,19 +29,32 @@ _LIST = (
 def audio(serving: Serving) -> list[Finding]:
     """Tell the outputs there are, and whether the one asked for is among them."""
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", _LIST],
-            capture_output=True,
-            text=True,
-            timeout=AUDIO_S,
-            check=False,
-        )
-        names = json.loads(done.stdout) if done.returncode == 0 else []
-        return [found_audio(serving, names)]
+        return [found_audio(serving, _names())]
     except subprocess.TimeoutExpired:
         said = f"the sound system did not answer within {AUDIO_S:g} s"
         verdict: Verdict = "note" if serving.speaker == "simulated" else "wrong"
         return [Finding("audio", verdict, said, "is a sound server running? try again")]
+
+
+def has_output() -> bool:
+    """Return whether this machine has an audio output that tells so within AUDIO_S."""
+    try:
+        return bool(_names())
+    except subprocess.TimeoutExpired:
+        return False
+
+
+def _names() -> list[str]:
+    """Return the outputs' names. Raises TimeoutExpired."""
+    done = subprocess.run(
+        [sys.executable, "-c", _LIST],
+        capture_output=True,
+        text=True,
+        timeout=AUDIO_S,
+        check=False,
+    )
+    found: list[str] = json.loads(done.stdout) if done.returncode == 0 else []
+    return found
 
 
 def found_audio(serving: Serving, names: list[str]) -> Finding:

@@ -16,12 +16,18 @@ from pathlib import Path
 from hapticvlm import __version__
 from hapticvlm.commands.doctor.findings import Finding
 from hapticvlm.commands.serve_config import Serving
+from hapticvlm.errors import installing
 
 NEWEST_UNTRIED = (3, 14)  # the first Python that nobody has tried
 COARSE_SLEEP_S = 0.005  # a tick of the gateway is 20 ms
 BUILT_AT = 1735689600.0  # 2025-01-01: a clock before it makes every certificate invalid
 SLOW_MS = 50.0  # an inference of the shipped encoder takes 3 ms on a quiet core
-EXTRAS = ("charts", "video", "models", "study")
+EXTRAS = {  # and the packages that bring each
+    "charts": "psutil",
+    "video": "opencv-python-headless",
+    "models": "torch transformers safetensors",
+    "study": "statsmodels",
+}
 
 _REQUIREMENT = re.compile(
     r"(?P<name>[\w.-]+)(?:\[[^]]*\])?\s*(?:>=(?P<least>[\d.]+))?[^;]*"
@@ -44,7 +50,11 @@ def packages() -> list[Finding]:
     try:
         return judged(metadata.requires("hapticvlm") or [])
     except metadata.PackageNotFoundError:
-        return [Finding("packages", "wrong", "hapticvlm is not installed", "pip install -e .")]
+        return [
+            Finding(
+                "packages", "wrong", "hapticvlm is not installed", "pip install . in its folder"
+            )
+        ]
 
 
 def judged(stated: Sequence[str]) -> list[Finding]:
@@ -56,7 +66,7 @@ def judged(stated: Sequence[str]) -> list[Finding]:
             trouble = _trouble(found["name"], found["least"])
             lacking.setdefault(found["extra"] or "", []).extend([trouble] if trouble else [])
     core = lacking.get("", [])
-    cure = "pip install -U hapticvlm, or -e . in its folder"
+    cure = "install it again: pip install . in its folder"
     there = Finding("packages", "ok", f"all {_count(stated)} that are needed")
     return [
         Finding("packages", "wrong", "; ".join(core), cure) if core else there,
@@ -88,7 +98,8 @@ def _extras(lacking: dict[str, list[str]]) -> Finding:
     said = f"installed: {', '.join(there) or 'none'}"
     if not missing:
         return Finding("extras", "ok", said)
-    cure = f"if you need them: pip install 'hapticvlm[{','.join(missing)}]'"
+    wanted = " ".join(EXTRAS[name] for name in missing)
+    cure = f"if you need them: {installing(wanted)}"
     return Finding("extras", "ok", f"{said}; not: {', '.join(missing)}", cure)
 
 

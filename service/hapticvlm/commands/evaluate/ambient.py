@@ -32,7 +32,9 @@ def run(plan: Plan, ask: Ask) -> int:
     if plan.out is not None:
         plan.out.mkdir(parents=True, exist_ok=True)
         files = plots.draw(outcome, plan.method, plan.out / NAME)
-    if not plan.as_json:
+    if plan.as_json:
+        told = figures(outcome, plan.method) | {"files": [str(path) for path in files]}
+        print(json.dumps(told))
+    else:
         tables.print_outcome(outcome, plan.method, files)
-    print(json.dumps(figures(outcome, plan.method) | {"files": [str(path) for path in files]}))
     return 0 if outcome.score is not None else 1

@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
@@ -20,24 +21,47 @@ TIMEOUT_S = 120.0  # nobody's hand waits here
 
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
-    evaluate = commands.add_parser("evaluate", help="grade a method on your own labelled pictures")
+    evaluate = commands.add_parser(
+        "evaluate",
+        help="grade a method on your own labelled pictures",
+        description="Grade a method on your own labelled pictures, beside blind guesses.",
+    )
     subjects = evaluate.add_subparsers(title="subjects", required=True, metavar="WHAT")
-    ambient = subjects.add_parser("ambient", help="pictures to air temperatures")
+    ambient = subjects.add_parser(
+        "ambient",
+        help="air temperature read off pictures",
+        description="Grade how well a vision-language model reads the air temperature off "
+        "pictures. The default and a constant guess are graded beside it.",
+        examples=("hapticvlm evaluate ambient pictures.csv --vlm",),
+    )
     ambient.set_defaults(run=_evaluate_ambient)
     ambient.add_argument(
-        "csv", type=Path, metavar="CSV", help="columns image (relative path), temperature_c"
+        "csv",
+        type=Path,
+        metavar="CSV",
+        help="file with the columns image (path relative to the file) and temperature_c",
     )
     ambient.add_argument(
         "--method",
         choices=["default", "vlm"],
-        help="what to grade (vlm with --vlm or --vlm-url, else default)",
+        help="what to grade (vlm if --vlm or --vlm-url is given, else default)",
     )
-    ambient.add_argument("--vlm", metavar="NAME", help="model by name or folder")
     ambient.add_argument(
-        "--vlm-url", metavar="URL", help="ask an OpenAI-compatible endpoint: pictures go there"
+        "--vlm",
+        metavar="NAME_OR_FOLDER",
+        nargs="?",
+        const=True,
+        help="grade this image-text model of transformers (without a name: the default model)",
     )
-    ambient.add_argument("--out", type=Path, help="folder for plots (none are drawn)")
-    ambient.add_argument("--json", action="store_true", help="print the JSON line only")
+    ambient.add_argument(
+        "--vlm-url",
+        metavar="URL",
+        help="ask an OpenAI-compatible endpoint; your pictures are sent there",
+    )
+    ambient.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="draw plots into this folder (none are drawn)"
+    )
+    add_json(ambient)
 
 
 def _evaluate_ambient(options: argparse.Namespace) -> int:
@@ -72,7 +96,7 @@ def _settings(options: argparse.Namespace) -> VlmSettings:
     from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
 
     return VlmSettings(
-        model=options.vlm or DEFAULT_MODEL,
+        model=options.vlm if isinstance(options.vlm, str) else DEFAULT_MODEL,
         url=options.vlm_url,
         token=os.environ.get(TOKEN),
         timeout_s=TIMEOUT_S,

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands import voice_options
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.commands.serve_config import contact_resistance
 from hapticvlm.errors import usage_errors
 
@@ -23,57 +24,106 @@ if TYPE_CHECKING:
     from hapticvlm.materials import Material
 
 SHOWN_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+SPEED_MPS, SWING_MPS = 0.3, 5.0
 INTERACTIONS = ("tap", "strike", "press", "slide", "carve", "swing")
 
 _DESCRIPTION = """
-Say what touching a material would feel like: what physics says the skin does, what the plate would
-be set to and which limit shaped that, and the vibration, as numbers, a picture (--plot) and a sound
-(--wav). Nothing is connected and nothing moves. Exit code 2: an option is wrong.
+Compute what touching a material would feel like. You see the temperature of the skin, the
+setpoint of the plate, the limit that shaped it, and the vibration. --plot draws them and --wav
+writes the sound. No service and no device is used.
 """
 
 
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
     feel = commands.add_parser(
-        "feel", help="show what a touch would feel like", description=_DESCRIPTION
+        "feel",
+        help="show what a touch would feel like",
+        description=_DESCRIPTION,
+        examples=(
+            "hapticvlm feel metal --object-c 5",
+            "hapticvlm feel wood --interaction slide --speed 0.2 --plot wood.png --wav wood.wav",
+        ),
     )
     feel.set_defaults(run=_feel)
-    feel.add_argument("material", metavar="MATERIAL", help="e.g. wood, glass, fabric, metal")
+    feel.add_argument(
+        "material", metavar="MATERIAL", help="a material, such as wood, glass, fabric or metal"
+    )
     _add_heat(feel)
     sound = feel.add_argument_group("vibration")
     sound.add_argument(
-        "--interaction", choices=INTERACTIONS, help="(a strike, then sliding from 0.4 s on)"
+        "--interaction",
+        choices=INTERACTIONS,
+        help="how the hand touches (a strike, then a slide from 0.4 s on)",
     )
-    sound.add_argument("--speed", type=_within(0.0, 20.0), default=0.3, help="m/s (%(default)s)")
-    sound.add_argument("--force", type=_within(0.0, 100.0), default=1.0, help="N (%(default)s)")
+    sound.add_argument(
+        "--speed",
+        type=_within(0.0, 20.0),
+        metavar="M_PER_S",
+        help="speed of the hand in m/s, the greatest of a stroke (0.3; swing 5)",
+    )
+    sound.add_argument(
+        "--force",
+        type=_within(0.0, 100.0),
+        default=1.0,
+        metavar="N",
+        help="force of the hand in N (%(default)s)",
+    )
     voice_options.add_options(sound)
     out = feel.add_argument_group("output")
-    out.add_argument("--seconds", type=_within(0.02, 60.0), default=5.0, help="(%(default)s)")
-    out.add_argument("--plot", type=Path, metavar="FILE", help="picture: .png, .svg or .pdf")
-    out.add_argument("--wav", type=Path, metavar="FILE", help="the vibration, 48 kHz mono")
-    out.add_argument("--json", action="store_true", help="print one JSON document only")
-    out.add_argument("--gallery", type=Path, help="gallery folder with materials of your own")
+    out.add_argument(
+        "--seconds",
+        type=_within(0.02, 60.0),
+        default=5.0,
+        metavar="S",
+        help="how long the touch lasts (%(default)s)",
+    )
+    out.add_argument(
+        "--plot", type=Path, metavar="FILE", help="draw it to this .png, .svg or .pdf file"
+    )
+    out.add_argument(
+        "--wav", type=Path, metavar="FILE", help="write the vibration to this file, 48 kHz mono"
+    )
+    add_json(out)
+    out.add_argument(
+        "--gallery", type=Path, metavar="GALLERY", help="folder with materials of your own"
+    )
 
 
 def _add_heat(feel: argparse.ArgumentParser) -> None:
     heat = feel.add_argument_group("temperature")
     heat.add_argument(
-        "--object-c", type=_within(-100.0, 400.0), help="of the object, degC (that of the room)"
+        "--object-c",
+        type=_within(-100.0, 400.0),
+        metavar="DEGC",
+        help="temperature of the object (that of the room)",
     )
     heat.add_argument(
-        "--ambient-c", type=_within(-60.0, 80.0), default=22.0, help="of the room (%(default)s)"
+        "--ambient-c",
+        type=_within(-60.0, 80.0),
+        default=22.0,
+        metavar="DEGC",
+        help="temperature of the room (%(default)s)",
     )
     heat.add_argument(
-        "--skin-c", type=_within(10.0, 45.0), default=32.0, help="of resting skin (%(default)s)"
+        "--skin-c",
+        type=_within(10.0, 45.0),
+        default=32.0,
+        metavar="DEGC",
+        help="temperature of the skin before the touch (%(default)s)",
     )
     heat.add_argument(
         "--contact-resistance",
         type=_palm,
         metavar="R_OR_FILE",
-        help="m2 K/W, or a file of `hapticvlm calibrate thermal --out` (by the material)",
+        help="contact resistance of skin and object in m2 K/W, or a file that `hapticvlm calibrate "
+        "thermal` wrote (that of the material)",
     )
     heat.add_argument(
-        "--thickness-m", type=_within(1e-6, 10.0), metavar="M", help="of a sheet (thick)"
+        "--thickness-m",
+        type=_within(1e-6, 10.0),
+        metavar="M",
+        help="the object is a sheet or rod of this thickness in m (it is thick)",
     )
 
 
@@ -95,10 +145,13 @@ def _palm(text: str) -> float:
 
 
 def _feel(options: argparse.Namespace) -> int:
+    from hapticvlm.commands.progress import working
+
     with usage_errors():
         material = _material(options.material, options.gallery)
-        heat, sound = _touch(material, options)
-        _write(heat, sound, options)
+        with working("computing the touch"):
+            heat, sound = _touch(material, options)
+            _write(heat, sound, options)
     _say(heat, sound, as_json=options.json)
     return 0
 
@@ -131,12 +184,14 @@ def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound
     from hapticvlm.materials import MATERIALS
     from hapticvlm.rendering.vibration import Motion
 
-    motion = Motion(options.speed, options.force)
+    usual_mps = SWING_MPS if options.interaction == "swing" else SPEED_MPS
+    motion = Motion(usual_mps if options.speed is None else options.speed, options.force)
     others = {} if options.patterns is None else MATERIALS  # of which recordings may be, too
+    touch = (options.interaction, motion, options.seconds)
     voices = voice_options.voices(options, {**others, material.name: material})
     return (
         heat(material, _warmth(options), options.seconds),
-        sound(material, options.interaction, motion, options.seconds, voices),
+        sound(material, *touch, voices, options.thickness_m),
     )
 
 

@@ -1,14 +1,14 @@
 """The vibration half of a touch: the product's own voices, rendered; their spectrum; a WAV file.
 
 Without an interaction the hand strikes, then rubs from RUB_AT_S on, as a scene's `contact` and
-`slide` would have it.
+`slide` would have it. Rubbing, carving and swinging go to and fro as rendering/movement.py has it.
 """
 
 from __future__ import annotations
 
 import math
 import wave
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
 from hapticvlm.perception import drive_threshold_db
+from hapticvlm.rendering.movement import SWEEP_S, motion_at
+from hapticvlm.rendering.textures import STROUHAL
 from hapticvlm.rendering.transposition import felt_hz
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, Motion
-from hapticvlm.rendering.voices import Command, Voices
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
+from hapticvlm.rendering.voices import FADE_S, Command, Voices
 
 RUB_AT_S = 0.4
 BLOCK = 256
@@ -36,6 +38,7 @@ class Sound:
     interaction: str | None
     motion: Motion
     wave: NDArray[np.float32]
+    thickness_m: float | None = None
 
     def describe(self) -> dict[str, Any]:
         """Parameters and spectrum as a map for JSON."""
@@ -52,7 +55,9 @@ class Sound:
             "bandwidth": facts.bandwidth,
             "roughness": facts.roughness,
             "stick": facts.stick,
-            "texture_hz": felt_hz(self.motion.speed_mps / facts.pitch_m),
+            "swung_m": self._swung_m,
+            "sweep_s": SWEEP_S.get(self.interaction or "slide"),
+            "texture_hz": felt_hz(self.motion.speed_mps / self._period_m),
             "peak": float(np.abs(self.wave).max()),
             "rms": float(np.sqrt(np.mean(np.square(self.wave, dtype=np.float64)))),
             "share_1_to_1000_hz": inside,
@@ -63,6 +68,16 @@ class Sound:
             },
         }
 
+    @property
+    def _swung_m(self) -> float:
+        return self.material.vibration.swung_m if self.thickness_m is None else self.thickness_m
+
+    @property
+    def _period_m(self) -> float:
+        """Way of the hand in one period of the texture."""
+        is_swung = self.interaction == "swing"
+        return self._swung_m / STROUHAL if is_swung else self.material.vibration.pitch_m
+
 
 def sound(
     material: Material,
@@ -70,20 +85,34 @@ def sound(
     motion: Motion,
     seconds: float,
     voices: Voices | None = None,
+    thickness_m: float | None = None,
 ) -> Sound:
-    """Render one touch of the right hand, by fresh voices that know the material (synthesised)."""
+    """Render one touch of the right hand, by fresh voices that know the material (synthesised).
+
+    `motion` is the fastest of its strokes, `thickness_m` that of what is swung. It ends at zero.
+    """
     if voices is None:
         voices = Voices(table={material.name: material})
     count = max(round(seconds * RATE_HZ), 1)
-    blocks, rubs = [], False
-    voices.obey(_command(material.name, interaction or "strike", motion, onset=True))
+    begins_s = RUB_AT_S if interaction is None else 0.0
+    texture = interaction or "slide"
+    command = _command(material.name, texture, motion, thickness_m)
+    blocks = []
+    if texture in IMPACTS or interaction is None:
+        voices.obey(replace(command, interaction=interaction or "strike", onset=True))
     for begin in range(0, count, BLOCK):
         now = begin / RATE_HZ
-        if interaction is None and not rubs and now >= RUB_AT_S:
-            rubs = True
-            voices.obey(_command(material.name, "slide", motion, onset=False))
+        if texture in TEXTURES and now >= begins_s:
+            voices.obey(replace(command, motion=motion_at(texture, motion, now - begins_s)))
         blocks.append(voices.render(min(BLOCK, count - begin), now))
-    return Sound(material, interaction, motion, np.concatenate(blocks))
+    return Sound(material, interaction, motion, _ended(np.concatenate(blocks)), thickness_m)
+
+
+def _ended(samples: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Fade the end of (N,) as voices fade, down to zero."""
+    count = min(round(FADE_S * RATE_HZ), samples.size)
+    samples[samples.size - count :] *= np.linspace(1.0, 0.0, count, dtype=np.float32)
+    return samples
 
 
 def spectrum(wave_: NDArray[np.float32]) -> tuple[list[float], float]:
@@ -113,13 +142,14 @@ def write_wav(path: Path, samples: NDArray[np.float32]) -> None:
         file.writeframes((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes())
 
 
-def _command(material: str, interaction: str, motion: Motion, *, onset: bool) -> Command:
+def _command(material: str, interaction: str, motion: Motion, thickness_m: float | None) -> Command:
     return Command(
         hand=1,
         material=material,
         interaction=interaction,
-        onset=onset and interaction in IMPACTS,
+        onset=False,
         motion=motion,
         seed=1,
         expires_at=math.inf,
+        thickness_m=thickness_m if interaction == "swing" else None,
     )

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hapticvlm.commands.progress import working
 from hapticvlm.materials import Material, MaterialError, derive
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
@@ -70,7 +71,7 @@ def build(options: argparse.Namespace) -> int:
 
 def add(options: argparse.Namespace) -> int:
     """Write the file of one material of the user's into a gallery folder."""
-    folder: Path = options.into
+    folder: Path = options.out
     words = None if options.words is None else [word.strip() for word in options.words.split(",")]
     facts = _facts(options.facts)
     material = derive(options.name, options.like, words, facts)
@@ -78,7 +79,8 @@ def add(options: argparse.Namespace) -> int:
     encoder = load_encoder(options.encoder)
     base = _base_of(folder, encoder)
     found = list_pictures(material.name, options.pictures)
-    enrolled = enrol(found, encoder)
+    with working("reading the pictures"):
+        enrolled = enrol(found, encoder)
     folder.mkdir(parents=True, exist_ok=True)
     views = tuple(np.bincount(enrolled.places).tolist())
     made = UserMaterial(material, options.like, facts, encoder.name, enrolled.embeddings, views)
@@ -152,7 +154,7 @@ def _base_of(folder: Path, encoder: Encoder) -> Gallery:
 def _require_room(folder: Path, material: Material) -> None:
     if folder.suffix == ".npz" or folder.is_file():
         text = f"materials of your own need a folder; move the file into one as {FILE_NAME}"
-        raise MaterialError(f"--into {folder}: {text} and name that")
+        raise MaterialError(f"--out {folder}: {text} and name that")
     path = folder / f"{material.name}.toml"
     if path.exists():
         raise MaterialError(f"{path}: is there already; remove it, or choose another name")

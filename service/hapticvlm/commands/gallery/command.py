@@ -6,59 +6,86 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands.parsing import add_former, add_json
+
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
-ENCODER_HELP = "image encoder (the one shipped)"
+ENCODER_HELP = "image network, as in `serve` (the shipped one)"
+_GALLERY = ".npz file or gallery folder (the shipped one)"
 
 
 def add(commands: Commands) -> None:
     """Declare the commands and their options."""
-    gallery = commands.add_parser("gallery", help="reference pictures: build, add, list, test")
+    gallery = commands.add_parser(
+        "gallery",
+        help="reference pictures: build, add, list, test",
+        description="A gallery holds the reference pictures that frames are compared with.",
+        examples=(
+            "hapticvlm gallery build pictures/ --out mygallery",
+            "hapticvlm gallery add walnut walnut/ --like wood --out mygallery",
+            "hapticvlm serve --gallery mygallery",
+        ),
+    )
     kinds = gallery.add_subparsers(title="commands", required=True, metavar="WHAT")
     _add_build(kinds)
     _add_add(kinds)
-    listing = kinds.add_parser("list", help="what a gallery holds")
+    listing = kinds.add_parser(
+        "list", help="print what a gallery holds", description="Print what a gallery holds."
+    )
     listing.set_defaults(run=_run, what="list")
-    listing.add_argument("gallery", type=Path, nargs="?", help=".npz or folder (the one shipped)")
-    test = kinds.add_parser("test", help="how often a gallery is right about labelled pictures")
-    test.set_defaults(run=_run, what="test")
-    test.add_argument("gallery", type=Path, help=".npz or gallery folder")
-    test.add_argument("pictures", type=Path, help="folder with a folder for each material")
-    test.add_argument("--encoder", help=ENCODER_HELP)
-    test.add_argument("--json", action="store_true", help="print the JSON line only")
+    listing.add_argument("gallery", type=Path, nargs="?", metavar="GALLERY", help=_GALLERY)
+    _add_test(kinds)
 
 
 def _add_build(kinds: Commands) -> None:
     build = kinds.add_parser(
         "build",
-        help="make a gallery from FOLDER/<material>/*.jpg|png",
-        description="Masks, if any: FOLDER/<material>/masks/NAME.png or NAME.mask.png beside it.",
+        help="make a gallery from pictures",
+        description="Make a gallery from FOLDER/MATERIAL/*.jpg and *.png. One to five pictures of "
+        "each material are enough to begin. A mask may stand in FOLDER/MATERIAL/masks/NAME.png or "
+        "beside the picture as NAME.mask.png.",
+        examples=("hapticvlm gallery build pictures/ --out mygallery",),
     )
     build.set_defaults(run=_run, what="build")
-    build.add_argument("folder", type=Path, help="folder with a folder for each material")
     build.add_argument(
-        "-o", "--out", type=Path, required=True, help="file (.npz) or gallery folder to write"
+        "folder", type=Path, metavar="FOLDER", help="folder with a sub-folder for each material"
     )
-    build.add_argument("--encoder", help=ENCODER_HELP)
+    build.add_argument(
+        "-o", "--out", type=Path, required=True, metavar="GALLERY", help=".npz file or folder"
+    )
+    build.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
     build.add_argument(
         "--base",
         choices=["shipped", "none"],
         default="none",
-        help="keep the shipped references beside these (%(default)s)",
+        help="`shipped` keeps the shipped references too (%(default)s)",
     )
 
 
 def _add_add(kinds: Commands) -> None:
-    own = kinds.add_parser("add", help="add a material of your own to a gallery folder")
+    own = kinds.add_parser(
+        "add",
+        help="add a material of your own to a gallery folder",
+        description="Add a material of your own. It is like one of the table, but for the facts "
+        "that you set. It can then be stated, named and recognised like any other.",
+        examples=(
+            "hapticvlm gallery add walnut walnut/ --like wood --out mygallery \\",
+            "    --set thermal.conductivity=0.2 --words walnut,burl",
+        ),
+    )
     own.set_defaults(run=_run, what="add")
-    own.add_argument("name", help="1 to 40 of a-z, 0-9, _ and -")
-    own.add_argument("pictures", type=Path, nargs="+", help="pictures, or folders of them")
-    own.add_argument("--like", required=True, metavar="CLASS", help="the class it resembles")
+    own.add_argument(
+        "name", metavar="NAME", help="name of the material: 1 to 40 of a-z, 0-9, _ and -"
+    )
+    own.add_argument(
+        "pictures", type=Path, nargs="+", metavar="PATH", help="pictures, or folders of them"
+    )
+    own.add_argument("--like", required=True, metavar="MATERIAL", help="the material it resembles")
     own.add_argument(
         "--words",
         metavar="WORD,...",
-        help="words for it in names of objects, with commas between them (its name)",
+        help="words that name it in a scene, with commas between them (its name)",
     )
     own.add_argument(
         "--set",
@@ -66,12 +93,35 @@ def _add_add(kinds: Commands) -> None:
         action="append",
         default=[],
         metavar="FACT=VALUE",
-        help="what differs from the class, e.g. thermal.conductivity=0.2 (repeatable)",
+        help="what differs from that material, e.g. thermal.conductivity=0.2 (repeatable)",
     )
     own.add_argument(
-        "--into", type=Path, default=Path("gallery"), help="gallery folder (%(default)s)"
+        "-o",
+        "--out",
+        type=Path,
+        metavar="GALLERY",
+        default=Path("gallery"),
+        help="gallery folder (%(default)s)",
     )
-    own.add_argument("--encoder", help=ENCODER_HELP)
+    add_former(own, "--into", "out")
+    own.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
+
+
+def _add_test(kinds: Commands) -> None:
+    test = kinds.add_parser(
+        "test",
+        help="count how often a gallery is right",
+        description="Recognise labelled pictures and count how often the gallery is right, for "
+        "each material. Use pictures that are not in the gallery.",
+        examples=("hapticvlm gallery test mygallery other-pictures/",),
+    )
+    test.set_defaults(run=_run, what="test")
+    test.add_argument("gallery", type=Path, metavar="GALLERY", help=_GALLERY)
+    test.add_argument(
+        "pictures", type=Path, metavar="FOLDER", help="folder with a sub-folder for each material"
+    )
+    test.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
+    add_json(test)
 
 
 def _run(options: argparse.Namespace) -> int:

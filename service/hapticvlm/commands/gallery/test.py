@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.commands.progress import track
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition import ladder, pictures
 from hapticvlm.recognition.encoders.encoder import Encoder
@@ -29,7 +30,7 @@ Confusion = dict[str, Counter[str]]  # truth -> what was said -> how often
 
 
 def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) -> int:
-    """Print a table (unless `as_json`) and a last line of JSON.
+    """Print a table, or JSON.
 
     Raises EnrolError, GalleryError, MaterialError, EncoderError.
     """
@@ -37,7 +38,7 @@ def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) ->
     own = read_folder(path)
     gallery = load_gallery(path, encoder=encoder, own=own)
     found = find_pictures(folder, [*table_with(own), UNKNOWN])
-    embeddings = embed(found, encoder)
+    embeddings = embed(track(found, "reading the pictures"), encoder)
     confusion: Confusion = {}
     for picture, embedding in zip(found, embeddings, strict=True):
         verdict = ladder.decide([gallery.match(embedding)])
@@ -45,13 +46,14 @@ def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) ->
     enrolled = int(((embeddings @ gallery.references.T).max(axis=1) >= SAME).sum())
     named = {"gallery": str(path), "encoder": encoder.name, "enrolled": enrolled}
     figures = named | figures_of(confusion)
-    if not as_json:
+    if as_json:
+        print(json.dumps(figures))
+    else:
         _print_table(figures)
-    print(json.dumps(figures))
     return 0
 
 
-def embed(found: Sequence[Picture], encoder: Encoder) -> NDArray[np.float32]:
+def embed(found: Iterable[Picture], encoder: Encoder) -> NDArray[np.float32]:
     """Embed what the service would see in each picture: (N, D). Raises EnrolError."""
     rows = []
     for picture in found:

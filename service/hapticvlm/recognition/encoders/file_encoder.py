@@ -20,15 +20,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.errors import installing
 from hapticvlm.recognition.encoders import imagenet, two_parts
 from hapticvlm.recognition.encoders.encoder import EncoderError, Floats, Pixels, embed_all
 from hapticvlm.recognition.encoders.networks import FINGERPRINT, PREPROCESSING, line
 from hapticvlm.recognition.encoders.preprocessing import Preprocessing, read_preprocessing
 from hapticvlm.recognition.pictures import Crop
 
-CURE = "pip install 'hapticvlm[files]'"
 IMAGENET_MEAN, IMAGENET_DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
-EXACT = {"INFERENCE_PRECISION_HINT": "f32"}  # half precision elsewhere would be another network
+SETTINGS = {
+    "INFERENCE_PRECISION_HINT": "f32",  # half precision elsewhere would be another network
+    "ENABLE_CPU_PINNING": False,  # else every process that looks crowds onto the first core
+}
 _POOLING = ("ReduceMean", "AvgPool")
 _DENSE = ("MatMul", "Convolution")
 _SIDES_PX = range(16, 1025)
@@ -87,7 +90,7 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         import openvino
     except ImportError as error:
         text = f"encoder `{path}` needs OpenVINO, which reads ONNX and TFLite files ({error})"
-        raise EncoderError(f"{text}: {CURE}") from None
+        raise EncoderError(f"{text}: {installing('openvino')}") from None
     core = openvino.Core()
     try:
         whole = core.read_model(path)
@@ -96,7 +99,7 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         features, scores = _find_features(whole), _find_scores(whole)
         outputs = [features] if scores is None else [features, scores]
         cut = openvino.Model(outputs, whole.get_parameters(), path.stem)
-        network = core.compile_model(cut, "CPU", {"INFERENCE_NUM_THREADS": threads, **EXACT})
+        network = core.compile_model(cut, "CPU", {"INFERENCE_NUM_THREADS": threads, **SETTINGS})
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
         text = f"encoder `{path}` cannot be read ({line(error)})"
         raise EncoderError(f"{text}; give an image network as FILE.onnx or FILE.tflite") from None

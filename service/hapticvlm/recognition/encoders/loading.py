@@ -43,8 +43,8 @@ def _find(name: str | None, device: str, threads: int) -> Encoder:
 
         return load_transformers_encoder(str(name), device, threads)
     if device == "cuda":
-        text = "--device cuda is for networks of transformers; this encoder runs on the cpu"
-        raise EncoderError(f"{text}: leave --device out")
+        text = "--encoder-device cuda is for networks of transformers; this encoder runs on the cpu"
+        raise EncoderError(f"{text}: leave --encoder-device out")
     if is_file:
         from hapticvlm.recognition.encoders.file_encoder import load_file_encoder
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from hapticvlm.errors import installing
 from hapticvlm.recognition.encoders.encoder import CARD, EncoderError
 from hapticvlm.recognition.encoders.imagenet import is_imagenet
 
@@ -32,7 +33,7 @@ CLASSIFIER = "ForImageClassification"
 FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in a folder's label
 HUB_S = 10.0  # for the hub to say whether it has a network
 HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
-CURE = "pip install torch transformers safetensors"
+PACKAGES = "torch transformers safetensors"
 FOLDER = "give a folder that save_pretrained wrote, with network and image processor"
 
 logger = logging.getLogger(__name__)
@@ -117,7 +118,8 @@ def _require_reachable(name: str) -> None:
     try:
         import huggingface_hub
     except ImportError as error:
-        raise EncoderError(f"encoder `{name}` needs transformers ({error}): {CURE}") from None
+        text = f"encoder `{name}` needs transformers ({error})"
+        raise EncoderError(f"{text}: {installing(PACKAGES)}") from None
     try:
         if not isinstance(huggingface_hub.try_to_load_from_cache(name, CONFIG), str):
             huggingface_hub.model_info(name, timeout=HUB_S)

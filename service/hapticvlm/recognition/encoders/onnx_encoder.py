@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hapticvlm.recognition.encoders.encoder import (
     CARD,
     SHIPPED,
@@ -42,20 +44,23 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class OnnxEncoder:
-    """An onnxruntime session behind the Encoder protocol."""
+    """An onnxruntime session behind the Encoder protocol; `revision` is its graph's SHA-256."""
 
     name: str
     side: int
     dimension: int
     session: Any
+    revision: str = ""
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
         return embed_all(crops, self, self._run)
 
     def _run(self, pixels: Pixels) -> Floats:
-        found: Floats = self.session.run([OUTPUT], {INPUT: pixels})[0]
-        return found
+        # Singly: int8 takes one activation scale for all of a batch, so an answer would hang on
+        # what else is asked; and on one core a batch saves nothing.
+        singles = (pixels[row : row + 1] for row in range(len(pixels)))
+        return np.concatenate([self.session.run([OUTPUT], {INPUT: one})[0] for one in singles])
 
 
 def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:
@@ -63,7 +68,7 @@ def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:
     card = read_card(folder)
     session = _open(_read_graph(folder, card), folder, threads)
     _require_fit(session, card, folder)
-    return OnnxEncoder(card.name, card.side, card.dimension, session)
+    return OnnxEncoder(card.name, card.side, card.dimension, session, card.sha256[GRAPH])
 
 
 def read_card(folder: Path) -> Card:

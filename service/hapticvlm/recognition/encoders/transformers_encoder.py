@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from hapticvlm.errors import installing
 from hapticvlm.recognition.encoders import imagenet, networks, prompts, two_parts
 from hapticvlm.recognition.encoders.encoder import EncoderError, Floats, Pixels, embed_all
 from hapticvlm.recognition.encoders.networks import Network
@@ -184,15 +185,17 @@ def _set_up(name: str, device: str, threads: int) -> str:
         from transformers.utils import logging as network_logging
     except ImportError as error:
         text = f"encoder `{name}` needs torch and transformers ({error})"
-        raise EncoderError(f"{text}: {networks.CURE}") from None
+        raise EncoderError(f"{text}: {installing(networks.PACKAGES)}") from None
     for log in (network_logging, hub_logging):
         log.set_verbosity_error()
     network_logging.disable_progress_bar()
     torch.set_num_threads(threads)
     has_cuda = torch.cuda.is_available()
     if device == "cuda" and not has_cuda:
-        text = "--device cuda: torch finds no CUDA device here"
-        raise EncoderError(f"{text}; use --device cpu, or install the torch that fits the GPU")
+        text = "--encoder-device cuda: torch finds no CUDA device here"
+        raise EncoderError(
+            f"{text}; use --encoder-device cpu, or install the torch that fits the GPU"
+        )
     return "cuda" if has_cuda and device != "cpu" else "cpu"
 
 

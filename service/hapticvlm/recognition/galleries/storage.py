@@ -69,13 +69,18 @@ class GalleryError(HapticVLMError):
 
 
 def save_gallery(gallery: Gallery, path: Path) -> None:
-    """Write a gallery to one .npz file, whole or not at all; equal galleries give equal bytes."""
+    """Write a gallery to one .npz file, whole or not at all."""
+    replace_file(path, gallery_bytes(gallery))
+
+
+def gallery_bytes(gallery: Gallery) -> bytes:
+    """Return what a gallery's file holds; equal galleries give equal bytes."""
     arrays = {"encoder": np.array(gallery.encoder), **_arrays(gallery)}
     if gallery.own is not None:
         arrays |= {f"{_OWN}{key}": value for key, value in _arrays(gallery.own).items()}
     data = BytesIO()
     np.savez(data, **arrays)  # type: ignore[arg-type]  # its stubs want a flag first
-    replace_file(path, data.getvalue())
+    return data.getvalue()
 
 
 def load_gallery(

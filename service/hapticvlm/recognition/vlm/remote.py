@@ -13,10 +13,10 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
+from hapticvlm.recognition.breaker import Breaker, State
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm import chat_protocol
 from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, Picture, Reading, VlmError, VlmSettings
-from hapticvlm.recognition.vlm.breaker import Breaker, State
 from hapticvlm.recognition.vlm.endpoint import (
     Endpoint,
     EndpointError,
@@ -121,7 +121,7 @@ class RemoteVlm:
                 self._now(), str(error), dice=random.random(), asked_s=wait
             )
             raise
-        self._breaker = Breaker.succeeded()
+        self._breaker = self._breaker.succeeded()
         return answer
 
     def _reading(self, choices: Sequence[Json], seconds: float) -> Reading:

@@ -16,7 +16,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hapticvlm.recognition.encoders.networks import CONFIG, CURE, HUB_NAME, HUB_S, line
+from hapticvlm.errors import installing
+from hapticvlm.recognition.encoders.networks import CONFIG, HUB_NAME, HUB_S, PACKAGES, line
 from hapticvlm.recognition.vlm.answers import VlmError, VlmSettings
 from hapticvlm.recognition.vlm.chat import Chat
 from hapticvlm.recognition.vlm.network import CURE_MEMORY, Network, guarded
@@ -136,9 +137,8 @@ def _quieten(settings: VlmSettings) -> None:
         from huggingface_hub.utils import logging as hub_logging
         from transformers.utils import logging as network_logging
     except ImportError as error:
-        raise VlmError(
-            f"a model in process needs torch and transformers ({error}): {CURE}"
-        ) from None
+        text = f"a model in process needs torch and transformers ({error})"
+        raise VlmError(f"{text}: {installing(PACKAGES)}") from None
     for log in (network_logging, hub_logging):
         log.set_verbosity_error()
     network_logging.disable_progress_bar()
@@ -178,6 +178,8 @@ def _model(folder: Path, settings: VlmSettings) -> Any:  # noqa: ANN401 - any ki
         local_files_only=True,
         output_loading_info=True,
         trust_remote_code=False,
+        use_safetensors=True,
+        weights_only=True,
     )
     lacking = sorted(told["missing_keys"])
     if lacking:

@@ -20,6 +20,7 @@ import numpy as np
 from hapticvlm import __version__
 from hapticvlm.commands.evaluate.pictures import read_picture, read_shots
 from hapticvlm.commands.evaluate.scores import Guess, Score, constant, score
+from hapticvlm.commands.progress import track
 from hapticvlm.recognition.vlm.answers import Picture
 from hapticvlm_lab.bench.ambient import chart_plot, ways
 from hapticvlm_lab.bench.ambient.rows import Row, print_rows
@@ -57,15 +58,19 @@ def run(plan: Plan) -> int:
         asked = [ways.wire(), *ways.in_process(model, plan.device, plan.budgets)]
         if plan.url is not None:
             asked.insert(0, ways.remote(plan.url, plan.model, plan.token))
-        rows = [_row(way, pictures, truths, is_random=plan.model is None) for way in asked]
+        rows = [
+            _row(way, pictures, truths, is_random=plan.model is None)
+            for way in track(asked, "asking each model")
+        ]
     rows = [*_blind(truths), *rows]
     note = f"Qwen2-VL, {plan.size}, {RANDOM}" if plan.model is None else plan.model
     files = chart_plot.draw(rows, note, plan.out / NAME)
-    if not plan.as_json:
-        print_rows(rows, note, files)
     figures = _figures(plan, rows, note, len(pictures)) | {"files": [str(path) for path in files]}
     (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(figures))
+    if plan.as_json:
+        print(json.dumps(figures))
+    else:
+        print_rows(rows, note, files)
     return 0
 
 

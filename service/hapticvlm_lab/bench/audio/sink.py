@@ -119,6 +119,7 @@ class Recording:
 
     process: subprocess.Popen[bytes]
     chunks: list[tuple[float, bytes]] = field(default_factory=list)
+    reader: threading.Thread | None = None
 
     def samples(self) -> NDArray[np.float32]:
         """Return all samples heard, (n,) float32."""
@@ -149,6 +150,7 @@ def recording() -> Iterator[Recording]:
     heard = Recording(process)
     reader = threading.Thread(target=_hear, args=(heard,), name="recorder", daemon=True)
     reader.start()
+    heard.reader = reader
     try:
         yield heard
     finally:

@@ -3,7 +3,7 @@
 Strikes through the audio engine and clicks of a bare audio program take turns on the same null sink
 of a private PulseAudio, so that the sound server's own delay is measured beside ours, in the same
 run and with the same blocks and priorities: while nothing else happens, and while a service with
-four scenes of 60 frames a second keeps its encoder busy. Gaps are runs of exact zeros in what was
+three scenes of 80 frames a second keeps its encoder busy. Gaps are runs of exact zeros in what was
 recorded of a held slide. The virtual clock and a JACK server's dummy are counted by themselves.
 """
 
@@ -77,7 +77,7 @@ class Heard:
 
 
 def run(plan: Plan, *, as_json: bool) -> int:
-    """Measure, print a table and, last, one JSON object. Raises SinkError, DeviceError."""
+    """Measure, print a table or JSON. Raises SinkError, DeviceError."""
     console = Console(quiet=as_json, width=150)
     with console.status("virtual clock"):
         ticked = clock.underruns(plan.clock_s, realtime=plan.realtime) if plan.clock_s else None
@@ -89,11 +89,9 @@ def run(plan: Plan, *, as_json: bool) -> int:
     for line in ([clock.line(ticked)] if ticked else []) + [_jack_line(each) for each in dummies]:
         console.print(line)
     versions = {"hapticvlm": __version__, "cpus": os.cpu_count(), "server": _server_version()}
-    print(
-        json.dumps(
-            {"measure": "speaker", **versions, "rows": rows, "clock": ticked, "jack": dummies}
-        )
-    )
+    if as_json:
+        told = {"measure": "speaker", **versions, "rows": rows, "clock": ticked, "jack": dummies}
+        print(json.dumps(told))
     return 0
 
 

@@ -32,7 +32,7 @@ FLOOR_FRAMES = 60
 
 
 def run(*, seconds: float, as_json: bool) -> int:
-    """Measure, print the figures and, last, one JSON object."""
+    """Measure and print the figures, or JSON."""
     console = Console(quiet=as_json)
     floor = _floor_ms()
     with running() as service, console.status(f"{seconds:.0f} s at {RATE_HZ:.0f} frames/s"):
@@ -66,8 +66,10 @@ def run(*, seconds: float, as_json: bool) -> int:
             "most": max(memory),
         },
     }
-    console.print_json(json.dumps(result))
-    print(json.dumps(result))
+    if as_json:
+        print(json.dumps(result))
+    for name, value in result.items():
+        console.print(f"{name:<16} {value}", highlight=False)
     return 0 if result["all_answered"] else 1
 
 

@@ -16,7 +16,6 @@ import platform
 import subprocess
 import sys
 import time
-import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -32,15 +31,24 @@ from websockets.asyncio.client import connect as open_socket
 
 from hapticvlm import __version__
 from hapticvlm.commands.local_service import Service, running
+from hapticvlm_lab.bench.latency.round_trip import (
+    echo,
+    introduce,
+    may_take_priority,
+    priority,
+    round_trip,
+    service_status,
+    touch,
+)
 
 RATE_HZ = 100.0
-FRAME_RATE_HZ = 60.0
 FRAME_BYTES = 40_000
 WARM_UP = 100
 SETTLE_S = 0.5
 MARGIN_S = SETTLE_S + WARM_UP / RATE_HZ + 1.0
-CLIENT_PRIORITY = 5
-LOADS = {0: "idle", 1: "60 frames/s", 4: "4 x 60 frames/s"}  # scenes that stream frames
+# Scenes that stream, and frames/s of each: two are let in beside an owner, and each is answered
+# `skipped` for what is above 90 a second.
+LOADS = {"idle": (0, 0.0), "60 frames/s": (1, 60.0), "2 x 120 frames/s": (2, 120.0)}
 BURNING = "VLM flat out"
 BURN_END_S = 60.0  # a pass under way may take some seconds
 BLOCK_MS = 128 / 48.0
@@ -60,16 +68,16 @@ class Row:
 
     def summary(self) -> dict[str, Any]:
         """Return the figures of this row."""
-        touch, echo = np.array(self.touch_ms), np.array(self.echo_ms)
-        touch_99, echo_99 = np.percentile(touch, 99), np.percentile(echo, 99)
+        touches, echoes = np.array(self.touch_ms), np.array(self.echo_ms)
+        touch_99, echo_99 = np.percentile(touches, 99), np.percentile(echoes, 99)
         return {
             "condition": self.name,
-            "n": touch.size,
-            "touch_median_ms": round(float(np.median(touch)), 3),
+            "n": touches.size,
+            "touch_median_ms": round(float(np.median(touches)), 3),
             "touch_p99_ms": round(float(touch_99), 3),
-            "echo_median_ms": round(float(np.median(echo)), 3),
+            "echo_median_ms": round(float(np.median(echoes)), 3),
             "echo_p99_ms": round(float(echo_99), 3),
-            "median_ratio": round(float(np.median(touch) / np.median(echo)), 2),
+            "median_ratio": round(float(np.median(touches) / np.median(echoes)), 2),
             "p99_ratio": round(float(touch_99 / echo_99), 2),
             "load": round(self.load, 2),
             "recogniser_busy": round(self.recogniser_busy, 2),
@@ -80,49 +88,52 @@ class Row:
 
 
 def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
-    """Measure, print a table and, last, one JSON object; with a VLM busy on every core too."""
+    """Measure, print a table or JSON; with a VLM busy on every core too."""
     console = Console(quiet=as_json, width=150)
     rows: list[Row] = []
     vlm: dict[str, dict[str, Any]] = {}
-    for realtime in (False, True) if _may_take_priority() else (False,):
-        priority = "real-time" if realtime else "normal"
+    for realtime in (False, True) if may_take_priority() else (False,):
+        kind = "real-time" if realtime else "normal"
         arguments = [] if realtime else ["--no-realtime"]
-        with _priority(realtime), _echo(realtime) as port, running(arguments) as service:
-            for scenes, what in LOADS.items():
-                name = f"{priority}, {what}"
+        with priority(realtime), echo(realtime) as port, running(arguments) as service:
+            for what, frames in LOADS.items():
+                name = f"{kind}, {what}"
                 with console.status(f"{name}: {seconds:.0f} s"):
-                    rows.append(asyncio.run(_row(name, service, port, seconds, scenes)))
+                    rows.append(asyncio.run(_row(name, service, port, seconds, frames)))
             if with_vlm:
-                with console.status(f"{priority}, {BURNING}"), _burning(seconds) as burnt:
-                    name = f"{priority}, {BURNING}"
-                    rows.append(asyncio.run(_row(name, service, port, seconds, 0)))
-                vlm[priority] = burnt
+                with console.status(f"{kind}, {BURNING}"), _burning(seconds) as burnt:
+                    name = f"{kind}, {BURNING}"
+                    rows.append(asyncio.run(_row(name, service, port, seconds, (0, 0.0))))
+                vlm[kind] = burnt
     summaries = [row.summary() for row in rows]
     console.print(_table(summaries))
-    for priority, burnt in vlm.items():
-        console.print(f"{priority}: the VLM ({burnt['model']}) kept {burnt['cores']} cores busy")
+    for kind, burnt in vlm.items():
+        console.print(f"{kind}: the VLM ({burnt['model']}) kept {burnt['cores']} cores busy")
     if len(rows) < 2 * (len(LOADS) + with_vlm):
         console.print("real-time priority is not permitted here: those rows are missing")
     told = {"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}
-    print(json.dumps({**told, "vlm": vlm or None}))
+    if as_json:
+        print(json.dumps({**told, "vlm": vlm or None}))
     return 0
 
 
-async def _row(name: str, service: Service, echo: int, seconds: float, scenes: int) -> Row:
-    load = await _start_load(service.url, seconds + MARGIN_S, scenes) if scenes else None
+async def _row(
+    name: str, service: Service, echo_port: int, seconds: float, frames: tuple[int, float]
+) -> Row:
+    load = await start_load(service.url, seconds + MARGIN_S, *frames) if frames[0] else None
     async with (
         open_socket(service.url, compression=None, proxy=None, ping_interval=None) as touches,
         open_socket(
-            f"ws://127.0.0.1:{echo}/", compression=None, proxy=None, ping_interval=None
+            f"ws://127.0.0.1:{echo_port}/", compression=None, proxy=None, ping_interval=None
         ) as echoes,
     ):
-        await _introduce(touches)
+        await introduce(touches)
         if load is not None and load.stdout is not None:
             await load.stdout.readline()
             await asyncio.sleep(SETTLE_S)
-        started, busy_s = time.monotonic(), _status(service)["recogniser"]["busy_s"]
-        touch_ms, echo_ms = await _take_turns(touches, echoes, seconds)
-        status = _status(service)
+        started, busy_s = time.monotonic(), service_status(service)["recogniser"]["busy_s"]
+        touch_ms, echo_ms = await take_turns(touches, echoes, seconds)
+        status = service_status(service)
         busy = (status["recogniser"]["busy_s"] - busy_s) / (time.monotonic() - started)
         waits = status["speaker"]["command_wait_ms"]
     result = None
@@ -132,65 +143,30 @@ async def _row(name: str, service: Service, echo: int, seconds: float, scenes: i
     return Row(name, touch_ms, echo_ms, os.getloadavg()[0], result, waits, busy)
 
 
-async def _take_turns(
+async def take_turns(
     touches: ClientConnection, echoes: ClientConnection, seconds: float
 ) -> tuple[list[float], list[float]]:
+    """Return round trips of touches and of echoes, ms, in turns at RATE_HZ each."""
     touch_ms: list[float] = []
     echo_ms: list[float] = []
     started = time.perf_counter()
     for number in range(int(seconds * RATE_HZ) + WARM_UP):
         due = started + number / RATE_HZ
         await asyncio.sleep(max(0.0, due - time.perf_counter()))
-        data = msgpack.packb(_touch(number))
-        touch_ms.append(await _round_trip(touches, data, number + 10))
+        data = msgpack.packb(touch(number))
+        touch_ms.append(await round_trip(touches, data, number + 10))
         await asyncio.sleep(max(0.0, due + 0.5 / RATE_HZ - time.perf_counter()))
-        echo_ms.append(await _round_trip(echoes, data, number + 10))
+        echo_ms.append(await round_trip(echoes, data, number + 10))
     return touch_ms[WARM_UP:], echo_ms[WARM_UP:]
 
 
-def _touch(number: int) -> dict[str, Any]:
-    """Contact, 18 slides and a release, over and over."""
-    step = number % 20
-    phase = "contact" if step == 0 else "release" if step == 19 else "slide"
-    return {
-        "type": "touch",
-        "id": number + 10,
-        "phase": phase,
-        "object_id": "table",
-        "hand": "right",
-        "speed_mps": 0.1 + 0.01 * step,
-        "force_n": 1.5,
-        "captured_at": time.monotonic(),
-    }
-
-
-async def _round_trip(socket: ClientConnection, data: bytes, id: int) -> float:
-    """Return the time in ms until the message with this id comes back."""
-    started = time.perf_counter()
-    await socket.send(data)
-    while True:
-        answer = msgpack.unpackb(await socket.recv())
-        if answer["id"] == id:
-            if answer["type"] == "error":
-                raise RuntimeError(answer["text"])
-            return (time.perf_counter() - started) * 1000.0
-
-
-async def _introduce(socket: ClientConnection) -> None:
-    client = {"name": "measure latency", "version": __version__}
-    protocol = {"major": 1, "minor": 0}
-    table = {"object_id": "table", "material": "wood"}
-    for message in (
-        {"type": "hello", "id": 1, "client": client, "protocol": protocol, "role": "scene"},
-        {"type": "scene", "id": 2, "objects": [table], "replace": True},
-    ):
-        await _round_trip(socket, msgpack.packb(message), int(str(message["id"])))
-
-
-async def _start_load(url: str, seconds: float, scenes: int) -> asyncio.subprocess.Process:
+async def start_load(
+    url: str, seconds: float, scenes: int, rate: float
+) -> asyncio.subprocess.Process:
+    """Start `scenes` that stream at `rate` each from a process of their own."""
     return await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "hapticvlm_lab.bench.latency.load", url),
-        *(str(FRAME_RATE_HZ), str(seconds), str(FRAME_BYTES), str(scenes)),
+        *(str(rate), str(seconds), str(FRAME_BYTES), str(scenes)),
         stdout=subprocess.PIPE,
     )
 
@@ -215,47 +191,6 @@ def _burning(seconds: float) -> Iterator[dict[str, Any]]:
             told |= json.loads(process.communicate(timeout=BURN_END_S)[0])
         finally:
             process.kill()
-
-
-@contextmanager
-def _echo(realtime: bool) -> Iterator[int]:
-    command = [sys.executable, "-m", "hapticvlm_lab.bench.latency.echo", *(["realtime"] * realtime)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        try:
-            yield int(process.stdout.readline())
-        finally:
-            process.kill()
-
-
-@contextmanager
-def _priority(realtime: bool) -> Iterator[None]:
-    """Give the measuring client the same kind of priority; children start without it."""
-    if not realtime:
-        yield
-        return
-    flags = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-    os.sched_setscheduler(0, flags, os.sched_param(CLIENT_PRIORITY))
-    try:
-        yield
-    finally:
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-
-
-def _may_take_priority() -> bool:
-    if not hasattr(os, "sched_setscheduler"):
-        return False
-    try:
-        with _priority(True):
-            return True
-    except OSError:
-        return False
-
-
-def _status(service: Service) -> dict[str, Any]:
-    with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
-        status: dict[str, Any] = json.load(answer)
-    return status
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:

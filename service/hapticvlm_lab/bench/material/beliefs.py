@@ -63,7 +63,7 @@ class Seen:
 def run(
     data: Path | None, labels: Labels, encoder_name: str | None, path: Path | None, *, as_json: bool
 ) -> int:
-    """Print a table for each set (unless `as_json`), and last a line of JSON.
+    """Print a table for each set as it is ready, or JSON.
 
     `labels` say what the data folder's labels mean; `path` is a gallery. Raises CaptureError,
     EncoderError, GalleryError.
@@ -75,7 +75,8 @@ def run(
         found[source.name] = judge(_embed(encoder, source.keep(FOUR), kind), gallery)
         if not as_json:
             _print(source.name, found[source.name])
-    print(json.dumps(found))
+    if as_json:
+        print(json.dumps(found))
     return 0
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm import __version__, materials
+from hapticvlm.commands.progress import track
 from hapticvlm_lab.bench.material import plots, tables
 from hapticvlm_lab.bench.material.answers import ELEVEN, Answers, answer, embed
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where
@@ -61,16 +62,17 @@ def run(plan: Plan, wiring: Wiring) -> int:
     stated = next((source for source in sources if source.stated), None)
     times = costs(for_source(methods, sources[0]), stated)
     rows: list[Row] = []
-    for source in sources:
+    for source in track(sources, "asking every method about each source"):
         rows += chart_source(source, for_source(methods, source), times)
         if not plan.as_json:
             tables.print_source(source, rows)
     files = plots.draw(rows, plan.out / NAME)
     figures = _figures(sources, rows, skipped) | {"files": [str(path) for path in files]}
     (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if not plan.as_json:
+    if plan.as_json:
+        print(json.dumps(figures))
+    else:
         tables.print_end(skipped, files)
-    print(json.dumps(figures))
     return 0
 
 

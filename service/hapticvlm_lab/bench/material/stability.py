@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import __version__, materials
+from hapticvlm.commands.progress import track
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import Gallery
@@ -100,17 +101,18 @@ def run(plan: Plan, labels: Labels) -> int:
     default = Default(encoder, load_gallery(encoder=encoder))
     blanks = blank_answers(default)
     results: dict[str, list[Curve]] = {}
-    for source in sources:
+    for source in track(sources, "shaking each source"):
         results[source.name] = shake_source(source, default)
         if not plan.as_json:
             print(f"\n== {source.name}, {len(source.views)} pictures: where it breaks")
             print("\n".join(f"  {sentence(curve)}" for curve in results[source.name]))
     files = [path for name in results for path in curves.draw(name, results[name], plan.out / NAME)]
-    if not plan.as_json:
-        _print_end(blanks, skipped, files)
     figures = _figures(encoder, results, blanks, skipped) | {"files": [str(f) for f in files]}
     (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(figures))
+    if plan.as_json:
+        print(json.dumps(figures))
+    else:
+        _print_end(blanks, skipped, files)
     return 0
 
 

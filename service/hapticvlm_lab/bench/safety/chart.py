@@ -18,7 +18,9 @@ from typing import Any
 import numpy as np
 
 from hapticvlm import __version__
+from hapticvlm.commands.progress import track
 from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C
+from hapticvlm_lab.bench.printing import print_files
 from hapticvlm_lab.bench.safety import plots
 from hapticvlm_lab.bench.safety.core import FULL_SCALE_A, Core, Setting, build
 from hapticvlm_lab.bench.safety.rig import Outcome
@@ -55,9 +57,11 @@ def run(plan: Plan) -> int:
     picture = plots.draw(rows, offs, source, plan.out / f"{NAME}.png")
     figures = _figures(rows, offs, source, plan) | {"files": [str(picture)]}
     (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if not plan.as_json:
+    if plan.as_json:
+        print(json.dumps(figures))
+    else:
         _print(rows, offs, source)
-    print(json.dumps(figures))
+        print_files(figures)
     return 0
 
 
@@ -71,7 +75,7 @@ def measure(plates: Sequence[Variation], make: Callable[[Setting], Core]) -> lis
         }
         for heat_limit_ma in HEAT_LIMITS_MA
     }
-    for built in made.values():
+    for built in track(made.values(), f"trying {len(plates)} plates at each limit"):
         cores = list(built.values())
         stuck = [try_out(cores, plate, STUCK) for plate in plates]
         sound = [try_sound(cores, plate) for plate in plates]

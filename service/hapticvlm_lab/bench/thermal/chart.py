@@ -17,10 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm import __version__
+from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import THERMAL_FLOOR_C
 from hapticvlm.rendering.thermal import ThermalContact, thermal_contact
-from hapticvlm_lab.bench.thermal import plot, timing
+from hapticvlm_lab.bench.printing import print_files
+from hapticvlm_lab.bench.thermal import plate_term, plot, timing
 from hapticvlm_lab.bench.thermal.methods import METHODS, Method
 from hapticvlm_lab.bench.thermal.reference import (
     Floats,
@@ -60,9 +62,10 @@ SLIDE_TAIL_S = 5.0
 
 
 def run(out: Path, *, as_json: bool) -> int:
-    """Measure, print a table and last a JSON line, write picture and JSON."""
+    """Measure, print a table or JSON, write picture and JSON."""
     rows = measure()
     files = plot.draw(rows, out / NAME, sentence(rows))
+    terms = plate_term.run(out)
     figures = {
         "chart": "thermal",
         "version": __version__,
@@ -73,19 +76,25 @@ def run(out: Path, *, as_json: bool) -> int:
         "floor_c": [FINEST_C, THERMAL_FLOOR_C],
         "default": sentence(rows),
         "rows": [asdict(row) for row in rows],
+        "plate_terms": [asdict(row) for row in terms],
         "files": [str(path) for path in files],
     }
     (out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if not as_json:
+    if as_json:
+        print(json.dumps(figures))
+    else:
         _print(rows)
-    print(json.dumps(figures))
+        plate_term.show(terms)
+        print_files(figures)
     return 0
 
 
 def measure(methods: Sequence[Method] = METHODS) -> list[Row]:
     """Ask and time every method."""
-    slides = [(stages, truth(stages)) for stages in map(_stages, SLIDES)]
-    return [_row(method, slides) for method in methods]
+    slides = [
+        (stages, truth(stages)) for stages in map(_stages, track(SLIDES, "computing the reference"))
+    ]
+    return [_row(method, slides) for method in track(methods, "measuring every method")]
 
 
 def truth(stages: Sequence[Stage]) -> Floats:

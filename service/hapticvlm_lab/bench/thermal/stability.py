@@ -15,6 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm import __version__
+from hapticvlm.commands.progress import track
+from hapticvlm_lab.bench.printing import print_files
 from hapticvlm_lab.bench.thermal import breaks, breaks_plot, slides
 from hapticvlm_lab.bench.thermal.breaks import Trial
 
@@ -42,7 +44,7 @@ _GROUPS: tuple[tuple[str, Callable[[], Sequence[Trial]]], ...] = (
 
 
 def run(out: Path, *, as_json: bool) -> int:
-    """Try everything, print tables and last a JSON line, write picture and JSON."""
+    """Try everything, print tables or JSON, write picture and JSON."""
     groups = measure()
     files = breaks_plot.draw(out / NAME)
     figures = {
@@ -55,16 +57,19 @@ def run(out: Path, *, as_json: bool) -> int:
         "files": [str(path) for path in files],
     }
     (out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if not as_json:
+    if as_json:
+        print(json.dumps(figures))
+    else:
         _print(groups)
-    print(json.dumps(figures))
+        print_files(figures)
     return 0
 
 
 def measure() -> list[Group]:
     """Try every group."""
     with np.errstate(all="ignore"):
-        return [Group(title, tuple(attempt())) for title, attempt in _GROUPS]
+        tried = track(_GROUPS, "trying what may break")
+        return [Group(title, tuple(attempt())) for title, attempt in tried]
 
 
 def _print(groups: Sequence[Group]) -> None:

@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm import __version__
+from hapticvlm.commands.progress import track
 from hapticvlm.perception import JND_DB
+from hapticvlm_lab.bench.printing import print_files
 from hapticvlm_lab.bench.vibration import methods, plot
 from hapticvlm_lab.bench.vibration.methods import Row
 
@@ -21,8 +23,9 @@ NOTICED_MS = 5.5  # of a tap's delay (docs/physics.md 4.4)
 
 
 def run(out: Path, *, as_json: bool) -> int:
-    """Measure, print a table and last a JSON line, write picture and JSON."""
-    rows = [*methods.modes(), *methods.noises(), *methods.blocks()]
+    """Measure, print a table or JSON, write picture and JSON."""
+    knobs = (methods.modes, methods.noises, methods.blocks)
+    rows = [row for knob in track(knobs, "measuring three knobs") for row in knob()]
     files = plot.draw(rows, out / NAME, sentence(rows))
     figures = {
         "chart": "vibration",
@@ -36,9 +39,11 @@ def run(out: Path, *, as_json: bool) -> int:
         "files": [str(path) for path in files],
     }
     (out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if not as_json:
+    if as_json:
+        print(json.dumps(figures))
+    else:
         _print(rows)
-    print(json.dumps(figures))
+        print_files(figures)
     return 0
 
 

@@ -1323,21 +1323,28 @@ namespace HapticVLM.Wire
         public static readonly byte[] Version = MsgPackWriter.Encoded("version");
     }
 
-    /// <summary>What happens to pictures.</summary>
+    /// <summary>What happens to pictures; a crop shows one object, cut out of its frame.</summary>
     public struct Privacy
     {
         public bool FramesStored;
         public bool FramesLeaveMachine;
+        public bool? CropsLeaveMachine;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
         {
             int count = 2;
+            if (CropsLeaveMachine != null) count++;
             w.MapHeader(count);
             w.Raw(PrivacyKeys.FramesStored);
             w.Bool(FramesStored);
             w.Raw(PrivacyKeys.FramesLeaveMachine);
             w.Bool(FramesLeaveMachine);
+            if (CropsLeaveMachine != null)
+            {
+                w.Raw(PrivacyKeys.CropsLeaveMachine);
+                w.Bool(CropsLeaveMachine.Value);
+            }
         }
 
         /// <summary>Reads one; fields it does not know are passed over.</summary>
@@ -1357,6 +1364,10 @@ namespace HapticVLM.Wire
                     it.FramesLeaveMachine = r.Bool();
                     seen |= 2L;
                 }
+                else if (r.TryKey(PrivacyKeys.CropsLeaveMachine))
+                {
+                    it.CropsLeaveMachine = r.Bool();
+                }
                 else
                 {
                     r.Skip();
@@ -1373,6 +1384,7 @@ namespace HapticVLM.Wire
     {
         public static readonly byte[] FramesStored = MsgPackWriter.Encoded("frames_stored");
         public static readonly byte[] FramesLeaveMachine = MsgPackWriter.Encoded("frames_leave_machine");
+        public static readonly byte[] CropsLeaveMachine = MsgPackWriter.Encoded("crops_leave_machine");
     }
 
     /// <summary>Same major needed; a newer minor is answered with the service's own.</summary>
@@ -1505,7 +1517,9 @@ namespace HapticVLM.Wire
 
     /// <summary>Objects of the scene; `replace` forgets those not listed.
     ///
-    /// `materials` are all that the scene's objects can be made of: recognition considers no other.</summary>
+    /// `materials` are all that the scene's objects can be made of: recognition considers no other.
+    /// An observer on the service's own machine may state materials of the owner's objects: `object_id`
+    /// and `material` only, with `replace` false.</summary>
     public struct Scene
     {
         public long Id;

@@ -1,0 +1,201 @@
+"""Draws a session as pictures of a film: what was seen, what was decided, vibration and plate.
+
+A picture shows the newest frame with the touched object outlined, the decision on it, the last
+seconds of plate and vibration, and where on the timeline it is. Pure but for reading the frames.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageChops, ImageDraw, ImageFilter, ImageFont
+
+from hapticvlm.commands.demo.words import degrees, told_by
+from hapticvlm.commands.timeline import Held, Timeline
+from hapticvlm.rendering.vibration import RATE_HZ
+
+WIDTH, HEIGHT = 960, 540
+_FRAME = 486  # pixels a side
+_LEFT, _RIGHT = _FRAME + 26, WIDTH - 22
+_BAR_Y = HEIGHT - 34
+_PLATE_BOX = (_LEFT, 250, _RIGHT - 64, 350)
+_WAVE_BOX = (_LEFT, 396, _RIGHT, 466)
+_PLATE_S, _WAVE_S = 8.0, 2.0
+_LOW_C, _HIGH_C, _NEUTRAL_C = 18.0, 40.0, 32.0
+_OUTLINE_PX = 5
+_LEAST_PEAK = 0.25  # of full scale: a weaker session is not drawn as a strong one
+
+GROUND, CARD, INK, SOFT, LINE = "#0f1418", "#182026", "#e9eff3", "#a4b2bd", "#323f48"
+WAVE, SETPOINT = "#45d3bf", "#7cc0f5"
+_WARMTH_C = (14.0, 20.0, 27.0, 32.0, 35.0, 38.0, 42.0)  # the scale of pages/feel.js
+_WARMTH = np.array(
+    [
+        *((24, 76, 176), (46, 132, 218), (128, 190, 230), (214, 200, 178)),
+        *((246, 172, 92), (228, 98, 44), (184, 28, 26)),
+    ]
+)
+
+
+def pictures(timeline: Timeline, rate_hz: float) -> Iterator[Image.Image]:
+    """Yield the film, WIDTH x HEIGHT RGB, this many pictures a second."""
+    count = int(timeline.duration_s * rate_hz)
+    for number in range(count):
+        yield picture(timeline, number / rate_hz)
+
+
+def picture(timeline: Timeline, t_s: float) -> Image.Image:
+    """Draw the moment `t_s`, WIDTH x HEIGHT RGB."""
+    sheet = Image.new("RGB", (WIDTH, HEIGHT), GROUND)
+    draw = ImageDraw.Draw(sheet)
+    touch = timeline.touch_at(t_s)
+    _draw_frame(sheet, timeline, t_s, touch)
+    _draw_decision(draw, timeline, t_s, touch)
+    _draw_plate(draw, timeline, t_s)
+    _draw_wave(draw, timeline, t_s)
+    _draw_bar(draw, timeline, t_s)
+    return sheet
+
+
+def warmth(celsius: float) -> tuple[int, int, int]:
+    """Return the colour of a temperature."""
+    return _warmth(round(celsius, 1))
+
+
+@functools.cache
+def _warmth(celsius: float) -> tuple[int, int, int]:
+    red, green, blue = (
+        round(float(np.interp(celsius, _WARMTH_C, _WARMTH[:, part]))) for part in range(3)
+    )
+    return red, green, blue
+
+
+def _draw_frame(sheet: Image.Image, timeline: Timeline, t_s: float, touch: Held | None) -> None:
+    shown = [one for one in timeline.pictures if one.t_s <= t_s]
+    if not shown:
+        return
+    newest = shown[-1]
+    is_touched = touch is not None and newest.object_id == touch.object_id
+    outline = newest.mask if is_touched else None
+    sheet.paste(_frame(newest.file, outline), (12, 12))
+
+
+@functools.lru_cache(maxsize=4)
+def _frame(file: Path, mask: Path | None) -> Image.Image:
+    size = (_FRAME, _FRAME)
+    frame = Image.open(file).convert("RGB").resize(size, Image.Resampling.LANCZOS)
+    if mask is not None:
+        shape = Image.open(mask).convert("L").resize(size).point(_is_object)
+        grown = shape.filter(ImageFilter.MaxFilter(_OUTLINE_PX))
+        frame.paste(WAVE, mask=ImageChops.subtract(grown, shape))
+    return frame
+
+
+def _is_object(value: int) -> int:
+    return 255 if value else 0
+
+
+def _draw_decision(
+    draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float, touch: Held | None
+) -> None:
+    if touch is None:
+        draw.text((_LEFT, 24), "nothing is touched", SOFT, _font(18))
+        return
+    draw.text((_LEFT, 24), f"the {touch.hand} hand touches", SOFT, _font(18))
+    draw.text((_LEFT, 50), timeline.name(touch.object_id), INK, _font(26))
+    decision = timeline.decision_at(t_s, touch.object_id)
+    if decision is None:
+        return
+    draw.text((_LEFT, 92), str(decision["material"]), WAVE, _font(54))
+    draw.text((_LEFT, 160), told_by(decision), INK, _font(18))
+    draw.text((_LEFT, 186), degrees(decision), SOFT, _font(18))
+
+
+def _draw_plate(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> None:
+    left, top, right, _ = _PLATE_BOX
+    draw.text((left, top - 26), "plate (simulated)", SOFT, _font(15))
+    neutral = _height(_NEUTRAL_C)
+    draw.rectangle(_PLATE_BOX, CARD)
+    draw.line((left, neutral, right, neutral), LINE)
+    draw.text((left + 4, neutral - 17), "32 °C, as skin", SOFT, _font(12))
+    recent = [one for one in timeline.plate if t_s - _PLATE_S <= one.t_s <= t_s]
+    asked = [(_across(one.t_s, t_s), _height(one.setpoint_c)) for one in recent]
+    found = [(_across(one.t_s, t_s), one.plate_c) for one in recent if one.plate_c is not None]
+    if len(asked) > 1:
+        draw.line(asked, SETPOINT, 1)
+    for (from_x, from_c), (to_x, to_c) in itertools.pairwise(found):
+        draw.line((from_x, _height(from_c), to_x, _height(to_c)), warmth(to_c), 4)
+    if found:
+        plate_c = found[-1][1]
+        beside = (right + 10, _height(plate_c) - 14)
+        draw.text(beside, f"{plate_c:.0f}°", warmth(plate_c), _font(26))
+        draw.text((left + 130, top - 26), _plate_words(recent[-1].setpoint_c), SETPOINT, _font(15))
+
+
+def _plate_words(setpoint_c: float) -> str:
+    return "" if abs(setpoint_c - _NEUTRAL_C) < 0.05 else f"asked for {setpoint_c:.1f} °C"
+
+
+def _across(at_s: float, now_s: float) -> float:
+    left, _, right, _ = _PLATE_BOX
+    return right - (now_s - at_s) / _PLATE_S * (right - left)
+
+
+def _height(celsius: float) -> float:
+    _, top, _, bottom = _PLATE_BOX
+    share = (min(max(celsius, _LOW_C), _HIGH_C) - _LOW_C) / (_HIGH_C - _LOW_C)
+    return bottom - share * (bottom - top)
+
+
+def _draw_wave(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> None:
+    left, top, right, bottom = _WAVE_BOX
+    draw.text((left, top - 26), "vibration of the palm speaker (heard)", SOFT, _font(15))
+    draw.rectangle(_WAVE_BOX, CARD)
+    low, high = envelope(timeline.wave, t_s, right - left)
+    peak = max(float(np.abs(timeline.wave).max(initial=0.0)), _LEAST_PEAK)
+    middle, reach = (top + bottom) / 2.0, (bottom - top) / 2.0 / peak
+    draw.line((left, middle, right, middle), LINE)
+    for column in np.flatnonzero(high - low > 1e-3):
+        x = left + int(column)
+        draw.line((x, middle - high[column] * reach, x, middle - low[column] * reach), WAVE)
+
+
+def envelope(
+    wave: NDArray[np.float32], t_s: float, columns: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Lowest and highest sample of each column of the last _WAVE_S seconds before `t_s`."""
+    size = int(_WAVE_S * RATE_HZ) // columns
+    end = int(t_s * RATE_HZ) // size * size  # so that a column keeps its samples as it moves
+    begin = end - size * columns
+    part = wave[max(begin, 0) : max(end, 0)]
+    padded = np.zeros(size * columns, np.float32)
+    offset = max(-begin, 0)
+    padded[offset : offset + part.size] = part
+    rows = padded.reshape(columns, size)
+    return rows.min(axis=1), rows.max(axis=1)
+
+
+def _draw_bar(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> None:
+    left, right = 12, WIDTH - 22
+    scale = (right - left) / timeline.duration_s
+    draw.rectangle((left, _BAR_Y, right, _BAR_Y + 18), CARD)
+    for touch in timeline.touches:
+        decision = timeline.decision_at(touch.to_s, touch.object_id)
+        begin, end = left + touch.from_s * scale, left + touch.to_s * scale
+        draw.rectangle((begin, _BAR_Y, end, _BAR_Y + 18), _felt(decision))
+    x = left + t_s * scale
+    draw.line((x, _BAR_Y - 5, x, _BAR_Y + 23), INK, 2)
+
+
+def _felt(decision: Mapping[str, Any] | None) -> tuple[int, int, int]:
+    return warmth(_NEUTRAL_C if decision is None else decision["setpoint_c"])
+
+
+@functools.cache
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(size)

@@ -1,0 +1,139 @@
+"""Tells what the service decides while it decides it: a line a touch, and a line that moves."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from hapticvlm.captures import Capture
+from hapticvlm.client.connection import Message
+from hapticvlm.commands.demo.report import Contact
+from hapticvlm.commands.demo.words import SOURCES
+
+REFRESH_HZ = 8
+SILENCE_S = 2.0  # of a text that is not a terminal, before it says how far it is
+_COLUMNS = "{:>5}  {:<21} {:<13} {:<16} {:>5} {:>5} {:>5}"
+_HEAD = (
+    _COLUMNS.format("time", "touched", "is", "told", "feel", "asked", "plate")
+    + "\n"
+    + _COLUMNS.format("s", "", "", "", "degC", "degC", "degC")
+)
+_LEGEND = (
+    "feel: what skin should feel. asked: what the plate was asked for when the touch\n"
+    "ended. plate: what it then measured (simulated)."
+)
+
+
+@contextmanager
+def waiting(console: Console, say: Callable[[float], str]) -> Iterator[None]:
+    """Print a line every SILENCE_S while something takes long; `say` is given the seconds."""
+    began, ended = time.monotonic(), threading.Event()
+
+    def tell() -> None:
+        while not ended.wait(SILENCE_S):
+            console.print(f"  {say(time.monotonic() - began)}")
+
+    thread = threading.Thread(target=tell, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+class Show:
+    """What the observer has heard so far, and the touches that were told."""
+
+    def __init__(self, console: Console, capture: Capture) -> None:
+        self._console = console
+        self._duration_s = capture.duration_s
+        self._started = self._spoken = time.monotonic()
+        self._newest: dict[str, Message] = {}
+        self._touched: str | None = None
+        self.decisions: list[tuple[float, Message]] = []
+        self.telemetry: list[tuple[float, Message]] = []
+
+    @property
+    def now_s(self) -> float:
+        """Seconds since the stream began."""
+        return time.monotonic() - self._started
+
+    @contextmanager
+    def telling(self) -> Iterator[None]:
+        """Count time from now, and keep the moving line until the end."""
+        self._started = time.monotonic()
+        self._say(_HEAD)
+        with Live(
+            get_renderable=self._status,
+            console=self._console,
+            refresh_per_second=REFRESH_HZ,
+            transient=True,
+        ):
+            yield
+        self._say(_LEGEND)
+
+    def take(self, event: Message) -> None:
+        """Keep one event of the service."""
+        if event["type"] == "telemetry":
+            self.telemetry.append((self.now_s, event))
+            if not self._console.is_terminal and time.monotonic() - self._spoken > SILENCE_S:
+                self._say(f"{self._status()}")
+        elif event["type"] == "decision":
+            self.decisions.append((self.now_s, event))
+            if event.get("object_id") is not None:
+                self._newest[event["object_id"]] = event
+
+    def begin_touch(self, touch: Contact) -> None:
+        """Say in the moving line what is touched."""
+        self._touched = touch.name
+
+    def end_touch(self, touch: Contact) -> None:
+        """Print the line of a touch that has ended."""
+        self._touched = None
+        decision = self._newest.get(touch.object_id)
+        newest = self.telemetry[-1][1] if self.telemetry else {}
+        self._say(row(touch, decision, newest))
+
+    def _say(self, text: str) -> None:
+        self._spoken = time.monotonic()
+        self._console.print(text)
+
+    def _status(self) -> Text:
+        if not self.telemetry:
+            return Text("waiting for the first telemetry")
+        newest = self.telemetry[-1][1]
+        touched = f"touching {self._touched}" if self._touched else "between two touches"
+        bar = "#" * min(12, int(24 * newest["speaker_level"]))
+        return Text(
+            f"{self.now_s:5.1f} of {self._duration_s:.0f} s  {touched:<31}"
+            f"plate {_degrees(newest['plate_c'])}  {bar}"
+        )
+
+
+def row(touch: Contact, decision: Message | None, telemetry: Message) -> str:
+    """One touch on a line of at most 80 columns: what it is, why, and its temperatures."""
+    if decision is None:
+        return _COLUMNS.format(f"{touch.started_s:.1f}", touch.name[:21], "undecided", *[""] * 4)
+    material = decision["material"]
+    if material != "unknown" and decision["source"] != "scene":
+        material += f" {decision['confidence']:.0%}"
+    return _COLUMNS.format(
+        f"{touch.started_s:.1f}",
+        touch.name[:21],
+        material,
+        SOURCES[decision["source"]],
+        _degrees(decision.get("contact_c")),
+        _degrees(telemetry.get("setpoint_c")),
+        _degrees(telemetry.get("plate_c")),
+    )
+
+
+def _degrees(celsius: float | None) -> str:
+    return "-" if celsius is None else f"{celsius:.1f}"

@@ -1,0 +1,55 @@
+"""How commands reach a running service: its address, its secret, the authority to trust.
+
+And how a port that another program has is reported.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm.errors import UsageError
+
+if TYPE_CHECKING:
+    import argparse
+
+    from hapticvlm.client.stream import Target
+
+DEFAULT_URL = "ws://127.0.0.1:8790/"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare --url, --token and --ca."""
+    parser.add_argument("--url", default=DEFAULT_URL, help="address of the service (%(default)s)")
+    parser.add_argument(
+        "--token", help="the secret of the service (default: the variable HAPTICVLM_TOKEN)"
+    )
+    parser.add_argument(
+        "--ca",
+        type=Path,
+        metavar="FILE",
+        help="for wss://: trust the authority in this PEM file",
+    )
+
+
+def target(options: argparse.Namespace) -> Target:
+    """Return the service that the options name."""
+    from hapticvlm.client.stream import Target
+
+    return Target(options.url, options.token or os.environ.get("HAPTICVLM_TOKEN"), options.ca)
+
+
+@contextlib.contextmanager
+def port_errors(port: int) -> Iterator[None]:
+    """Make a port that another program has an error of usage with its cure."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno != errno.EADDRINUSE:
+            raise
+        text = f"port {port} is in use; `hapticvlm doctor` says by what"
+        raise UsageError(f"{text}. End that program, or take any free port: --port 0") from None

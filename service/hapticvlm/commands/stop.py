@@ -1,0 +1,77 @@
+"""`hapticvlm stop`: ends what a running service plays and heats, from any terminal."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from hapticvlm.commands import reaching
+from hapticvlm.errors import HapticVLMError
+
+if TYPE_CHECKING:
+    from hapticvlm.client.stream import Target
+    from hapticvlm.commands.parsing import Commands
+
+SCOPES = {
+    "all": "the vibration has ended and the current of the plate is cut",
+    "speaker": "the vibration has ended",
+    "peltier": "the current of the plate is cut",
+}
+
+_DESCRIPTION = """
+Stop the outputs of a running service at once, whoever drives them. The vibration ends and the
+current of the plate is cut. Both rest until the scene that owns them begins a new touch. The
+service itself goes on. Exit code 0: stopped; 2: no service was reached, or it refused.
+"""
+
+
+class StopError(HapticVLMError):
+    """The service was not reached, so nothing is known to have stopped."""
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    stop = commands.add_parser(
+        "stop",
+        help="stop the outputs of a running service at once",
+        description=_DESCRIPTION,
+        examples=(
+            "hapticvlm stop",
+            "hapticvlm stop speaker",
+            "hapticvlm stop --url wss://vr-lab.local:8790/ --ca authority.pem",
+        ),
+    )
+    stop.set_defaults(run=_stop)
+    stop.add_argument(
+        "scope",
+        nargs="?",
+        default="all",
+        choices=tuple(SCOPES),
+        help="what to stop: %(choices)s (%(default)s)",
+    )
+    reaching.add_options(stop)
+
+
+def _stop(options: argparse.Namespace) -> int:
+    import asyncio
+
+    asyncio.run(_ask(reaching.target(options), options.scope))
+    print(f"stopped: {SCOPES[options.scope]}; a new touch starts them again")
+    return 0
+
+
+async def _ask(to: Target, scope: str) -> None:
+    """Send `stop` and wait for its answer. Raises Refused, StopError."""
+    from websockets.exceptions import WebSocketException
+
+    from hapticvlm.client import connect, trusting
+
+    try:
+        tls = None if to.ca is None else trusting(to.ca)
+        async with connect(
+            to.url, name="hapticvlm stop", role="observer", token=to.token, tls=tls
+        ) as client:
+            await client.stop(scope)
+    except (OSError, WebSocketException, ValueError) as error:
+        text = "nothing was stopped; is the address right? (`hapticvlm serve` prints it)"
+        raise StopError(f"{to.url}: {error}; {text}") from None

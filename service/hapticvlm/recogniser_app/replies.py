@@ -1,0 +1,99 @@
+"""One request to a replica and its reply, without HTTP and without Ray. Pure but for the decoder.
+
+What is wrong with a request is its caller's fault and refused with a status; nothing else is.
+"""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import msgspec
+
+from hapticvlm.recogniser_app.galleries import Named
+from hapticvlm.recognition.encoders.encoder import Floats
+from hapticvlm.recognition.pictures import Crop
+from hapticvlm.recognition.remote import contract
+from hapticvlm.recognition.remote.contract import Answer, ContractError, Found
+
+CROP_BYTES = 64 * 1024  # of a request beside its pixels
+
+
+class Refusal(Exception):
+    """A request that is not answered: HTTP status and why."""
+
+    def __init__(self, status: int, text: str) -> None:
+        super().__init__(text)
+        self.status = status
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What a request asks: its crops, the gallery to match, until when its caller waits, s."""
+
+    crops: tuple[Crop, ...]
+    named: Named
+    until: float
+
+
+@dataclass(frozen=True, slots=True)
+class Embedded:
+    """One crop's embedding (D,), the size of its batch, and the times of its stages, ms."""
+
+    embedding: Floats
+    batch: int
+    queue_ms: float
+    encode_ms: float
+
+
+def check_token(token: str | None, header: str | None) -> None:
+    """Let in who knows the token; None: everybody. Raises Refusal."""
+    if token is None:
+        return
+    scheme, _, given = (header or "").partition(" ")
+    if scheme.lower() != "bearer" or not hmac.compare_digest(given.encode(), token.encode()):
+        raise Refusal(401, "send the token of this recogniser as `Authorization: Bearer TOKEN`")
+
+
+def most_bytes(side: int) -> int:
+    """Most bytes a request to an encoder of this side can have."""
+    return contract.MAX_CROPS * 4 * side * side + CROP_BYTES
+
+
+def find(galleries: Mapping[str, Named], name: str) -> Named:
+    """Find a gallery. Raises Refusal, which lists no others: they are other people's."""
+    named = galleries.get(name)
+    if named is None:
+        raise Refusal(404, f"there is no gallery `{name[:64]}` here")
+    return named
+
+
+def read_job(data: bytes, galleries: Mapping[str, Named], now: float) -> Job:
+    """Read a request's body. Raises Refusal."""
+    try:
+        request = contract.read_request(data)
+        named = find(galleries, request.gallery)
+        side = named.identity.side
+        crops = tuple(contract.read_crop(sent, side) for sent in request.crops)
+    except ContractError as error:
+        raise Refusal(422, str(error)) from None
+    return Job(crops, named, now + request.wait_ms / 1000.0)
+
+
+def write_answer(job: Job, embedded: Sequence[Embedded | None]) -> bytes:
+    """Match the embeddings and write the answer. Raises Refusal when one came too late."""
+    done = [one for one in embedded if one is not None]
+    if len(done) < len(embedded):
+        raise Refusal(504, "nobody waits for it any more: it was not recognised")
+    results = [
+        contract.write_result(Found(job.named.gallery.match(one.embedding), one.embedding))
+        for one in done
+    ]
+    stages = {
+        "queue": max(one.queue_ms for one in done),
+        "encode": max(one.encode_ms for one in done),
+    }
+    identity, batch = job.named.identity, max(one.batch for one in done)
+    answer = Answer(identity.gallery, identity.hash, results, batch, stages)
+    return msgspec.msgpack.encode(answer)

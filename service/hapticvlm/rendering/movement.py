@@ -1,0 +1,22 @@
+"""How fast a hand moves in a stroke: to and fro, faster and slower like a bell. Pure.
+
+A stroke sweeps for SWEEP_S and, where the hand must come back first, pauses; then the next begins.
+Speed follows the minimum-jerk movement, peak 16 x^2 (1 - x)^2 at a share x of a sweep, so it starts
+and ends at rest (docs/physics.md 4.3). Blows have the speed they arrive with.
+"""
+
+from __future__ import annotations
+
+from hapticvlm.rendering.interactions import Motion
+
+SWEEP_S = {"slide": 0.6, "carve": 0.6, "swing": 0.4}
+PAUSE_S = {"slide": 0.0, "carve": 0.2, "swing": 0.4}  # a blade and an arm come back unfelt
+
+
+def motion_at(interaction: str, peak: Motion, elapsed_s: float) -> Motion:
+    """Return the motion so long after the first stroke began, of strokes that peak like this."""
+    if interaction not in SWEEP_S:
+        return peak
+    sweep_s = SWEEP_S[interaction]
+    place = min((elapsed_s % (sweep_s + PAUSE_S[interaction])) / sweep_s, 1.0)
+    return Motion(peak.speed_mps * 16.0 * (place * (1.0 - place)) ** 2, peak.force_n)

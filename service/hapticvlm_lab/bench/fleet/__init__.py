@@ -1,0 +1,1 @@
+"""One shared recogniser asked by many simulated scenes."""

@@ -1,0 +1,241 @@
+"""`hapticvlm measure fleet`: many simulated scenes against one deployment on this machine.
+
+Recorded frames, simulated scenes, real Ray processes. Four phases: one scene alone (batches of 1),
+all scenes, all scenes while the replica is killed, all scenes while the gallery is replaced. The
+floor is the bare encoder.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import tempfile
+import time
+import urllib.request
+from collections import Counter
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from hapticvlm import __version__
+from hapticvlm.recogniser_app.galleries import load_galleries
+from hapticvlm.recogniser_app.local import deploy, running
+from hapticvlm.recogniser_app.settings import AppSettings, Live, Model, Scale
+from hapticvlm.recognition.encoders.loading import load_encoder
+from hapticvlm.recognition.galleries.storage import load_gallery, save_gallery
+from hapticvlm_lab.bench.fleet import curve as curves
+from hapticvlm_lab.bench.fleet.looks import Truth, recorded
+from hapticvlm_lab.bench.fleet.scenes import Plan, Scenes, Tally
+
+CAPTURE = Path("examples/captures/living_room")
+NAME = "arcade"
+PORT = 19_791
+URL = f"http://127.0.0.1:{PORT}"
+ALONE_S = 4.0
+READY_S, SETTLE_S = 120.0, 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What to measure."""
+
+    scenes: int
+    rate_hz: float
+    seconds: float
+    max_age_ms: float
+    batch: int
+    replicas: int
+
+
+def run(load: Load, *, as_json: bool) -> int:
+    """Measure, print the tables and, last, one JSON object."""
+    console = Console(quiet=as_json, width=150)
+    encoder = load_encoder()
+    looks = recorded(CAPTURE, encoder)
+    curve = curves.measure(encoder, looks.crops)
+    with tempfile.TemporaryDirectory(prefix="hv-fleet-") as folder:
+        old, new = _galleries(Path(folder))
+        named = [load_galleries({NAME: str(path)}, encoder)[NAME] for path in (old, new)]
+        hashes = [one.identity.hash for one in named]
+        truth = Truth(named)
+        settings = _settings(load, old)
+        http = {"host": "127.0.0.1", "port": PORT, "keep_alive_timeout_s": 90}
+        phases: list[dict[str, Any]] = []
+        with running(settings, http):
+            plan = Plan(load.scenes, load.rate_hz, load.seconds, load.max_age_ms, NAME)
+            events: list[tuple[str, Plan, Callable[[], None] | None]] = [
+                ("one scene alone", replace(plan, scenes=1, seconds=ALONE_S), None),
+                ("all scenes", plan, None),
+                ("replica killed", plan, _kill),
+                ("gallery replaced", plan, lambda: _replace(settings, new)),
+            ]
+            for name, wanted, event in events:
+                with console.status(name):
+                    scenes = Scenes(URL, wanted, looks, truth)
+                    phases.append({"phase": name, **_phase(scenes, wanted, event)})
+        phases[-1]["ended_with_new"] = phases[-1]["last_hashes"] == [hashes[1]]
+    result = {
+        "measure": "fleet",
+        "hapticvlm": __version__,
+        "simulated_scenes": load.scenes,
+        "rate_hz": load.rate_hz,
+        "max_age_ms": load.max_age_ms,
+        "batch": load.batch,
+        "replicas": load.replicas,
+        "cores": os.cpu_count(),
+        "curve_core_ms": {str(b): round(1e3 * s, 3) for b, s in curve.passes_s.items()},
+        "curve_line_ms": [round(1e3 * curve.fixed_s, 3), round(1e3 * curve.each_s, 3)],
+        "gain": _gains(phases, curve),
+        "phases": phases,
+    }
+    _print(console, result)
+    if as_json:
+        print(json.dumps(result))
+    return 0
+
+
+def _galleries(folder: Path) -> tuple[Path, Path]:
+    """Write the shipped gallery, and one that is less sure of everything: another, made here."""
+    gallery = load_gallery(encoder=load_encoder())
+    calibration = replace(gallery.calibration, renders=0.5 * gallery.calibration.renders)
+    paths = folder / "old.npz", folder / "new.npz"
+    save_gallery(gallery, paths[0])
+    save_gallery(replace(gallery, calibration=calibration), paths[1])
+    return paths
+
+
+def _settings(load: Load, gallery: Path) -> AppSettings:
+    return AppSettings(
+        Model(is_open=True),
+        Live({NAME: str(gallery)}, batch=load.batch),
+        Scale((load.replicas, load.replicas), cpus=0.5, queue=4 * load.scenes),
+    )
+
+
+def _phase(scenes: Scenes, plan: Plan, event: Callable[[], None] | None) -> dict[str, Any]:
+    _wait_until_idle()
+    before, used = _health(), _used_s()
+    scenes.start()
+    if event is not None:
+        time.sleep(0.5 + plan.seconds / 3)
+        event()
+    tallies = scenes.finish()
+    after = _health()
+    summary = _summary(tallies, plan)
+    is_same = before["pid"] == after["pid"]
+    if is_same:
+        spent = _used_s() - used
+        summary["core_ms_per_look"] = round(1e3 * spent / max(1, summary["answered"]), 2)
+        summary["batches"] = _difference(before["batches"], after["batches"])
+        summary["encode_cpu_s"] = _difference(before["encode_cpu_s"], after["encode_cpu_s"])
+    return summary
+
+
+def _summary(tallies: list[Tally], plan: Plan) -> dict[str, Any]:
+    ages = np.array([age for tally in tallies for age in tally.ages_ms] or [np.nan])
+    ratios = [tally.answered / max(1, tally.offered) for tally in tallies]
+    reasons: Counter[str] = sum((tally.reasons for tally in tallies), Counter())
+    answered = sum(tally.answered for tally in tallies)
+    return {
+        "scenes": plan.scenes,
+        "seconds": plan.seconds,
+        "offered": sum(tally.offered for tally in tallies),
+        "answered": answered,
+        "answers_per_s": round(answered / plan.seconds, 1),
+        "superseded": sum(tally.superseded for tally in tallies),
+        "stale": sum(tally.stale for tally in tallies),
+        "failed": sum(tally.failed for tally in tallies),
+        "wrong_gallery": sum(tally.wrong for tally in tallies),
+        "age_ms": [round(float(np.percentile(ages, share)), 1) for share in (50, 99)],
+        "longest_gap_s": round(_longest_gap_s(tallies), 2),
+        "fairness": round(max(ratios) / min(ratios), 2) if min(ratios) else None,
+        "last_hashes": sorted({tally.last_hash for tally in tallies}),
+        "reasons": dict(reasons.most_common(4)),
+    }
+
+
+def _longest_gap_s(tallies: list[Tally]) -> float:
+    """Return how long no scene had an answer, between two answers."""
+    times = np.sort([at for tally in tallies for at in tally.answered_at])
+    return float(np.diff(times).max()) if times.size > 1 else float("nan")
+
+
+def _gains(phases: list[dict[str, Any]], curve: curves.Curve) -> dict[str, float | None]:
+    """Compare what batching gives: bare, and in the replica (phases one and two together)."""
+    batches: Counter[int] = Counter()
+    used: Counter[str] = Counter()
+    for phase in phases[:2]:
+        batches.update({int(size): count for size, count in phase.get("batches", {}).items()})
+        used.update(phase.get("encode_cpu_s", {}))
+    if not batches:
+        return {"bare": None, "deployed": None}
+    deployed = curves.deployed_gain(batches, {int(size): s for size, s in used.items()})
+    return {"bare": round(curves.gain(batches, curve), 3), "deployed": deployed}
+
+
+def _difference(before: Mapping[str, float], after: Mapping[str, float]) -> dict[str, float]:
+    found = {size: after[size] - before.get(size, 0) for size in after if size != "0"}
+    return {size: count for size, count in found.items() if count > 0}
+
+
+def _health() -> dict[str, Any]:
+    with urllib.request.urlopen(f"{URL}/v1/health", timeout=60) as answer:
+        found: dict[str, Any] = json.load(answer)
+    return found
+
+
+def _wait_until_idle() -> None:
+    """Wait until a replica answers, and until what was left from before is done."""
+    ends = time.monotonic() + READY_S
+    while time.monotonic() < ends:
+        with suppress(OSError), urllib.request.urlopen(f"{URL}/v1/ready", timeout=5):
+            time.sleep(SETTLE_S)
+            return
+        time.sleep(0.2)
+
+
+def _used_s() -> float:
+    """Core-seconds of every process of the deployment so far: proxy, controller, replicas, Ray."""
+    import psutil
+
+    total = 0.0
+    for process in psutil.Process().children(recursive=True):
+        try:
+            times = process.cpu_times()
+        except psutil.NoSuchProcess:
+            continue
+        total += times.user + times.system
+    return total
+
+
+def _kill() -> None:
+    os.kill(_health()["pid"], signal.SIGKILL)
+
+
+def _replace(settings: AppSettings, gallery: Path) -> None:
+    deploy(replace(settings, live=replace(settings.live, galleries={NAME: str(gallery)})))
+
+
+def _print(console: Console, result: dict[str, Any]) -> None:
+    table = Table(title=f"{result['simulated_scenes']} simulated scenes, {result['rate_hz']:g}/s")
+    names = ("phase", "offered", "answered", "superseded", "stale", "failed", "wrong_gallery")
+    more = ("answers_per_s", "age_ms", "longest_gap_s", "fairness", "core_ms_per_look")
+    for name in (*names, *more):
+        table.add_column(name.replace("_", " "))
+    for phase in result["phases"]:
+        table.add_row(*(str(phase.get(name, "-")) for name in (*names, *more)))
+    console.print(table)
+    bare = Table(title="bare encoder, one thread")
+    for name in ("batch", "core-ms a pass", "core-ms a look"):
+        bare.add_column(name)
+    for size, took in result["curve_core_ms"].items():
+        bare.add_row(size, f"{took:.2f}", f"{took / int(size):.2f}")
+    console.print(bare)
+    console.print(f"batching gains: {result['gain']}")

@@ -1,0 +1,117 @@
+"""N simulated scenes that look at a fixed rate, each with one look under way and the newest next.
+
+A look that cannot be sent before the next is due is superseded; an answer older than its frame may
+be is stale; both are counted, nothing waits.
+"""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+
+import msgspec
+
+from hapticvlm.recognition.http_line import LineError, read_address
+from hapticvlm.recognition.remote import contract
+from hapticvlm.recognition.remote.contract import Answer
+from hapticvlm.recognition.remote.exchange import Exchange
+from hapticvlm_lab.bench.fleet.looks import Looks, Truth
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How many scenes look how often and for how long, and how old an answer may be, ms."""
+
+    scenes: int
+    rate_hz: float
+    seconds: float
+    max_age_ms: float
+    gallery: str
+
+
+@dataclass(slots=True)
+class Tally:
+    """What came of the looks of one scene."""
+
+    offered: int = 0
+    answered: int = 0
+    superseded: int = 0
+    stale: int = 0
+    failed: int = 0
+    wrong: int = 0
+    ages_ms: list[float] = field(default_factory=list)
+    answered_at: list[float] = field(default_factory=list)
+    batches: Counter[int] = field(default_factory=Counter)
+    hashes: Counter[str] = field(default_factory=Counter)
+    last_hash: str = ""
+    reasons: Counter[str] = field(default_factory=Counter)
+
+
+class Scenes:
+    """The scenes of one run; `start`, then `finish`."""
+
+    def __init__(self, url: str, plan: Plan, looks: Looks, truth: Truth) -> None:
+        self._url, self._plan, self._truth = url, plan, truth
+        wait_ms = plan.max_age_ms
+        self._bodies = [
+            contract.write_request([crop], plan.gallery, wait_ms=wait_ms) for crop in looks.crops
+        ]
+        self.tallies = [Tally() for _ in range(plan.scenes)]
+        self._threads = [
+            threading.Thread(target=self._play, args=(number,), daemon=True)
+            for number in range(plan.scenes)
+        ]
+
+    def start(self) -> None:
+        """Begin all scenes at once, each at its own phase."""
+        self._began = time.monotonic() + 0.5
+        for thread in self._threads:
+            thread.start()
+
+    def finish(self) -> list[Tally]:
+        """Wait for the end."""
+        for thread in self._threads:
+            thread.join()
+        return self.tallies
+
+    def _play(self, scene: int) -> None:
+        plan, tally = self._plan, self.tallies[scene]
+        exchange = Exchange(read_address(self._url, "url"), None)
+        phase = random.Random(scene).random() / plan.rate_hz
+        began, number = self._began + phase, 0
+        while (due := began + number / plan.rate_hz) < began + plan.seconds:
+            time.sleep(max(0.0, due - time.monotonic()))
+            newest = max(number, int((time.monotonic() - began) * plan.rate_hz))
+            newest = min(newest, int(plan.seconds * plan.rate_hz) - 1)
+            tally.offered += 1 + max(0, newest - number)
+            tally.superseded += max(0, newest - number)
+            number = max(number, newest)
+            self._look(exchange, tally, scene, number, began + number / plan.rate_hz)
+            number += 1
+        exchange.close()
+
+    def _look(
+        self, exchange: Exchange, tally: Tally, scene: int, number: int, captured: float
+    ) -> None:
+        crop = (number + 7 * scene) % len(self._bodies)
+        until = captured + self._plan.max_age_ms / 1000.0
+        try:
+            data = exchange.ask("POST", contract.RECOGNISE, self._bodies[crop], until)
+            answer = msgspec.msgpack.decode(data, type=Answer)
+        except (LineError, msgspec.MsgspecError) as error:
+            late = time.monotonic() >= until
+            tally.stale += late
+            tally.failed += not late
+            tally.reasons[str(error)[:60]] += 1
+            return
+        tally.answered += 1
+        now = time.monotonic()
+        tally.answered_at.append(now)
+        tally.ages_ms.append((now - captured) * 1000.0)
+        tally.batches[answer.batch] += 1
+        tally.hashes[answer.hash] += 1
+        tally.last_hash = answer.hash
+        tally.wrong += not self._truth.is_right(answer.hash, answer.results[0])

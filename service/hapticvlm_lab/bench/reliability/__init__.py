@@ -1,0 +1,1 @@
+"""How the service holds beside hostile clients, through stops and over hours."""

@@ -1,0 +1,99 @@
+"""A simulated board at the end of a pseudo-terminal, in a process of its own, with a diary.
+
+`python -m hapticvlm_lab.bench.reliability.board` prints the terminal's path, then a JSON line for
+each OFF that arrives and for each new state of the plate, with its time of the monotonic clock.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import select
+import subprocess
+import sys
+import threading
+import time
+import tty
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from hapticvlm.devices import plate_protocol
+from hapticvlm.devices.framing import Deframer
+from hapticvlm.devices.output import take_priority
+from hapticvlm.devices.simulated_board import SimulatedBoard
+
+TURN_S = 0.005  # what arrives is taken at once
+READ_BYTES = 4096
+OFF = "OFF on the line"
+
+
+@dataclass(slots=True)
+class PtyBoard:
+    """Our end: where to find the board, and what happened at it: (monotonic s, what)."""
+
+    port: str
+    events: list[tuple[float, str]] = field(default_factory=list)
+
+    @property
+    def state(self) -> str:
+        """The newest state of the plate."""
+        for _, what in reversed(self.events):
+            if what != OFF:
+                return what
+        return "OFF"
+
+    def first(self, what: str, since: float, until: float) -> float | None:
+        """Return when this first happened in between, if it did."""
+        times = (at for at, each in self.events if each == what and since <= at <= until)
+        return next(times, None)
+
+
+@contextmanager
+def board_on_a_terminal() -> Iterator[PtyBoard]:
+    """Run a board for as long as the context lasts."""
+    command = [sys.executable, "-m", "hapticvlm_lab.bench.reliability.board"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        board = PtyBoard(process.stdout.readline().strip())
+        reader = threading.Thread(target=_read, args=(board, process), daemon=True)
+        reader.start()
+        try:
+            yield board
+        finally:
+            process.kill()
+            reader.join(5.0)
+
+
+def _read(board: PtyBoard, process: subprocess.Popen[str]) -> None:
+    assert process.stdout is not None
+    for line in process.stdout:
+        at, what = json.loads(line)
+        board.events.append((at, what))
+
+
+def main() -> None:
+    """Serve until killed."""
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    print(os.ttyname(slave), flush=True)
+    take_priority()
+    board, deframer, state = SimulatedBoard(), Deframer(), ""
+    while True:
+        ready, _, _ = select.select([master], [], [], TURN_S)
+        data = os.read(master, READ_BYTES) if ready else b""
+        now = time.monotonic()
+        for frame in deframer.feed(data):
+            if isinstance(plate_protocol.decode(frame), plate_protocol.Off):
+                print(json.dumps((now, OFF)), flush=True)
+        out = board.exchange(data, now)
+        if board.plate.state.name != state:
+            state = board.plate.state.name
+            print(json.dumps((time.monotonic(), state)), flush=True)
+        if out:
+            os.write(master, out)
+
+
+if __name__ == "__main__":
+    main()

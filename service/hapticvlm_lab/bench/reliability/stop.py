@@ -1,0 +1,225 @@
+"""Stop, measured at the outputs: until the sink is silent, and until the plate's bridge is open.
+
+A scene touches something cold, so that speaker and plate are both driven; another connection (or
+the dashboard's button) stops at a random moment. Sound is heard at a recorded null sink, with what
+the sound server adds; OFF is seen on the serial line and at a simulated board behind a terminal.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import random
+import sys
+import time
+from collections.abc import AsyncIterator
+from contextlib import ExitStack, asynccontextmanager, suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from hapticvlm import __version__
+from hapticvlm.client import connect
+from hapticvlm.client.connection import Client, Refused
+from hapticvlm.commands.local_service import Service
+from hapticvlm_lab.bench.audio.conditions import priority, raise_priority
+from hapticvlm_lab.bench.audio.sink import Recording, null_sink, recording
+from hapticvlm_lab.bench.reliability.board import OFF, PtyBoard, board_on_a_terminal
+from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
+
+MARK_MS = 50.0
+FELT_WITHIN_S = 60.0  # from the contact to vibration and a driven plate, on a busy machine
+FELT_FOR_S = (0.1, 0.4)  # random, so that no stop falls in step with anything
+SLIDE_S = 0.02
+CLEAR_S = 0.3
+KETTLE = {"object_id": "kettle", "material": "wood", "temperature_c": 5.0}
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """What can be seen of both outputs from outside."""
+
+    heard: Recording
+    board: PtyBoard
+
+    def are_driven(self, now: float) -> bool:
+        """Tell whether something was heard just now, and the plate holds a setpoint."""
+        newest = self.heard.chunks[-100:]
+        sounds = any(np.frombuffer(data, "f4").any() for at, data in newest if at > now - 0.05)
+        return sounds and self.board.state == "HOLDING"
+
+    def silent_after(self, moment: float, until: float) -> float:
+        """Return the time in s until the last chunk with a sound had arrived; inf for never."""
+        chunks = [each for each in list(self.heard.chunks[-20_000:]) if moment < each[0] <= until]
+        last = next((at for at, data in reversed(chunks) if np.frombuffer(data, "f4").any()), None)
+        if last is None:
+            return 0.0
+        return float("inf") if until - last < 0.05 else last - moment
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One stop: ms until answered, silent, OFF on the line, bridge open."""
+
+    answered: float
+    silent: float
+    off: float
+    bridge: float
+
+
+def run(*, trials: int, only: list[str], as_json: bool) -> int:
+    """Measure, print a table or JSON. 1 if a p99 is above the mark.
+
+    Raises SinkError, ServiceError.
+    """
+    console = Console(quiet=as_json, width=150)
+    chosen = {name: each for name, each in CONDITIONS.items() if not only or name in only}
+    rows: list[dict[str, Any]] = []
+    with null_sink() as server, priority(realtime=True), recording() as heard:
+        raise_priority(True, server, heard)
+        for service in dict.fromkeys(each.service for each in chosen.values()):
+            alike = {name: each for name, each in chosen.items() if each.service is service}
+            rows += _with_service(service, alike, heard, trials, console)
+    console.print(_table(rows))
+    if as_json:
+        print(json.dumps({"measure": "stop", "hapticvlm": __version__, "rows": rows}))
+    worst = max(row[what]["p99"] for row in rows for what in ("silent", "bridge"))
+    return int(worst > MARK_MS)
+
+
+def summary(trials: list[Trial]) -> dict[str, Any]:
+    """Return median, p99 and the longest of each time, ms."""
+
+    def spread(values: list[float]) -> dict[str, float]:
+        # "higher": between a figure and a stop that never came there is nothing.
+        median, p99 = np.percentile(values, (50, 99), method="higher")
+        return {"median": round(median, 1), "p99": round(p99, 1), "max": round(max(values), 1)}
+
+    names = ("answered", "silent", "off", "bridge")
+    return {
+        "n": len(trials),
+        **{name: spread([getattr(each, name) for each in trials]) for name in names},
+    }
+
+
+def _with_service(
+    start: Start, conditions: dict[str, Condition], heard: Recording, trials: int, console: Console
+) -> list[dict[str, Any]]:
+    rows = []
+    with ExitStack() as stack:
+        board = stack.enter_context(board_on_a_terminal())
+        service = stack.enter_context(start(["--speaker", "Palm", "--peltier", board.port]))
+        for name, condition in conditions.items():
+            count = min(trials, condition.most or trials)
+            with console.status(name), condition.load(service):
+                found = asyncio.run(_measure(condition, Outputs(heard, board), service, count))
+            heard.chunks.clear()
+            load = round(os.getloadavg()[0], 1)
+            rows.append({"condition": name, **summary(found), "load": load})
+            print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
+    return rows
+
+
+async def _measure(
+    condition: Condition, outputs: Outputs, service: Service, count: int
+) -> list[Trial]:
+    async with _touching(service.url) as hand, condition.presser(service) as press:
+        return [await _trial(condition, outputs, hand, press, service) for _ in range(count)]
+
+
+async def _trial(
+    condition: Condition,
+    outputs: Outputs,
+    hand: _Hand,
+    press: Press,
+    service: Service,
+) -> Trial:
+    hand.put_down()
+    await _felt(outputs)
+    await asyncio.sleep(condition.steady_s + random.uniform(*FELT_FOR_S))
+    if condition.strike is not None:
+        condition.strike(service)
+        await asyncio.sleep(random.uniform(0.0, condition.struck_s))
+    pressed, answered = await press()
+    until = pressed + condition.watched_s
+    await asyncio.sleep(until - time.monotonic())
+    await hand.lift()
+    await asyncio.sleep(CLEAR_S)  # which the board's diary and the last sounds may need to arrive
+    off = outputs.board.first(OFF, pressed, until)
+    opened = outputs.board.first("OFF", pressed, until)
+    return Trial(
+        (answered - pressed) * 1000.0,
+        outputs.silent_after(pressed, until) * 1000.0,
+        float("inf") if off is None else (off - pressed) * 1000.0,
+        float("inf") if opened is None else (opened - pressed) * 1000.0,
+    )
+
+
+async def _felt(outputs: Outputs) -> None:
+    """Wait until vibration is heard and the plate is driven."""
+    async with asyncio.timeout(FELT_WITHIN_S):
+        while not outputs.are_driven(time.monotonic()):  # noqa: ASYNC110 - nobody tells us
+            await asyncio.sleep(0.01)
+
+
+class _Hand:
+    """A hand that slides over something cold, stops or not, until it is lifted."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._sliding: asyncio.Task[None] | None = None
+
+    def put_down(self) -> None:
+        """Touch, and slide on in a task."""
+        self._sliding = asyncio.create_task(self._slide())
+
+    async def lift(self) -> None:
+        """End the touch; the service has heard of it when this returns."""
+        if self._sliding is None:
+            return
+        self._sliding.cancel()
+        with suppress(asyncio.CancelledError):
+            await self._sliding
+        await self._client.touch("release", "kettle")
+
+    async def _slide(self) -> None:
+        phase = "contact"
+        while True:
+            with suppress(Refused):  # what a stop holds is refused until the release
+                await self._client.touch(phase, "kettle", speed_mps=0.3, force_n=1.5)
+            phase = "slide"
+            await asyncio.sleep(SLIDE_S)
+
+
+@asynccontextmanager
+async def _touching(url: str) -> AsyncIterator[_Hand]:
+    async with connect(url, name="measure stop") as client:
+        await client.scene([KETTLE])
+        hand = _Hand(client)
+        try:
+            yield hand
+        finally:
+            await hand.lift()
+
+
+def _table(rows: list[dict[str, Any]]) -> Table:
+    table = Table(title="stop, ms until (median / p99 / longest)")
+    for column in (
+        "condition",
+        "n",
+        "answered",
+        "silent",
+        "OFF on the line",
+        "bridge open",
+        "load",
+    ):
+        table.add_column(column)
+    for row in rows:
+        times = (row[name] for name in ("answered", "silent", "off", "bridge"))
+        said = (f"{each['median']} / {each['p99']} / {each['max']}" for each in times)
+        table.add_row(row["condition"], str(row["n"]), *said, str(row["load"]))
+    return table

@@ -1,0 +1,200 @@
+"""Under what a stop is measured: loads, floods, dying children, a log nobody reads, the button."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import (
+    AbstractAsyncContextManager,
+    AbstractContextManager,
+    asynccontextmanager,
+    contextmanager,
+)
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import soundfile
+
+from hapticvlm.client import connect
+from hapticvlm.commands.local_service import Service, running
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm_lab.bench.latency.round_trip import service_status
+from hapticvlm_lab.bench.reliability.floods import TINY
+
+LOAD_S = 3600.0  # more than a condition lasts
+LOAD = ("120", "40000", "2")  # frames/s, bytes a frame, scenes: all that are let in
+RECORDINGS, RECORDING_S = 30, 10.0
+PATIENCE_MS = 120_000.0  # of a browser on a busy machine
+FILL_S = 4.0  # some hundred lines a second: more than a pipe of 64 KiB holds
+
+Press = Callable[[], Awaitable[tuple[float, float]]]
+Start = Callable[[list[str]], AbstractContextManager[Service]]
+
+
+@contextmanager
+def _nothing(_: Service) -> Iterator[None]:
+    yield
+
+
+@contextmanager
+def _plain(arguments: list[str]) -> Iterator[Service]:
+    with running(arguments) as service:
+        yield service
+
+
+@asynccontextmanager
+async def _observer(service: Service) -> AsyncIterator[Press]:
+    """Stop from another connection; tells when it was sent and when it was answered."""
+    async with connect(service.url, name="stops", role="observer") as client:
+
+        async def press() -> tuple[float, float]:
+            pressed = time.monotonic()
+            await client.stop()
+            return pressed, time.monotonic()
+
+        yield press
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """How the service runs, what else goes on, who stops, what is done just before a stop."""
+
+    service: Start = _plain
+    load: Callable[[Service], AbstractContextManager[None]] = _nothing
+    presser: Callable[[Service], AbstractAsyncContextManager[Press]] = _observer
+    strike: Callable[[Service], None] | None = None
+    struck_s: float = 0.0  # the stop comes within this after the strike
+    watched_s: float = 0.35
+    steady_s: float = 0.0  # of life before the strike: a child that dies soon again has to wait
+    most: int | None = None  # stops, where each takes long
+
+
+@contextmanager
+def _process(module: str, *arguments: str) -> Iterator[None]:
+    command = [sys.executable, "-m", f"hapticvlm_lab.bench.{module}", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            process.stdout.readline()
+            yield
+        finally:
+            process.kill()
+
+
+@contextmanager
+def _frames(service: Service) -> Iterator[None]:
+    rate, size, scenes = LOAD
+    with _process("latency.load", service.url, rate, str(LOAD_S), size, scenes):
+        yield
+
+
+def _flooded(kind: str) -> Condition:
+    @contextmanager
+    def flooding(service: Service) -> Iterator[None]:
+        with _process("reliability.floods", service.url, kind, str(LOAD_S)):
+            yield
+
+    return Condition(load=flooding)
+
+
+@contextmanager
+def _unread(arguments: list[str]) -> Iterator[Service]:
+    """Run a service whose log goes into a pipe that nobody reads."""
+    reading, writing = os.pipe()
+    try:
+        with running(arguments, log=writing) as service:
+            yield service
+    finally:
+        os.close(writing)
+        os.close(reading)
+
+
+@contextmanager
+def _fill(service: Service) -> Iterator[None]:
+    """Have more logged than the pipe holds, and go on with it."""
+    with _process("reliability.floods", service.url, "comings and goings", str(LOAD_S)):
+        time.sleep(FILL_S)
+        yield
+
+
+@contextmanager
+def _with_recordings(arguments: list[str]) -> Iterator[Service]:
+    with tempfile.TemporaryDirectory(prefix="hapticvlm-patterns-") as folder:
+        noise = np.random.default_rng(0).normal(0.0, 0.1, round(RECORDING_S * RATE_HZ))
+        kinds = ("carve", "strike", "tap")
+        names = [f"{material}-{kind}" for material in MATERIALS for kind in kinds][:RECORDINGS]
+        for name in names:
+            soundfile.write(Path(folder) / f"{name}.wav", noise, RATE_HZ)
+        with running([*arguments, "--patterns", folder]) as service:
+            yield service
+
+
+def _kill(part: str) -> Callable[[Service], None]:
+    def strike(service: Service) -> None:
+        pid = service_status(service)[part]["pid"]
+        if pid is not None:
+            os.kill(pid, signal.SIGKILL)
+
+    return strike
+
+
+@asynccontextmanager
+async def _button(service: Service) -> AsyncIterator[Press]:
+    """Stop by the dashboard's button in Chromium; its clock is the wall's."""
+    from playwright.async_api import async_playwright
+
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--no-sandbox"]
+        )
+        page = await browser.new_page()
+        page.set_default_timeout(PATIENCE_MS)
+        await page.goto(service.page)
+        await page.wait_for_selector("#owner[data-owned=true]")
+
+        async def press() -> tuple[float, float]:
+            script = """() => { const at = performance.timeOrigin + performance.now();
+                document.getElementById("stopped").textContent = "";
+                document.getElementById("stop").click(); return at; }"""
+            at = await page.evaluate(script)
+            pressed = at / 1000.0 - (time.time() - time.monotonic())
+            await page.locator("#stopped", has_text="Stopped at").wait_for()
+            return pressed, time.monotonic()
+
+        try:
+            yield press
+        finally:
+            await browser.close()
+
+
+CONDITIONS = {
+    "idle": Condition(),
+    "2 x 120 frames/s": Condition(load=_frames),
+    **{f"flood: {kind}": _flooded(kind) for kind in TINY},
+    "log nobody reads": Condition(service=_unread, load=_fill),
+    "recogniser killed before, 30 recordings": Condition(
+        service=_with_recordings,
+        strike=_kill("recogniser"),
+        struck_s=1.0,
+        watched_s=1.0,
+        steady_s=12.0,
+        most=8,
+    ),
+    "engine killed before, 30 recordings": Condition(
+        service=_with_recordings,
+        strike=_kill("speaker"),
+        struck_s=1.5,
+        watched_s=2.5,
+        steady_s=12.0,
+        most=8,
+    ),
+    "dashboard's button": Condition(presser=_button),
+}

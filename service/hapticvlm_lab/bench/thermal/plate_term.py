@@ -1,0 +1,188 @@
+"""How the setpoint allows for the palm-plate resistance: error of the skin against cost.
+
+The skin lags the plate by the resistance times the heat flow (docs/physics.md 1.1). The plate here
+follows its setpoint at once and nothing limits it, so what is left is the method's own error; the
+skin on it is a sum of steps, exact between frames: each moves the skin by its height times
+1 - erfcx(sqrt(t) / (es R)). Heat from the core of the hand is left out.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.special import erfcx
+
+from hapticvlm.materials import MATERIALS
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.thermal import SKIN, ThermalContact, progress, thermal_contact
+from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
+from hapticvlm_lab.bench.material.labels import place
+from hapticvlm_lab.bench.thermal.grids import Floats
+
+NAME = "chart-thermal-plate"
+FRAME_S, AFTER_S, SLIDE_S, ENDS_S = 0.02, 1.0, 2.0, 6.0
+PALMS = (2e-4, 5e-4, 1e-3)  # m2 K/W
+ROOMS_C = (15.0, 22.0, 30.0)
+TOUCHED = ("wood", "glass", "fabric", "metal")
+ASSUMED = 5e-4  # of a term that does not know the palm
+LOWEST_C = 1e-3  # what errs by less is drawn there
+MARK_C = 0.3  # RMS of the skin from 1 s on
+ROUNDS, STEPS = 15, 200
+
+Term = Callable[[ThermalTrajectory, float, float], float]  # course, palm resistance, now -> plate
+
+
+@dataclass(frozen=True, slots=True)
+class PlateRow:
+    """One method: worst RMS of the skin from AFTER_S on, on one contact and after a slide, degC."""
+
+    method: str
+    is_default: bool
+    contact_c: float
+    slide_c: float
+    step_us: float
+
+
+def without(course: ThermalTrajectory, resistance: float, now: float) -> float:
+    """Take skin and plate for the same."""
+    del resistance
+    return course.skin_c(now)
+
+
+def closed(course: ThermalTrajectory, resistance: float, now: float) -> float:
+    """Use the flow of a first contact with a thick body, dT / R'' erfcx(x): knows no past."""
+    contact, begun_at = course.contact, course.begun_at
+    assert contact is not None
+    assert begun_at is not None
+    drop_c = contact.surface_c - contact.skin_c
+    left = float(erfcx(progress(contact, now - begun_at)))
+    return course.skin_c(now) + resistance * drop_c / contact.contact_resistance * left
+
+
+def product(course: ThermalTrajectory, resistance: float, now: float) -> float:
+    """Ask the product."""
+    del resistance  # its course has it
+    return course.wanted_c(now)
+
+
+METHODS: tuple[tuple[str, Term, float | None], ...] = (
+    ("without the term", without, None),
+    ("closed form, first contact only", closed, None),
+    (f"with memory, palm taken for {ASSUMED:g}", product, ASSUMED),
+    ("with memory, palm known (default)", product, None),
+)
+
+
+def run(out: Path) -> list[PlateRow]:
+    """Measure, write picture and JSON."""
+    rows = [_row(*method) for method in METHODS]
+    draw(rows, out / NAME)
+    told = {"chart": "thermal plate", "mark_c": MARK_C, "rows": [asdict(row) for row in rows]}
+    (out / f"{NAME}.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    return rows
+
+
+def show(rows: Sequence[PlateRow]) -> None:
+    """Print a table."""
+    print(f"skin on the plate from {AFTER_S:g} s on, worst RMS, degC; mark {MARK_C:g}")
+    for row in rows:
+        print(f"{row.method:<40} {row.contact_c:>9.4f} {row.slide_c:>9.4f} {row.step_us:>8.2f} us")
+
+
+def skin_on_plate(plate_c: Floats, resistance: float) -> Floats:
+    """Skin on a plate of these temperatures, one a frame, each held for it, (N,) degC."""
+    steps = np.diff(plate_c, prepend=NEUTRAL_C)
+    times = FRAME_S * np.arange(1, plate_c.size + 1)
+    response = 1.0 - erfcx(np.sqrt(times) / (SKIN.effusivity * resistance))
+    return NEUTRAL_C + np.convolve(steps, response)[: plate_c.size]
+
+
+def error_c(term: Term, palm: float, assumed: float, touched: Sequence[ThermalContact]) -> float:
+    """RMS of the skin AFTER_S from the last contact on; the hand slides after SLIDE_S, degC."""
+    course = ThermalTrajectory(lead_s=0.0, plate_resistance=assumed)
+    plate, wanted = [], []
+    for frame in range(round(ENDS_S / FRAME_S)):
+        turn = min(int(frame * FRAME_S / SLIDE_S), len(touched) - 1)
+        course = course.touch(touched[turn], turn, frame * FRAME_S)
+        plate.append(term(course, assumed, (frame + 0.5) * FRAME_S))
+        wanted.append(course.skin_c((frame + 1) * FRAME_S))
+    off = skin_on_plate(np.array(plate), palm) - wanted
+    after = round(((len(touched) - 1) * SLIDE_S + AFTER_S) / FRAME_S)
+    return float(np.sqrt(np.mean(off[after:] ** 2)))
+
+
+def _row(name: str, term: Term, assumed: float | None) -> PlateRow:
+    def worst(pairs: Sequence[tuple[str, ...]]) -> float:
+        return max(
+            error_c(term, palm, palm if assumed is None else assumed, _contacts(names, room_c))
+            for palm in PALMS
+            for room_c in ROOMS_C
+            for names in pairs
+        )
+
+    single = worst([(name,) for name in TOUCHED])
+    slides = worst([(one, two) for one in TOUCHED for two in TOUCHED if one != two])
+    is_default = term is product and assumed is None
+    return PlateRow(name, is_default, round(single, 4), round(slides, 4), _step_us(term))
+
+
+def _contacts(names: Sequence[str], room_c: float) -> list[ThermalContact]:
+    return [thermal_contact(MATERIALS[name].thermal, room_c) for name in names]
+
+
+def _step_us(term: Term) -> float:
+    """Core time of a setpoint on glass after metal, median of rounds, us."""
+    first, second = _contacts(("metal", "glass"), 22.0)
+    course = ThermalTrajectory(lead_s=0.0, plate_resistance=ASSUMED).touch(first, 1, 0.0)
+    course = course.touch(second, 2, 1.0)
+    rounds = []
+    for _ in range(ROUNDS):
+        begun = time.process_time_ns()
+        for step in range(STEPS):
+            term(course, ASSUMED, 1.0 + FRAME_S * (step + 1))
+        rounds.append((time.process_time_ns() - begun) / 1e3 / STEPS)
+    return round(float(np.median(rounds)), 2)
+
+
+def _degrees(error_c: float) -> str:
+    return f"{error_c:.2g}" if error_c >= LOWEST_C else "below 0.001"
+
+
+def draw(rows: Sequence[PlateRow], stem: Path) -> None:
+    """Write `stem`.png: error against cost, a panel for one contact and one for slides."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, panels = plt.subplots(1, 2, figsize=(12.0, 4.6), dpi=80, sharey=True)
+    titles = ("one contact", "the second object of a slide")
+    for axes, field, title in zip(panels, ("contact_c", "slide_c"), titles, strict=True):
+        dots = [(row.step_us, max(getattr(row, field), LOWEST_C)) for row in rows]
+        for row, dot in zip(rows, dots, strict=True):
+            axes.plot(*dot, "o", color="#009E73" if row.is_default else "#8a8f96", markersize=8)
+        axes.axhline(MARK_C, color="#59636e", linestyle="--", linewidth=0.8)
+        axes.set(xscale="log", yscale="log", title=title, xlabel="us of a core a setpoint")
+        axes.set_xlim(min(x for x, _ in dots) / 3.0, max(x for x, _ in dots) * 100.0)
+        axes.set_ylim(LOWEST_C / 2.0, 10.0 ** math.ceil(math.log10(max(y for _, y in dots)) + 0.1))
+        axes.grid(color="#e3e6ea", linewidth=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.figure.canvas.draw()
+        labels = [
+            (x, y, f"{row.method}: {_degrees(getattr(row, field))}", "#1b1f24")
+            for row, (x, y) in zip(rows, dots, strict=True)
+        ]
+        place(axes, labels, dots)
+    panels[0].set_ylabel("skin on the plate from 1 s on: worst RMS, degC")
+    figure.suptitle(
+        "Allowing for palm and plate, 2e-4 to 1e-3 m2 K/W (dashed: mark of 0.3 degC)", fontsize=10
+    )
+    figure.tight_layout()
+    figure.savefig(stem.with_suffix(".png"), dpi=80)
+    plt.close(figure)

@@ -1,0 +1,112 @@
+"""The vibration as the dashboard plays it: each material's own sound, and silence after a stop."""
+
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from dashboard_scene import PATIENCE_MS, chromium, dashboard, missing
+from playwright.sync_api import Browser, Page, expect
+
+from hapticvlm.commands.feel.sound import sound
+from hapticvlm.commands.local_service import Service
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
+
+pytestmark = pytest.mark.browser
+
+STRIKE = Motion(0.6, 4.0)  # the dashboard's own, pages/trial.js
+HOLD_MS = 1500
+SILENT = 2e-3  # of full scale
+SILENCE_S = 0.1
+# Everything that leaves the page's gain, with the audio clock's time of each block.
+RECORD = """async () => {
+  const { sound } = await import("./hear.js");
+  const context = sound.output.context;
+  const node = context.createScriptProcessor(512, 1, 1);
+  window.blocks = [];
+  node.onaudioprocess = (event) =>
+    blocks.push({ at: event.playbackTime, samples: [...event.inputBuffer.getChannelData(0)] });
+  sound.output.connect(node);
+  node.connect(context.destination);
+  window.recorder = node;
+  addEventListener("keydown", () => (window.stoppedAt ??= context.currentTime), { capture: true });
+  return context.sampleRate;
+}"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    if reason := missing():
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
+    expect.set_options(timeout=PATIENCE_MS)
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def listening(service: Service, browser: Browser) -> Iterator[tuple[Page, int]]:
+    """A dashboard whose sound is on and recorded, and the samples a second of it."""
+    with dashboard(browser, service.page, (1280, 800)) as page:
+        page.locator("#hear").click()
+        expect(page.locator("#hear")).to_have_text("Sound on")
+        yield page, page.evaluate(RECORD)
+
+
+def hold(page: Page, interaction: str) -> None:
+    """Press a test touch and keep it pressed."""
+    page.locator(f'[data-interaction="{interaction}"]').hover()
+    page.mouse.down()
+
+
+def recorded(page: Page) -> np.ndarray:
+    blocks: list[dict[str, Any]] = page.evaluate("blocks.splice(0)")
+    return np.concatenate([block["samples"] for block in blocks])
+
+
+def spectrum(wave: np.ndarray, rate_hz: int = RATE_HZ) -> np.ndarray:
+    """Levels of bands of 20 Hz from 40 to 1000 Hz, dB, of what follows the onset."""
+    onset = int(np.argmax(np.abs(wave) > 0.25 * np.abs(wave).max()))
+    part = wave[onset : onset + round(0.12 * rate_hz)]
+    power = np.abs(np.fft.rfft(part, rate_hz)) ** 2  # bins of 1 Hz
+    bands = power[40:1000].reshape(-1, 20).sum(axis=1)
+    return np.asarray(10.0 * np.log10(bands / bands.max() + 1e-4))
+
+
+def test_what_is_heard_of_a_strike_is_glass_for_glass_and_wood_for_wood(
+    listening: tuple[Page, int],
+) -> None:
+    page, rate_hz = listening
+    own = {
+        name: spectrum(sound(MATERIALS[name], "strike", STRIKE, 0.4).wave)
+        for name in ("glass", "wood")
+    }
+    for name in own:
+        page.locator("#trial-material").select_option(name)
+        recorded(page)
+        hold(page, "strike")
+        page.wait_for_timeout(HOLD_MS)
+        page.mouse.up()
+        heard = spectrum(recorded(page), rate_hz)
+        alike = {other: float(np.corrcoef(heard, shape)[0, 1]) for other, shape in own.items()}
+        print(f"{name} heard: correlation of spectra {alike}")
+        assert max(alike, key=lambda other: alike[other]) == name
+        assert alike[name] > 0.7
+
+
+def test_nothing_is_heard_a_tenth_of_a_second_after_a_stop(listening: tuple[Page, int]) -> None:
+    page, _ = listening
+    page.locator("#trial-material").select_option("fabric")
+    hold(page, "slide")
+    page.wait_for_timeout(HOLD_MS)
+    page.keyboard.press("Escape")
+    page.wait_for_timeout(HOLD_MS)
+    page.mouse.up()
+    stopped_at = page.evaluate("stoppedAt")
+    blocks: list[dict[str, Any]] = page.evaluate("blocks")
+    loud = [block["at"] for block in blocks if np.abs(block["samples"]).max() > SILENT]
+    assert loud, "the stroke was not heard at all"
+    assert min(loud) < stopped_at
+    print(f"silent {1000 * (max(loud) - stopped_at):.0f} ms after the key")
+    assert max(loud) - stopped_at < SILENCE_S

@@ -1,0 +1,116 @@
+"""The page that `replay --view` writes, opened as a file in a real browser."""
+
+import os
+
+import numpy as np
+import pytest
+from dashboard_scene import AXE, chromium, missing
+from playwright.sync_api import expect
+from recorded_session import record
+
+from hapticvlm.commands.main import main
+
+pytestmark = pytest.mark.browser
+
+PIXELS = """() => {
+  const canvas = document.getElementById("frame");
+  return [...canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data];
+}"""
+SHOWN = "document.getElementById('clock').textContent.includes(' of ')"
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    """The address that `replay --view` prints for a session of two seconds."""
+    session = record(tmp_path_factory.mktemp("record"))
+    assert main(["replay", str(session), "--view", "--no-open"]) == 0
+    return (session / "session.html").as_uri()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if reason := missing():
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def page(browser, address):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.set_default_timeout(30_000)
+    problems = []
+    page.on("pageerror", lambda error: problems.append(error))
+    page.on("request", lambda request: problems.append(request.url) if _leaves(request) else None)
+    page.goto(address)
+    page.wait_for_function(SHOWN)
+    yield page
+    page.close()
+    assert not problems
+
+
+def _leaves(request):
+    return not request.url.startswith(("file:", "data:"))
+
+
+def at(page, time_s):
+    page.locator("#scrubber").fill(str(time_s))
+
+
+def test_a_moment_says_what_was_touched_decided_and_felt(page):
+    at(page, 1.0)
+    expect(page.locator("#name")).to_have_text("TeaMug_01")
+    expect(page.locator("#material")).to_have_text("ceramic")
+    expect(page.locator("#told")).to_contain_text("by its name")
+    expect(page.locator("#warmth")).to_contain_text("plate measured31.0 °C")
+    at(page, 0.2)
+    expect(page.locator("#touching")).to_have_text("nothing is touched")
+    expect(page.locator("#material")).to_have_text("")
+
+
+def test_a_link_opens_at_its_time_and_a_touch_is_such_a_link(page, address):
+    page.goto(f"{address}#t=1.25")
+    expect(page.locator("#clock")).to_contain_text("1.25 of")
+    page.locator("#touches a").click()
+    expect(page.locator("#clock")).to_contain_text("0.50 of")
+    assert page.url.endswith("#t=0.50")
+    at(page, 0.75)
+    page.locator("#link").click()
+    expect(page.locator("#copied")).not_to_be_empty()
+    assert page.url.endswith("#t=0.75")
+
+
+def test_the_touched_object_is_outlined_in_the_frame(page):
+    found = {}
+    for time_s in (0.2, 1.0):
+        at(page, time_s)
+        page.wait_for_timeout(1500)
+        found[time_s] = np.array(page.evaluate(PIXELS)).reshape(-1, 4)[:, :3]
+    assert (found[0.2] > 250).all()  # the frame is white
+    assert 50 < (found[1.0].min(axis=1) < 200).sum() < 1500
+
+
+def test_the_vibration_of_the_record_is_what_sounds(page):
+    heard = page.evaluate(
+        """async () => {
+          const data = await (await fetch(document.getElementById("sound").src)).arrayBuffer();
+          const wave = await new OfflineAudioContext(1, 8000, 8000).decodeAudioData(data);
+          return { seconds: wave.duration, samples: [...wave.getChannelData(0)] };
+        }"""
+    )
+    wave = np.abs(np.array(heard["samples"]))
+    rate = wave.size / heard["seconds"]
+    loud = np.flatnonzero(wave > 1e-2) / rate
+    assert loud.min() == pytest.approx(0.5, abs=0.02)
+    assert 1.4 < loud.max() < 1.6
+
+
+def test_the_page_is_clean_for_assistive_tools_light_dark_and_on_a_phone(page):
+    at(page, 1.0)
+    for scheme, width in (("light", 1280), ("dark", 1280), ("dark", 390)):
+        page.emulate_media(color_scheme=scheme)
+        page.set_viewport_size({"width": width, "height": 800})
+        page.add_script_tag(path=str(AXE))
+        found = page.evaluate("async () => (await axe.run()).violations.map((v) => v.id)")
+        assert found == [], (scheme, width)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width

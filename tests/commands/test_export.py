@@ -1,0 +1,227 @@
+"""Exports, read back by the public rules of each format and compared with what the speaker plays.
+
+The readers here are written from the formats' documents and reference sources, not from our
+writers: .haptic from facebook/meta-haptics-sdk (haptic_data, strict mode), .ahap from Apple's Core
+Haptics pages, .hjif from MPEGGroup/HapticReferenceSoftware (IOJson, semantic checks).
+"""
+
+import json
+import re
+import wave
+
+import numpy as np
+import pytest
+
+from hapticvlm.commands.main import main
+
+RATE_HZ = 48_000
+WINDOW_S = 0.02
+LEAST = 10 ** (-40 / 20)  # of full scale: quieter windows are not compared
+MATERIALS = ("wood", "glass", "fabric", "metal")
+INTERACTIONS = ("strike", "slide", "tap", "carve")
+
+
+def exported(tmp_path, material, interaction, kind, *more):
+    path = tmp_path / f"touch.{kind}"
+    arguments = ["export", material, "--interaction", interaction, "--to", kind]
+    assert main([*arguments, "--out", str(path), *more]) == 0
+    return path
+
+
+def played(tmp_path, material, interaction):
+    """Amplitude (sqrt 2 times rms) of each window of the speaker's own samples."""
+    with wave.open(str(exported(tmp_path, material, interaction, "wav"))) as file:
+        assert (file.getframerate(), file.getnchannels()) == (RATE_HZ, 1)
+        samples = np.frombuffer(file.readframes(file.getnframes()), "<i2") / 32767.0
+    return windows(np.sqrt(2.0) * samples)
+
+
+def windows(amplitude):
+    size = round(WINDOW_S * RATE_HZ)
+    rows = np.asarray(amplitude)[: len(amplitude) // size * size].reshape(-1, size)
+    return np.sqrt(np.mean(rows**2, axis=1))
+
+
+def error_db(read, spoken):
+    """Largest difference of level among the windows that can be felt."""
+    size = min(len(read), len(spoken))
+    loud = spoken[:size] > LEAST
+    assert loud.any()
+    return float(np.abs(20 * np.log10(read[:size][loud] / spoken[:size][loud])).max())
+
+
+def lines(points, end_s):
+    """Values between (time, value) points at RATE_HZ."""
+    at = np.arange(round(end_s * RATE_HZ)) / RATE_HZ
+    return np.interp(at, [time for time, _ in points], [value for _, value in points])
+
+
+def read_haptic(path):
+    """Amplitude at RATE_HZ. Fails by the rules of the strict validator."""
+    document = json.loads(path.read_text())
+    assert document["version"] == {"major": 1, "minor": 0, "patch": 0}
+    envelopes = document["signals"]["continuous"]["envelopes"]
+    amplitude = [(point["time"], point["amplitude"]) for point in envelopes["amplitude"]]
+    frequency = [(point["time"], point["frequency"]) for point in envelopes["frequency"]]
+    assert len(amplitude) >= 2
+    for points in (amplitude, frequency):
+        times = [time for time, _ in points]
+        assert times == sorted(times)
+        assert all(0.0 <= value <= 1.0 for _, value in points)
+    assert amplitude[-1][0] > amplitude[0][0]
+    assert amplitude[0][0] <= frequency[0][0]
+    assert frequency[-1][0] <= amplitude[-1][0]
+    return lines(amplitude, amplitude[-1][0])
+
+
+def read_ahap(path):
+    """Amplitude at RATE_HZ: intensity is felt quadratically. Fails by Core Haptics' limits."""
+    document = json.loads(path.read_text())
+    assert document["Version"] == 1.0
+    curves: dict[str, list[tuple[float, float]]] = {
+        "HapticIntensityControl": [],
+        "HapticSharpnessControl": [],
+    }
+    ends = []
+    for entry in document["Pattern"]:
+        (kind,) = entry
+        if kind == "Event":
+            event = entry["Event"]
+            assert event["EventType"] == "HapticContinuous"
+            assert 0.0 < event["EventDuration"] <= 30.0
+            given = {p["ParameterID"]: p["ParameterValue"] for p in event["EventParameters"]}
+            assert given == {"HapticIntensity": 1.0, "HapticSharpness": 0.0}
+            ends.append(event["Time"] + event["EventDuration"])
+            continue
+        curve = entry["ParameterCurve"]
+        points = [
+            (curve["Time"] + p["Time"], p["ParameterValue"])
+            for p in curve["ParameterCurveControlPoints"]
+        ]
+        assert len(points) <= 16
+        assert all(0.0 <= value <= 1.0 for _, value in points)
+        before = curves[curve["ParameterID"]]
+        if before:  # a curve goes on where the last one ended
+            assert points[0] == pytest.approx(before[-1])
+        before += points[1:] if before else points
+    times = [time for time, _ in curves["HapticIntensityControl"]]
+    assert times == sorted(times)
+    assert max(ends) == pytest.approx(times[-1])
+    return lines(curves["HapticIntensityControl"], times[-1]) ** 2
+
+
+def read_hjif(path):
+    """Amplitude at RATE_HZ and the temperatures (s, degC). Fails by the reference's checks."""
+    document = json.loads(path.read_text())
+    needed = {"version", "profile", "level", "date", "description", "timescale"}
+    assert needed | {"avatars", "perceptions", "syncs"} <= set(document)
+    assert re.fullmatch(r"\d{4}(-\d)?", document["version"])
+    assert int(document["version"][:4]) >= 2023
+    assert (document["profile"], document["level"]) == ("Main", 1)
+    assert re.fullmatch(r"\d{4}-[01]\d-[0-3]\d", document["date"])
+    assert 0 < document["timescale"] <= 48_000
+    ids = [perception["id"] for perception in document["perceptions"]]
+    assert len(set(ids)) == len(ids)
+    found = {}
+    for perception in document["perceptions"]:
+        assert "effect_semantic_scheme" not in perception  # the reference refuses every value
+        assert perception["effect_library"] == []
+        (channel,) = perception["channels"]
+        for name in ("id", "description", "gain", "mixing_coefficient", "body_part_mask"):
+            assert name in channel, name
+        (band,) = channel["bands"]
+        low, high = band["lower_frequency_limit"], band["upper_frequency_limit"]
+        assert isinstance(low, int)
+        assert isinstance(high, int)
+        assert low <= high
+        assert ("curve_type" in band) == (band["band_type"] == "Curve")
+        (effect,) = band["effects"]
+        assert (effect["effect_type"], effect["position"]) == ("Basis", 0)
+        times = [frame["relative_position"] for frame in effect["keyframes"]]
+        assert times == sorted(set(times))
+        assert all(isinstance(time, int) for time in times)
+        assert all(abs(frame["amplitude_modulation"]) <= 1.0 for frame in effect["keyframes"])
+        found[perception["perception_modality"]] = (perception, band, effect["keyframes"])
+    _, band, keyframes = found["Vibrotactile"]
+    assert all(1 <= frame["frequency_modulation"] <= 1000 for frame in keyframes)
+    scale = document["timescale"]
+    points = [(f["relative_position"] / scale, f["amplitude_modulation"]) for f in keyframes]
+    return lines(points, points[-1][0]), temperatures(*found["Temperature"], scale)
+
+
+def temperatures(perception, band, keyframes, scale):
+    assert band["band_type"] == "Curve"
+    assert len(keyframes) >= 3  # of two the reference decoder makes silence
+    told = re.search(r"degC = ([\d.]+) \+ ([\d.]+) x value", perception["description"])
+    assert told is not None
+    zero, span = map(float, told.groups())
+    return [
+        (frame["relative_position"] / scale, zero + span * frame["amplitude_modulation"])
+        for frame in keyframes
+    ]
+
+
+READERS = {"haptic": read_haptic, "ahap": read_ahap, "hjif": lambda path: read_hjif(path)[0]}
+
+
+@pytest.mark.parametrize("kind", READERS)
+@pytest.mark.parametrize("material", MATERIALS)
+def test_what_is_read_back_is_as_loud_as_what_the_speaker_plays(tmp_path, material, kind):
+    errors = {}
+    for interaction in INTERACTIONS:
+        amplitude = READERS[kind](exported(tmp_path, material, interaction, kind))
+        spoken = played(tmp_path, material, interaction)
+        errors[interaction] = error_db(windows(amplitude), spoken)
+    print(f"{material} as {kind}: at most {max(errors.values()):.2f} dB")
+    assert max(errors.values()) < 1.0, errors
+
+
+def test_the_frequencies_tell_materials_apart(tmp_path):
+    """Glass rings higher than wood, in the one format that holds hertz."""
+    middles = {}
+    for material in ("wood", "glass"):
+        document = json.loads(exported(tmp_path, material, "strike", "hjif").read_text())
+        frames = document["perceptions"][0]["channels"][0]["bands"][0]["effects"][0]["keyframes"]
+        middles[material] = np.median([f["frequency_modulation"] for f in frames[:20]])
+    assert middles["glass"] > 1.15 * middles["wood"]
+
+
+@pytest.mark.parametrize("kind", ["wav", "haptic", "ahap"])
+def test_a_format_without_heat_gets_the_temperatures_in_a_file_beside_it(tmp_path, kind, capsys):
+    path = exported(tmp_path, "metal", "slide", kind, "--object-c", "5", "--seconds", "4")
+    heat = json.loads(path.with_name(path.name + ".heat.json").read_text())
+    assert heat["surface_c"] == 5.0
+    assert heat["setpoint_c"][-1] < 24.0
+    assert len(heat["time_s"]) == len(heat["setpoint_c"]) == len(heat["skin_c"])
+    assert str(path) + ".heat.json" in capsys.readouterr().out
+
+
+def test_mpeg_holds_the_temperatures_itself(tmp_path):
+    path = exported(tmp_path, "metal", "slide", "hjif", "--object-c", "5", "--seconds", "4")
+    _, found = read_hjif(path)
+    assert found[0][1] > 24.0  # the plate has led a little, and goes on
+    assert found[-1][1] < 24.0
+    assert all(18.0 <= celsius <= 40.0 for _, celsius in found)
+    assert not path.with_name(path.name + ".heat.json").exists()
+
+
+def test_a_long_touch_is_cut_into_events_that_core_haptics_plays(tmp_path):
+    path = exported(tmp_path, "fabric", "slide", "ahap", "--seconds", "31")
+    assert read_ahap(path).size == pytest.approx(31 * RATE_HZ, abs=RATE_HZ * 0.02)
+
+
+def test_a_whole_gallery_is_one_file_a_material(tmp_path):
+    out = tmp_path / "all"
+    arguments = ["export", "all", "--interaction", "tap", "--to", "haptic", "--seconds", "0.1"]
+    assert main([*arguments, "--out", str(out)]) == 0
+    files = sorted(path.name for path in out.glob("*.haptic"))
+    assert "glass-tap.haptic" in files
+    assert len(files) == 11
+    for path in out.glob("*.haptic"):
+        read_haptic(path)
+
+
+def test_a_material_that_is_not_known_is_refused_with_the_nearest(tmp_path, capsys):
+    assert main(["export", "wod", "--to", "wav", "--out", str(tmp_path / "x.wav")]) == 2
+    assert "nearest is `wood`" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,39 @@
+"""The film that the demo draws of a recorded session."""
+
+import numpy as np
+import pytest
+from PIL import Image
+from recorded_session import record
+
+from hapticvlm.commands import timeline
+from hapticvlm.commands.demo import film
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.rendering.voices import Voices
+
+
+@pytest.fixture
+def session(tmp_path):
+    return record(tmp_path)
+
+
+def read(folder):
+    return timeline.read(folder, MATERIALS, Voices())
+
+
+def test_a_moment_shows_the_frame_outlined_only_while_it_is_touched(session):
+    what = read(session)
+    touched, free = (np.asarray(film.picture(what, at_s)) for at_s in (1.0, 0.3))
+    inside = (slice(12, 498), slice(12, 498))
+    green = np.array(Image.new("RGB", (1, 1), film.WAVE))[0, 0]
+    assert (np.abs(touched[inside].astype(int) - green).max(axis=2) < 8).sum() > 500
+    assert (np.abs(free[inside].astype(int) - green).max(axis=2) < 8).sum() == 0
+
+
+def test_the_drawn_wave_is_that_of_the_last_two_seconds(session):
+    what = read(session)
+    low, high = film.envelope(what.wave, 1.5, 400)
+    before, since = high[:200], high[200:]  # the contact is 1 s ago: in the middle
+    assert before.max() == 0.0
+    assert since.max() == pytest.approx(what.wave[: int(1.5 * RATE_HZ)].max(), rel=0.05)
+    assert low.min() < 0.0

@@ -1,0 +1,191 @@
+"""Every command explains itself, speaks JSON only when asked, and can be completed by a shell."""
+
+import argparse
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hapticvlm.commands import config_file, main, serve
+from hapticvlm.commands.progress import track
+from hapticvlm.errors import installing
+
+PARSER = main._parser()
+
+
+def commands(parser, name="hapticvlm"):
+    """Every command with its parser, the laboratory's included."""
+    yield name, parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for word, child in action.choices.items():
+                yield from commands(child, f"{name} {word}")
+
+
+ALL = dict(commands(PARSER))
+OPTIONS = {
+    f"{name} {'/'.join(action.option_strings) or action.dest}": action
+    for name, parser in ALL.items()
+    for action in parser._actions
+    if action.help != argparse.SUPPRESS
+    and not isinstance(action, argparse._SubParsersAction | argparse._HelpAction)
+}
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_every_option_says_what_it_is_in_words(name):
+    text = OPTIONS[name].help or ""
+    assert len(text.split()) >= 2, text
+    assert not text.startswith(("(", "of ")), text
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_json_means_the_same_for_every_command(name):
+    texts = {a.help for a in ALL[name]._actions if "--json" in a.option_strings}
+    assert texts <= {"print JSON for programs, and no text for people"}
+
+
+@pytest.mark.parametrize("name", [n for n in ALL if len(n.split()) == 2 and "lab" not in n])
+def test_every_command_explains_itself_in_whole_sentences(name):
+    parser = ALL[name]
+    if name.split()[1] in main.LAB_COMMANDS:
+        return
+    assert (parser.description or "").strip().endswith((".", "again.")), name
+
+
+def test_examples_stand_as_they_are_written():
+    shown = ALL["hapticvlm serve"].format_help()
+    assert "examples:\n  hapticvlm serve\n" in shown
+
+
+def test_recognize_is_recognise():
+    assert ALL["hapticvlm recognize"] is ALL["hapticvlm recognise"]
+
+
+def test_older_names_of_options_are_taken_and_not_shown(tmp_path):
+    for words, dest, value in (
+        (["gallery", "add", "a", "b", "--like", "wood", "--into", "x"], "out", "x"),
+        (["study", "predict", "--plots", "x"], "out", "x"),
+        (["serve", "--device", "cuda"], "encoder_device", "cuda"),
+    ):
+        assert str(getattr(PARSER.parse_args(words), dest)) == value
+    for name in ("gallery add", "study predict", "serve"):
+        shown = ALL[f"hapticvlm {name}"].format_help()
+        assert not {"--into", "--plots", "--device"} & set(shown.replace("[", " ").split())
+    file = tmp_path / "h.toml"
+    file.write_text('[recognition]\ndevice = "auto"\n')
+    assert config_file.read(file) == {"encoder_device": "auto"}
+    given = PARSER.parse_args(["serve", "--config", str(file)])
+    assert serve.settle(given, {}).encoder_device == "auto"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["calibrate", "thermal", "--simulate", "2e-4", "--trials", "1"],
+        ["calibrate", "speaker", "--simulate"],
+    ],
+)
+def test_json_comes_alone_and_only_when_asked(words, capsys):
+    assert main.main(words) == 0
+    assert "{" not in capsys.readouterr().out
+    assert main.main([*words, "--json"]) == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    assert json.loads(line)["calibrate"] == words[1]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "tcsh", "powershell"])
+def test_a_shell_gets_a_script_with_every_command(shell, capsys):
+    assert main.main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    assert {"record", "stop", "calibrate"} <= set(re.findall(r"\w+", script))
+
+
+def test_bash_completes_commands_and_options(tmp_path):
+    script = tmp_path / "complete"
+    script.write_text(
+        f"source <({sys.executable} -m hapticvlm completion bash)\n"
+        "COMP_WORDS=(hapticvlm rec); COMP_CWORD=1; _shtab_hapticvlm; echo ${COMPREPLY[@]}\n"
+        "COMP_WORDS=(hapticvlm stop --u); COMP_CWORD=2; _shtab_hapticvlm; echo ${COMPREPLY[@]}\n"
+    )
+    done = subprocess.run(["bash", script], capture_output=True, text=True, check=True, timeout=300)
+    first, second = done.stdout.splitlines()
+    assert {"record", "recognise", "recognize"} <= set(first.split())
+    assert all(word.startswith("rec") for word in first.split())
+    assert "--url" in second.split()
+
+
+def test_a_model_that_cannot_be_loaded_is_refused_before_the_service_starts():
+    without = (
+        "import importlib.util, sys\n"
+        "found = importlib.util.find_spec\n"
+        "importlib.util.find_spec = lambda name: None if name == 'torch' else found(name)\n"
+        "from hapticvlm.commands.main import main\n"
+        "sys.exit(main(['serve', '--port', '0', '--vlm']))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", without], capture_output=True, text=True, check=False, timeout=300
+    )
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("hapticvlm serve: needs torch: `")
+    assert line.endswith("install torch transformers safetensors`")
+    assert not done.stdout
+
+
+def test_the_doctor_ends_with_one_sentence():
+    from hapticvlm.commands.doctor.command import sentence
+    from hapticvlm.commands.doctor.findings import Finding
+
+    fine, note = Finding("python", "ok", "3.13"), Finding("audio", "note", "none")
+    wrong = Finding("port", "wrong", "taken", "another")
+    assert sentence([fine]).startswith("Nothing is wrong")
+    assert "1 note" in sentence([fine, note])
+    assert "port" in sentence([fine, note, wrong])
+
+
+def test_a_bar_is_drawn_on_a_terminal_and_nowhere_else(capsys):
+    assert list(track([1, 2], "counting")) == [1, 2]
+    assert capsys.readouterr() == ("", "")
+    script = "from hapticvlm.commands.progress import track\nfor _ in track([1], 'counting'): pass"
+    leader, follower = pty.openpty()
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        stderr=follower,
+        stdout=subprocess.PIPE,
+        env={**os.environ, "TERM": "xterm"},
+        check=True,
+        timeout=300,
+    )
+    os.close(follower)
+    shown = os.read(leader, 65536)
+    os.close(leader)
+    assert b"counting" in shown
+    assert done.stdout == b""
+
+
+@pytest.mark.parametrize(
+    ("file", "command"),
+    [
+        ("uv-receipt.toml", "uv pip install --python"),
+        ("pipx_metadata.json", "pipx inject hapticvlm torch"),
+    ],
+)
+def test_a_missing_package_is_installed_where_the_program_stands(
+    file, command, tmp_path, monkeypatch
+):
+    (tmp_path / file).touch()
+    monkeypatch.setattr(sys, "prefix", str(tmp_path))
+    assert installing("torch").startswith(command)
+
+
+def test_in_an_environment_that_is_not_active_the_hint_names_its_python(monkeypatch):
+    monkeypatch.setenv("PATH", "/nowhere")
+    assert sys.executable in installing("torch")
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent))
+    assert installing("torch") == "pip install torch"

@@ -1,0 +1,79 @@
+"""What the documents tell a reader to type: it parses, and it is run or listed with a reason."""
+
+import re
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import blocks
+
+from hapticvlm.commands.main import _parser
+
+PARSER = _parser()
+SHOWN = blocks.shown()
+INLINE = re.compile(r"`(hapticvlm [^`]+)`")
+INSTALLS = r"pip|uv|pipx|docker|git|py "
+PLACEHOLDER = {"|", "...", "[all|speaker|peltier]"}
+MEANT = {
+    "COMMAND": "serve",
+    "SHELL": "bash",
+    "MATERIAL": "metal",
+    "FAULT": "plate_open",
+    "R": "1",
+    "S": "1",
+    "A": "1",
+}
+
+
+def inline():
+    """Every call of the program that stands in a sentence, with its document."""
+    for document in (*blocks.DOCUMENTS, "CONTRIBUTING.md", "docs/MEASURED.md"):
+        text = " ".join((blocks.ROOT / document).read_text(encoding="utf-8").split())
+        for found in INLINE.findall(text):
+            yield document, found
+
+
+def arguments(text):
+    """The words after the program's name, as far as one command goes."""
+    words = shlex.split(re.split(r"\s(?:\||;|&&|>)\s", text)[0])
+    words = words[words.index("hapticvlm") + 1 :]
+    return [MEANT.get(word, word) for word in words if word not in PLACEHOLDER]
+
+
+@pytest.mark.parametrize(
+    "command", SHOWN, ids=lambda command: f"{command.place} {command.text}"[:70]
+)
+def test_every_command_of_a_block_is_one_the_program_knows(command):
+    if "hapticvlm " in command.text and not re.match(INSTALLS, command.text):
+        PARSER.parse_args(arguments(command.text))
+
+
+def test_every_command_within_a_sentence_is_one_the_program_knows(capsys):
+    unknown = []
+    for document, text in inline():
+        words = arguments(text)
+        bare = len([word for word in words if not word.startswith("-")]) <= 2
+        try:
+            PARSER.parse_args([*words, "--help"] if bare else words)
+        except SystemExit as end:
+            if end.code:
+                unknown.append((document, text, capsys.readouterr().err[-200:]))
+    assert not unknown
+
+
+def test_comments_are_for_people_and_settings_hold_for_their_block():
+    text = "```sh\nA=1    # an address\necho $A  # says 1\n```\n\n```python\nno()\n```\n"
+    text += "```\nx \\\n  y\n```\n"
+    found = list(blocks.commands("some.md", text))
+    said = [(each.text, each.setting) for each in found]
+    assert said == [("echo $A", "A=1\n"), ("x y", "")]
+
+
+def test_most_of_what_is_not_run_says_which_test_stands_for_it():
+    skipped = {command.reason for command in SHOWN if command.reason}
+    tests = {name for why in skipped for name in re.findall(r"tests/[\w/]+(?:\.py)?", why)}
+    assert tests
+    assert not [name for name in tests if not (blocks.ROOT / name).exists()]

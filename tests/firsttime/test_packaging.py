@@ -1,0 +1,54 @@
+"""What is prepared for containers and releases agrees with the code. Neither was ever run here."""
+
+import re
+from pathlib import Path
+
+import yaml
+
+from hapticvlm import __version__
+from hapticvlm.commands import assemble, serve
+from hapticvlm.commands.main import _parser
+
+ROOT = Path(__file__).parents[2]
+DOCKERFILE = (ROOT / "Dockerfile").read_text().replace("\\\n", " ")
+STEPS = [line.split(maxsplit=1) for line in DOCKERFILE.splitlines() if line and line[0] != "#"]
+KNOWN = {"FROM", "WORKDIR", "COPY", "RUN", "USER", "EXPOSE", "HEALTHCHECK", "ENTRYPOINT", "CMD"}
+
+
+def last(instruction):
+    return next(rest for name, rest in reversed(STEPS) if name == instruction)
+
+
+def test_the_container_is_built_from_files_that_are_there_and_handed_to_the_builder():
+    assert {name for name, _ in STEPS} <= KNOWN
+    kept = {row[1:] for row in (ROOT / ".dockerignore").read_text().splitlines() if row[0] == "!"}
+    for name, rest in STEPS:
+        if name == "COPY" and "--from" not in rest:
+            for source in rest.split()[:-1]:
+                assert (ROOT / source).exists(), source
+                assert source in kept, source
+
+
+def test_the_container_runs_the_service_without_root_behind_a_token():
+    assert last("USER") != "root"
+    words = [*yaml.safe_load(last("ENTRYPOINT")), *yaml.safe_load(last("CMD"))]
+    given = _parser().parse_args(words[1:])
+    serving = serve.settle(given, {"HAPTICVLM_TOKEN": "choose-a-long-secret"})
+    assert assemble.address(serving).host == "0.0.0.0"
+    assert str(serving.port) == last("EXPOSE")
+    assert f":{serving.port}/readyz" in last("HEALTHCHECK")
+
+
+def test_the_python_of_the_container_is_one_that_was_tried():
+    images = {rest.split()[0] for name, rest in STEPS if name == "FROM"}
+    assert images == {"python:3.13-slim"}
+
+
+def test_a_release_is_refused_where_tag_and_version_differ():
+    workflow = yaml.safe_load((ROOT / ".github/workflows/release.yml").read_text())
+    steps = workflow["jobs"]["build"]["steps"]
+    (check,) = (step["run"] for step in steps if "GITHUB_REF_NAME" in step.get("run", ""))
+    (pattern,) = re.findall(r"s/(\^__version__[^/]+)/", check)
+    source = (ROOT / "service/hapticvlm/__init__.py").read_text()
+    pattern = pattern.replace("\\(", "(").replace("\\)", ")")
+    assert re.findall(pattern, source, re.MULTILINE) == [__version__]

@@ -1,0 +1,55 @@
+"""The arithmetic of the load test: service curve, gain of batching, Little's law, right answers."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from hapticvlm.recogniser_app.galleries import Named
+from hapticvlm.recognition.encoders.loading import load_encoder
+from hapticvlm.recognition.galleries.storage import load_gallery
+from hapticvlm.recognition.remote.contract import Found, write_result
+from hapticvlm.recognition.remote.identity import identify
+from hapticvlm_lab.bench.fleet import curve
+from hapticvlm_lab.bench.fleet.looks import Truth, recorded
+
+LINE = {size: 0.004 + 0.001 * size for size in curve.SIZES}
+
+
+def test_the_line_through_a_service_curve_is_found():
+    fitted = curve.fit(LINE)
+    assert fitted.fixed_s == pytest.approx(0.004)
+    assert fitted.each_s == pytest.approx(0.001)
+    assert fitted.service_s(3) == pytest.approx(0.007)
+    assert fitted.rate(16) == pytest.approx(16 / 0.020)
+
+
+def test_batching_gains_what_its_fixed_cost_is_shared_by():
+    fitted = curve.fit(LINE)
+    assert curve.gain({1: 10}, fitted) == pytest.approx(1.0)
+    assert curve.gain({16: 10}, fitted) == pytest.approx(16 / 0.020 * 0.005)
+
+
+def test_a_deployments_gain_is_by_its_own_core_seconds():
+    used = {1: 10 * 0.005, 16: 10 * 0.020}
+    assert curve.deployed_gain({1: 10, 16: 10}, used) == pytest.approx(170 / 0.25 / 200)
+    assert curve.deployed_gain({16: 10}, used) is None
+
+
+def test_little_and_the_headsets_of_some_cores():
+    assert curve.waiting(rate_hz=160.0, seconds=0.05) == pytest.approx(8.0)
+    assert curve.headsets(looks_hz=2.0, look_core_s=0.01, cores=8.0, utilisation=0.5) == 200
+
+
+def test_an_answer_is_right_only_for_the_gallery_it_names():
+    encoder = load_encoder()
+    gallery = load_gallery(encoder=encoder)
+    unsure = replace(gallery, calibration=replace(gallery.calibration, renders=0.3))
+    named = [Named(identify(encoder, one, "arcade"), one) for one in (gallery, unsure)]
+    looks = recorded(Path("examples/captures/living_room"), encoder)
+    embedding = encoder.embed(looks.crops[:1])[0]
+    result = write_result(Found(gallery.match(embedding), embedding))
+    truth = Truth(named)
+    assert truth.is_right(named[0].identity.hash, result)
+    assert not truth.is_right(named[1].identity.hash, result)
+    assert not truth.is_right("another", result)

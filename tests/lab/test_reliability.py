@@ -1,0 +1,90 @@
+"""The rigs of stop, hostile clients and soak: what they make of what they measured."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hapticvlm.messages import MAX_MESSAGE_BYTES
+from hapticvlm.server.budgets import MAX_SCENES
+from hapticvlm_lab.bench.audio.conditions import LOAD
+from hapticvlm_lab.bench.audio.sink import Recording
+from hapticvlm_lab.bench.latency.touch import LOADS
+from hapticvlm_lab.bench.reliability.board import PtyBoard, board_on_a_terminal
+from hapticvlm_lab.bench.reliability.floods import KINDS
+from hapticvlm_lab.bench.reliability.soak import Soak
+from hapticvlm_lab.bench.reliability.soak import summary as soaked
+from hapticvlm_lab.bench.reliability.stop import Outputs, Trial
+from hapticvlm_lab.bench.reliability.stop import summary as stopped
+
+with subprocess.Popen(["true"]) as NOTHING:
+    pass
+
+
+def test_every_load_is_one_that_the_service_lets_in():
+    assert max(scenes for scenes, _ in LOADS.values()) + 1 <= MAX_SCENES  # beside an owner
+    assert int(LOAD[2]) <= MAX_SCENES
+
+
+def an_hour(growth_mb_per_h=0.0, later_ms=1.0):
+    rng = np.random.default_rng(0)
+    at = np.arange(0.0, 3600.0, 1.0)
+    warm = 20.0 * np.minimum(1.0, at / 500.0)
+    held = 80.0 + warm + growth_mb_per_h * at / 3600.0 + rng.normal(0.0, 0.1, at.size)
+    took = np.where(at < 3300.0, 1.0, later_ms)
+    soak = Soak(0.0, touches=list(zip(at, took, strict=True)), echoes=[(0.0, 1.0)])
+    soak.memory_mb = {"gateway": list(zip(at, held, strict=True))}
+    soak.files, soak.threads = [20, 30, 20], [6, 6, 6]
+    return soaked(soak, 3600.0)
+
+
+@pytest.mark.parametrize("growth", [0.0, 10.0])
+def test_a_leak_is_seen_as_a_slope_and_warming_up_is_not(growth):
+    slope, low, high = an_hour(growth)["memory"]["gateway"]["slope_mb_per_h"]
+    assert low <= slope <= high
+    assert slope == pytest.approx(growth, abs=0.5)
+
+
+def test_the_last_five_minutes_stand_beside_the_first():
+    windows = an_hour(later_ms=7.0)["round_trip_ms"]
+    assert windows["first"]["touch"] == {"n": 300, "median": 1.0, "p99": 1.0}
+    assert windows["last"]["touch"]["p99"] == 7.0
+
+
+def heard(*sounding_at):
+    chunks = []
+    for number in range(100):
+        loud = any(abs(number / 100 - at) < 1e-9 for at in sounding_at)
+        chunks.append((number / 100, np.full(480, 0.1 if loud else 0.0, np.float32).tobytes()))
+    return Recording(NOTHING, chunks)
+
+
+def test_silence_begins_with_the_last_sound_after_a_stop():
+    board = PtyBoard("")
+    outputs = Outputs(heard(0.48, 0.51, 0.52), board)
+    assert outputs.silent_after(0.5, 0.9) == pytest.approx(0.02)
+    assert Outputs(heard(0.48), board).silent_after(0.5, 0.9) == 0.0
+    still_on = Outputs(heard(*(number / 100 for number in range(100))), board)
+    assert still_on.silent_after(0.5, 0.9) == float("inf")
+
+
+def test_one_stop_that_never_came_is_the_p99():
+    trials = [Trial(1.0, 10.0, 20.0, 20.0)] * 30 + [Trial(1.0, 10.0, 20.0, float("inf"))]
+    found = stopped(trials)
+    assert found["silent"] == {"median": 10.0, "p99": 10.0, "max": 10.0}
+    assert found["bridge"]["p99"] == float("inf")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_hostile_message_is_small_enough_to_be_taken(kind):
+    data = KINDS[kind].data()
+    is_many = kind in ("garbage", "pings", "pings before hello", "pongs", "set", "wrong material")
+    assert len(data) < MAX_MESSAGE_BYTES * (2 if is_many else 1)
+
+
+def test_a_board_on_a_terminal_is_there_until_the_context_ends():
+    with board_on_a_terminal() as board:
+        assert Path(board.port).exists()
+        assert board.state == "OFF"
+    assert not Path(board.port).exists()

@@ -1,0 +1,82 @@
+"""What an object is made of more exactly, and how thick it is: in its decision and on the plate."""
+
+from typing import Any
+
+import pytest
+
+from hapticvlm.materials import MATERIALS, derive
+from hapticvlm.messages import Decision, Scene, SceneObject, Touch
+from hapticvlm.recognition.sub_materials import SUB_MATERIALS
+from hapticvlm.rendering.thermal import contact_temperature_c, thermal_contact
+from hapticvlm.session.actions import Reply
+from hapticvlm.session.plate_target import AT_REST
+from hapticvlm.session.session import SceneSession
+
+
+def decided(table=MATERIALS, object_id="thing", **fields) -> Decision:
+    """Return the decision on one object that is touched in a room of 22 degC."""
+    session = SceneSession(owner=True, reading=AT_REST, table=table)
+    thing = SceneObject(object_id=object_id, **fields)
+    session.receive(Scene(id=1, objects=[thing], replace=True, ambient_c=22.0), 0.0)
+    given: dict[str, Any] = {"hand": "right", "speed_mps": 0.0, "force_n": 1.0, "captured_at": 0.1}
+    actions = session.receive(Touch(id=2, phase="contact", object_id=object_id, **given), 0.1)
+    messages = [action.message for action in actions if isinstance(action, Reply)]
+    return next(message for message in messages if isinstance(message, Decision))
+
+
+def met_c(bulk) -> float:
+    return contact_temperature_c(thermal_contact(bulk, 22.0))
+
+
+def test_a_name_that_says_more_is_felt_as_what_it_says():
+    brick = decided(name="BrickWall_02")
+
+    assert (brick.material, brick.sub_material) == ("stone", "brick")
+    assert brick.contact_c is not None
+    assert brick.contact_c == pytest.approx(met_c(SUB_MATERIALS["brick",].thermal))
+    assert brick.contact_c > met_c(MATERIALS["stone"].thermal) + 1.0
+
+
+def test_a_stated_material_is_refined_by_a_name_of_that_material_only():
+    assert decided(name="Styrofoam_Cup", material="plastic").sub_material == "styrofoam"
+    assert decided(name="Styrofoam_Cup", material="ceramic").sub_material is None
+
+
+def test_the_object_id_says_it_where_there_is_no_name():
+    assert decided(object_id="cork_board").sub_material == "cork"
+
+
+def test_a_thing_that_is_never_thick_has_a_thickness_and_the_scenes_own_wins():
+    leaf, stated = decided(name="Oak_Leaf"), decided(name="Oak_Leaf", thickness_m=0.02)
+
+    assert leaf.thickness_m == pytest.approx(3e-4)
+    assert stated.thickness_m == pytest.approx(0.02)
+    assert decided(name="oak table").thickness_m is None
+
+
+def test_a_thin_thing_is_felt_less_on_the_plate_as_it_warms_up():
+    def setpoint_c(**fields) -> float:
+        session = SceneSession(owner=True, reading=AT_REST)
+        thing = SceneObject(object_id="thing", material="metal", temperature_c=22.0, **fields)
+        session.receive(Scene(id=1, objects=[thing], replace=True), 0.0)
+        given: dict[str, Any] = {
+            "hand": "right",
+            "speed_mps": 0.0,
+            "force_n": 1.0,
+            "captured_at": 0.0,
+        }
+        for tick in range(500):
+            now = 0.02 * tick
+            session.receive(Touch(id=2, phase="contact", object_id="thing", **given), now)
+            actions = session.tick(now, AT_REST)
+        return next(action.setpoint_c for action in actions if hasattr(action, "setpoint_c"))
+
+    assert setpoint_c(name="soda_can") > setpoint_c() + 4.0
+
+
+def test_a_users_own_material_is_felt_as_the_user_says():
+    own = derive("corkboard", "wood", ["cork board"], {"thermal": {"conductivity": 0.3}})
+    found = decided(table={**MATERIALS, "corkboard": own}, name="Cork_Board")
+
+    assert (found.material, found.sub_material) == ("corkboard", None)
+    assert found.contact_c == pytest.approx(met_c(own.thermal))

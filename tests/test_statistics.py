@@ -1,0 +1,12 @@
+"""Intervals of shares, at their ends too."""
+
+from hapticvlm.statistics import wilson
+
+
+def test_no_interval_leaves_0_to_1_and_none_is_shown_as_minus_nothing():
+    for n in range(1, 500):
+        low, high = wilson(0, n)
+        assert low >= 0.0
+        assert f"{low:.0%}" == "0%"
+        assert high < 1.0
+        assert wilson(n, n)[1] <= 1.0
