@@ -17,6 +17,7 @@ from hypothesis import settings
 from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 
+from hapticvlm.client.connection import Connection
 from hapticvlm.commands.local_service import Service, running
 
 # A busy machine must not fail a property: what they cost is measured elsewhere.
@@ -96,6 +97,7 @@ async def peer(service: Service, *, as_text: bool = False, **options: Any) -> As
     """Open a raw connection to the service, without hello."""
     async with open_socket(
         service.url,
+        create_connection=Connection,
         compression=None,
         proxy=None,
         ping_interval=None,

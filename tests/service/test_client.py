@@ -9,10 +9,12 @@ from pathlib import Path
 
 import msgpack
 import pytest
+from websockets.asyncio.client import connect as open_socket
 from websockets.asyncio.server import serve
 from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.client import Refused, connect
+from hapticvlm.client.connection import Connection
 
 ROOT = Path(__file__).parents[2]
 
@@ -51,6 +53,29 @@ async def test_a_request_on_a_closed_connection_raises(service):
         await client.close()
         with pytest.raises(ConnectionClosed):
             await client.stop()
+
+
+async def test_a_connection_that_ends_while_its_last_bytes_leave_can_still_be_closed():
+    may_read = asyncio.Event()
+
+    async def handle(socket):
+        socket.transport.pause_reading()
+        await may_read.wait()
+        socket.transport.resume_reading()
+        await socket.wait_closed()
+
+    async with serve(handle, "127.0.0.1", 0, max_size=None) as server:
+        port = server.sockets[0].getsockname()[1]
+        async with open_socket(
+            f"ws://127.0.0.1:{port}/", create_connection=Connection, proxy=None
+        ) as socket:
+            socket.transport.write(bytes(16_000_000))
+            socket.transport.close()  # as asyncio does when the other side has ended
+            may_read.set()
+            await socket.wait_closed()
+            with pytest.raises(ConnectionClosed):
+                await socket.send(b"late")
+            await socket.close()
 
 
 async def test_a_service_that_talks_nonsense_leaves_no_request_waiting_for_ever():

@@ -30,6 +30,19 @@ Message = dict[str, Any]
 MAX_EVENTS = 4096
 
 
+class Connection(ClientConnection):
+    """A WebSocket that may end while its last bytes leave.
+
+    asyncio does not mark a transport that ends so, and the `abort` that websockets calls at the end
+    of `send` and `close` would raise AttributeError (CPython gh-156512).
+    """
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Note the end; there is nothing to abort any more."""
+        super().connection_lost(exc)
+        self.transport.abort = lambda: None  # type: ignore[method-assign]
+
+
 class Refused(HapticVLMError):
     """The service answered `error`: its code, text and path."""
 
@@ -167,7 +180,13 @@ async def connect(
     """
     encrypted: dict[str, Any] = {} if tls is None else {"ssl": tls}
     async with open_socket(
-        url, compression=None, max_size=None, ping_interval=None, proxy=None, **encrypted
+        url,
+        create_connection=Connection,
+        compression=None,
+        max_size=None,
+        ping_interval=None,
+        proxy=None,
+        **encrypted,
     ) as socket:
         hello = {
             "type": "hello",

@@ -97,9 +97,10 @@ class LimitedSocket(ServerConnection):
         self._entrance.opened(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forget the socket."""
+        """Forget the socket; there is nothing to abort any more (as in the client, gh-156512)."""
         self._entrance.closed(self)
         super().connection_lost(exc)
+        self.transport.abort = lambda: None  # type: ignore[method-assign]
 
     def data_received(self, data: bytes) -> None:
         """Spend the bytes, then parse them."""
@@ -126,7 +127,10 @@ class LimitedSocket(ServerConnection):
         self.protocol.fail(CloseCode.POLICY_VIOLATION, what)
         with suppress(OSError):
             self.send_data()
-        self.loop.call_later(ABORT_S, self.transport.abort)  # it may go on sending
+        self.loop.call_later(ABORT_S, self._abort)  # it may go on sending
+
+    def _abort(self) -> None:
+        self.transport.abort()
 
     def _excess(self, frame: Frame) -> str | None:
         """Name what this frame is too much of, if it is."""

@@ -25,6 +25,8 @@ from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.frames import Frame, Opcode
 
+from hapticvlm.client.connection import Connection
+
 BURST = 2000  # small frames in one write
 TURN_S, PAUSE_S = 1.0, 9.0
 BACK_S = 0.01  # before it connects again
@@ -106,10 +108,7 @@ async def flood(url: str, name: str, seconds: float, counts: Counter[str]) -> No
     kind, until = KINDS[name], time.monotonic() + seconds
     data = kind.data()
     while (left := until - time.monotonic()) > 0.0:
-        # AttributeError: websockets closing a transport that has just been lost.
-        with contextlib.suppress(
-            OSError, ConnectionClosed, InvalidHandshake, TimeoutError, AttributeError
-        ):
+        with contextlib.suppress(OSError, ConnectionClosed, InvalidHandshake, TimeoutError):
             async with asyncio.timeout(left):
                 await _visit(url, kind.role, data, counts)
         await asyncio.sleep(BACK_S)
@@ -117,7 +116,13 @@ async def flood(url: str, name: str, seconds: float, counts: Counter[str]) -> No
 
 async def _visit(url: str, role: str | None, data: bytes, counts: Counter[str]) -> None:
     async with open_socket(
-        url, compression=None, proxy=None, ping_interval=None, max_size=None, close_timeout=0.1
+        url,
+        create_connection=Connection,
+        compression=None,
+        proxy=None,
+        ping_interval=None,
+        max_size=None,
+        close_timeout=0.1,
     ) as socket:
         counts["connections"] += 1
         if role is not None:
