@@ -13,13 +13,15 @@ from websockets.exceptions import InvalidStatus
 
 from hapticvlm.client import Client, Refused, connect
 from hapticvlm.commands.local_service import Service
-from hapticvlm.study import log
+from hapticvlm.study import design as designs
+from hapticvlm.study import record
 from hapticvlm.study.conductor import Conductor
-from hapticvlm.study.log import Design, Plan
+from hapticvlm.study.design import Design, Plan
+from hapticvlm.study.patterns import paper_like
 from hapticvlm.study.player import SILENT, Player
 from hapticvlm.study.record import Pace
 from hapticvlm.study.run import Setting, run
-from hapticvlm.study.stimuli import StudyError, paper_like
+from hapticvlm.study.stimuli import StudyError
 
 LONG_S = 8.0
 PATIENCE_S = 120.0
@@ -30,8 +32,8 @@ def design(tmp_path: Path) -> Design:
     """Two long patterns, so that an answer comes while they still play."""
     hot, *_, cold = paper_like()
     long = tuple(replace(each, seconds=LONG_S, repeats=1) for each in (hot, cold))
-    made = log.design(long, ["ann"], Plan(repeats=2, renderings=0))
-    log.write_design(tmp_path, made)
+    made = designs.design(long, ["ann"], Plan(repeats=2, renderings=0))
+    designs.write_design(tmp_path, made)
     return made
 
 
@@ -68,7 +70,7 @@ async def begin(conductor: Conductor) -> None:
 
 
 def kinds(folder: Path) -> list[str]:
-    return [event["event"] for event in log.events(folder, "ann")]
+    return [event["event"] for event in record.events(folder, "ann")]
 
 
 async def test_an_answer_is_kept_at_once_while_its_pattern_still_plays(
@@ -118,7 +120,7 @@ async def test_a_silent_speaker_halts_the_study_and_its_trial_does_not_count(
         await clients[0].set(vibration_gain=1.0)
         await conductor.do({"do": "begin"})
         await until(lambda: conductor.phase == "asking")
-        presented = [e for e in log.events(tmp_path, "ann") if e["event"] == "presented"]
+        presented = [e for e in record.events(tmp_path, "ann") if e["event"] == "presented"]
         assert [event["trial"] for event in presented] == [0, 1 if is_answered else 0]
         await conductor.do({"do": "answer", **{k: presented[-1][k] for k in ("trial", "pattern")}})
         await until(lambda: "played" in kinds(tmp_path))
@@ -138,7 +140,7 @@ async def test_stop_rests_the_outputs_and_the_trial_comes_again(
         await conductor.do({"do": "begin"})
         await until(lambda: conductor.phase == "asking")
         assert conductor.view()["answered"] == 0
-        presented = [e for e in log.events(tmp_path, "ann") if e["event"] == "presented"]
+        presented = [e for e in record.events(tmp_path, "ann") if e["event"] == "presented"]
         assert [event["attempt"] for event in presented] == [1, 2]
 
 

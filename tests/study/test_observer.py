@@ -13,11 +13,21 @@ from hypothesis import strategies as st
 
 from hapticvlm.commands.main import main
 from hapticvlm.perception import drive_threshold_db, threshold_db
-from hapticvlm.study import channels, choose, guesses, observer, paper, patterns, predict, presented
-from hapticvlm.study.observer import Percepts
-from hapticvlm.study.percepts import FEATURES, HEAT, RENDERINGS, Noise, percepts, weighed
-from hapticvlm.study.stimuli import StudyError, checked, paper_like
-from hapticvlm.study.warmth import WEBER, warmth_steps
+from hapticvlm.study import paper, patterns
+from hapticvlm.study.observer import answers, channels, predict, presented
+from hapticvlm.study.observer.percepts import (
+    FEATURES,
+    HEAT,
+    RENDERINGS,
+    WEBER,
+    Noise,
+    Percepts,
+    percepts,
+    warmth_steps,
+    weighed,
+)
+from hapticvlm.study.patterns import paper_like
+from hapticvlm.study.stimuli import StudyError, checked
 
 RATE_HZ = 48_000
 
@@ -135,15 +145,15 @@ def test_a_rate_of_43_percent_more_is_one_step_more():
 
 def test_identical_patterns_are_guessed_at_chance():
     same = set_of(*[np.ones(6)] * 10)
-    counts = observer.confusion(same, 1.0, seed=1)
+    counts = answers.confusion(same, 1.0, seed=1)
 
-    assert observer.recognised(counts) == pytest.approx(0.1, abs=0.01)
+    assert answers.recognised(counts) == pytest.approx(0.1, abs=0.01)
     assert np.diag(counts) / counts.sum(axis=1) == pytest.approx(np.full(10, 0.1), abs=0.03)
 
 
 def test_without_noise_every_difference_is_enough():
     rng = np.random.default_rng(3)
-    counts = observer.confusion(set_of(*rng.normal(size=(10, 6))), 0.0, seed=1, trials=50)
+    counts = answers.confusion(set_of(*rng.normal(size=(10, 6))), 0.0, seed=1, trials=50)
 
     assert (counts == 50 * np.eye(10)).all()
 
@@ -152,7 +162,7 @@ def test_without_noise_every_difference_is_enough():
 def test_more_noise_never_helps(seed):
     patterns_ = set_of(*np.random.default_rng(seed).normal(size=(5, 4)))
     shares = [
-        observer.recognised(observer.confusion(patterns_, noise, seed, trials=2000))
+        answers.recognised(answers.confusion(patterns_, noise, seed, trials=2000))
         for noise in (0.0, 0.2, 0.5, 1.0, 2.0, 5.0)
     ]
 
@@ -162,24 +172,24 @@ def test_more_noise_never_helps(seed):
 
 def test_two_patterns_of_known_distance_are_told_apart_as_theory_says():
     # d' = 2 between two equally likely Gaussians: Phi(1) = 84.13 %.
-    counts = observer.confusion(set_of(np.zeros(1), np.full(1, 2.0)), 1.0, seed=4, trials=40_000)
+    counts = answers.confusion(set_of(np.zeros(1), np.full(1, 2.0)), 1.0, seed=4, trials=40_000)
 
-    assert observer.recognised(counts) == pytest.approx(0.8413, abs=0.005)
+    assert answers.recognised(counts) == pytest.approx(0.8413, abs=0.005)
 
 
 def test_calibration_finds_the_noise_of_a_known_distance():
-    noise = observer.calibrate(set_of(np.zeros(1), np.full(1, 6.0)), 0.8413, seed=4)
+    noise = answers.calibrate(set_of(np.zeros(1), np.full(1, 6.0)), 0.8413, seed=4)
 
     assert noise == pytest.approx(3.0, abs=0.1)
     with pytest.raises(ValueError, match="no noise"):
-        observer.calibrate(set_of(np.zeros(2), np.zeros(2)), 0.8, seed=1)
+        answers.calibrate(set_of(np.zeros(2), np.zeros(2)), 0.8, seed=1)
 
 
 def test_the_same_seed_gives_the_same_answers():
     some = set_of(np.zeros(2), np.ones(2))
 
-    assert (observer.confusion(some, 1.0, 7) == observer.confusion(some, 1.0, 7)).all()
-    assert (observer.confusion(some, 1.0, 7) != observer.confusion(some, 1.0, 8)).any()
+    assert (answers.confusion(some, 1.0, 7) == answers.confusion(some, 1.0, 7)).all()
+    assert (answers.confusion(some, 1.0, 7) != answers.confusion(some, 1.0, 8)).any()
 
 
 # Patterns
@@ -247,7 +257,7 @@ def test_our_ten_patterns_are_the_paper_s_five_vibrations_hot_and_cold_within_li
 
 
 def test_strokes_were_chosen_on_other_renderings_than_those_reported():
-    assert not set(choose.SEEDS) & set(RENDERINGS)
+    assert not set(answers.SEEDS) & set(RENDERINGS)
     assert predict.CALIBRATION_SEED != predict.REPORT_SEED
 
 
@@ -255,9 +265,9 @@ def test_the_search_keeps_apart_what_loudness_alone_would_tell_apart():
     loud, soft = np.full((1, 16), 30.0), np.full((1, 16), 25.0)
     other = np.concatenate((np.full((1, 8), 30.0), np.full((1, 8), 15.0)), axis=1)
 
-    assert choose.apart(loud, soft)[0, 0] < 1.0
-    assert choose.apart(loud, other)[0, 0] > 5.0
-    assert choose.apart(soft, loud) == pytest.approx(choose.apart(loud, soft).T, abs=1e-6)
+    assert answers.apart(loud, soft)[0, 0] < 1.0
+    assert answers.apart(loud, other)[0, 0] > 5.0
+    assert answers.apart(soft, loud) == pytest.approx(answers.apart(loud, soft).T, abs=1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -273,13 +283,13 @@ def test_calibrated_on_the_paper_our_ten_reach_the_goal(noise):
     assert max(found.one_feature[1], found.heat_only) < 0.6 < found.touch_only + 0.2
     shares = [share for _, share in found.curve]
     assert shares == sorted(shares, reverse=True)
-    assert (found.counts.sum(axis=1) == observer.TRIALS).all()
+    assert (found.counts.sum(axis=1) == answers.TRIALS).all()
 
 
 def test_the_calibrated_observer_confuses_most_what_people_confused_most(noise):
     found = predict.check(noise)
 
-    assert observer.recognised(found.counts) == pytest.approx(paper.RECOGNISED, abs=0.01)
+    assert answers.recognised(found.counts) == pytest.approx(paper.RECOGNISED, abs=0.01)
     assert found.pairs[0][0] == max(found.pairs, key=lambda pair: pair[2])[0] == "FR-MW"
     assert found.order > 0.3
     assert found.temperature_slips[1] == pytest.approx(found.temperature_slips[0], abs=0.005)
@@ -287,17 +297,17 @@ def test_the_calibrated_observer_confuses_most_what_people_confused_most(noise):
 
 def test_other_guesses_of_the_paper_s_stimuli_give_other_figures_and_the_same_seed_the_same():
     ten = patterns.ours()
-    found = guesses.spread(ten, 4)
+    found = predict.spread(ten, 4)
 
     assert found is not None
-    assert found == guesses.spread(ten, 4)
+    assert found == predict.spread(ten, 4)
     assert found.count == 4
     assert 0.5 < found.lowest < found.median < found.highest < 1.0
     assert found.lowest <= found.tenth <= found.median <= found.ninetieth <= found.highest
 
 
 def test_a_guess_has_the_paper_s_five_vibrations_hot_and_cold_with_one_lead():
-    ten = guesses.guess(np.random.default_rng(1))
+    ten = predict.guess(np.random.default_rng(1))
 
     assert tuple(one.vibration for one in ten[:5]) == paper.VIBRATIONS
     assert len({(one.temperature, one.setpoint_c) for one in ten}) == 2
@@ -310,7 +320,7 @@ def test_features_in_units_of_their_noise_are_told_apart_as_with_that_noise():
 
     assert halved.steps[..., HEAT] == pytest.approx(some.steps[..., HEAT] / 4.0)
     alike = weighed(some, Noise(2.0, 2.0))
-    assert (observer.confusion(alike, 1.0, 3) == observer.confusion(some, 2.0, 3)).all()
+    assert (answers.confusion(alike, 1.0, 3) == answers.confusion(some, 2.0, 3)).all()
     assert np.isfinite(weighed(some, Noise(0.0, 0.0)).steps).all()
 
 

@@ -12,12 +12,12 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import LEAD_S, share, thermal_contact
 from hapticvlm.rendering.thermal_trajectory import BRIEF_LIFT_S
-from hapticvlm.study import log, stimuli
-from hapticvlm.study.log import Log, Plan
-from hapticvlm.study.sitting import Sitting
-from hapticvlm.study.stimuli import StudyError, paper_like
-from hapticvlm.study.stroke import LIFT_S, Part, parts
-from hapticvlm.study.trials import free_orders, orders, square
+from hapticvlm.study import design as designs
+from hapticvlm.study import record, stimuli
+from hapticvlm.study.design import Plan, free_orders, orders, square
+from hapticvlm.study.patterns import paper_like
+from hapticvlm.study.record import Log, Sitting
+from hapticvlm.study.stimuli import LIFT_S, Part, StudyError, parts
 
 NAMES = [stimulus.name for stimulus in paper_like()]
 
@@ -56,13 +56,13 @@ def test_a_free_order_has_every_pattern_as_often_and_no_blocks() -> None:
 
 
 def test_the_order_is_kept_with_the_study_and_older_ones_are_blocked(tmp_path: Path) -> None:
-    made = log.design(paper_like(), ("ann", "ben"), Plan(order="free"))
-    log.write_design(tmp_path, made)
-    assert log.read_design(tmp_path) == made
-    head = json.loads((tmp_path / log.HEAD).read_text())
+    made = designs.design(paper_like(), ("ann", "ben"), Plan(order="free"))
+    designs.write_design(tmp_path, made)
+    assert designs.read_design(tmp_path) == made
+    head = json.loads((tmp_path / designs.HEAD).read_text())
     del head["order"]
-    (tmp_path / log.HEAD).write_text(json.dumps(head))
-    assert log.read_design(tmp_path).order == "blocked"
+    (tmp_path / designs.HEAD).write_text(json.dumps(head))
+    assert designs.read_design(tmp_path).order == "blocked"
 
 
 def test_the_seed_decides_the_orders_and_people_differ() -> None:
@@ -73,13 +73,13 @@ def test_the_seed_decides_the_orders_and_people_differ() -> None:
 
 
 @pytest.fixture
-def design() -> log.Design:
-    return log.design(paper_like(), ("ann", "ben"), Plan())
+def design() -> designs.Design:
+    return designs.design(paper_like(), ("ann", "ben"), Plan())
 
 
-def test_a_design_is_read_back_as_it_was_written(design: log.Design, tmp_path: Path) -> None:
-    log.write_design(tmp_path, design)
-    assert log.read_design(tmp_path) == design
+def test_a_design_is_read_back_as_it_was_written(design: designs.Design, tmp_path: Path) -> None:
+    designs.write_design(tmp_path, design)
+    assert designs.read_design(tmp_path) == design
 
 
 def test_a_torn_line_is_cut_off_and_every_whole_event_kept(tmp_path: Path) -> None:
@@ -88,11 +88,11 @@ def test_a_torn_line_is_cut_off_and_every_whole_event_kept(tmp_path: Path) -> No
     first.close()
     path = tmp_path / "ann.jsonl"
     path.write_bytes(path.read_bytes() + b'{"event": "answ')
-    assert [event["event"] for event in log.events(tmp_path, "ann")] == ["felt"]
+    assert [event["event"] for event in record.events(tmp_path, "ann")] == ["felt"]
     again = Log(tmp_path, "ann")
     again.add({"event": "trained"})
     again.close()
-    assert [event["event"] for event in log.events(tmp_path, "ann")] == ["felt", "trained"]
+    assert [event["event"] for event in record.events(tmp_path, "ann")] == ["felt", "trained"]
 
 
 def test_an_event_is_on_the_disk_before_add_returns(tmp_path: Path) -> None:
@@ -105,22 +105,28 @@ def test_an_event_is_on_the_disk_before_add_returns(tmp_path: Path) -> None:
 def test_a_log_that_was_edited_is_refused_with_its_line(tmp_path: Path) -> None:
     (tmp_path / "ann.jsonl").write_text('{"event": "trained"}\nnonsense\n')
     with pytest.raises(StudyError, match=r"ann\.jsonl:2"):
-        log.events(tmp_path, "ann")
+        record.events(tmp_path, "ann")
 
 
 def test_two_programs_cannot_run_one_study(tmp_path: Path) -> None:
     pytest.importorskip("fcntl", reason="file locks of this kind are of Unix")
-    with log.locked(tmp_path), pytest.raises(StudyError, match="another"), log.locked(tmp_path):
+    with (
+        record.locked(tmp_path),
+        pytest.raises(StudyError, match="another"),
+        record.locked(tmp_path),
+    ):
         pass
 
 
 def test_codes_of_people_cannot_be_names_of_other_files() -> None:
     for codes in (("../x",), ("a/b",), ("",), ("a", "a"), ()):
         with pytest.raises(StudyError):
-            log.design(paper_like(), codes, Plan())
+            designs.design(paper_like(), codes, Plan())
 
 
-def test_a_trial_counts_once_answered_and_is_presented_again_otherwise(design: log.Design) -> None:
+def test_a_trial_counts_once_answered_and_is_presented_again_otherwise(
+    design: designs.Design,
+) -> None:
     sitting = Sitting(design, "ann")
     head = {"trial": 0, "pattern": design.trials["ann"][0]}
     sitting.take({"event": "presented", **head})
@@ -134,7 +140,7 @@ def test_a_trial_counts_once_answered_and_is_presented_again_otherwise(design: l
 
 
 def test_training_asks_for_the_pattern_felt_least_until_all_were_felt_enough(
-    design: log.Design,
+    design: designs.Design,
 ) -> None:
     sitting = Sitting(design, "ann")
     felt = []

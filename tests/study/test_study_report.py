@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hapticvlm.study import log, paper
-from hapticvlm.study.log import Log, Plan
+from hapticvlm.study import design as designs
+from hapticvlm.study import paper, record
+from hapticvlm.study.design import Plan
+from hapticvlm.study.patterns import paper_like
 from hapticvlm.study.player import SILENT
-from hapticvlm.study.stimuli import StudyError, paper_like
+from hapticvlm.study.record import Log
+from hapticvlm.study.stimuli import StudyError
 
 if not os.environ.get("CI"):  # there, what is missing fails
     pytest.importorskip("statsmodels", reason="statsmodels is not installed")
@@ -28,8 +31,8 @@ Counts = np.ndarray[Any, np.dtype[np.int64]]
 @pytest.fixture
 def study(tmp_path: Path) -> Path:
     """Four people who take every third fabric pattern for whooshing, felt on simulated devices."""
-    made = log.design(paper_like(), [f"P{i}" for i in range(PEOPLE)], Plan(repeats=3))
-    log.write_design(tmp_path, made)
+    made = designs.design(paper_like(), [f"P{i}" for i in range(PEOPLE)], Plan(repeats=3))
+    designs.write_design(tmp_path, made)
     for person, (code, trials) in enumerate(made.trials.items()):
         file = Log(tmp_path, code)
         devices = {"speaker": {"name": "x", "simulated": True}}
@@ -174,7 +177,7 @@ def test_the_report_counts_what_was_answered(study: Path) -> None:
     wrong = sum(
         event["event"] == "answered" and event["pattern"] != event["answered"]
         for code in ("P0", "P1", "P2", "P3")
-        for event in log.events(study, code)
+        for event in record.events(study, code)
     )
     assert wrong > 3
     assert document["recognition"]["right"] == 120 - wrong
@@ -271,7 +274,7 @@ def test_json_is_one_document(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_study_without_answers_says_so(tmp_path: Path) -> None:
-    log.write_design(tmp_path, log.design(paper_like(), ["P1"], Plan()))
+    designs.write_design(tmp_path, designs.design(paper_like(), ["P1"], Plan()))
     with pytest.raises(StudyError, match="no trial is answered"):
         report.report(tmp_path, None, as_json=False)
 

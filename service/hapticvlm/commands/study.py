@@ -15,7 +15,7 @@ from hapticvlm.commands.reaching import port_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.study.log import Design, Plan
+    from hapticvlm.study.design import Design, Plan
     from hapticvlm.study.stimuli import Stimulus
 
 _RUN = """
@@ -139,7 +139,7 @@ def _add_report(parts: Commands) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hapticvlm.study.log import locked
+    from hapticvlm.study.record import locked
 
     design = _design(options)
     with locked(options.folder), port_errors(options.port), _service(options) as url:
@@ -149,22 +149,22 @@ def _run(options: argparse.Namespace) -> int:
 
 def _design(options: argparse.Namespace) -> Design:
     """Read the study of this folder, or begin it. Raises StudyError."""
-    from hapticvlm.study import log
+    from hapticvlm.study import design
     from hapticvlm.study.patterns import ours
     from hapticvlm.study.stimuli import StudyError
 
-    if (options.folder / log.HEAD).exists():
-        found = log.read_design(options.folder)
+    if (options.folder / design.HEAD).exists():
+        found = design.read_design(options.folder)
         if _wanted(options, found.stimuli, found.participants, _plan_of(found)) != found:
             raise StudyError(f"{options.folder} holds a study of another design; take a new folder")
         return found
-    made = _wanted(options, ours(), ("P01",), log.Plan())
-    log.write_design(options.folder, made)
+    made = _wanted(options, ours(), ("P01",), design.Plan())
+    design.write_design(options.folder, made)
     return made
 
 
 def _plan_of(design: Design) -> Plan:
-    from hapticvlm.study.log import Plan
+    from hapticvlm.study.design import Plan
 
     return Plan(design.repeats, design.renderings, design.seed, design.order)
 
@@ -178,8 +178,8 @@ def _wanted(
     """Lay out what the options ask for, the rest as given. Raises StudyError."""
     from dataclasses import replace
 
-    from hapticvlm.study import log
-    from hapticvlm.study import stimuli as patterns
+    from hapticvlm.study.design import design
+    from hapticvlm.study.stimuli import StudyError
 
     if options.patterns not in (None, "default"):
         stimuli = _patterns(options.patterns)
@@ -188,15 +188,15 @@ def _wanted(
     asked = {name: getattr(options, name) for name in ("repeats", "renderings", "seed", "order")}
     given = {name: value for name, value in asked.items() if value is not None}
     if not 1 <= given.get("repeats", 1) <= 100 or not 0 <= given.get("renderings", 0) <= 100:
-        raise patterns.StudyError("--repeats and --renderings: at most 100, --repeats at least 1")
-    return log.design(stimuli, participants, replace(plan, **given))
+        raise StudyError("--repeats and --renderings: at most 100, --repeats at least 1")
+    return design(stimuli, participants, replace(plan, **given))
 
 
 def _patterns(name: str) -> tuple[Stimulus, ...]:
     """Return a set of this program's by its name, or read a file. Raises StudyError."""
     from hapticvlm.study import patterns, stimuli
 
-    named = {"ours": patterns.ours, "twenty": patterns.twenty, "paper-like": stimuli.paper_like}
+    named = {"ours": patterns.ours, "twenty": patterns.twenty, "paper-like": patterns.paper_like}
     return named[name]() if name in named else stimuli.read(Path(name))
 
 

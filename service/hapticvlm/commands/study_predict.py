@@ -15,8 +15,7 @@ from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.study.guesses import Spread
-    from hapticvlm.study.predict import PaperCheck, Prediction
+    from hapticvlm.study.observer.predict import PaperCheck, Prediction, Spread
     from hapticvlm.study.stimuli import Stimulus
 
 SETS = ("ours", "twenty", "paper-like")
@@ -112,14 +111,14 @@ def _choose(options: argparse.Namespace) -> int:
 def _patterns(name: str) -> Sequence[Stimulus]:
     from hapticvlm.study import patterns, stimuli
 
-    named = {"ours": patterns.ours, "twenty": patterns.twenty, "paper-like": stimuli.paper_like}
+    named = {"ours": patterns.ours, "twenty": patterns.twenty, "paper-like": patterns.paper_like}
     return named[name]() if name in named else stimuli.read(Path(name))
 
 
 def _report(options: argparse.Namespace) -> None:
     from hapticvlm.commands.progress import working
-    from hapticvlm.study import guesses, predict
-    from hapticvlm.study.percepts import Noise
+    from hapticvlm.study.observer import predict
+    from hapticvlm.study.observer.percepts import Noise
 
     stimuli = _patterns(options.patterns)
     checked = spread = None
@@ -129,7 +128,7 @@ def _report(options: argparse.Namespace) -> None:
         if options.noise is None:
             checked = predict.check(predict.paper_noise())
             noise = checked.noise
-            spread = guesses.spread(stimuli, options.guesses) if options.guesses else None
+            spread = predict.spread(stimuli, options.guesses) if options.guesses else None
         else:
             heat = options.noise if options.heat_noise is None else options.heat_noise
             noise = Noise(options.noise, heat)
@@ -145,21 +144,22 @@ def _report(options: argparse.Namespace) -> None:
 
 
 def _draw(found: Prediction, checked: PaperCheck | None, options: argparse.Namespace) -> None:
-    from hapticvlm.study import observer_plots, paper, predict
+    from hapticvlm.study import paper
+    from hapticvlm.study.observer import plots, predict
 
     folder: Path = options.out
     folder.mkdir(parents=True, exist_ok=True)
     name = Path(options.patterns).stem
-    observer_plots.draw_matrix(found, folder / f"observer-{name}.png")
+    plots.draw_matrix(found, folder / f"observer-{name}.png")
     others = {
         other: predict.predict(_patterns(other), found.noise).curve
         for other in SETS
         if other != options.patterns
     }
-    observer_plots.draw_curves({name: found.curve, **others}, folder / "observer-noise.png")
+    plots.draw_curves({name: found.curve, **others}, folder / "observer-noise.png")
     if checked is not None:
         path = folder / "observer-paper.png"
-        observer_plots.draw_check(checked, paper.confusion(), paper.CODES, path)
+        plots.draw_check(checked, paper.confusion(), paper.CODES, path)
 
 
 def _document(
@@ -174,7 +174,7 @@ def _document(
 
 
 def _print(found: Prediction, spread: Spread | None) -> None:
-    from hapticvlm.study.observer import TRIALS
+    from hapticvlm.study.observer.answers import TRIALS
 
     noise = f"{found.noise.touch:.2f} (vibration) and {found.noise.heat:.2f} (heat)"
     print(f"{WHAT}; {TRIALS} trials a pattern at {noise} Weber steps of noise")
@@ -221,10 +221,11 @@ def _print_check(checked: PaperCheck) -> None:
 
 def _search(options: argparse.Namespace) -> None:
     from hapticvlm.commands.progress import working
-    from hapticvlm.study import choose, patterns
+    from hapticvlm.study import patterns
+    from hapticvlm.study.observer import answers
 
     with working("searching, about half a minute"):
-        chosen, nearest = choose.choose(patterns.candidates(wider=options.wider))
+        chosen, nearest = answers.choose(patterns.candidates(wider=options.wider))
     if options.json:
         rows = [asdict(stimulus) for stimulus in chosen]
         print(json.dumps({"what": WHAT, "nearest_two_steps": nearest, "vibrations": rows}))

@@ -16,10 +16,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hapticvlm import __version__
-from hapticvlm.study.log import Design
+from hapticvlm.study.design import Design
 from hapticvlm.study.player import Player, Trouble
-from hapticvlm.study.record import Pace, Record, View
-from hapticvlm.study.sitting import Sitting
+from hapticvlm.study.record import Pace, Record, Sitting, View
 from hapticvlm.study.stimuli import StudyError
 from hapticvlm.study.trial import Trials
 

@@ -1,7 +1,7 @@
 """Plays patterns through a running service, as the scene that owns its outputs.
 
-The hand does what stroke.py says, each touch renewed while it lasts. Between patterns the palm lies
-on metal at neutral, which brings plate and modelled skin back sooner than letting go. Knows no
+The hand does what stimuli.py says, each touch renewed while it lasts. Between patterns the palm
+lies on metal at neutral, which brings plate and modelled skin back sooner than letting go. Knows no
 study.
 """
 
@@ -19,8 +19,7 @@ from websockets.exceptions import ConnectionClosed
 from hapticvlm.client import Client, Refused
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.interactions import Motion
-from hapticvlm.study.stimuli import Stimulus, StudyError
-from hapticvlm.study.stroke import Part, motion, parts
+from hapticvlm.study.stimuli import Part, Stimulus, StudyError, motion, parts
 
 TOUCH_S = 0.06  # between touches: a lease of 0.25 s survives three lost ones
 STROKE_S = 0.02  # between those of a stroke: 20 steps up and down a whoosh

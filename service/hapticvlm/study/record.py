@@ -1,18 +1,132 @@
-"""Whose sitting is open, and its file: every event is on the disk before it counts."""
+"""What a participant did so far, kept on the disk: their file of events, only added to.
+
+An event is on the disk (fsync) before anybody acts on it, so a crash loses at most the event that
+was being written; its torn line is cut off when the file is opened again. Everything else is
+derived from the events, so a sitting that is interrupted anywhere goes on where the file ends: a
+trial counts once it is answered, and one that was presented and not answered is presented again.
+"""
 
 from __future__ import annotations
 
+import json
+import os
 import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from hapticvlm.study.log import Design, Event, Log, events
-from hapticvlm.study.sitting import Sitting
+from hapticvlm.study.design import Design
 from hapticvlm.study.stimuli import StudyError
 
+Event = dict[str, Any]
 View = dict[str, Any]
+
+
+def events(folder: Path, participant: str) -> list[Event]:
+    """Read a participant's events; the torn end of a crash is left out. Raises StudyError."""
+    path = _path(folder, participant)
+    if not path.exists():
+        return []
+    found = []
+    for number, line in enumerate(path.read_bytes().split(b"\n")[:-1], 1):
+        try:
+            event = json.loads(line)
+        except ValueError:
+            raise StudyError(f"{path}:{number}: not an event; the file was changed") from None
+        if not isinstance(event, dict) or "event" not in event:
+            raise StudyError(f"{path}:{number}: not an event; the file was changed")
+        found.append(event)
+    return found
+
+
+class Log:
+    """One participant's file, open for adding."""
+
+    def __init__(self, folder: Path, participant: str) -> None:
+        path = _path(folder, participant)
+        self._file = path.open("a+b", buffering=0)
+        self._file.seek(0)
+        content = self._file.read()
+        self._file.truncate(content.rfind(b"\n") + 1)
+        os.fsync(self._file.fileno())
+
+    def add(self, event: Event) -> None:
+        """Have one event on the disk before this returns."""
+        self._file.write(json.dumps(event).encode() + b"\n")
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep a second program from adding to the same study. Raises StudyError."""
+    with (folder / ".lock").open("w") as file:
+        try:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except ImportError:  # Windows: an open file cannot be replaced there, which must do
+            pass
+        except OSError:
+            raise StudyError(f"{folder}: another `study run` is using it") from None
+        yield
+
+
+class Sitting:
+    """One participant's training and trials; feed it every event of the file, in order."""
+
+    def __init__(self, design: Design, participant: str) -> None:
+        self.participant = participant
+        self.trials = design.trials[participant]
+        self.renderings: Counter[str] = Counter()
+        self.answered = 0
+        self.correct = 0
+        self.attempts = 0
+        self._names = [stimulus.name for stimulus in design.stimuli]
+        self._wanted = design.renderings
+        self._is_trained = False
+
+    def take(self, event: Event) -> None:
+        """Take in one event."""
+        match event["event"]:
+            case "felt":
+                self.renderings[event["pattern"]] += 1
+            case "trained":
+                self._is_trained = True
+            case "presented":
+                self.attempts += 1
+            case "answered":
+                self.correct += event["pattern"] == event["answered"]
+                self.answered += 1
+                self.attempts = 0
+
+    @property
+    def next_to_feel(self) -> str | None:
+        """The pattern felt least often in training so far; None when all were felt enough."""
+        due = min(self._names, key=lambda name: self.renderings[name])
+        return due if self.renderings[due] < self._wanted else None
+
+    @property
+    def is_trained(self) -> bool:
+        """Whether training was ended."""
+        return self._is_trained
+
+    @property
+    def next_trial(self) -> str | None:
+        """The pattern to present next; None when all trials are answered."""
+        return None if self.is_done else self.trials[self.answered]
+
+    @property
+    def is_done(self) -> bool:
+        """Whether every trial is answered."""
+        return self.answered >= len(self.trials)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,3 +201,7 @@ class Record:
         for event in events(self._folder, code):
             sitting.take(event)
         return sitting
+
+
+def _path(folder: Path, participant: str) -> Path:
+    return folder / f"{participant}.jsonl"

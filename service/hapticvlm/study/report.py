@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from hapticvlm.study import paper, plots, results, statistics
-from hapticvlm.study.paper_notes import NOTES, PRINTED
 from hapticvlm.study.results import Cells, Results
 from hapticvlm.study.statistics import Share
 from hapticvlm.study.stimuli import StudyError
@@ -89,7 +88,7 @@ def evaluate_paper() -> Document:
     counts = paper.confusion()
     factors = (list(paper.VIBRATIONS) * 2, [t for t in paper.TEMPERATURES for _ in range(5)])
     document = _of_counts(counts, list(paper.CODES), factors)
-    document |= {"simulated": False, "participants": paper.PARTICIPANTS, "notes": NOTES}
+    document |= {"simulated": False, "participants": paper.PARTICIPANTS, "notes": paper.NOTES}
     document |= {"answered": int(counts.sum()), "planned": int(counts.sum())}
     document |= {"excluded": 0, "repeated": None, "silent": None, "reaction": []}
     document["anova_missing"] = "single people's trials are unpublished"
@@ -99,7 +98,7 @@ def evaluate_paper() -> Document:
             "two_way_df": asdict(statistics.effect(name, f, two_way)),
             "printed_p": p,
         }
-        for name, f, df, two_way, p in PRINTED
+        for name, f, df, two_way, p in paper.PRINTED
     ]
     return document
 

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.study.log import Design, Event, events, read_design
+from hapticvlm.study.design import Design, read_design
 from hapticvlm.study.player import SILENT
+from hapticvlm.study.record import Event, events
 from hapticvlm.study.stimuli import Stimulus
 
 INTERRUPTED = "interrupted"  # by pause or stop, after the answer: the trial counts

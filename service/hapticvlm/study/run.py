@@ -23,7 +23,7 @@ from hapticvlm import documents
 from hapticvlm.client import Client, connect
 from hapticvlm.server import http
 from hapticvlm.study.conductor import Conductor
-from hapticvlm.study.log import Design
+from hapticvlm.study.design import Design
 from hapticvlm.study.player import Player
 from hapticvlm.study.record import Pace
 from hapticvlm.study.stimuli import StudyError

@@ -1,8 +1,14 @@
-"""The patterns a study presents: a vibration and a temperature each. Reads TOML; knows no device.
+"""The patterns a study presents: a vibration and a temperature each. Knows no device.
 
 A file of patterns holds one `[[pattern]]` table each, with the fields of `Stimulus`. The plate's
 setpoint is given as such; what is told to the service is the object that would bring skin there
 by the stimulus's end, so that the contact model, its lead and its limits stay in force.
+
+A hand presents it: it approaches, rests on the object without rubbing until the plate has brought
+heat or cold to the palm, lifts for a moment and strokes. That lift, and those between strokes, are
+brief enough for the plate to take all of it as one contact, so repeated strokes are as warm as a
+single one. Within a stroke the hand rubs, carves or swings to and fro as rendering/movement.py has
+it.
 """
 
 from __future__ import annotations
@@ -10,20 +16,23 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.messages import Interaction
 from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.interactions import Motion
+from hapticvlm.rendering.movement import motion_at
 from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.rendering.thermal import LEAD_S, share, thermal_contact
 
 MOST_PATTERNS = 40
 OBJECT_C = (-100.0, 400.0)  # degC, what the protocol takes as an object's temperature
-HOT_C, COLD_C = 38.0, 25.0  # degC, our choice: the paper states no temperatures
 _LONGEST_S = 10.0
+LIFT_S = 0.06  # of the hand before a stroke
+_STILL = Motion(0.0, 0.0)
 
 
 class StudyError(HapticVLMError):
@@ -96,40 +105,6 @@ _RANGES = {
     "lead_s": (LEAD_S, _LONGEST_S),
 }
 
-# The paper's five. Its recordings, levels and durations are unpublished: these strokes are a guess,
-# one of 72 tried in which rubbing and whooshing are mixed up most, as they were by its people.
-_VIBRATIONS: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("wood carving", {"material": "wood", "interaction": "carve", "speed_mps": 0.15}),
-    ("glass tapping", {"material": "glass", "interaction": "tap", "speed_mps": 0.6, "repeats": 4}),
-    (
-        "wood striking",
-        {
-            "material": "wood",
-            "interaction": "strike",
-            "speed_mps": 1.0,
-            "force_n": 4.0,
-            "repeats": 2,
-        },
-    ),
-    ("fabric rubbing", {"material": "fabric", "interaction": "slide", "speed_mps": 0.15}),
-    ("metal whooshing", {"material": "metal", "interaction": "swing", "speed_mps": 2.0}),
-)
-
-
-def paper_like() -> tuple[Stimulus, ...]:
-    """Return the ten patterns of the paper: five vibrations, hot and cold."""
-    return tuple(
-        Stimulus(
-            name=f"{vibration.replace(' ', '-')}-{temperature}",
-            vibration=vibration,
-            temperature=temperature,
-            setpoint_c=setpoint_c,
-            **stroke,
-        )
-        for temperature, setpoint_c in (("hot", HOT_C), ("cold", COLD_C))
-        for vibration, stroke in _VIBRATIONS
-    )
-
 
 def read(path: Path) -> tuple[Stimulus, ...]:
     """Read a file of patterns. Raises StudyError."""
@@ -174,3 +149,35 @@ def _stimulus(table: dict[str, Any], where: str) -> Stimulus:
         return Stimulus(**table)
     except TypeError as error:
         raise StudyError(f"{where}: {str(error).partition(') ')[2] or error}") from None
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What the hand does for so long; only in contact it moves."""
+
+    phase: Literal["approach", "slide", "contact"]
+    seconds: float
+
+    @property
+    def is_still(self) -> bool:
+        """Whether the hand does not stroke."""
+        return self.phase != "contact"
+
+
+def parts(stimulus: Stimulus) -> tuple[Part, ...]:
+    """List what the hand does in order; all before the first contact takes `lead_s`."""
+    rest_s = stimulus.lead_s - LEAD_S - LIFT_S
+    lead: tuple[Part, ...] = (Part("approach", stimulus.lead_s),)
+    if rest_s > 0.0:
+        lead = (Part("approach", LEAD_S), Part("slide", rest_s), Part("approach", LIFT_S))
+    each_s = stimulus.seconds / stimulus.repeats
+    again = (Part("contact", each_s - LIFT_S), Part("approach", LIFT_S))
+    return (*lead, *again * (stimulus.repeats - 1), Part("contact", each_s))
+
+
+def motion(stimulus: Stimulus, part: Part, elapsed_s: float) -> Motion:
+    """Return how the hand moves so long after this part began."""
+    if part.is_still:
+        return _STILL
+    peak = Motion(stimulus.speed_mps, stimulus.force_n)
+    return motion_at(stimulus.interaction, peak, elapsed_s)

@@ -13,10 +13,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from hapticvlm.study.log import Event
 from hapticvlm.study.player import Player, Trouble
-from hapticvlm.study.record import Record
-from hapticvlm.study.sitting import Sitting
+from hapticvlm.study.record import Event, Record, Sitting
 from hapticvlm.study.stimuli import StudyError
 
 

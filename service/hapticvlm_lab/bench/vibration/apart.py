@@ -21,10 +21,10 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.interactions import RATE_HZ
 from hapticvlm.rendering.movement import motion_at
 from hapticvlm.rendering.voices import Command, Voices
-from hapticvlm.study import observer
-from hapticvlm.study.channels import vibration_steps
-from hapticvlm.study.observer import Percepts
-from hapticvlm.study.predict import paper_noise
+from hapticvlm.study.observer.answers import confusion, recognised
+from hapticvlm.study.observer.channels import vibration_steps
+from hapticvlm.study.observer.percepts import Percepts
+from hapticvlm.study.observer.predict import paper_noise
 from hapticvlm_lab.bench.vibration import event
 from hapticvlm_lab.bench.vibration.event import EIGHT, MOTIONS, SECONDS, SEEDS, Wave
 
@@ -59,7 +59,7 @@ def answers(path: event.Path, interaction: str, noise: float) -> Matrix:
         [vibration_steps(path(material, interaction, s).astype(np.float32), RATE_HZ) for s in SEEDS]
         for material in EIGHT
     ]
-    return observer.confusion(Percepts(EIGHT, np.array(rows) / noise), 1.0, SEED)
+    return confusion(Percepts(EIGHT, np.array(rows) / noise), 1.0, SEED)
 
 
 def draw(found: dict[str, Matrix], noise: float, path: Path) -> None:
@@ -70,7 +70,7 @@ def draw(found: dict[str, Matrix], noise: float, path: Path) -> None:
     bars, *matrices = figure.subplots(1, 3, width_ratios=(1.0, 1.2, 1.2))
     names = tuple(found)
     _bars(bars, "before", [BEFORE.get(name) for name in names], -0.2)
-    _bars(bars, "now", [observer.recognised(found[name]) for name in names], 0.2)
+    _bars(bars, "now", [recognised(found[name]) for name in names], 0.2)
     bars.axhline(100.0 / len(EIGHT), color=SOFT, ls=":", label="chance")
     bars.set_xticks(range(len(names)), names)
     bars.set_ylim(0.0, 100.0)
@@ -115,7 +115,7 @@ def main() -> None:
     found = {name: answers(event.by_speaker, name, noise) for name in MOTIONS}
     found["slide to and fro"] = answers(to_and_fro, "slide", noise)
     draw(found, noise, out / "chart-apart.png")
-    shares = {name: observer.recognised(matrix) for name, matrix in found.items()}
+    shares = {name: recognised(matrix) for name, matrix in found.items()}
     print(json.dumps({"noise": noise, "before": BEFORE, "now": shares}))
 
 

@@ -17,10 +17,10 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.interactions import RATE_HZ, Motion
 from hapticvlm.rendering.vibration_plan import VibrationPlan, VibrationPlanner
 from hapticvlm.rendering.voices import Command, Voices
-from hapticvlm.study import observer
-from hapticvlm.study.channels import vibration_steps
-from hapticvlm.study.observer import Percepts
-from hapticvlm.study.predict import paper_noise
+from hapticvlm.study.observer import answers
+from hapticvlm.study.observer.channels import vibration_steps
+from hapticvlm.study.observer.percepts import Percepts
+from hapticvlm.study.observer.predict import paper_noise
 
 EIGHT = ("wood", "glass", "fabric", "metal", "plastic", "stone", "ceramic", "rubber")
 FRAME_HZ, PLANS_HZ, ACTUATOR_HZ = 72.0, 30.0, 170.0
@@ -89,7 +89,7 @@ def told_apart(path: Path, interaction: str, noise: float, seed: int = 5) -> flo
         for material in EIGHT
     ]
     percepts = Percepts(EIGHT, np.array(rows) / noise)
-    return observer.recognised(observer.confusion(percepts, 1.0, seed))
+    return answers.recognised(answers.confusion(percepts, 1.0, seed))
 
 
 def main() -> None:

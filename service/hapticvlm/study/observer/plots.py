@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from hapticvlm.study.percepts import Noise
-    from hapticvlm.study.predict import PaperCheck, Prediction
+    from hapticvlm.study.observer.percepts import Noise
+    from hapticvlm.study.observer.predict import PaperCheck, Prediction
 
 DPI = 100
 INK, PEOPLE, GOAL = "#1b1f24", "#59636e", 0.95

@@ -3,15 +3,16 @@
 Its two noises are calibrated on a set like the paper's: that of heat so that hot and cold are taken
 for each other as often as nine people took the paper's, that of vibration so that the whole is
 recognised as often. What that proves: a set that this observer confuses leaves little in these
-channels to tell its patterns apart by, and one set leaves more than another. What it does not:
-that people reach the figure. The paper's recordings, levels and temperatures are unpublished, so
-the set like it is a guess (guesses.py tries others); channel slopes and the speaker's level are
-partly unchecked (docs/physics.md 5); nothing is learnt, forgotten or pressed by mistake; and rhythm
-is not counted.
+channels to tell its patterns apart by, and one set leaves more than another. What it does not: that
+people reach the figure. The paper's recordings, levels and temperatures are unpublished, so the set
+like it is a guess (`spread` tries others, each calibrated alike); channel slopes and the speaker's
+level are partly unchecked (docs/physics.md 5); nothing is learnt, forgotten or pressed by mistake;
+and rhythm is not counted.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,15 +20,28 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from hapticvlm.study import observer, paper
-from hapticvlm.study.observer import Percepts
-from hapticvlm.study.percepts import FEATURES, HEAT, TOUCH, Noise, palm_c, percepts, weighed
-from hapticvlm.study.stimuli import Stimulus, paper_like
+from hapticvlm.study import paper, patterns
+from hapticvlm.study.observer import answers
+from hapticvlm.study.observer.percepts import (
+    FEATURES,
+    HEAT,
+    TOUCH,
+    Noise,
+    Percepts,
+    palm_c,
+    percepts,
+    weighed,
+)
+from hapticvlm.study.patterns import paper_like
+from hapticvlm.study.stimuli import Stimulus, StudyError, checked
 
 RECORDED = (1,)  # the paper played recordings: one rendering, the same each time
 CALIBRATION_SEED, REPORT_SEED = 11, 5
 CALIBRATION_TRIALS = 10_000
 FACTORS = (0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0)  # of the noise: two either way
+HOT_C, COLD_C, LEAD_S = (34.0, 40.0), (23.0, 29.5), (0.25, 3.0)  # what a study may have used
+GUESSES, GUESS_TRIALS, GUESS_SEED = 20, 2000, 23
+_MOST_DRAWS = 3  # for every guess wanted; some let no noise give the paper's figures
 _PAIRS_SHOWN, _PAIR_FLOOR = 10, 0.005
 
 _Counts = NDArray[np.int64]
@@ -92,26 +106,26 @@ def calibrated(guess: Sequence[Stimulus], trials: int) -> Noise:
     warm = felt.only(HEAT)
 
     def told_warm(heat: float) -> float:
-        return 1.0 - _slips(observer.confusion(warm, heat, seed, trials))
+        return 1.0 - _slips(answers.confusion(warm, heat, seed, trials))
 
-    heat = observer.solve(told_warm, 1.0 - _slips(paper.confusion()))
+    heat = answers.solve(told_warm, 1.0 - _slips(paper.confusion()))
 
     def recognised(touch: float) -> float:
         weighed_felt = weighed(felt, Noise(touch, heat))
-        return observer.recognised(observer.confusion(weighed_felt, 1.0, seed, trials))
+        return answers.recognised(answers.confusion(weighed_felt, 1.0, seed, trials))
 
-    return Noise(observer.solve(recognised, paper.RECOGNISED), heat)
+    return Noise(answers.solve(recognised, paper.RECOGNISED), heat)
 
 
 def predict(stimuli: Sequence[Stimulus], noise: Noise) -> Prediction:
     """Predict how a set would be recognised and confused, with baselines beside it."""
     raw = percepts(stimuli)
     felt = weighed(raw, noise)
-    counts = observer.confusion(felt, 1.0, REPORT_SEED)
+    counts = answers.confusion(felt, 1.0, REPORT_SEED)
     return Prediction(
         felt.names,
         noise,
-        observer.recognised(counts),
+        answers.recognised(counts),
         counts,
         confused(counts, felt.names),
         1.0 / len(felt.names),
@@ -137,7 +151,7 @@ def confused(counts: _Counts, names: Sequence[str]) -> tuple[Pair, ...]:
 def check(noise: Noise) -> PaperCheck:
     """Put the observer's confusions of the set like the paper's beside the people's."""
     felt = weighed(percepts(paper_like(), RECORDED), noise)
-    counts = observer.confusion(felt, 1.0, REPORT_SEED)
+    counts = answers.confusion(felt, 1.0, REPORT_SEED)
     people, machine = _by_pair(paper.confusion()), _by_pair(counts)
     rank = float(spearmanr(list(people.values()), list(machine.values())).statistic)
     rows = sorted(((name, people[name], machine[name]) for name in people), key=lambda row: -row[1])
@@ -169,4 +183,50 @@ def _best_feature(felt: Percepts) -> tuple[str, float]:
 
 def _share(felt: Percepts) -> float:
     """Share recognised of patterns in units of the noise."""
-    return observer.recognised(observer.confusion(felt, 1.0, REPORT_SEED))
+    return answers.recognised(answers.confusion(felt, 1.0, REPORT_SEED))
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Shares recognised (0..1) of one set over `count` guesses; `unfit` ones fitted no noise."""
+
+    count: int
+    unfit: int
+    lowest: float
+    tenth: float
+    median: float
+    ninetieth: float
+    highest: float
+
+
+def spread(
+    stimuli: Sequence[Stimulus], count: int = GUESSES, seed: int = GUESS_SEED
+) -> Spread | None:
+    """Predict the set with every guess's noise; None where no guess can be calibrated."""
+    raw = percepts(stimuli)
+    rng = np.random.default_rng(seed)
+    shares: list[float] = []
+    unfit = 0
+    while len(shares) < count and len(shares) + unfit < _MOST_DRAWS * count:
+        try:
+            noise = calibrated(guess(rng), GUESS_TRIALS)
+        except (ValueError, StudyError):
+            unfit += 1
+            continue
+        counts = answers.confusion(weighed(raw, noise), 1.0, REPORT_SEED, GUESS_TRIALS)
+        shares.append(answers.recognised(counts))
+    if not shares:
+        return None
+    return Spread(len(shares), unfit, *np.percentile(shares, (0, 10, 50, 90, 100)).tolist())
+
+
+def guess(rng: np.random.Generator) -> tuple[Stimulus, ...]:
+    """Draw ten patterns that the paper's might have been. Raises StudyError if none can be so."""
+    hot_c, cold_c, lead_s = (float(rng.uniform(*ends)) for ends in (HOT_C, COLD_C, LEAD_S))
+    strokes = [row[int(rng.integers(len(row)))] for row in patterns.candidates()]
+    ten = patterns.hot_and_cold(strokes)
+    setpoints = {"hot": hot_c, "cold": cold_c}
+    return checked(
+        dataclasses.replace(one, setpoint_c=setpoints[one.temperature], lead_s=lead_s)
+        for one in ten
+    )

@@ -1,32 +1,35 @@
-"""A study's folder: study.json, said once, and a file of events per participant, only added to.
+"""What a study presents to whom, and in which order; study.json, which is said once.
 
-An event is on the disk (fsync) before anybody acts on it, so a crash loses at most the event that
-was being written; its torn line is cut off when the file is opened again.
+Orders are balanced blocks or free. Balanced: Latin squares in which every pattern follows every
+other equally often. Williams (1949): the rows of a square of even order n can be chosen so that
+each pattern stands once in every place and is preceded once by every other; an odd order needs the
+mirrored square beside it. A block is one row, so a block presents each pattern once, and what a
+warm plate does to the pattern after it falls on all alike. The end of a block can be guessed by who
+keeps count; a free order has no blocks and no balance. Seeded: the same study gives the same
+orders.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from hapticvlm.study.stimuli import Stimulus, StudyError, revive
-from hapticvlm.study.trials import free_orders, orders
 
 HEAD = "study.json"
 VERSION = 1
-Event = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Design:
     """What a study presents to whom: patterns, and each participant's trials by pattern name.
 
-    `order` is "blocked" or "free" (trials.py).
+    `order` is "blocked" or "free".
     """
 
     stimuli: tuple[Stimulus, ...]
@@ -89,7 +92,7 @@ def write_design(folder: Path, made: Design) -> None:
     unfinished = folder / f"{HEAD}.part"
     with unfinished.open("w", encoding="utf-8") as file:
         file.write(json.dumps(head, indent=1) + "\n")
-        _sync(file.fileno())
+        os.fsync(file.fileno())
     unfinished.replace(folder / HEAD)
 
 
@@ -114,62 +117,37 @@ def read_design(folder: Path) -> Design:
         raise StudyError(f"{path}: not a study ({error!r})") from None
 
 
-def events(folder: Path, participant: str) -> list[Event]:
-    """Read a participant's events; the torn end of a crash is left out. Raises StudyError."""
-    path = _path(folder, participant)
-    if not path.exists():
-        return []
-    found = []
-    for number, line in enumerate(path.read_bytes().split(b"\n")[:-1], 1):
-        try:
-            event = json.loads(line)
-        except ValueError:
-            raise StudyError(f"{path}:{number}: not an event; the file was changed") from None
-        if not isinstance(event, dict) or "event" not in event:
-            raise StudyError(f"{path}:{number}: not an event; the file was changed")
-        found.append(event)
-    return found
+def square(patterns: int) -> list[list[int]]:
+    """Williams' rows for this many patterns: n rows, or 2 n when n is odd."""
+    zigzag = [(i + 1) // 2 if i % 2 else -(i // 2) for i in range(patterns)]
+    rows = [[(start + step) % patterns for step in zigzag] for start in range(patterns)]
+    return rows if patterns % 2 == 0 else rows + [row[::-1] for row in rows]
 
 
-class Log:
-    """One participant's file, open for adding."""
-
-    def __init__(self, folder: Path, participant: str) -> None:
-        path = _path(folder, participant)
-        self._file = path.open("a+b", buffering=0)
-        self._file.seek(0)
-        content = self._file.read()
-        self._file.truncate(content.rfind(b"\n") + 1)
-        _sync(self._file.fileno())
-
-    def add(self, event: Event) -> None:
-        """Have one event on the disk before this returns."""
-        self._file.write(json.dumps(event).encode() + b"\n")
-        _sync(self._file.fileno())
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+def free_orders(
+    names: Sequence[str], participants: int, repeats: int, seed: int
+) -> list[tuple[str, ...]]:
+    """Return each participant's trials: every pattern `repeats` times, shuffled as a whole."""
+    rng = np.random.default_rng(seed)
+    trials = [name for name in names for _ in range(repeats)]
+    return [tuple(trials[at] for at in rng.permutation(len(trials))) for _ in range(participants)]
 
 
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Keep a second program from adding to the same study. Raises StudyError."""
-    with (folder / ".lock").open("w") as file:
-        try:
-            import fcntl
+def orders(
+    names: Sequence[str], participants: int, repeats: int, seed: int
+) -> list[tuple[str, ...]]:
+    """Return each participant's trials in order, `repeats` blocks of all patterns.
 
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except ImportError:  # Windows: an open file cannot be replaced there, which must do
-            pass
-        except OSError:
-            raise StudyError(f"{folder}: another `study run` is using it") from None
-        yield
-
-
-def _path(folder: Path, participant: str) -> Path:
-    return folder / f"{participant}.jsonl"
-
-
-def _sync(number: int) -> None:
-    os.fsync(number)
+    Rows are used up square by square, each square with labels and rows shuffled anew, so that
+    every n blocks in a row are balanced, whoever felt them.
+    """
+    rng = np.random.default_rng(seed)
+    blocks: list[tuple[str, ...]] = []
+    while len(blocks) < participants * repeats:
+        labels = [names[i] for i in rng.permutation(len(names))]
+        rows = square(len(names))
+        blocks += [tuple(labels[i] for i in rows[at]) for at in rng.permutation(len(rows))]
+    return [
+        tuple(name for block in blocks[at * repeats : (at + 1) * repeats] for name in block)
+        for at in range(participants)
+    ]

@@ -1,6 +1,6 @@
 """What a palm would get of a pattern: the product's own session, voices and simulated plate. Pure.
 
-A hand does what stroke.py says, in virtual time, and lets go. Whatever the session asks for is
+A hand does what stimuli.py says, in virtual time, and lets go. Whatever the session asks for is
 rendered, so that limits, leads, levels and the plate's sloth are those of the service.
 """
 
@@ -21,9 +21,8 @@ from hapticvlm.rendering.voices import Voices
 from hapticvlm.session.actions import Action, DrivePlate, PlayVibration, ReleaseHand
 from hapticvlm.session.plate_target import AT_REST
 from hapticvlm.session.session import SceneSession
-from hapticvlm.study import stroke
-from hapticvlm.study.stimuli import Stimulus
-from hapticvlm.study.stroke import Part, parts
+from hapticvlm.study import stimuli
+from hapticvlm.study.stimuli import Part, Stimulus, parts
 
 STEP_S = 0.02  # of the session's tick and of the hand's messages
 _FADE_STEPS = 2  # a release is silent within 20 ms
@@ -74,7 +73,7 @@ def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Part | None, Motion]]:
     for part in parts(stimulus):
         begins, ends_s = step, ends_s + part.seconds
         while step < round(ends_s / STEP_S):
-            yield step, part, stroke.motion(stimulus, part, (step - begins) * STEP_S)
+            yield step, part, stimuli.motion(stimulus, part, (step - begins) * STEP_S)
             step += 1
     for _ in range(_FADE_STEPS):
         yield step, None, Motion(0.0, 0.0)

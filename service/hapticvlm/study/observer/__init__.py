@@ -1,0 +1,1 @@
+"""The machine observer: a model of a participant, used to compare patterns; never a person."""
