@@ -179,6 +179,21 @@ def test_a_frame_stands_beside_its_own_decision_outlined_by_its_mask(
         expect(page.locator("#frame-why")).to_contain_text("the scene was enough")
 
 
+def test_what_a_person_says_an_object_is_decides_and_may_be_said_again(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, SCREEN) as page, masked_frame(service):
+        page.get_by_role("button", name="Object_07").click()
+        for material in ("glass", "fabric"):
+            page.locator("#teach-material").select_option(material)
+            page.get_by_role("button", name="Say so").click()
+            expect(page.locator("#teach-told")).to_contain_text(f"Taken: {material}")
+            expect(page.locator("#material")).to_have_text(material)
+        page.get_by_role("button", name="kettle").click()
+        expect(page.locator("#material")).to_have_text("metal")
+        expect(page.locator("#teach")).to_be_hidden()  # its scene has said what it is
+
+
 class masked_frame:
     """A scene that shows one grey frame with a mask of its middle, and touches a kettle."""
 

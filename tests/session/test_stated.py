@@ -1,8 +1,11 @@
 """What an observer may say of the owner's scene: materials of its objects, and nothing else."""
 
+import msgspec
 import pytest
 
-from hapticvlm.messages import MessageError, Scene, SceneObject
+from hapticvlm.messages import MessageError, Ok, Scene, SceneObject, Touch
+from hapticvlm.session.actions import Reply
+from hapticvlm.session.session import SceneSession
 from hapticvlm.session.stated import with_materials
 
 MUG = SceneObject(object_id="mug", name="TeaMug_01", temperature_c=45.0)
@@ -44,3 +47,25 @@ def test_anything_else_is_refused_with_its_path(objects, more, path):
     with pytest.raises(MessageError) as refused:
         stated(*objects, **more)
     assert (refused.value.path, refused.value.id) == (path, 7)
+
+
+def test_a_new_statement_on_an_object_that_was_decided_is_decided_at_once():
+    session = SceneSession(owner=True)
+    session.receive(scene({"object_id": "shown"}, {"object_id": "other"}), 0.0)
+    touch = Touch(
+        id=8,
+        phase="contact",
+        hand="right",
+        object_id="shown",
+        speed_mps=0.3,
+        force_n=1.0,
+        captured_at=1.0,
+    )
+    session.receive(touch, 1.0)
+    session.receive(msgspec.structs.replace(touch, phase="release"), 1.1)
+    both = [{"object_id": name, "material": "metal"} for name in ("shown", "other")]
+    actions = session.receive(scene(*both), 2.0)
+    decisions = [a.message for a in actions if isinstance(a, Reply) and a.message != Ok(id=7)]
+    assert [(d.object_id, d.material) for d in decisions] == [("shown", "metal")]
+    again = session.receive(scene(*both), 3.0)
+    assert [action.message for action in again if isinstance(action, Reply)] == [Ok(id=7)]

@@ -1,6 +1,7 @@
 // "This is ...": a person says what an object is made of. The one place that asks the service to believe it.
 import { byId, make, say } from "./dom.js";
 
+const stated = new Set(); // object ids that this page has said something of: a person may think again
 let link = null;
 let current = null;
 
@@ -21,7 +22,8 @@ export function welcome({ materials }) {
 export function offer(decision, title) {
   const isOther = current?.object_id !== decision.object_id;
   current = decision;
-  byId("teach").hidden = !decision.object_id || decision.source === "scene";
+  const isSettled = decision.source === "scene" && !stated.has(decision.object_id);
+  byId("teach").hidden = !decision.object_id || isSettled;
   if (!isOther) return;
   say(byId("teach-label"), `${title} is`);
   say(byId("teach-told"), "");
@@ -31,6 +33,9 @@ export function offer(decision, title) {
 
 // The service takes it for the owner's scene, from this machine only; a refusal is shown as it is.
 async function state(material) {
-  const answer = await link.ask({ type: "scene", objects: [{ object_id: current.object_id, material }], replace: false });
+  const { object_id } = current;
+  stated.add(object_id);
+  const answer = await link.ask({ type: "scene", objects: [{ object_id, material }], replace: false });
+  if (answer.type !== "ok") stated.delete(object_id);
   say(byId("teach-told"), answer.type === "ok" ? `Taken: ${material}, until the scene ends.` : (answer.text ?? "The service did not answer."));
 }

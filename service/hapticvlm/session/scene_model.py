@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Iterable, Mapping
 
 from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, MessageError, Scene
@@ -42,6 +42,11 @@ class SceneModel:
             raise
         if scene.ambient_c is not None:
             self.surroundings.scene_c = scene.ambient_c
+
+    def announced(self, keys: Iterable[Key]) -> dict[Key, Hashable]:
+        """Return what was last announced of each of these objects, if anything was."""
+        known = {key: self.objects.known.get(key) for key in keys}
+        return {key: state.announced for key, state in known.items() if state and state.announced}
 
     def has_verdict(self, key: Key) -> bool:
         """Whether a verdict on this object is at hand."""

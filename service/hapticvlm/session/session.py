@@ -277,8 +277,11 @@ class SceneSession:
 
     def _scene(self, scene: Scene) -> list[Action]:
         check_describes(scene, observer=self.observer)
+        updated = () if scene.replace else scene.objects
+        announced = self._model.announced(given.object_id for given in updated)
         self._model.declare(scene)
-        return [Reply(Ok(id=scene.id)), *self._touches.refresh()]
+        changed = self._touches.announce_changes(announced)
+        return [Reply(Ok(id=scene.id)), *self._touches.refresh(), *changed]
 
     def _set(self, wanted: Set) -> list[Action]:
         check_set(wanted, owner=self.owner, observer=self.observer)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Mapping
+
 import msgspec
 
 from hapticvlm.messages import Decision, MessageError, Ok, Touch
@@ -78,6 +80,17 @@ class TouchTracker:
                 actions += self.refresh_texture(hand.key)
                 actions += self._announce(hand, cached=False)
         return actions
+
+    def announce_changes(self, before: Mapping[Key, Hashable]) -> list[Action]:
+        """Announce the decisions that differ from `before`, of objects that no hand touches."""
+        touched = {hand.key for hand in self.hands if hand.is_touching}
+        untouched = [key for key in before if key not in touched]
+        changed = [(before[key], self.changed_decision(key)) for key in untouched]
+        return [
+            Reply(decision)
+            for old, decision in changed
+            if decision and decisions.change_key(decision) != old
+        ]
 
     def refresh_texture(self, key: Key) -> list[Action]:
         """Give a rubbing hand its texture anew; an impact that rings is left alone."""
