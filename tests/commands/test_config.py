@@ -33,8 +33,8 @@ def unlike_default(option: Option, folder: Path) -> Any:
     """Some value of the option's own that it does not have by itself."""
     if option.kind is bool:
         return True
-    if option.told.range is not None:
-        low, high = option.told.range
+    if option.details.range is not None:
+        low, high = option.details.range
         return option.kind(high if option.default != high else low)
     if option.choices:
         return next(word for word in option.choices if word != option.default)
@@ -60,7 +60,7 @@ def as_flags(option: Option, value: Any) -> list[str]:
 @pytest.mark.parametrize("option", OPTIONS, ids=lambda option: option.name)
 def test_every_option_means_the_same_as_a_flag_and_in_a_file(option, table, tmp_path):
     value = unlike_default(option, tmp_path)
-    head = f"[{option.told.group}]\n" if table else ""
+    head = f"[{option.details.group}]\n" if table else ""
     path = file(tmp_path, f"{head}{option.name} = {in_toml(value)}\n")
     path.chmod(0o600)
     by_file = settled("--config", str(path))
@@ -73,7 +73,7 @@ def test_nothing_stated_is_every_default(tmp_path):
 
 
 def test_every_option_is_in_a_group_that_has_a_title():
-    assert {option.told.group for option in OPTIONS} == set(GROUPS)
+    assert {option.details.group for option in OPTIONS} == set(GROUPS)
 
 
 def test_a_flag_wins_over_the_file_and_the_file_over_the_default(tmp_path):

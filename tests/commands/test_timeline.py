@@ -7,7 +7,7 @@ import pytest
 from recorded_session import record
 
 from hapticvlm.commands import timeline
-from hapticvlm.commands.replay import TapeError
+from hapticvlm.commands.replay import SessionLogError
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Voices
@@ -46,7 +46,7 @@ def test_names_decisions_and_plate_are_found_at_their_times(session):
 
 
 def test_a_folder_without_a_session_is_refused_with_its_name(tmp_path):
-    with pytest.raises(TapeError, match=r"tape\.jsonl.*record"):
+    with pytest.raises(SessionLogError, match=r"tape\.jsonl.*record"):
         read(tmp_path)
 
 
@@ -55,5 +55,5 @@ def test_a_session_in_which_nothing_was_sent_says_so(session):
     head = tape.read_text().splitlines()[0]
     assert "head" in json.loads(head)
     tape.write_text(head + "\n")
-    with pytest.raises(TapeError, match="nothing was sent"):
+    with pytest.raises(SessionLogError, match="nothing was sent"):
         read(session)

@@ -24,7 +24,7 @@ from hapticvlm.messages import Frame, MessageError, Touch, decode
 from hapticvlm.recognition import pictures
 from hapticvlm.recognition.galleries.storage import GalleryError, read_gallery
 from hapticvlm.recognition.galleries.user_materials import read_material
-from hapticvlm.server.recorder import TAPE
+from hapticvlm.server.recorder import SESSION_LOG
 from hapticvlm.session.actions import DrivePlate, PlayVibration
 from hapticvlm.session.plate_target import AT_REST
 from hapticvlm.session.session import SceneSession
@@ -92,8 +92,8 @@ def _captures(data: bytes, file: Path) -> None:
 
 
 def _session_logs(data: bytes, file: Path) -> None:
-    file.parent.joinpath(TAPE).write_bytes(data)
-    with contextlib.suppress(replay.TapeError):
+    file.parent.joinpath(SESSION_LOG).write_bytes(data)
+    with contextlib.suppress(replay.SessionLogError):
         replay.replay(file.parent, MATERIALS)
 
 

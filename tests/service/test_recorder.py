@@ -16,14 +16,14 @@ from hapticvlm.commands.local_service import running
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Frame
 from hapticvlm.server.gateway import ObserverLog
-from hapticvlm.server.recorder import MAX_WAITING, MAX_WAITING_BYTES, TAPE, Recorder
+from hapticvlm.server.recorder import MAX_WAITING, MAX_WAITING_BYTES, SESSION_LOG, Recorder
 
 TICK = {"now": 1.0, "in": "tick", "reading": {}}
 
 
 def numbers(folder):
     (session,) = folder.iterdir()
-    return [json.loads(line)["line"] for line in (session / TAPE).read_text().splitlines()]
+    return [json.loads(line)["line"] for line in (session / SESSION_LOG).read_text().splitlines()]
 
 
 def until_written(recorder):
@@ -77,8 +77,8 @@ def test_two_services_that_record_into_one_folder_do_not_write_into_each_other(t
     for recorder in recorders:
         recorder.close()
         assert recorder.lost == 0
-    tapes = [path / TAPE for path in tmp_path.iterdir()]
-    assert [len(tape.read_text().splitlines()) for tape in tapes] == [2, 2, 2]
+    logs = [path / SESSION_LOG for path in tmp_path.iterdir()]
+    assert [len(tape.read_text().splitlines()) for tape in logs] == [2, 2, 2]
 
 
 async def test_a_log_line_of_another_thread_reaches_observers_on_the_event_loop():

@@ -35,7 +35,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Manner:
+class Pace:
     """How to send: at the recorded pace or as `fast` as answers come; masks, or regions instead."""
 
     fast: bool = False
@@ -43,14 +43,14 @@ class Manner:
 
 
 Seen = Callable[[Line, Message], None]
-AS_RECORDED = Manner()
+AS_RECORDED = Pace()
 
 
 async def stream(
-    client: Client, capture: Capture, *, seen: Seen, manner: Manner = AS_RECORDED
+    client: Client, capture: Capture, *, seen: Seen, pace: Pace = AS_RECORDED
 ) -> Outcome:
     """Send every line of the capture; `seen` is told each answer as it arrives."""
-    sending = _Sending(client, seen, manner)
+    sending = _Sending(client, seen, pace)
     async with sending.touching(capture.touched is not None):
         lines = capture.lines()
         # A video is decoded in a thread, so that no touch waits for it.
@@ -62,18 +62,18 @@ async def stream(
 class _Sending:
     """One stream under way."""
 
-    def __init__(self, client: Client, seen: Seen, manner: Manner) -> None:
+    def __init__(self, client: Client, seen: Seen, pace: Pace) -> None:
         self._client = client
         self._seen = seen
-        self._manner = manner
+        self._pace = pace
         self._outcome = Outcome()
         self._waiting: set[asyncio.Future[Message]] = set()
         self._started = time.monotonic()
 
     async def follow(self, line: Line) -> None:
         """Send one line at its time or, fast, at once and wait for its answer."""
-        fast = self._manner.fast
-        fields: dict[str, Any] = line.message(with_mask=self._manner.with_masks)
+        fast = self._pace.fast
+        fields: dict[str, Any] = line.message(with_mask=self._pace.with_masks)
         due = self._started + line.t_s
         if not fast:
             await asyncio.sleep(max(0.0, due - time.monotonic()))

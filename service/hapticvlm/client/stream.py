@@ -21,7 +21,7 @@ from websockets.exceptions import InvalidURI, WebSocketException
 
 from hapticvlm.captures import Capture, CaptureError, Line
 from hapticvlm.client.connection import Client, Message, Refused, connect, trusting
-from hapticvlm.client.sending import Manner, Outcome, stream
+from hapticvlm.client.sending import Outcome, Pace, stream
 
 LATE_S = 0.25  # worth telling
 COLUMNS = (
@@ -41,7 +41,7 @@ class Target:
     ca: Path | None = None
 
 
-def run(opened: Callable[[], Capture], to: Target, manner: Manner, *, as_json: bool) -> int:
+def run(opened: Callable[[], Capture], to: Target, pace: Pace, *, as_json: bool) -> int:
     """Stream one capture, showing progress, decisions as they change and a summary."""
     try:
         tls = None if to.ca is None else trusting(to.ca)
@@ -50,7 +50,7 @@ def run(opened: Callable[[], Capture], to: Target, manner: Manner, *, as_json: b
         return 2
     service = partial(connect, to.url, name="hapticvlm stream", token=to.token, tls=tls)
     try:
-        return asyncio.run(_run(opened(), service, manner, as_json=as_json))
+        return asyncio.run(_run(opened(), service, pace, as_json=as_json))
     except (CaptureError, Refused) as error:
         print(f"hapticvlm stream: {error}", file=sys.stderr)
     except (OSError, WebSocketException, ValueError) as error:
@@ -81,7 +81,7 @@ def _hint(error: Exception) -> str:
 async def _run(
     capture: Capture,
     service: Callable[[], AbstractAsyncContextManager[Client]],
-    manner: Manner,
+    pace: Pace,
     *,
     as_json: bool,
 ) -> int:
@@ -89,7 +89,7 @@ async def _run(
     with Progress(*COLUMNS, console=console) as progress:
         show = _Show(progress, capture, as_json=as_json)
         async with service() as client:
-            outcome = await stream(client, capture, seen=show.seen, manner=manner)
+            outcome = await stream(client, capture, seen=show.seen, pace=pace)
     console.print(_summary(outcome), highlight=False)
     return 1 if outcome.unanswered or any("error" in name for name in outcome.answers) else 0
 
@@ -118,9 +118,9 @@ class _Show:
         if self._as_json:
             print(json.dumps({"t_s": line.t_s, "truth": line.truth, **answer}), flush=True)
             return
-        object_id, gist = answer.get("object_id"), (answer["material"], answer["source"])
-        if self._shown.get(object_id) != gist:
-            self._shown[object_id] = gist
+        object_id, change = answer.get("object_id"), (answer["material"], answer["source"])
+        if self._shown.get(object_id) != change:
+            self._shown[object_id] = change
             self._print(f"{line.t_s:7.2f} s  {describe(answer)}")
 
     def _print(self, text: str) -> None:

@@ -24,18 +24,18 @@ from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option
 logger = logging.getLogger(__name__)
 
 _BY_NAME = {option.name: option for option in OPTIONS}
-_FORMER = {option.told.former: option.name for option in OPTIONS if option.told.former}
+_FORMER = {option.details.former: option.name for option in OPTIONS if option.details.former}
 
 
 def _type(option: Option) -> Any:  # noqa: ANN401 - a type
     """Return what the validator is to expect in a file."""
     kind: Any = str if option.kind is Path else option.kind
-    if option.told.range is not None:
-        low, high = option.told.range
+    if option.details.range is not None:
+        low, high = option.details.range
         kind = Annotated[kind, Meta(ge=option.kind(low), le=option.kind(high))]
-    if option.told.bare is not None:
+    if option.details.bare is not None:
         kind = kind | bool
-    return kind | UnsetType if option.told.read is None else kind | str | UnsetType
+    return kind | UnsetType if option.details.read is None else kind | str | UnsetType
 
 
 def _struct(name: str, members: Mapping[str, Any]) -> type[msgspec.Struct]:
@@ -46,12 +46,14 @@ def _struct(name: str, members: Mapping[str, Any]) -> type[msgspec.Struct]:
 
 
 _TABLES = {
-    group: _struct(group, {one.name: _type(one) for one in OPTIONS if one.told.group == group})
+    group: _struct(
+        group, {option.name: _type(option) for option in OPTIONS if option.details.group == group}
+    )
     for group in GROUPS
 }
 _FILE = _struct(
     "File",
-    {one.name: _type(one) for one in OPTIONS}
+    {option.name: _type(option) for option in OPTIONS}
     | {group: table | UnsetType for group, table in _TABLES.items()},
 )
 
@@ -106,7 +108,7 @@ def _flat(path: Path, checked: msgspec.Struct) -> dict[str, Any]:
             if value is UNSET or known in GROUPS:
                 continue
             if known in found:
-                group = _BY_NAME[known].told.group
+                group = _BY_NAME[known].details.group
                 raise ValueError(f"{path}: {known}: stands at the top and in [{group}]; keep one")
             found[known] = value
     return found
@@ -114,30 +116,30 @@ def _flat(path: Path, checked: msgspec.Struct) -> dict[str, Any]:
 
 def _guard_secrets(path: Path, found: Mapping[str, Any]) -> None:
     """Warn of a secret that other users of this machine can read."""
-    stated = [name for name in found if _BY_NAME[name].told.env]
+    stated = [name for name in found if _BY_NAME[name].details.env]
     if stated and os.name == "posix" and path.stat().st_mode & 0o077:
         text = "%s states a %s and others can read it: chmod 600 %s"
         logger.warning(text, path, stated[0], path)
 
 
 def _value(option: Option, value: Any, folder: Path) -> Any:  # noqa: ANN401 - of any option
-    if value is True and option.told.bare is not None:
-        return option.told.bare
-    if option.told.read is not None and isinstance(value, str):
+    if value is True and option.details.bare is not None:
+        return option.details.bare
+    if option.details.read is not None and isinstance(value, str):
         return _read(option, folder / value)
     if option.kind is Path:
         return folder / Path(value).expanduser()
-    if option.told.names_path and os.path.exists(folder / value):  # noqa: PTH110 - false for what is no name
+    if option.details.names_path and os.path.exists(folder / value):  # noqa: PTH110 - false for what is no name
         return str(folder / value)
     return value
 
 
 def _read(option: Option, file: Path) -> float:
     """Take from a file the number that the option wants. Raises ArgumentTypeError."""
-    assert option.told.read is not None
-    assert option.told.range is not None
-    value: float = option.told.read(str(file))
-    low, high = option.told.range
+    assert option.details.read is not None
+    assert option.details.range is not None
+    value: float = option.details.read(str(file))
+    low, high = option.details.range
     if not low <= value <= high:
         raise argparse.ArgumentTypeError(f"{option.name}: {file} says {value:g}: {option.takes}")
     return value
@@ -162,7 +164,7 @@ def _explain_unknown(name: str, table: str) -> str:
     if option is not None and option.name != name:
         return f"{where}: names have dashes: write {option.name}"
     if option is not None:
-        return f"{where}: write it under [{option.told.group}] or above all tables"
+        return f"{where}: write it under [{option.details.group}] or above all tables"
     near = difflib.get_close_matches(dashed, [*_BY_NAME, *GROUPS], 1)
     guess = f"did you mean {near[0]}?" if near else "the names are those of the flags"
     return f"{where}: no such option; {guess} (`hapticvlm serve --help` lists them)"

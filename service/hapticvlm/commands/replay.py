@@ -1,7 +1,7 @@
 """Runs a recorded session again, without devices, and compares what it does to the outputs.
 
-What was recognised is taken from the tape, so that the outputs must come out bit for bit the same;
-with a recogniser the kept frames are looked at anew instead and the differences are counted.
+What was recognised is taken from the session log, so that the outputs must come out bit for bit
+the same; with a recogniser the kept frames are recognised anew and the differences are counted.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from hapticvlm.recognition.vlm.answers import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Command, Voices
-from hapticvlm.server.recorder import TAPE
+from hapticvlm.server.recorder import SESSION_LOG
 from hapticvlm.session.actions import (
     Action,
     AskAmbient,
@@ -46,13 +46,13 @@ BLOCK = 128
 Line = dict[str, Any]
 
 
-class TapeError(HapticVLMError):
+class SessionLogError(HapticVLMError):
     """A record that cannot be run again: which file, which line, why."""
 
 
 @dataclass(slots=True)
 class Replayed:
-    """What a replay came to; times of sounds are in s of the tape's clock."""
+    """What a replay came to; times of sounds are in s of the log's clock."""
 
     lines: int = 0
     counts: Counter[str] = field(default_factory=Counter)
@@ -64,56 +64,69 @@ class Replayed:
 
     @property
     def is_same(self) -> bool:
-        """Whether every output came out as recorded and no line of the tape was lost."""
+        """Whether every output came out as recorded and no line of the log was lost."""
         return not self.differing and not self.missing
 
 
-def read_tape(folder: Path) -> Iterator[Line]:
-    """Yield the lines of a record, the head first. Raises TapeError."""
-    path = folder / TAPE
+def read_session_log(folder: Path) -> Iterator[Line]:
+    """Yield the lines of a record, the head first. Raises SessionLogError."""
+    path = folder / SESSION_LOG
     try:
         file = path.open("rb")
     except OSError as error:
-        raise TapeError(f"{path}: {error.strerror}; name a folder that `record` made") from None
+        raise SessionLogError(
+            f"{path}: {error.strerror}; name a folder that `record` made"
+        ) from None
     with file:
         for number, text in enumerate(file, 1):
             try:
                 line = documents.parse_json(text)
             except ValueError:
-                raise TapeError(f"{path}:{number}: torn or no JSON") from None
+                raise SessionLogError(f"{path}:{number}: torn or no JSON") from None
             if not isinstance(line, dict):
-                raise TapeError(f"{path}:{number}: not a line of a session log")
+                raise SessionLogError(f"{path}:{number}: not a line of a session log")
             yield line
 
 
 def replay(
     folder: Path, table: Mapping[str, Material], recogniser: FrameRecogniser | None = None
 ) -> Replayed:
-    """Run a record again with these materials; a recogniser recognises anew. Raises TapeError."""
-    lines = read_tape(folder)
+    """Run a record again with these materials; a recogniser recognises anew.
+
+    Raises SessionLogError.
+    """
+    lines = read_session_log(folder)
     head = next(lines, {}).get("head")
     if not isinstance(head, dict):
-        raise TapeError(f"{folder / TAPE}:1: no head; name a folder that `record` made")
+        raise SessionLogError(
+            f"{folder / SESSION_LOG}:1: no head; name a folder that `record` made"
+        )
     try:
         missing = [name for name in head["materials"] if name not in table]
         player = None if missing else _Player(folder, head, table, recogniser)
     except (KeyError, TypeError, ValueError) as error:
-        raise TapeError(f"{folder / TAPE}:1: not a head of a session log ({error})") from None
+        raise SessionLogError(
+            f"{folder / SESSION_LOG}:1: not a head of a session log ({error})"
+        ) from None
     if player is None:
-        raise TapeError(f"{folder}: recorded with {', '.join(missing)}: give that --gallery too")
+        raise SessionLogError(
+            f"{folder}: recorded with {', '.join(missing)}: give that --gallery too"
+        )
     for line in lines:
         try:
             player.play(line)
         except KeyError as error:
-            place = f"{folder / TAPE}:{line.get('line', '?')}"
+            place = f"{folder / SESSION_LOG}:{line.get('line', '?')}"
             text = f"{error} is missing: not a line of a complete session log"
-            raise TapeError(f"{place}: {text}") from None
+            raise SessionLogError(f"{place}: {text}") from None
         except (AttributeError, TypeError, ValueError, MessageError) as error:
-            place = f"{folder / TAPE}:{line.get('line', '?')}"
-            raise TapeError(f"{place}: not a line of a session log ({error!r})") from None
+            place = f"{folder / SESSION_LOG}:{line.get('line', '?')}"
+            raise SessionLogError(f"{place}: not a line of a session log ({error!r})") from None
     counts = player.outcome.counts
     if counts["picture not kept"] and not counts["looked at anew"]:
-        raise TapeError(f"{folder}: has no pictures to recognise; record with --record-frames")
+        raise SessionLogError(
+            f"{folder}: has no pictures to recognise; record with --record-frames"
+        )
     return player.outcome
 
 
@@ -122,7 +135,7 @@ def waveform(
 ) -> NDArray[np.float32]:
     """Render the sounds of a replay by fresh voices, (N,) float32 at RATE_HZ.
 
-    It begins at `started` on the tape's clock, else with the first sound. The same tape and voices
+    It begins at `started` on the log's clock, else with the first sound. The same log and voices
     give the same bits.
     """
     if not outcome.sounds:
@@ -171,10 +184,10 @@ class _Player:
             plate_resistance=head.get("plate_resistance", 0.0),  # older logs took skin for plate
             thermal_gain=head.get("thermal_gain", 1.0),
         )
-        self._looks: dict[int, RecogniseFrame] = {}
+        self._recognitions: dict[int, RecogniseFrame] = {}
         self._blanks: set[bytes] = set()  # that stand for pictures which were not kept
         self._asks: dict[int, AskAmbient | AskMaterial] = {}
-        self._told: list[Line] = []
+        self._outputs: list[Line] = []
         self._now = 0.0
         self._next_line = 1
         self.outcome = Replayed()
@@ -194,13 +207,13 @@ class _Player:
         self._take(play(line))
 
     def _take(self, actions: list[Action]) -> None:
-        outs = [told["out"] for told in self._heard if "out" in told]
+        outs = [line["out"] for line in self._heard if "out" in line]
         self._heard.clear()
-        self._told = outs[0] if outs else []
+        self._outputs = outs[0] if outs else []
         for action in actions:
             match action:
                 case RecogniseFrame():
-                    self._looks[action.number] = action
+                    self._recognitions[action.number] = action
                 case AskAmbient() | AskMaterial():
                     self._asks[action.number] = action
                 case PlayVibration():
@@ -209,16 +222,16 @@ class _Player:
                     self.outcome.sounds.append((self._now, action))
 
     def _compare(self, line: Line) -> None:
-        recorded, self._told, told = line["out"], [], self._told
+        recorded, self._outputs, outputs = line["out"], [], self._outputs
         self.outcome.outputs += len(recorded)
-        if recorded != msgspec.json.decode(msgspec.json.encode(told)):
-            self._differ(line, f"recorded {_short(recorded)}, now {_short(told)}")
+        if recorded != msgspec.json.decode(msgspec.json.encode(outputs)):
+            self._differ(line, f"recorded {_short(recorded)}, now {_short(outputs)}")
 
     def _finish(self, line: Line) -> None:
-        """Notice outputs that came out now and are not on the tape."""
-        if self._told:
-            self._differ(line, f"not recorded, now {_short(self._told)}")
-            self._told = []
+        """Notice outputs that came out now and are not in the log."""
+        if self._outputs:
+            self._differ(line, f"not recorded, now {_short(self._outputs)}")
+            self._outputs = []
 
     def _differ(self, line: Line, what: str) -> None:
         self.outcome.differing += 1
@@ -233,7 +246,7 @@ class _Player:
             return []
 
     def _play_look(self, line: Line) -> list[Action]:
-        look = self._looks.pop(line["number"])
+        look = self._recognitions.pop(line["number"])
         evidence = None
         if line["evidence"] is not None:
             evidence = msgspec.convert(line["evidence"], Evidence)
@@ -242,7 +255,7 @@ class _Player:
         return self._session.recognised(look, evidence, line["stages_ms"], line["now"])
 
     def _play_sight(self, line: Line) -> list[Action]:
-        look, seen = self._looks.pop(line["number"]), line["sight"]
+        look, seen = self._recognitions.pop(line["number"]), line["sight"]
         sight = None
         if seen is not None:
             sight = SceneView(np.array(seen["embedding"], np.float32), seen["brightness"])
@@ -298,7 +311,9 @@ class _Player:
             msgspec.msgpack.encode(frame), str(look.key), 0.0, anew=True
         )
         if seen.evidence is None:
-            raise TapeError(f"{self._folder}: {seen.error}; --recognise needs the frames kept")
+            raise SessionLogError(
+                f"{self._folder}: {seen.error}; --recognise needs the frames kept"
+            )
         self.outcome.counts["looked at anew"] += 1
         self.outcome.counts["seen otherwise"] += seen.evidence.material != before.material
         return seen.evidence

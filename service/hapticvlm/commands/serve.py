@@ -70,45 +70,55 @@ def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> 
         help="read options from this TOML file; they have the names below, and a flag wins",
     )
     for group, title in GROUPS.items():
-        shown = [one for one in OPTIONS if one.told.group == group and one.field not in but]
+        shown = [
+            option
+            for option in OPTIONS
+            if option.details.group == group and option.field not in but
+        ]
         if shown:
             flags = parser.add_argument_group(title)
             for option in shown:
                 flags.add_argument(option.flag, **_argument(option))
-                if option.told.former is not None:
+                if option.details.former is not None:
                     hidden = {"dest": option.field, "help": argparse.SUPPRESS}
-                    flags.add_argument(f"--{option.told.former}", **{**_argument(option), **hidden})
+                    flags.add_argument(
+                        f"--{option.details.former}", **{**_argument(option), **hidden}
+                    )
 
 
 def settle(given: argparse.Namespace, environment: Mapping[str, str] = os.environ) -> Serving:
     """Return what is to be run. Raises ValueError, naming the flag or the file and its field."""
     from hapticvlm.commands import config_file
 
-    told = config_file.read(given.config) if given.config is not None else {}
-    told |= {
-        one.field: environment[one.told.env]
-        for one in OPTIONS
-        if one.told.env and environment.get(one.told.env)
+    values = config_file.read(given.config) if given.config is not None else {}
+    values |= {
+        option.field: environment[option.details.env]
+        for option in OPTIONS
+        if option.details.env and environment.get(option.details.env)
     }
-    flags = {one.field: getattr(given, one.field) for one in OPTIONS if hasattr(given, one.field)}
+    flags = {
+        option.field: getattr(given, option.field)
+        for option in OPTIONS
+        if hasattr(given, option.field)
+    }
     check_ranges(flags)
-    return Serving(**_frozen(told | flags))
+    return Serving(**_frozen(values | flags))
 
 
 def _argument(option: Option) -> dict[str, Any]:
     """Return what argparse is to know; a flag that is not given leaves no trace."""
-    text = option.told.help.replace("%(default)s", str(option.default))
-    told: dict[str, Any] = {"default": argparse.SUPPRESS, "help": text}
+    text = option.details.help.replace("%(default)s", str(option.default))
+    argument: dict[str, Any] = {"default": argparse.SUPPRESS, "help": text}
     if option.kind is bool:
-        return told | {"action": "store_true"}
-    told["metavar"] = option.told.metavar
+        return argument | {"action": "store_true"}
+    argument["metavar"] = option.details.metavar
     if option.choices:
-        return told | {"choices": option.choices}
+        return argument | {"choices": option.choices}
     if option.kind == tuple[str, ...]:
-        return told | {"action": "append"}
-    if option.told.bare is not None:
-        told |= {"nargs": "?", "const": option.told.bare}
-    return told | {"type": option.told.read or option.kind}
+        return argument | {"action": "append"}
+    if option.details.bare is not None:
+        argument |= {"nargs": "?", "const": option.details.bare}
+    return argument | {"type": option.details.read or option.kind}
 
 
 def _frozen(values: Mapping[str, Any]) -> dict[str, Any]:

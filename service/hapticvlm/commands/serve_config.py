@@ -23,9 +23,9 @@ def contact_resistance(text: str) -> float:
         return float(text)
     except ValueError:
         pass
-    told = _calibrated(Path(text))
-    value = told.get("contact_resistance")
-    if told.get("calibrate") != "thermal" or isinstance(value, bool):
+    calibration = _calibrated(Path(text))
+    value = calibration.get("contact_resistance")
+    if calibration.get("calibrate") != "thermal" or isinstance(value, bool):
         value = None
     if not isinstance(value, int | float):
         raise _not_a_result(text)
@@ -40,12 +40,12 @@ def _calibrated(path: Path) -> dict[str, object]:
         reason = error.strerror or error
         raise argparse.ArgumentTypeError(f"{path}: no number, and as a file: {reason}") from None
     try:
-        told = json.loads(data) if len(data) <= _MOST_BYTES else None
+        calibration = json.loads(data) if len(data) <= _MOST_BYTES else None
     except (ValueError, RecursionError):
-        told = None
-    if not isinstance(told, dict):
+        calibration = None
+    if not isinstance(calibration, dict):
         raise _not_a_result(str(path))
-    return told
+    return calibration
 
 
 def _not_a_result(text: str) -> argparse.ArgumentTypeError:
@@ -355,7 +355,7 @@ class Option:
     field: str
     kind: Any
     default: Any
-    told: Flag
+    details: Flag
 
     @property
     def name(self) -> str:
@@ -375,8 +375,8 @@ class Option:
     @property
     def takes(self) -> str:
         """What value it wants, for people."""
-        if self.told.range is not None:
-            low, high = self.told.range
+        if self.details.range is not None:
+            low, high = self.details.range
             return f"a {'whole ' if self.kind is int else ''}number, {low:g}..{high:g}"
         if self.choices:
             return f"one of {', '.join(self.choices)}"
@@ -389,11 +389,13 @@ _TAKES = {bool: "true or false", tuple[str, ...]: 'a list of texts, as in ["..."
 def _options() -> tuple[Option, ...]:
     hints = get_type_hints(Serving, include_extras=True)
     found = []
-    for one in fields(Serving):
-        hint, flag = get_args(hints[one.name])
+    for declared in fields(Serving):
+        hint, flag = get_args(hints[declared.name])
         kinds = [part for part in get_args(hint) if part is not NoneType]
         is_optional = NoneType in get_args(hint)
-        found.append(Option(one.name, kinds[0] if is_optional else hint, one.default, flag))
+        found.append(
+            Option(declared.name, kinds[0] if is_optional else hint, declared.default, flag)
+        )
     return tuple(found)
 
 
@@ -404,8 +406,8 @@ def check_ranges(given: Mapping[str, Any]) -> None:
     """Refuse flags with numbers that no set-up has. Raises ValueError."""
     for option in OPTIONS:
         value = given.get(option.field)
-        if option.told.range is None or value is None:
+        if option.details.range is None or value is None:
             continue
-        low, high = option.told.range
+        low, high = option.details.range
         if not low <= value <= high:
             raise ValueError(f"{option.flag} {value:g}: outside {low:g}..{high:g}")

@@ -96,14 +96,14 @@ def _add_demo(commands: Commands) -> None:
 
 def _stream(options: argparse.Namespace) -> int:
     from hapticvlm.captures import Touched, View, read
-    from hapticvlm.client.sending import Manner
+    from hapticvlm.client.sending import Pace
     from hapticvlm.client.stream import run
 
     touched = None if options.centre is None else Touched(options.centre)
     return run(
         partial(read, options.capture, View(options.eye), touched),
         reaching.target(options),
-        Manner(fast=options.fast, with_masks=not options.no_masks),
+        Pace(fast=options.fast, with_masks=not options.no_masks),
         as_json=options.json,
     )
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.commands.replay import Replayed, TapeError, read_tape, replay, waveform
+from hapticvlm.commands.replay import Replayed, SessionLogError, read_session_log, replay, waveform
 from hapticvlm.materials import Material
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Voices
@@ -96,18 +96,18 @@ class Timeline:
 
 
 def read(folder: Path, table: Mapping[str, Material], voices: Voices) -> Timeline:
-    """Read a session as `record` made it. Raises TapeError."""
+    """Read a session as `record` made it. Raises SessionLogError."""
     gathered = _Gathered(folder)
-    for line in read_tape(folder):
+    for line in read_session_log(folder):
         gathered.take(line)
     if gathered.started is None:
-        raise TapeError(f"{folder}: nothing was sent in this session")
+        raise SessionLogError(f"{folder}: nothing was sent in this session")
     return gathered.timeline(replay(folder, table), voices)
 
 
 @dataclass(slots=True)
 class _Gathered:
-    """What the lines of a tape have said so far."""
+    """What the lines of a session log have said so far."""
 
     folder: Path
     started: float | None = None

@@ -102,16 +102,16 @@ class Peltier:
 
     def connect(self) -> None:
         """Open the port and wait for the board's answer. Raises DeviceError, naming each port."""
-        told = []
+        failures = []
         for place in ports.places(self._asked):
             try:
                 self._open(place)
                 self._greet()
             except DeviceError as error:
-                told.append(f"{place.text}: {error}")
+                failures.append(f"{place.text}: {error}")
                 continue
             return
-        raise DeviceError(f"no plate answered; {'; '.join(told)}")
+        raise DeviceError(f"no plate answered; {'; '.join(failures)}")
 
     def turn(self) -> None:
         """Read once, for at most READ_S, then write what is due; a failing port is let go."""

@@ -80,14 +80,14 @@ class PlateSession:
     @property
     def counts(self) -> dict[str, int]:
         """Everything that did not fit, here and on the board."""
-        told = self.telemetry
+        telemetry = self.telemetry
         return {
             **self._counts,
             "bad_frames": self._counts["bad_frames"] + self._deframer.bad,
             "commands_ignored": self._drive.ignored,
             "orders_lost": self._orders.lost,
-            "board_bad_frames": 0 if told is None else told.bad_frames,
-            "board_refused": 0 if told is None else told.refused,
+            "board_bad_frames": 0 if telemetry is None else telemetry.bad_frames,
+            "board_refused": 0 if telemetry is None else telemetry.refused,
         }
 
     def opened(self, now: float) -> None:
@@ -153,16 +153,16 @@ class PlateSession:
 
     def reading(self, now: float) -> PlateReading:
         """Return what the plate last said, and nothing measured when that is too long ago."""
-        told = self.telemetry if self._is_fresh(now) else None
+        telemetry = self.telemetry if self._is_fresh(now) else None
         dose_cem43, heated_s = self._dose.total
-        setpoint_mc = None if told is None else told.setpoint_mc
+        setpoint_mc = None if telemetry is None else telemetry.setpoint_mc
         return PlateReading(
-            plate_c=None if told is None else _celsius(told.plate_mc),
-            sink_c=None if told is None else _celsius(told.sink_mc),
+            plate_c=None if telemetry is None else _celsius(telemetry.plate_mc),
+            sink_c=None if telemetry is None else _celsius(telemetry.sink_mc),
             setpoint_c=NEUTRAL_C if setpoint_mc is None else setpoint_mc / 1000.0,
-            duty=0.0 if told is None else self._duty(told),
-            current_limited=told is not None
-            and bool(told.limited & plate_protocol.LIMITED_BY_CURRENT),
+            duty=0.0 if telemetry is None else self._duty(telemetry),
+            current_limited=telemetry is not None
+            and bool(telemetry.limited & plate_protocol.LIMITED_BY_CURRENT),
             dose_cem43=dose_cem43,
             heated_s=heated_s,
             faults=self._faults(now),
@@ -185,11 +185,11 @@ class PlateSession:
             found = (*found, faults.NOT_FOLLOWED.name)
         return found if self._is_fresh(now) else (*found, faults.SILENT.name)
 
-    def _duty(self, told: Telemetry) -> float:
+    def _duty(self, telemetry: Telemetry) -> float:
         if self.board is None:
             return 0.0
-        cap = self.board.heat_cap if told.duty > 0 else self.board.cool_cap
-        return min(max(told.duty / cap, -1.0), 1.0) if cap else 0.0
+        cap = self.board.heat_cap if telemetry.duty > 0 else self.board.cool_cap
+        return min(max(telemetry.duty / cap, -1.0), 1.0) if cap else 0.0
 
     def _order(self, message: Message) -> None:
         self._drive.rest()
@@ -225,22 +225,22 @@ class PlateSession:
             case _:
                 self._counts["unknown_frames"] += 1
 
-    def _follow(self, told: Telemetry, now: float) -> None:
-        if self._uptime_ms is not None and _went_back(self._uptime_ms, told.uptime_ms):
+    def _follow(self, telemetry: Telemetry, now: float) -> None:
+        if self._uptime_ms is not None and _went_back(self._uptime_ms, telemetry.uptime_ms):
             self._dose.restart()
             if self.telemetry is not None:  # else the port was just opened: expected
                 self._restarted()
-        if told.faults:
+        if telemetry.faults:
             self._drive.hold()
-        self._watch_following(told, now)
-        self._uptime_ms, self.telemetry = told.uptime_ms, told
-        self._dose.tell(told.dose_mcem43 / 1000.0, float(told.heated_s), now)
+        self._watch_following(telemetry, now)
+        self._uptime_ms, self.telemetry = telemetry.uptime_ms, telemetry
+        self._dose.tell(telemetry.dose_mcem43 / 1000.0, float(telemetry.heated_s), now)
 
-    def _watch_following(self, told: Telemetry, now: float) -> None:
+    def _watch_following(self, telemetry: Telemetry, now: float) -> None:
         """Find that the board does not hold although it was sent setpoints all the time."""
-        if told.state == State.HOLDING:
+        if telemetry.state == State.HOLDING:
             self._unfollowed_since, self._is_unfollowed = None, False
-        elif not self._drive.is_driving or told.faults:
+        elif not self._drive.is_driving or telemetry.faults:
             self._unfollowed_since = None
         elif self._unfollowed_since is None:
             self._unfollowed_since = now

@@ -71,15 +71,15 @@ def _examined(context: ssl.SSLContext, file: Path) -> Certificate:
     client.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
     client.load_verify_locations(file)
     try:
-        told = _shake_hands(client, context)
+        presented = _shake_hands(client, context)
     except ssl.SSLCertVerificationError as error:
         cure = "; make a new one" if error.verify_code in (_EXPIRED, _NOT_YET) else ""
         text = f"--tls-cert {file}: no client would take it: {error.verify_message}{cure}"
         raise ValueError(text) from None
     except ssl.SSLError as error:
         raise ValueError(f"--tls-cert {file}: can't be used: {_reason(error)}") from None
-    names = frozenset(name for _, name in told.get("subjectAltName", ()))
-    return Certificate(context, names, ssl.cert_time_to_seconds(told["notAfter"]))
+    names = frozenset(name for _, name in presented.get("subjectAltName", ()))
+    return Certificate(context, names, ssl.cert_time_to_seconds(presented["notAfter"]))
 
 
 def _shake_hands(client: ssl.SSLContext, server: ssl.SSLContext) -> dict[str, Any]:

@@ -111,8 +111,8 @@ def answer(
     if path in REPORTS:
         return _report(path, status())
     if path == "/status":
-        told = {**status(), "reach": reach.of_pages(policy.lan_pages, connection.local_address[1])}
-        return _response(200, json.dumps(told) + "\n", "application/json")
+        found = {**status(), "reach": reach.of_pages(policy.lan_pages, connection.local_address[1])}
+        return _response(200, json.dumps(found) + "\n", "application/json")
     if path == "/connect.svg":
         return _code(policy.lan_pages, connection.local_address[1])
     if policy.scene_folder is not None and path.startswith(scene_files.PREFIX):

@@ -2,7 +2,7 @@
 
 `tape.jsonl` is everything that went into the session, for `replay`; `capture.jsonl` its messages,
 for `stream`; `decisions.jsonl` what was decided. Pictures are kept only when asked for. When the
-disk is too slow or the record too long, lines are lost, counted, and the tape says it is torn.
+disk is too slow or the record too long, lines are lost and counted, and the log says so.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hapticvlm.captures import LINES
 from hapticvlm.messages import Frame
 from hapticvlm.session.recorded import Line
 
-TAPE, DECISIONS = "tape.jsonl", "decisions.jsonl"
+SESSION_LOG, DECISIONS = "tape.jsonl", "decisions.jsonl"
 MAX_WAITING = 2000
 MAX_WAITING_BYTES = 64 * 1024**2
 COMPLAIN_S = 10.0
@@ -133,12 +133,12 @@ class _Record:
     def open(self, head: Line) -> int:
         """Make the folder and write the first line."""
         self._folder = _new_folder(self._folder)
-        size = self._append(TAPE, {"line": 0, "head": head})
+        size = self._append(SESSION_LOG, {"line": 0, "head": head})
         self._is_open = True
         return size
 
     def take(self, number: int, line: Line, frame: Frame | None) -> int:
-        """Write one line of the tape, and what of it is of interest by itself."""
+        """Write one line of the log, and what of it is of interest by itself."""
         if not self._is_open:
             raise OSError(f"{self._folder} could not be begun")
         self._follow(line)
@@ -146,7 +146,7 @@ class _Record:
         extras: dict[str, Any] = {}
         if frame is not None:
             size, extras = self._keep(frame)
-        size += self._append(TAPE, {"line": number, **line, **extras})
+        size += self._append(SESSION_LOG, {"line": number, **line, **extras})
         if line.get("in") == "message":
             size += self._append_message(line["message"], extras)
         for done in line.get("out", ()):

@@ -251,7 +251,7 @@ class WebSocketServer:
         return connection
 
     def _session(self, *, observer: bool) -> SceneSession:
-        """Begin a session; a scene's is taped when sessions are kept."""
+        """Begin a session; a scene's is recorded when sessions are kept."""
         given: dict[str, Any] = {
             "owner": not observer and self._gateway.owner is None,
             "observer": observer,

@@ -33,8 +33,8 @@ def run(plan: Plan, ask: Ask) -> int:
         plan.out.mkdir(parents=True, exist_ok=True)
         files = plots.draw(outcome, plan.method, plan.out / NAME)
     if plan.as_json:
-        told = figures(outcome, plan.method) | {"files": [str(path) for path in files]}
-        print(json.dumps(told))
+        report = figures(outcome, plan.method) | {"files": [str(path) for path in files]}
+        print(json.dumps(report))
     else:
         tables.print_outcome(outcome, plan.method, files)
     return 0 if outcome.score is not None else 1

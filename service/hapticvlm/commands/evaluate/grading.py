@@ -43,9 +43,9 @@ class Outcome:
 
 def grade(answers: Sequence[Answered]) -> Outcome:
     """Grade what was answered."""
-    told = [(one, one.guess) for one in answers if one.guess is not None]
-    guesses = [guess for _, guess in told]
-    asked = [one.shot for one, _ in told] or [one.shot for one in answers]
+    answered = [(one, one.guess) for one in answers if one.guess is not None]
+    guesses = [guess for _, guess in answered]
+    asked = [one.shot for one, _ in answered] or [one.shot for one in answers]
     truths = [shot.truth_c for shot in asked]
     blind: dict[Rule, list[Guess]] = {}
     for rule in get_args(Rule):
@@ -55,7 +55,7 @@ def grade(answers: Sequence[Answered]) -> Outcome:
     graded = {rule: _graded(found, truths) for rule, found in blind.items()}
     best = min(graded, key=lambda rule: graded[rule].mae_c)
     sources = {}
-    for source in dict.fromkeys(one.shot.source for one, _ in told):
+    for source in dict.fromkeys(one.shot.source for one, _ in answered):
         at = [place for place, shot in enumerate(asked) if shot.source == source]
         true = [truths[place] for place in at]
         ours, theirs = ([all_[place] for place in at] for all_ in (guesses, blind[best]))

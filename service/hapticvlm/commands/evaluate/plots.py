@@ -55,8 +55,10 @@ def _title(outcome: Outcome, method: str) -> str:
 
 
 def _scatter(axes: Axes, outcome: Outcome) -> None:
-    told = [(one.shot, one.guess) for one in outcome.answers if one.guess is not None]
-    temperatures = [t for shot, guess in told for t in (shot.truth_c, guess.low_c, guess.high_c)]
+    answered = [(one.shot, one.guess) for one in outcome.answers if one.guess is not None]
+    temperatures = [
+        t for shot, guess in answered for t in (shot.truth_c, guess.low_c, guess.high_c)
+    ]
     low, high = min(temperatures) - MARGIN_C, max(temperatures) + MARGIN_C
     line = np.array([low, high])
     axes.fill_between(
@@ -64,7 +66,7 @@ def _scatter(axes: Axes, outcome: Outcome) -> None:
     )
     axes.plot(line, line, color=SOFT, linewidth=0.8)
     for at, source in enumerate(outcome.sources):
-        mine = [(shot, guess) for shot, guess in told if shot.source == source]
+        mine = [(shot, guess) for shot, guess in answered if shot.source == source]
         true = np.array([shot.truth_c for shot, _ in mine])
         said = np.array([guess.value_c for _, guess in mine])
         ends = [(guess.low_c, guess.high_c) for _, guess in mine]

@@ -21,7 +21,9 @@ def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
         mark = " (best)" if rule == outcome.best else ""
         _print_score(f"constant: {rule}{mark}", one)
     paper = share(*PAPER)
-    print(f"{'the paper, on its own pictures':<34}{PAPER[1]:>5}  {'not told':<20}{_percent(paper)}")
+    print(
+        f"{'the paper, on its own pictures':<34}{PAPER[1]:>5}  {'not stated':<20}{_percent(paper)}"
+    )
     for source, (ours, theirs) in outcome.sources.items():
         _print_score(f"{source}: {method}", ours)
         _print_score(f"{source}: best constant", theirs)
@@ -58,8 +60,8 @@ def _percent(one: Share) -> str:
 
 
 def _verdict(outcome: Outcome, method: str) -> str:
-    asked, told = len(outcome.answers), outcome.score.n if outcome.score else 0
-    missing = f"; {asked - told} of {asked} not answered" if told < asked else ""
+    asked, answered = len(outcome.answers), outcome.score.n if outcome.score else 0
+    missing = f"; {asked - answered} of {asked} not answered" if answered < asked else ""
     if outcome.gain_c is None:
         return f"\n{method} answered nothing{missing}"
     value, low, high = outcome.gain_c

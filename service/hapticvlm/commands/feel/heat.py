@@ -1,7 +1,7 @@
 """The thermal half of a touch: what physics says skin does, and what the plate would be told. Pure.
 
 The hand approaches for APPROACH_S, then touches. The plate starts neutral, leads by the product's
-own course and keeps the product's own limits; nothing here computes heat by itself.
+own trajectory and keeps the product's own limits; nothing here computes heat by itself.
 """
 
 from __future__ import annotations
@@ -107,12 +107,14 @@ def _plate(
         heated_s=0.0,
         faults=(),
     )
-    course, setpoint_c = ThermalTrajectory(), NEUTRAL_C
+    trajectory, setpoint_c = ThermalTrajectory(), NEUTRAL_C
     wanted, sent = [], []
     for tick in range(-round(APPROACH_S / TICK_S), round(seconds / TICK_S) + 1):
         now = TICK_S * tick
-        course = course.approach(contact, now) if tick < 0 else course.touch(contact, 0, now)
-        limited = limit(course.wanted_c(now), setpoint_c, TICK_S, reading)
+        trajectory = (
+            trajectory.approach(contact, now) if tick < 0 else trajectory.touch(contact, 0, now)
+        )
+        limited = limit(trajectory.wanted_c(now), setpoint_c, TICK_S, reading)
         setpoint_c = limited.setpoint_c
         if tick >= 0:
             wanted.append(limited.unlimited_c)

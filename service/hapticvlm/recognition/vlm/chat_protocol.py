@@ -110,9 +110,9 @@ SAID_BELIEF = 0.6
 
 def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | None:
     """Read a temperature off the log-probabilities, one choice a wording; None without them."""
-    told = [_told(choice, fit_number) for choice in choices]
-    known = [one for one in told if one is not None]
-    if len(known) < len(told):
+    replies = [_reply(choice, fit_number) for choice in choices]
+    known = [one for one in replies if one is not None]
+    if len(known) < len(replies):
         return None
     value = spread([one.seen for one in known])
     ends = spread([one.seen + one.unseen for one in known])
@@ -135,10 +135,10 @@ def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
 
 def material_by_logprobs(choice: Json, names: Sequence[str]) -> Evidence | None:
     """Weigh material names by their log-probabilities; None without them."""
-    told = _told(choice, fit_word((*names, UNKNOWN)))
-    if told is None:
+    reply = _reply(choice, fit_word((*names, UNKNOWN)))
+    if reply is None:
         return None
-    beliefs = zip(names, told.seen.tolist(), strict=False)
+    beliefs = zip(names, reply.seen.tolist(), strict=False)
     ranked = sorted((pair for pair in beliefs if pair[1] > 0), key=lambda pair: -pair[1])
     return Evidence("vlm", tuple(ranked))
 
@@ -154,10 +154,10 @@ def material_by_text(choice: Json, names: Sequence[str]) -> Evidence:
     return Evidence("vlm", () if said == [UNKNOWN] else ((said[0], SAID_BELIEF),))
 
 
-def _told(choice: Json, fits: Fits) -> Told | None:
+def _reply(choice: Json, fits: Fits) -> Told | None:
     """Follow the log-probabilities; None without them, or where most are of no candidate."""
     places = read_places(choice)
     if not places:
         return None
-    told = follow(places, fits, is_whole=choice.get("finish_reason") == "stop")
-    return told if told.seen.sum() >= LEAST_TOLD else None
+    reply = follow(places, fits, is_whole=choice.get("finish_reason") == "stop")
+    return reply if reply.seen.sum() >= LEAST_TOLD else None

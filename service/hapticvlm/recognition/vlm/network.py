@@ -107,8 +107,8 @@ class Network:
             steps = np.arange(len(whole) - shared)
             positions = self._positions(prompt, steps)
             logits = self._call(whole, positions, **prompt.tensors).logits
-            told: NDArray[np.float32] = log_probs(logits[0, -1:])[0]
-            return told
+            beliefs: NDArray[np.float32] = log_probs(logits[0, -1:])[0]
+            return beliefs
 
     def write(self, prompt: Prompt, most: int, until_s: float = inf) -> list[int]:
         """Write the likeliest answer to the first wording, its end not included. Raises VlmError.

@@ -91,8 +91,8 @@ class RemoteVlm:
 
         def ask() -> Evidence:
             choice = self._choice(body, time.monotonic())
-            told = chat_protocol.material_by_logprobs(choice, names)
-            return chat_protocol.material_by_text(choice, names) if told is None else told
+            evidence = chat_protocol.material_by_logprobs(choice, names)
+            return chat_protocol.material_by_text(choice, names) if evidence is None else evidence
 
         return self._guarded(ask)
 
@@ -125,12 +125,12 @@ class RemoteVlm:
         return answer
 
     def _reading(self, choices: Sequence[Json], seconds: float) -> Reading:
-        told = None
+        reading = None
         if self._settings.method != "text":
-            told = chat_protocol.ambient_by_logprobs(choices, seconds)
-        if told is None and self._settings.method == "logprobs":
+            reading = chat_protocol.ambient_by_logprobs(choices, seconds)
+        if reading is None and self._settings.method == "logprobs":
             raise VlmError(f"{self.name} tells no log-probabilities of numbers")
-        return chat_protocol.ambient_by_text(choices, seconds) if told is None else told
+        return chat_protocol.ambient_by_text(choices, seconds) if reading is None else reading
 
     def _choice(self, body: Json, begun: float) -> Json:
         """Ask once, without log-probabilities where the endpoint does not know them."""

@@ -100,8 +100,8 @@ def free_bytes() -> int | None:
     """Say how much memory a new process may take, None where the system does not tell."""
     if not MEMINFO.is_file():
         return None
-    told = dict(row.split(":", 1) for row in MEMINFO.read_text().splitlines() if ":" in row)
-    free = told.get("MemAvailable")
+    memory = dict(row.split(":", 1) for row in MEMINFO.read_text().splitlines() if ":" in row)
+    free = memory.get("MemAvailable")
     return None if free is None else 1024 * int(free.split()[0])
 
 
@@ -171,7 +171,7 @@ def _model(folder: Path, settings: VlmSettings) -> Any:  # noqa: ANN401 - any ki
     import transformers
 
     library: Any = transformers
-    model, told = library.AutoModelForImageTextToText.from_pretrained(
+    model, report = library.AutoModelForImageTextToText.from_pretrained(
         folder,
         dtype=getattr(torch, settings.precision or "bfloat16"),
         attn_implementation="sdpa",  # takes the mask of a packed pass
@@ -181,7 +181,7 @@ def _model(folder: Path, settings: VlmSettings) -> Any:  # noqa: ANN401 - any ki
         use_safetensors=True,
         weights_only=True,
     )
-    lacking = sorted(told["missing_keys"])
+    lacking = sorted(report["missing_keys"])
     if lacking:
         raise _unloadable(settings, f"it lacks {len(lacking)} weights, {lacking[0]} first")
     return model.to(settings.device).eval()
