@@ -17,6 +17,7 @@ const uint8_t TICKS = 50, HALF = TICKS / 2, CONVERSIONS = 16 * plate::PLACES;
 static_assert(TICKS * 2 / 5 == plate::STEP_MS, "a tick is 0.4 ms");
 const uint8_t CONVERTER = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1) | _BV(ADPS0);  // 104 us each
 const uint8_t HEAT_PIN = _BV(PB1), COOL_PIN = _BV(PB2), ENABLE_PIN = _BV(PB0);  // port B
+const uint8_t LIGHT_PIN = _BV(PB5);    // the LED marked L on an Uno or Nano
 const uint8_t CUT_OUT_PIN = _BV(PD7);  // port D, low while closed
 
 plate::Keepsake keepsake __attribute__((section(".noinit")));
@@ -41,8 +42,8 @@ void start_conversion() {
 // The whole of each register, at every step: what a disturbance flipped is right again 20 ms later.
 // Both pins stay outputs; without their COM bits they are the zeros of PORTB, not a pulse a period.
 void write_bridge(uint8_t enable, uint8_t com) {
-    PORTB = enable;
-    DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN;
+    PORTB = enable | (PORTB & LIGHT_PIN);
+    DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN | LIGHT_PIN;
     TCCR1A = com | _BV(WGM11);        // mode 6: fast PWM, 9 bits
     TCCR1B = _BV(WGM12) | _BV(CS10);  // 31.25 kHz
     PORTD = CUT_OUT_PIN;              // its pull-up
@@ -174,6 +175,13 @@ void hal_drive(int16_t counts) {
     else
         OCR1B = -counts - 1;
     write_bridge(ENABLE_PIN, counts > 0 ? _BV(COM1A1) : _BV(COM1B1));
+}
+
+void hal_light(bool on) {
+    if (on)
+        PORTB |= LIGHT_PIN;
+    else
+        PORTB &= ~LIGHT_PIN;
 }
 
 void hal_send(const uint8_t* bytes, uint8_t count) {

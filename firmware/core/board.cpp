@@ -44,6 +44,12 @@ void finish_return(Board& board) {
     if (arrived || board.returning_ms >= LONGEST_RETURN_MS) open_bridge(board);
 }
 
+// For who has no host at hand: steady while driving, blinking while a fault is latched.
+void light(const Board& board) {
+    const bool blink = hal_uptime_ms() / BLINK_MS % 2 == 0;
+    hal_light(board.state == State::faulted ? blink : is_driving(board));
+}
+
 void drive(Board& board) {
     if (!is_driving(board)) {
         hal_drive(0);
@@ -108,6 +114,7 @@ void step(Board& board, const uint16_t sums[PLACES]) {
     latch(board, board.causes);
     lapse(board);
     finish_return(board);
+    light(board);
     drive(board);
     account(board);
     report(board);

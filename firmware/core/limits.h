@@ -25,6 +25,7 @@ namespace plate {
 const uint16_t STEP_MS = 20;
 const float STEP_S = STEP_MS * 0.001f;
 const uint8_t TELEMETRY_HZ = 20;
+const uint8_t BLINK_MS = 100;  // on, then off
 
 // Setpoints
 const float NEUTRAL_C = 32.0f;

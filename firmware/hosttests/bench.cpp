@@ -17,6 +17,9 @@ uint8_t hal_reset_cause() {
 void hal_drive(int16_t counts) {
     bench.counts = counts;
 }
+void hal_light(bool on) {
+    bench.light = on;
+}
 void hal_send(const uint8_t* bytes, uint8_t count) {
     bench.sent.insert(bench.sent.end(), bytes, bytes + count);
 }

@@ -11,6 +11,7 @@ struct Bench {
     uint8_t reset_cause = plate::RESET_POWER_ON;
     int16_t counts = 0;  // driven now
     unsigned fed = 0;    // times the watchdog was fed
+    bool light = false;
     bool cut_out_is_open = false;
     std::vector<uint8_t> sent;
     plate::Keepsake keepsake;

@@ -246,6 +246,28 @@ TEST_CASE("an open cut-out is a fault of its own while driving, and none at rest
     CHECK(rig.board.faults == 0);
 }
 
+TEST_CASE("the light is steady while driving, dark at rest, and blinks five times a second on a fault") {
+    Rig rig;
+    CHECK(!bench.light);
+    rig.greet();
+    for (int i = 0; i < 20; i++) {
+        rig.hold_for(32.0, 1);
+        CHECK(bench.light);
+    }
+    rig.say(OFF);
+    rig.step();
+    CHECK(!bench.light);
+    rig.a_c = 45.0;
+    rig.step();
+    int changes = 0;
+    for (int i = 0; i < 50; i++) {
+        const bool before = bench.light;
+        rig.step();
+        changes += bench.light != before;
+    }
+    CHECK(changes == 10);
+}
+
 TEST_CASE("a contact that bounces is no open cut-out") {
     Rig rig;
     rig.greet();

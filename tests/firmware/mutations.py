@@ -393,16 +393,24 @@ MUTATIONS = (
     Mutation(
         "the idle pin's bit left as it is",
         PORT,
-        "    PORTB = enable;\n",
-        "    PORTB = (PORTB & (HEAT_PIN | COOL_PIN)) | enable;\n",
+        "    PORTB = enable | (PORTB & LIGHT_PIN);\n",
+        "    PORTB = enable | (PORTB & (LIGHT_PIN | HEAT_PIN | COOL_PIN));\n",
         chip=f"{_FLIPPED}[38.0]",
     ),
     Mutation(
         "direction of the pins not rewritten",
         PORT,
-        "    DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN;\n",
-        "    if (!enable) DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN;\n",
+        "    DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN | LIGHT_PIN;\n",
+        "    if (!enable) DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN | LIGHT_PIN;\n",
         chip=f"{_FLIPPED}[20.0]",
+    ),
+    Mutation(
+        "a fault does not blink",
+        BOARD,
+        "board.state == State::faulted ? blink : is_driving(board)",
+        "is_driving(board) || (blink && !blink)",
+        "the light is steady while driving*",
+        "test_bare.py::test_a_bare_board_names_what_is_missing_and_blinks",
     ),
     Mutation(
         "conversions in a bunch at the start of a step",

@@ -1,0 +1,99 @@
+"""The firmware on a board with no plate: what a maker sees of it before buying one."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from .board import Board
+from .hardware import PLATE_A, PLATE_B, SINK, SUPPLY_MV
+from .rawhost import RawHost
+
+PORTB, LIGHT = 0x25, 1 << 5  # the LED marked L
+ROOM_MV = SUPPLY_MV / 2.0  # two 10 kohm resistors: a thermistor at 25 degC
+MISSING = {"PLATE_A_OPEN", "PLATE_B_OPEN", "SINK_OPEN"}
+
+
+def is_lit(board: Board) -> bool:
+    return bool(board.peek(PORTB) & LIGHT)
+
+
+def blinks(host: RawHost, seconds: float) -> int:
+    """Count how often the light goes on."""
+    was, count = is_lit(host.board), 0
+    for _ in range(round(seconds / 0.01)):
+        host.advance(0.01)
+        lit = is_lit(host.board)
+        count += lit and not was
+        was = lit
+    return count
+
+
+def reads(board: Board, millivolts: float) -> None:
+    """Let three fixed resistors stand for the thermistors."""
+    for channel in (PLATE_A, PLATE_B, SINK):
+        board.sensors[channel] = lambda _: millivolts
+
+
+@pytest.fixture
+def bare(board: Board) -> RawHost:
+    """A board with its three pull-up resistors and nothing else, greeted."""
+    reads(board, SUPPLY_MV)
+    host = RawHost(board)
+    host.greet()
+    return host
+
+
+@pytest.fixture
+def stand_in(board: Board) -> RawHost:
+    """A board whose thermistors are resistors of 10 kohm, and D7 tied to ground."""
+    reads(board, ROOM_MV)
+    host = RawHost(board)
+    host.greet()
+    return host
+
+
+def test_a_bare_board_names_what_is_missing_and_blinks(bare: RawHost) -> None:
+    assert set(bare.state().faults) == MISSING
+    assert blinks(bare, 2.0) == 10
+    assert bare.ask(2, b"\x00\x7d\x00\x00\xfa\x00") == "faulted", "32 degC for 250 ms"
+    assert bare.board.last_driven_at == 0.0
+
+
+def test_pins_that_float_are_faults_of_the_thermistors_and_drive_nothing(board: Board) -> None:
+    chance = random.Random(3)
+    for channel in (PLATE_A, PLATE_B, SINK):
+        board.sensors[channel] = lambda _: chance.uniform(0.0, SUPPLY_MV)
+    host = RawHost(board)
+    host.greet()
+    host.hold(38.0, 2.0)
+
+    assert {"PLATE_DISAGREES", "READING_JUMPS"} & set(host.state().faults)
+    assert blinks(host, 1.0) == 5
+    assert board.last_driven_at == 0.0
+
+
+def test_resistors_for_thermistors_let_the_bridge_be_seen_then_end_in_runaway(
+    stand_in: RawHost,
+) -> None:
+    assert not stand_in.state().faults
+    assert not is_lit(stand_in.board)
+    stand_in.hold(38.0, 0.5)
+    assert stand_in.board.is_driven
+    assert is_lit(stand_in.board)
+    stand_in.hold(38.0, 4.0)
+
+    assert stand_in.state().faults == ("RUNAWAY",)
+    assert stand_in.board.last_driven_at < 4.0
+    assert blinks(stand_in, 1.0) == 5
+
+
+def test_the_light_is_steady_while_the_bridge_is_driven_and_dark_after_it(host: RawHost) -> None:
+    for _ in range(20):
+        host.hold(34.0, 0.1)
+        assert is_lit(host.board) == host.board.is_driven
+    host.advance(12.0)
+
+    assert not host.board.is_driven
+    assert not is_lit(host.board)
