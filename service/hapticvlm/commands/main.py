@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from hapticvlm import __version__
 from hapticvlm.commands import (
     completion,
-    plate,
     recognise,
     recogniser_app,
     record_replay,
@@ -29,6 +28,7 @@ from hapticvlm.commands.export import command as export
 from hapticvlm.commands.feel import command as feel
 from hapticvlm.commands.gallery import command as gallery
 from hapticvlm.commands.parsing import Commands, Parser
+from hapticvlm.commands.plate import command as plate
 from hapticvlm.errors import HapticVLMError, UsageError, installing, line
 
 _MODELS = "torch transformers safetensors"

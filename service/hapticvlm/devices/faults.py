@@ -126,7 +126,7 @@ VERSION = Fault(
     None,
     "plate_version",
     "the plate that came back speaks another version of the protocol",
-    "flash the firmware that belongs to this release",
+    "write the firmware of this release: hapticvlm plate flash",
 )
 NOT_FOLLOWED = Fault(
     None,

@@ -77,6 +77,7 @@ class Peltier:
         """
         self.simulated = simulated
         self.name = "simulated plate" if simulated else asked
+        self.firmware = "unknown"  # until a board has answered
         self._asked = asked
         self._realtime = realtime
         self._open_port, self._clock = open_port, clock
@@ -206,8 +207,9 @@ class Peltier:
         board = self._session.board
         if self.simulated or self._place is None or board is None:
             return
-        firmware = f"{board.firmware_major}.{board.firmware_minor}.{board.firmware_patch}"
-        self.name = f"plate on {self._place.url}, firmware {firmware}, board {board.board_id}"
+        version = f"{board.firmware_major}.{board.firmware_minor}.{board.firmware_patch}"
+        self.firmware = f"{version} (board {board.board_id})"
+        self.name = f"plate on {self._place.url}, firmware {version}, board {board.board_id}"
 
     def _lose(self, trouble: str) -> None:
         self._trouble = trouble

@@ -103,7 +103,7 @@ def greeted(text: str, plate: Peltier, is_asked: bool) -> Finding:
         plate.connect()
     except DeviceError as error:
         said = str(error).removeprefix("no plate answered; ")
-        cure = "another port, the board's cable, or its firmware (firmware/README.md)"
+        cure = "another port, the board's cable, or no firmware yet: hapticvlm plate flash"
         return Finding("plate", "wrong" if is_asked else "note", said or text, cure)
     finally:
         plate.close()

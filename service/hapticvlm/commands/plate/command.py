@@ -1,4 +1,4 @@
-"""`hapticvlm plate`: what a plate on a serial port says of itself, and clearing its faults."""
+"""`hapticvlm plate`: what a plate on a serial port says, clearing its faults, its firmware."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import dataclasses
 import json
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import add_json
@@ -23,9 +24,13 @@ def add(commands: Commands) -> None:
     """Declare the command and its options."""
     plate = commands.add_parser(
         "plate",
-        help="read a plate on a serial port, or clear a fault",
+        help="read a plate on a serial port, clear a fault, or write its firmware",
         description="Talk to a plate on a serial port. The service must not run meanwhile.",
-        examples=("hapticvlm plate status", "hapticvlm plate clear host-silent"),
+        examples=(
+            "hapticvlm plate status",
+            "hapticvlm plate clear runaway",
+            "hapticvlm plate flash --port /dev/ttyUSB0",
+        ),
     )
     verbs = plate.add_subparsers(title="what to do", required=True, metavar="WHAT")
     status = _add(verbs, "status", "print readings, faults and counts", _status)
@@ -34,6 +39,7 @@ def add(commands: Commands) -> None:
     clear.add_argument(
         "fault", metavar="FAULT", help="name or number of the fault, as `plate status` prints it"
     )
+    _add_flash(verbs)
 
 
 def _add(
@@ -48,6 +54,38 @@ def _add(
     )
     verb.set_defaults(run=lambda options: _with_plate(options, run))
     return verb
+
+
+def _add_flash(verbs: Commands) -> None:
+    flash = verbs.add_parser(
+        "flash",
+        help="write the firmware onto an Uno or Nano",
+        description="Write the firmware onto an Arduino Uno or Nano with avrdude, then ask the "
+        "board for its version. Without --port only a board that answers as a plate is "
+        "written: another board of yours may hold another program.",
+        examples=(
+            "hapticvlm plate flash                      a plate: bring it up to date",
+            "hapticvlm plate flash --port /dev/ttyUSB0  a new board",
+        ),
+    )
+    flash.add_argument(
+        "--port",
+        "--peltier",
+        dest="port",
+        default="auto",
+        metavar="PORT",
+        help="the board's serial port (%(default)s)",
+    )
+    flash.add_argument(
+        "--hex", type=Path, metavar="FILE", help="an Intel HEX file (the one that came with this)"
+    )
+    flash.set_defaults(run=_flash)
+
+
+def _flash(options: argparse.Namespace) -> int:
+    from hapticvlm.commands.plate import flash
+
+    return flash.flash(options.port, options.hex)
 
 
 def _with_plate(

@@ -1,0 +1,165 @@
+"""The program that ships: made of these sources, and written by `hapticvlm plate flash`.
+
+avrdude is a stand-in that hands the file over: simavr is started with it, as a boot loader would.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import os
+import pty
+import select
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from hapticvlm.commands.main import main
+from hapticvlm.commands.plate import flash
+
+from .board import Board
+from .build import FIRMWARE, Chip
+from .rawhost import RawHost
+
+ROOT = Path(__file__).parents[2]
+SLICE_S = 0.005
+
+
+@pytest.fixture(scope="module")
+def prebuilt() -> ModuleType:
+    found = importlib.util.spec_from_file_location("prebuilt", FIRMWARE / "prebuilt.py")
+    assert found is not None
+    assert found.loader is not None
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    return module
+
+
+def test_the_shipped_program_is_made_of_these_sources(prebuilt: ModuleType) -> None:
+    print(prebuilt.compared())  # whether this compiler is the one that made it
+
+    assert flash.SHIPPED.parent == prebuilt.SHIPPED
+    assert prebuilt.differences() == []
+
+
+def test_other_sources_another_version_and_other_bytes_are_told(
+    prebuilt: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(FIRMWARE, tmp_path / "firmware")
+    monkeypatch.setattr(prebuilt, "HERE", tmp_path / "firmware")
+    assert prebuilt.differences() == []
+    with (tmp_path / "firmware" / "core" / "limits.h").open("a") as header:
+        header.write("// changed\n")
+    assert "sources have changed" in prebuilt.differences()[0]
+    other = tmp_path / "plate.hex"
+    other.write_bytes(b":00000001FF\n")
+    monkeypatch.setattr(prebuilt, "HEX", other)
+    assert "is not the file" in prebuilt.differences()[0]
+
+
+def as_elf(path: Path, folder: Path) -> Path:
+    """Make of a .hex what simavr loads."""
+    elf = folder / "written.elf"
+    command = ["avr-objcopy", "-I", "ihex", "-O", "elf32-avr", "--rename-section", ".sec1=.text"]
+    subprocess.run([*command, str(path), str(elf)], check=True)
+    return elf
+
+
+def test_the_shipped_program_runs_and_tells_its_version(chip: Chip, tmp_path: Path) -> None:
+    board = Board(chip.library, as_elf(flash.SHIPPED, tmp_path))
+    host = RawHost(board)
+    host.greet()
+
+    assert ".".join(map(str, host.greetings[0][2:5])) == flash.shipped().version
+    host.hold(34.0, 1.0)
+    assert board.is_driven
+    board.close()
+
+
+class Cable:
+    """A serial port whose other end is a simulated board, in real time, until it is closed."""
+
+    def __init__(self, library: ctypes.CDLL, elf: Path) -> None:
+        self._library = library
+        self._board = Board(library, elf)
+        self._ours, self._theirs = pty.openpty()
+        self.port = os.ttyname(self._theirs)
+        self._lock, self._ends = threading.Lock(), threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def write_program(self, elf: Path) -> None:
+        with self._lock:
+            self._board.close()
+            self._board = Board(self._library, elf)
+
+    def close(self) -> None:
+        self._ends.set()
+        self._thread.join()
+        self._board.close()
+        os.close(self._theirs)
+        os.close(self._ours)
+
+    def _run(self) -> None:
+        while not self._ends.is_set():
+            with self._lock:
+                if select.select([self._ours], [], [], 0.0)[0]:
+                    self._board.write(os.read(self._ours, 4096))
+                self._board.advance(SLICE_S)
+                sent = self._board.read()
+            if sent and select.select([], [self._ours], [], 0.0)[1]:
+                os.write(self._ours, sent)
+            time.sleep(SLICE_S)
+
+
+@pytest.fixture
+def cable(chip: Chip, tmp_path: Path) -> Iterator[Cable]:
+    """A board that someone built with a number of its own."""
+    command = ["make", "-C", str(FIRMWARE / "avr"), f"BUILD={tmp_path}/own", "BOARD_ID=7"]
+    subprocess.run(command, check=True, capture_output=True)
+    cable = Cable(chip.library, tmp_path / "own" / "plate.elf")
+    yield cable
+    cable.close()
+
+
+def test_flash_says_what_is_there_writes_and_asks_the_board_again(
+    cable: Cable,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    asked, written = tmp_path / "asked", tmp_path / "written"
+    program = tmp_path / "avrdude"
+    program.write_text(
+        f"#!{sys.executable}\nimport sys, time, pathlib\n"
+        f"pathlib.Path({str(asked)!r}).write_text(sys.argv[-1])\n"
+        f"while not pathlib.Path({str(written)!r}).exists(): time.sleep(0.01)\n"
+    )
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+
+    def boot_loader() -> None:
+        while not asked.exists() or not asked.read_text():
+            time.sleep(0.01)
+        path = Path(asked.read_text().removeprefix("flash:w:").removesuffix(":i"))
+        cable.write_program(as_elf(path, tmp_path))
+        written.touch()
+
+    loader = threading.Thread(target=boot_loader)
+    loader.start()
+    code = main(["plate", "flash", "--port", cable.port])
+    loader.join()
+    printed = capsys.readouterr()
+
+    version = flash.shipped().version
+    assert code == 0, printed.err
+    assert f"{cable.port}: firmware {version} (board 7) now" in printed.out
+    assert f"writing firmware {version} ({flash.shipped().size} bytes" in printed.out
+    assert f"done: the board answers with firmware {version} (board 0)" in printed.out
