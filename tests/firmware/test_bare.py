@@ -79,14 +79,26 @@ def test_resistors_for_thermistors_let_the_bridge_be_seen_then_end_in_runaway(
 ) -> None:
     assert not stand_in.state().faults
     assert not is_lit(stand_in.board)
+    began = stand_in.board.now
     stand_in.hold(38.0, 0.5)
     assert stand_in.board.is_driven
     assert is_lit(stand_in.board)
     stand_in.hold(38.0, 4.0)
 
     assert stand_in.state().faults == ("RUNAWAY",)
-    assert stand_in.board.last_driven_at < 4.0
+    assert stand_in.board.last_driven_at - began == pytest.approx(1.2, abs=0.2)
     assert blinks(stand_in, 1.0) == 5
+
+
+def test_a_wire_that_is_pulled_during_a_touch_is_named(stand_in: RawHost) -> None:
+    stand_in.hold(38.0, 0.4)
+    stand_in.board.cut_out_wire = False  # D7
+    stand_in.hold(38.0, 0.3)
+    assert stand_in.state().faults == ("CUT_OUT_OPEN",)
+    assert not stand_in.board.is_driven
+    stand_in.board.sensors[PLATE_A] = lambda _: SUPPLY_MV  # A0's lower resistor
+    stand_in.advance(0.3)
+    assert "PLATE_A_OPEN" in stand_in.state().faults
 
 
 def test_the_light_is_steady_while_the_bridge_is_driven_and_dark_after_it(host: RawHost) -> None:

@@ -37,6 +37,18 @@ def test_the_drawing_and_the_wiring_are_those_of_the_parts() -> None:
     assert subprocess.run(command, check=False).returncode == 0
 
 
+def test_the_pictures_of_the_first_rungs_are_current_and_name_the_pins_of_the_protocol() -> None:
+    command = [sys.executable, str(HARDWARE / "rungs.py"), "--check"]
+    pins = (FIRMWARE / "PROTOCOL.md").read_text().split("## Pins")[1]
+
+    assert subprocess.run(command, check=False).returncode == 0
+    for pin, words in {"D8": "driver enable", "D9": "heat", "D10": "cool", "D7": "cut-out"}.items():
+        row = next(line for line in pins.splitlines() if f"({pin})" in line)
+        assert words in row
+    assert "(A0, A1) | plate thermistors" in pins
+    assert "(D13, the LED marked L)" in pins
+
+
 def test_no_net_ends_at_a_single_pin() -> None:
     count = Counter(net for part in parts.PARTS for net in part.pins.values())
 
@@ -51,7 +63,7 @@ def test_every_part_is_drawn() -> None:
 
 def test_the_board_is_wired_to_the_pins_of_the_protocol() -> None:
     pins = (FIRMWARE / "PROTOCOL.md").read_text().split("## Pins")[1]
-    named = set(re.findall(r"\b([AD]\d+)\b", pins)) - {"D0", "D1"}
+    named = set(re.findall(r"\b([AD]\d+)\b", pins)) - {"D0", "D1", "D13"}  # USB and L
 
     assert named == set(parts.BY_NAME["U1"].pins) - {"5V", "GND"}
 

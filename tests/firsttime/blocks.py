@@ -75,7 +75,7 @@ def commands(document: str, text: str) -> Iterator[Command]:
     language: str | None = None
     setting = whole = ""
     for number, row in enumerate(text.splitlines(), 1):
-        if row.startswith("```"):
+        if row.lstrip().startswith("```"):
             language = row.strip("` ") if language is None else None
             setting = whole = ""
         elif language in SHELLS:

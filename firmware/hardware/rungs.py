@@ -1,0 +1,179 @@
+"""Draws the wiring of the maker's first two rungs, rung1.svg and rung2.svg: `python rungs.py`.
+
+No plate is in either; the plate's own circuit is circuit.py's. `--check` writes nothing and ends
+with 1 when a file is not current.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+INK, SOFT = "#1b1f24", "#6b7280"
+HOT, COLD, ON = "#d55e00", "#0072b2", "#009e73"  # told apart by colour-blind eyes, and labelled
+LEDS = (
+    ("D8", ON, "bridge enabled: the plate would be driven"),
+    ("D9", HOT, "heat: the brighter, the more current"),
+    ("D10", COLD, "cold: the brighter, the more current"),
+)
+DIVIDERS = (("A0", "plate thermistor 1"), ("A1", "plate thermistor 2"), ("A2", "sink thermistor"))
+
+
+def main() -> int:
+    """Write both files, or check them."""
+    made = {"rung1.svg": rung1(), "rung2.svg": rung2()}
+    if "--check" not in sys.argv[1:]:
+        for name, text in made.items():
+            (HERE / name).write_text(text, encoding="utf-8")
+        return 0
+    stale = [n for n, text in made.items() if (HERE / n).read_text(encoding="utf-8") != text]
+    if stale:
+        sys.stderr.write(f"run python firmware/hardware/rungs.py: {', '.join(stale)}\n")
+    return int(bool(stale))
+
+
+def rung1() -> str:
+    """Return computer, amplifier, exciter, board and palm."""
+    body = [
+        _text(20, 30, "Rung 1: a sound exciter", "bold", size=15),
+        *_box(20, 90, 120, 90, "computer", "audio output"),
+        *_box(250, 90, 140, 90, "amplifier", "3 W, 5 V"),
+        *_box(250, 240, 140, 50, "USB supply", "5 V, 1 A"),
+        _wire(140, 125, 250, 125),
+        _text(195, 116, "3.5 mm cable", anchor="middle"),
+        _text(195, 142, "left, ground", anchor="middle", ink=SOFT),
+        _wire(310, 240, 310, 180),
+        _wire(330, 240, 330, 180),
+        _text(304, 214, "+5 V", anchor="end"),
+        _text(336, 214, "ground"),
+        _wire(390, 120, 580, 120),
+        _wire(390, 150, 580, 150),
+        _text(485, 111, "L+", anchor="middle"),
+        _text(485, 167, "L-: to the exciter alone,", anchor="middle"),
+        _text(485, 182, "never to ground", anchor="middle"),
+        f'<path d="M580 105H620V165H580ZM620 120H645V150H620Z" fill="#eef2f7" stroke="{INK}"/>',
+        _text(612, 198, "exciter", "bold", "end"),
+        _text(640, 214, "4 or 8 ohm, 3 W", anchor="end"),
+        f'<path d="M645 70H660V220H645Z" fill="#e7d3b1" stroke="{INK}"/>',
+        _text(652, 58, "thin board", "bold", "middle"),
+        _text(652, 246, "about 10 x 15 cm, 3 mm", anchor="middle"),
+        _text(652, 261, "plywood or acrylic,", anchor="middle"),
+        _text(652, 276, "on four soft feet", anchor="middle"),
+        f'<path d="M660 90q38 -6 46 18v54q-8 24 -46 18Z" fill="#f6d9c6" stroke="{INK}"/>',
+        _text(714, 130, "palm", "bold"),
+        _text(714, 146, "rests on it"),
+    ]
+    return _svg(800, 310, body)
+
+
+def rung2() -> str:
+    """Return an Uno with six resistors, three light-emitting diodes and a bridge."""
+    body = [
+        _text(20, 30, "Rung 2: the real firmware, no plate", "bold", size=15),
+        *_box(330, 60, 150, 370, "", ""),
+        _text(405, 80, "Arduino Uno", "bold", "middle"),
+        _text(405, 95, "or Nano, optiboot", anchor="middle"),
+        _text(405, 285, "USB to the computer", anchor="middle", ink=SOFT),
+        *(_text(at, 422, name, "bold", "middle") for at, name in ((360, "5V"), (450, "GND"))),
+    ]
+    for row, (pin, what) in enumerate(DIVIDERS):
+        body += _divider(110 + 100 * row, pin, what)
+    body += [
+        _text(474, 114, "D7", "bold", "end"),
+        _wire(480, 110, 640, 110),
+        _text(646, 114, "GND"),
+        _text(500, 96, "a wire: the cut-out reads as closed"),
+    ]
+    for row, (pin, colour, what) in enumerate(LEDS):
+        body += _led(180 + 70 * row, pin, colour, what)
+    body += [
+        f'<circle cx="405" cy="335" r="7" fill="{HOT}" stroke="none"/>',
+        _text(405, 358, "L, on the board", "bold", "middle"),
+        _text(405, 374, "steady: driving", anchor="middle"),
+        _text(405, 389, "5 blinks a second: fault", anchor="middle"),
+        _text(20, 460, "Resistors at A0 to A2: six of 10 kohm. At D8 to D10: 1 kohm each."),
+        _text(
+            20,
+            477,
+            "Two equal resistors are a thermistor at 25 degC. 5V, GND: pins of the board.",
+        ),
+    ]
+    return _svg(760, 495, body)
+
+
+def _divider(y: int, pin: str, what: str) -> list[str]:
+    """Draw 5V - 10 kohm - pin, and GND - 10 kohm from the same node."""
+    found = [_text(180, y - 14, what, ink=SOFT), _dot(200, y), _wire(200, y, 200, y + 36)]
+    for name, at, end in (("5V", y, 330), ("GND", y + 36, 200)):
+        found += [
+            _text(64, at + 4, name, anchor="end"),
+            _wire(70, at, 110, at),
+            _resistor(110, at),
+            _wire(150, at, end, at),
+        ]
+    return [*found, _text(336, y + 4, pin, "bold")]
+
+
+def _led(y: int, pin: str, colour: str, what: str) -> list[str]:
+    """Draw pin - 1 kohm - diode - GND."""
+    symbol = f"M590 {y - 9}V{y + 9}L608 {y}ZM608 {y - 9}V{y + 9}"
+    return [
+        _wire(480, y, 520, y),
+        _resistor(520, y),
+        _wire(560, y, 590, y),
+        f'<path d="{symbol}" fill="{colour}" stroke="{INK}"/>',
+        _wire(608, y, 640, y),
+        _text(646, y + 4, "GND"),
+        _text(474, y + 4, pin, "bold", "end"),
+        _text(500, y - 14, what),
+    ]
+
+
+def _resistor(x: int, y: int) -> str:
+    return f'<rect x="{x}" y="{y - 6}" width="40" height="12" fill="white" stroke="{INK}"/>'
+
+
+def _box(x: int, y: int, width: int, height: int, name: str, what: str) -> list[str]:
+    shape = f'x="{x}" y="{y}" width="{width}" height="{height}" rx="6"'
+    middle, at = x + width // 2, y + height // 2
+    return [
+        f'<rect {shape} fill="#eef2f7" stroke="{INK}"/>',
+        _text(middle, at - 2, name, "bold", "middle"),
+        _text(middle, at + 14, what, anchor="middle"),
+    ]
+
+
+def _wire(x1: int, y1: int, x2: int, y2: int) -> str:
+    return f'<path d="M{x1} {y1}L{x2} {y2}" stroke="{INK}"/>'
+
+
+def _dot(x: int, y: int) -> str:
+    return f'<circle cx="{x}" cy="{y}" r="3" fill="{INK}" stroke="none"/>'
+
+
+def _text(
+    x: int,
+    y: int,
+    text: str,
+    weight: str = "normal",
+    anchor: str = "start",
+    *,
+    ink: str = INK,
+    size: int = 12,
+) -> str:
+    kind = f'font-weight="{weight}" text-anchor="{anchor}" fill="{ink}" font-size="{size}"'
+    return f'<text x="{x}" y="{y}" {kind} stroke="none">{text}</text>'
+
+
+def _svg(width: int, height: int, body: list[str]) -> str:
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
+        'font-family="sans-serif" fill="none">'
+    )
+    back = '<rect width="100%" height="100%" fill="white" stroke="none"/>'
+    return "\n".join((head, back, *body, "</svg>\n"))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
