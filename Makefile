@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt
 CAPTURE := examples/captures/make
 
-.PHONY: demo fuzz test unit check schemas format toolchains coverage clean
+.PHONY: demo fuzz test unit check schemas format pictures toolchains coverage clean
 
 demo: $(VENV)/.demo
 	@$(BIN)/hapticvlm demo
@@ -40,6 +40,10 @@ format: $(VENV)/.dev
 # Every kind of input from strangers, long: hours on one core. `make test` fuzzes for a moment.
 fuzz: $(VENV)/.dev
 	PYTHONPATH=tests:tests/support $(BIN)/python tests/fuzz/run.py
+
+# Every picture of README and docs; `make pictures NAMES=dashboard.png` makes one.
+pictures: $(VENV)/.dev toolchains
+	$(BIN)/python -m hapticvlm_lab.bench.pictures $(NAMES)
 
 coverage: $(VENV)/.dev
 	$(BIN)/python -m pytest --cov=hapticvlm --cov-report=term

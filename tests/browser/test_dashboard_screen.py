@@ -194,6 +194,51 @@ def test_what_a_person_says_an_object_is_decides_and_may_be_said_again(
         expect(page.locator("#teach")).to_be_hidden()  # its scene has said what it is
 
 
+SHOW_ANOTHER = """async () => {
+  const frame = await import("./frame.js");
+  const canvas = document.getElementById("frame");
+  const alpha = () => canvas.getContext("2d").getImageData(112, 112, 1, 1).data[3];
+  const picture = new OffscreenCanvas(224, 224);
+  picture.getContext("2d").fillRect(0, 0, 224, 224);
+  const bytes = new Uint8Array(await (await picture.convertToBlob()).arrayBuffer());
+  const image = btoa(String.fromCharCode(...bytes));
+  const view = { image, format: "png", origin: "top", mask: null, region: null };
+  for (const object_id of ["one", "two"]) frame.take({ ...view, object_id });
+  const drawn = async () => {
+    for (let i = 0; i < 500 && !alpha(); i++) await new Promise((go) => setTimeout(go, 10));
+    return alpha();
+  };
+  frame.show("one", "one", "");
+  const first = await drawn();
+  frame.show("two", "two", "");
+  return { first, atOnce: alpha(), second: await drawn() };
+}"""
+
+
+def test_a_frame_leaves_the_screen_before_the_next_decision_comes(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, SCREEN) as page:
+        assert page.evaluate(SHOW_ANOTHER) == {"first": 255, "atOnce": 0, "second": 255}
+
+
+VIEW_AS_A_WHOLE = """async () => {
+  const decisions = await import("./decisions.js");
+  const decision = { material: "wood", source: "name", confidence: 0.9, evidence: [] };
+  decisions.take({ ...decision, object_id: "table", pattern: "wood slide" });
+  decisions.take({ ...decision, material: "unknown", source: "unknown", object_id: null });
+}"""
+
+
+def test_a_view_as_a_whole_takes_no_touched_object_off_the_screen(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, SCREEN) as page:
+        page.evaluate(VIEW_AS_A_WHOLE)
+        expect(page.locator("#objects li")).to_have_count(2)
+        expect(page.locator("#object")).to_have_text("table")
+
+
 class masked_frame:
     """A scene that shows one grey frame with a mask of its middle, and touches a kettle."""
 

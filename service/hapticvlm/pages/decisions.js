@@ -13,6 +13,7 @@ const NEWS_MS = 2000; // between announcements to a screen reader
 
 const objects = new Map(); // key -> {decision, tile}, least lately decided first
 let chosen = null; // null = the newest
+let newest = null; // key of the decision that was last of something: a view as a whole never takes its place
 let told = "";
 let toldAt = -Infinity;
 let timer = null;
@@ -27,6 +28,7 @@ export function take(decision) {
   const tile = objects.get(key)?.tile ?? addTile(key);
   objects.delete(key);
   objects.set(key, { decision, tile });
+  if (decision.object_id || decision.pattern || !objects.has(newest)) newest = key;
   if (objects.size > MOST_OBJECTS) forget(objects.keys().next().value);
   if (isNew) picture(key);
   announce();
@@ -60,6 +62,7 @@ function forget(key) {
   objects.get(key).tile.remove();
   objects.delete(key);
   if (chosen === key) chosen = null;
+  if (newest === key) newest = [...objects.keys()].at(-1) ?? null;
 }
 
 function choose(key) {
@@ -68,10 +71,10 @@ function choose(key) {
 }
 
 function paint() {
-  const shown = objects.has(chosen) ? chosen : [...objects.keys()].at(-1);
+  const shown = objects.has(chosen) ? chosen : newest;
   for (const [key, { decision, tile }] of objects) fill(tile, decision, key === chosen, key === shown);
   byId("newest").ariaPressed = String(chosen === null);
-  if (shown === undefined) return;
+  if (!objects.has(shown)) return;
   const { decision } = objects.get(shown);
   byId("welcome-card").hidden = true;
   byId("decision-card").hidden = false;
@@ -112,7 +115,7 @@ function announce() {
   }
   clearTimeout(timer);
   timer = null;
-  const { decision } = [...objects.values()].at(-1);
+  const { decision } = objects.get(newest);
   const news = `${titleOf(decision)} is ${decision.material}, by ${decision.source}`;
   if (news === told) return;
   told = news;

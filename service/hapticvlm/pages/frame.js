@@ -37,7 +37,9 @@ export function show(name, title, why) {
   byId("frame-none").hidden = views.has(name);
   say(byId("frame-why"), why);
   byId("frame").dataset.title = title;
-  if (isOther) paint();
+  if (!isOther) return;
+  clear(byId("frame")); // never another's picture, not even until its own is decoded
+  paint();
 }
 
 async function paint() {
@@ -46,14 +48,21 @@ async function paint() {
   isDrawing = true;
   try {
     const { image, mask } = await decode(view);
-    draw(byId("frame"), image, mask, view.region);
-    describe(view);
+    if (keyOf(view) === shown) {
+      draw(byId("frame"), image, mask, view.region);
+      describe(view);
+    }
   } catch {
     say(byId("frame-said"), "The last frame could not be shown.");
   } finally {
     isDrawing = false;
   }
   if (views.get(shown) !== view) paint();
+}
+
+function clear(canvas) {
+  canvas.getContext("2d", { willReadFrequently: true }).clearRect(0, 0, canvas.width, canvas.height);
+  say(byId("frame-said"), "");
 }
 
 // A small picture of the object alone, in this canvas; false when there is none.

@@ -1,0 +1,1 @@
+"""Every picture of README and docs, made by one command (`make pictures`)."""

@@ -1,0 +1,38 @@
+"""Make pictures of docs/ anew: `python -m hapticvlm_lab.bench.pictures [NAME ...]`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from hapticvlm_lab.bench.pictures.recipes import RECIPES, names
+
+DOCS = Path(__file__).parents[4] / "docs"
+
+
+def main() -> int:
+    """Read the command line; make each picture, and say how long it took and how large it is."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(RECIPES)} (all)")
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder to write to (docs)")
+    chosen = parser.parse_args()
+    try:
+        wanted = names(chosen.names)
+    except KeyError as error:
+        parser.error(str(error.args[0]))
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    for name in wanted:
+        print(f"{name} ...", flush=True)
+        started = time.monotonic()
+        with tempfile.TemporaryDirectory() as folder:
+            RECIPES[name](Path(folder), chosen.out / name)
+        size = (chosen.out / name).stat().st_size
+        print(f"{name}: {size / 1e3:.0f} kB in {time.monotonic() - started:.0f} s", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

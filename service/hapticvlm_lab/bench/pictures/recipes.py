@@ -1,0 +1,62 @@
+"""What makes each picture of docs/: a command of the project, or a page in a real browser."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from hapticvlm_lab.bench.pictures import pages
+
+Recipe = Callable[[Path, Path], None]  # (folder to work in, picture to write)
+
+
+def _command(found: str, *arguments: str) -> Recipe:
+    """Run `hapticvlm ARGUMENTS --out FOLDER` and take the picture `found` of what it leaves."""
+
+    def make(folder: Path, picture: Path) -> None:
+        _run("hapticvlm", *arguments, "--out", str(folder))
+        shutil.copyfile(folder / found, picture)
+
+    return make
+
+
+def _moving_picture(folder: Path, picture: Path) -> None:
+    _run("hapticvlm", "demo", "--quiet", "--out", str(folder))
+    session = max((folder / "session").iterdir())
+    _run("hapticvlm_lab.bench.moving_picture", "--session", str(session), "--out", str(picture))
+
+
+def _apart(folder: Path, picture: Path) -> None:
+    _run("hapticvlm_lab.bench.vibration.apart", "--out", str(folder))
+    shutil.copyfile(folder / "chart-apart.png", picture)
+
+
+def _run(module: str, *arguments: str) -> None:
+    subprocess.run([sys.executable, "-m", module, *arguments], check=True)
+
+
+RECIPES: Mapping[str, Recipe] = {
+    "demo.webp": _moving_picture,
+    "dashboard.png": pages.dashboard,
+    "webxr.png": pages.webxr,
+    "chart-material.png": _command("chart-material.png", "chart", "material"),
+    "chart-thermal.png": _command("chart-thermal.png", "chart", "thermal"),
+    "chart-thermal-plate.png": _command("chart-thermal-plate.png", "chart", "thermal"),
+    "chart-vibration.png": _command("chart-vibration.png", "chart", "vibration"),
+    "chart-safety.png": _command("chart-safety.png", "chart", "safety"),
+    "chart-apart.png": _apart,
+    "stability-material.png": _command("stability-material.png", "stability", "material"),
+    "stability-thermal.png": _command("stability-thermal.png", "stability", "thermal"),
+    "observer-ours.png": _command("observer-ours.png", "study", "predict"),
+}
+
+
+def names(wanted: Sequence[str]) -> list[str]:
+    """Return the names of the pictures to make, all if none is named. Raises KeyError."""
+    unknown = [name for name in wanted if name not in RECIPES]
+    if unknown:
+        raise KeyError(f"{', '.join(unknown)}: the pictures are {', '.join(RECIPES)}")
+    return list(wanted) or list(RECIPES)

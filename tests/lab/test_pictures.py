@@ -1,0 +1,39 @@
+"""Every picture that a page shows is there, and one command makes it anew."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
+
+from hapticvlm_lab.bench.pictures.recipes import RECIPES, names
+
+ROOT = Path(__file__).parents[2]
+SHOWN = re.compile(r"!\[[^\]]+\]\(([^)#]+)\)")
+PAGES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *ROOT.glob("examples/*/README.md"))
+
+
+def shown() -> set[Path]:
+    """Pictures of docs/ that a page shows."""
+    found = {
+        (page.parent / name).resolve()
+        for page in PAGES
+        for name in SHOWN.findall(page.read_text(encoding="utf-8"))
+    }
+    return {path for path in found if path.parent == ROOT / "docs"}
+
+
+def test_a_page_shows_no_picture_that_is_not_there() -> None:
+    assert len(shown()) > 8
+    assert [path.name for path in shown() if not path.is_file()] == []
+
+
+def test_every_picture_shown_has_its_command_and_every_command_a_page() -> None:
+    assert {path.name for path in shown()} == set(RECIPES)
+
+
+def test_an_unknown_picture_is_refused_with_the_names_there_are() -> None:
+    with pytest.raises(KeyError, match=r"plates\.png: the pictures are demo\.webp"):
+        names(["dashboard.png", "plates.png"])
+    assert names([]) == list(RECIPES)
