@@ -87,7 +87,7 @@ OPTIONAL = (
             (PACKAGE / "Runtime" / part,),
             ("HapticVLM.Unity.dll", "UnityEngine.dll", "Packages.dll"),
         )
-        for part in ("OpenXR", "Interaction")
+        for part in ("OpenXR", "Interaction", "Meta")
     ),
 )
 ENGINE = ("HapticVLM.Core.dll", "HapticVLM.Unity.dll", "UnityEngine.dll", "UnityEditor.dll")

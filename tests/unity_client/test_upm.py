@@ -21,7 +21,9 @@ ROOT = mono.PACKAGE.parent
 # Assemblies that Unity itself brings.
 TESTING = frozenset({"UnityEngine.TestRunner", "UnityEditor.TestRunner"})
 # Assemblies of packages that a part is only compiled with.
-OTHERS = frozenset({"Unity.InputSystem", "Unity.XR.OpenXR", "Unity.XR.Interaction.Toolkit"})
+OTHERS = frozenset(
+    {"Unity.InputSystem", "Unity.XR.OpenXR", "Unity.XR.Interaction.Toolkit", "Oculus.VR"}
+)
 WAIT_S = 600.0
 
 

@@ -1,4 +1,5 @@
-// Stand-ins of our own for members of packages that a project may have: Input System, OpenXR, XRI 3.
+// Stand-ins of our own for members of packages that a project may have: Input System, OpenXR, XRI 3,
+// Meta XR Core SDK 85 (its page on parametric haptics).
 using UnityEngine;
 
 namespace UnityEngine.InputSystem
@@ -32,4 +33,25 @@ namespace UnityEngine.XR.Interaction.Toolkit.Inputs.Haptics
         public bool SendHapticImpulse(float amplitude, float duration) { return true; }
         public bool SendHapticImpulse(float amplitude, float duration, float frequency) { return true; }
     }
+}
+
+public static class OVRInput
+{
+    public enum Controller { None = 0, LTouch = 1, RTouch = 2 }
+    public enum HapticsParametricStreamFrameType : uint { None }
+
+    public struct HapticsParametricPoint { public long Time; public float Value; }
+    public struct HapticsParametricTransient { public long Time; public float Amplitude; public float Frequency; }
+
+    public struct HapticsParametricVibration
+    {
+        public HapticsParametricPoint[] AmplitudePoints;
+        public HapticsParametricPoint[] FrequencyPoints;
+        public HapticsParametricTransient[] Transients;
+        public float MinFrequencyHz;
+        public float MaxFrequencyHz;
+        public HapticsParametricStreamFrameType StreamFrameType;
+    }
+
+    public static void SetControllerHapticsParametric(HapticsParametricVibration hapticsVibration, Controller controllerMask = Controller.RTouch) { }
 }
