@@ -43,6 +43,20 @@ VIBRATIONS = (
 )
 
 
+# Keeps every AudioContext that the page makes.
+CONTEXTS = """
+window.contexts = [];
+const Native = AudioContext;
+window.AudioContext = class extends Native {
+  constructor(...given) {
+    super(...given);
+    contexts.push(this);
+  }
+};
+"""
+NOISES = "() => contexts.map((context) => context.state).filter((state) => state !== 'closed')"
+
+
 def give_up(reason: str) -> None:
     if os.environ.get("CI"):
         pytest.fail(reason)
@@ -64,6 +78,7 @@ class Sat:
     button_sides: list[float] = field(default_factory=list)  # on a phone, px
     phone_width: float = 0.0
     stop_in_view: bool = False
+    noises: dict[str, list[str]] = field(default_factory=dict)  # states of all audio, by moment
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +94,7 @@ def page() -> Iterator[Any]:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(STEP_MS)
+        page.add_init_script(CONTEXTS)
         yield page
         browser.close()
 
@@ -189,9 +205,16 @@ def sat(page: Any, patterns: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     sat.before = log_of(sat.folder)
     with studying(sat.folder, patterns, port):
         go_on(page, sat)
+        sat.noises["in a trial"] = page.evaluate(NOISES)
+        page.evaluate("() => dispatchEvent(new PageTransitionEvent('pagehide'))")
+        page.wait_for_timeout(200)
+        sat.noises["left"] = page.evaluate(NOISES)
+        page.locator("#masking-on").check()
         while counted(sat.folder, "answered") < 50:
             answer_next(page, sat.folder)
         page.locator("#prompt", has_text="Thank you").wait_for()
+        page.wait_for_timeout(200)
+        sat.noises["done"] = page.evaluate(NOISES)
     sat.after = log_of(sat.folder)
     return sat
 
@@ -246,10 +269,16 @@ def test_the_page_keeps_to_its_policy_and_asks_nobody_else(sat: Sat) -> None:
 
 
 def test_the_page_never_learns_the_pattern_of_a_trial(sat: Sat) -> None:
-    shown = [json.loads(text) for text in sat.heard if '"asking"' in text or '"playing"' in text]
+    told = [json.loads(text) for text in sat.heard]
+    shown = [view for view in told if view.get("phase") in ("asking", "playing")]
     assert len(shown) >= 50
     assert all(view["feeling"] is None for view in shown)
     assert not any(name in json.dumps(_without_pattern_list(v)) for v in shown for name in _NAMES)
+
+
+def test_masking_noise_ends_with_the_last_trial_and_when_the_page_is_left(sat: Sat) -> None:
+    assert [len(sat.noises[when]) for when in ("in a trial", "left")] == [1, 0]
+    assert sat.noises["done"] == []
 
 
 def test_the_page_fits_a_phone_with_the_stop_in_view(sat: Sat) -> None:
@@ -273,5 +302,10 @@ _PUBLIC = {
     "trials",
     "renderings",
     "is_trained",
+    "hear",
+    "language",
+    "questions",
+    "to_rate",
+    "seconds_left",
 }
 _NAMES = [name for name, *_ in VIBRATIONS]

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import json
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import replace
@@ -11,9 +12,11 @@ import pytest
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import InvalidStatus
 
+from hapticvlm import documents
 from hapticvlm.client import Client, Refused, connect
 from hapticvlm.commands.local_service import Service
 from hapticvlm.study import design as designs
+from hapticvlm.study import form as forms
 from hapticvlm.study import record
 from hapticvlm.study.conductor import Conductor
 from hapticvlm.study.design import Design, Plan
@@ -170,6 +173,88 @@ async def test_a_study_needs_the_outputs_for_itself(
             await run(design, Setting(tmp_path, service.url), print)
 
 
+FORM = """
+languages = ["en", "de"]
+consent = { en = "You will feel.", de = "Sie spueren." }
+rate = "every trial"
+[[question]]
+name = "age"
+kind = "number"
+text = { en = "Age?", de = "Alter?" }
+[[rating]]
+name = "real"
+text = { en = "Real?", de = "Echt?" }
+low = { en = "no", de = "nein" }
+high = { en = "yes", de = "ja" }
+"""
+
+
+async def test_consent_and_questions_come_first_and_each_answer_is_rated(
+    service: Service, design: Design, tmp_path: Path
+) -> None:
+    short = tuple(replace(each, seconds=0.2, lead_s=0.3) for each in design.stimuli)
+    form = forms.revive(documents.parse_toml(FORM))
+    asked = replace(design, stimuli=short, trials={"ann": design.trials["ann"][:1]}, form=form)
+    async with conducting(service, asked, tmp_path) as conductor:
+        await conductor.do({"do": "choose", "participant": "ann"})
+        with pytest.raises(StudyError, match="asked first"):
+            await conductor.do({"do": "begin"})
+        await conductor.do({"do": "agree", "language": "de"})
+        with pytest.raises(StudyError, match="no question 'name'"):
+            await conductor.do({"do": "tell", "answers": {"name": "Ann"}})
+        await conductor.do({"do": "tell", "answers": {"age": 31}})
+        await conductor.do({"do": "begin"})
+        await until(lambda: conductor.phase == "asking")
+        await conductor.do({"do": "answer", "trial": 0, "pattern": short[0].name})
+        await until(lambda: conductor.phase == "rating")
+        await conductor.do({"do": "pause"})
+        await conductor.leave()
+    async with conducting(service, asked, tmp_path) as conductor:
+        await conductor.do({"do": "choose", "participant": "ann"})
+        assert (conductor.phase, conductor.view()["language"]) == ("ready", "de")
+        await conductor.do({"do": "begin"})
+        await until(lambda: conductor.phase == "rating")
+        with pytest.raises(StudyError, match="needs 1 to 7"):
+            await conductor.do({"do": "rate", "trial": 0, "ratings": {"real": 9}})
+        await conductor.do({"do": "rate", "trial": 0, "ratings": {"real": 6}})
+        await until(lambda: conductor.phase == "done")
+    events = {event["event"]: event for event in record.events(tmp_path, "ann")}
+    assert events["agreed"]["language"] == "de"
+    assert events["told"]["answers"] == {"age": 31}
+    assert events["rated"]["ratings"] == {"real": 6}
+
+
+async def test_a_trial_run_is_heard_and_only_the_experimenter_sees_the_pattern(
+    service: Service, design: Design, tmp_path: Path
+) -> None:
+    told: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+    setting = Setting(tmp_path, service.url, pace=Pace(rest_s=0.0, hear=True), settle_c=30.0)
+    study = asyncio.create_task(run(design, setting, told.set_result))
+    try:
+        page = await asyncio.wait_for(told, PATIENCE_S)
+        url = page.replace("http://", "ws://").removesuffix("study.html")
+        async with (
+            asyncio.timeout(PATIENCE_S),
+            open_socket(url, proxy=None) as seat,
+            open_socket(url + "experimenter", proxy=None) as desk,
+        ):
+            for do in ({"do": "choose", "participant": "ann"}, {"do": "begin"}):
+                await seat.send(json.dumps(do))
+            overview: dict[str, object] = {}
+            while overview.get("phase") != "asking" or "plate_c" not in overview["outputs"]:  # type: ignore[operator]
+                overview = json.loads(await desk.recv())
+            assert overview["next_trial"] == design.trials["ann"][0]
+            loudest = 0.0
+            while loudest < 0.01:
+                message = json.loads(await seat.recv())
+                assert "next_trial" not in message
+                loudest = max(map(abs, message.get("waveform", {"samples": [0.0]})["samples"]))
+    finally:
+        study.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await study
+
+
 async def test_pages_of_other_origins_are_refused(
     service: Service, design: Design, tmp_path: Path
 ) -> None:
@@ -181,6 +266,7 @@ async def test_pages_of_other_origins_are_refused(
         with pytest.raises(InvalidStatus):
             await open_socket(url, origin="https://evil.example", proxy=None)  # type: ignore[arg-type]
         async with open_socket(url, proxy=None) as socket:
+            assert '"texts"' in str(await socket.recv())
             assert '"choosing"' in str(await socket.recv())
             for wrong in ("nonsense", "[]", "{}", '{"do": "answer", "trial": "x"}'):
                 await socket.send(wrong)

@@ -16,7 +16,8 @@ from hapticvlm.study import design as designs
 from hapticvlm.study import record, stimuli
 from hapticvlm.study.design import Plan, free_orders, orders, square
 from hapticvlm.study.patterns import paper_like
-from hapticvlm.study.record import Log, Sitting
+from hapticvlm.study.record import Log
+from hapticvlm.study.sitting import Sitting
 from hapticvlm.study.stimuli import LIFT_S, Part, StudyError, parts
 
 NAMES = [stimulus.name for stimulus in paper_like()]

@@ -39,11 +39,11 @@ export function glyph(pattern) {
   return drawing([...(BODIES[pattern.material] ?? SOLID), ...motion], "0 0 96 92");
 }
 
-export function warmth(pattern) {
+export function warmth(pattern, name) {
   const label = document.createElement("span");
   label.className = `warmth ${pattern.temperature}`;
   const shapes = WARMTH[pattern.temperature];
   if (shapes) label.append(drawing(shapes, "0 0 24 24"));
-  label.append(pattern.temperature);
+  label.append(name);
   return label;
 }

@@ -1,22 +1,29 @@
 // The participant's page: shows the view the study sends and asks for what is pressed. It never
 // learns which pattern a trial presents.
+import { make } from "./dom.js";
+import { draw, paragraphs } from "./study.form.js";
 import { glyph, warmth } from "./study.glyphs.js";
-import { Masking } from "./study.masking.js";
+import { offerSound, silence, sound, startSound } from "./study.sound.js";
+import { learn, own, phase, speak, spoken, text, word } from "./study.texts.js";
 
 const KEYS = "1234567890abcdefghijklmnoqrstuvwxyz";
+const FORMS = ["consent", "questions", "rating"];
 const byId = (id) => document.getElementById(id);
-const masking = new Masking();
 let socket = null;
 let view = null;
+let study = null;
 let askedAt = null;
+let drawn = null; // what the form shows, so that an answer half given stays
 
 function connect() {
   socket = new WebSocket(`ws://${location.host}/`);
   socket.onmessage = (event) => take(JSON.parse(event.data));
   socket.onclose = () => {
-    masking.stop();
-    say("No connection to the study", "Nothing is lost. This page goes on by itself once the study runs again.");
-    for (const button of document.querySelectorAll(".pattern, #go, #pause")) button.disabled = true;
+    silence();
+    if (study) say(...phase("lost"));
+    else say("No connection", "");
+    for (const button of document.querySelectorAll(".pattern, #go, #pause, #form button")) button.disabled = true;
+    drawn = null;
     setTimeout(connect, 500);
   };
 }
@@ -28,42 +35,52 @@ function ask(request) {
 }
 
 function take(message) {
+  if (message.waveform) return sound.take(message.waveform);
   if (message.refused) return alarm(message.refused);
+  if (message.texts) return greet(message);
   if (message.phase === "asking" && view?.phase !== "asking") askedAt = performance.now();
-  const hadPatterns = view?.patterns.length === message.patterns.length;
+  const before = view?.phase;
   view = message;
-  if (!hadPatterns) layPatterns();
+  if (view.phase !== before && isQuiet()) silence();
   alarm(view.trouble);
+  if (view.phase !== "consent") speak(view.language);
   show();
 }
 
-const PROMPTS = {
-  choosing: () => ["Who takes part?", "Each code is a participant; work goes on where it ended."],
-  training: () => view.feeling
-    ? [`Feel: ${nameOf(view.feeling)}`, "Rest your palm on the device."]
-    : view.next_to_feel
-      ? ["Get to know the patterns", `Each is played ${view.renderings_wanted} times; press one again whenever you like.`]
-      : ["You felt every pattern", "Go on feeling them, or start the trials."],
-  ready: () => ["Ready", `${view.trials - view.answered} trials to go. Feel the pattern, then say which it was. No answer is shown as right or wrong.`],
-  resting: () => ["Rest", "The next pattern comes by itself."],
-  playing: () => ["Now", "Rest your palm on the device."],
-  asking: () => ["Which pattern was it?", "Press its picture or its key."],
-  paused: () => ["Paused", "The interrupted pattern will be played again."],
-  stopped: () => ["Stopped", "Vibration and plate are at rest."],
-  trouble: () => ["Please wait", "The experimenter has to look at the devices."],
-  done: () => ["Thank you", "All trials are answered."],
-};
+function greet({ texts, form }) {
+  study = form;
+  learn(texts);
+}
+
+const isAnswered = () => view.answered !== undefined && view.answered >= view.trials;
+
+// Whether no pattern can play any more; right after the last answer one still does.
+function isQuiet() {
+  return ["done", "stopped", "choosing"].includes(view.phase) || (isAnswered() && FORMS.includes(view.phase));
+}
+
+function words() {
+  return { renderings: view.renderings_wanted, trials: view.trials - view.answered, pattern: view.feeling && called(view.feeling) };
+}
+
+function prompt() {
+  if (view.phase !== "training") return phase(view.phase, words());
+  if (view.feeling) return phase("feeling", words());
+  return phase(view.next_to_feel ? "training" : "trained", words());
+}
 
 function show() {
-  if (["done", "stopped"].includes(view.phase)) silence();
-  const [title, detail] = PROMPTS[view.phase]();
-  say(title, detail);
+  say(...prompt());
   const { speaker, peltier } = view.devices;
-  byId("devices").textContent = [speaker, peltier].map((device) => device.name + (device.simulated && !device.name.includes("simulated") ? " (simulated)" : "")).join(", ");
-  byId("title").textContent = view.participant ? `Study, ${view.participant}` : "Study";
+  byId("devices").textContent = [speaker, peltier].map((device) => device.name + (device.simulated && !device.name.includes("simulated") ? ` (${text("page.simulated")})` : "")).join(", ");
+  const title = own(study.title) || text("page.study");
+  byId("title").textContent = view.participant ? `${title} · ${view.participant}` : title;
+  document.title = title;
   showProgress();
   showPeople();
+  showForm();
   showActions();
+  layPatterns();
   showPatterns();
 }
 
@@ -72,37 +89,51 @@ function say(title, detail) {
   byId("detail").textContent = detail;
 }
 
-function alarm(text) {
-  byId("alert").hidden = !text;
-  byId("alert").textContent = text ?? "";
+function alarm(why) {
+  byId("alert").hidden = !why;
+  byId("alert").textContent = why ?? "";
 }
 
 function showProgress() {
   const bar = byId("progress");
-  bar.hidden = !view.participant;
+  byId("course").hidden = !view.participant || FORMS.slice(0, 2).includes(view.phase);
   bar.max = view.trials ?? 1;
   bar.value = view.answered ?? 0;
+  bar.ariaLabel = text("page.trials_answered");
   bar.dataset.answered = bar.value;
+  const minutes = view.seconds_left == null || isAnswered() ? null : Math.max(1, Math.round(view.seconds_left / 60));
+  const counted = text("page.progress", { answered: view.answered ?? 0, trials: view.trials ?? 0 });
+  byId("left").textContent = minutes === null ? counted : `${counted}, ${text("page.left", { minutes })}`;
 }
 
 function showPeople() {
   const people = view.phase === "choosing" ? view.participants : [];
   byId("people").replaceChildren(...people.map((person) => {
-    const button = document.createElement("button");
-    button.type = "button";
+    const button = make("button", person.code, { type: "button" });
     button.dataset.participant = person.code;
-    button.append(person.code, Object.assign(document.createElement("span"), { textContent: `${person.answered} of ${person.trials} trials` }));
-    button.addEventListener("click", () => { ask({ do: "choose", participant: person.code }); startMasking(true); });
+    button.append(make("span", text("page.progress", person)));
+    button.addEventListener("click", () => ask({ do: "choose", participant: person.code }));
     return button;
   }));
 }
 
+// Redrawn only when something else is asked: half an answer must not vanish with the next view.
+function showForm() {
+  const form = byId("form");
+  form.hidden = !FORMS.includes(view.phase);
+  const wanted = form.hidden ? null : [view.phase, view.participant, view.questions, view.to_rate, spoken()].join();
+  if (wanted && wanted !== drawn) draw(form, view.phase, view, study, ask);
+  drawn = wanted;
+  const instructions = byId("instructions");
+  instructions.hidden = !["training", "ready"].includes(view.phase) || !own(study.instructions);
+  if (!instructions.hidden) instructions.replaceChildren(...paragraphs(own(study.instructions)));
+}
+
 function goes() {
-  const wake = view.answered ? "Go on" : "Start the trials";
   switch (view.phase) {
-    case "training": return view.next_to_feel ? "Play the next" : "Start the trials";
-    case "ready": return wake;
-    case "paused": case "stopped": case "trouble": return "Go on";
+    case "training": return text(view.next_to_feel ? "buttons.play_next" : "buttons.start");
+    case "ready": return text(view.answered ? "buttons.go_on" : "buttons.start");
+    case "paused": case "stopped": case "trouble": return text("buttons.go_on");
     default: return null;
   }
 }
@@ -110,34 +141,35 @@ function goes() {
 function showActions() {
   const go = byId("go");
   const label = goes();
-  const isBusy = view.phase === "training" && Boolean(view.busy);
   go.hidden = label === null;
-  go.disabled = isBusy;
-  go.replaceChildren(label ?? "", " ", Object.assign(document.createElement("kbd"), { textContent: "Space" }));
-  const canPause = ["resting", "playing", "asking"].includes(view.phase);
+  go.disabled = view.phase === "training" && Boolean(view.busy);
+  go.replaceChildren(label ?? "", " ", make("kbd", text("page.space")));
+  const canPause = ["resting", "playing", "asking", "rating"].includes(view.phase);
   byId("pause").hidden = !canPause;
   byId("pause").disabled = !canPause;
   byId("leave").hidden = !view.participant || canPause;
   byId("masking").hidden = !view.masking_noise || view.phase === "choosing";
+  byId("hear").hidden = !view.hear;
+  byId("masking-level").ariaLabel = text("page.masking_level");
+  byId("hear-level").ariaLabel = text("page.hear_level");
 }
 
 function layPatterns() {
-  byId("patterns").replaceChildren(...view.patterns.map((pattern, index) => {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.className = "pattern";
+  const laid = byId("patterns");
+  const wanted = `${spoken()} ${view.patterns.map((pattern) => pattern.name)}`;
+  if (laid.dataset.laid === wanted) return;
+  laid.dataset.laid = wanted;
+  laid.replaceChildren(...view.patterns.map((pattern, index) => {
+    const button = make("button", "", { type: "button", className: "pattern" });
     button.dataset.pattern = pattern.name;
-    const key = Object.assign(document.createElement("kbd"), { textContent: KEYS[index] ?? "" });
-    const name = Object.assign(document.createElement("span"), { textContent: pattern.vibration });
-    const dots = Object.assign(document.createElement("span"), { className: "dots" });
-    button.append(key, glyph(pattern), name, warmth(pattern), dots);
+    button.append(make("kbd", KEYS[index] ?? ""), glyph(pattern), make("span", word(pattern.vibration, study)), warmth(pattern, word(pattern.temperature, study)), make("span", "", { className: "dots" }));
     button.addEventListener("click", () => press(pattern.name));
     return button;
   }));
 }
 
 function showPatterns() {
-  byId("patterns").hidden = !view.participant || view.phase === "done";
+  byId("patterns").hidden = !view.participant || ["done", ...FORMS].includes(view.phase);
   for (const button of document.querySelectorAll(".pattern")) {
     const name = button.dataset.pattern;
     const felt = view.renderings?.[name] ?? 0;
@@ -149,61 +181,49 @@ function showPatterns() {
   }
 }
 
-function nameOf(name) {
+function called(name) {
   const pattern = view.patterns.find((each) => each.name === name);
-  return `${pattern.vibration}, ${pattern.temperature}`;
+  return `${word(pattern.vibration, study)}, ${word(pattern.temperature, study)}`;
 }
 
 function press(name) {
-  if (view.phase === "training") ask({ do: "feel", pattern: name });
+  if (view.phase === "training") {
+    startSound(view, ask);
+    ask({ do: "feel", pattern: name });
+  }
   if (view.phase === "asking") ask({ do: "answer", trial: view.answered, pattern: name, seen_ms: performance.now() - askedAt });
 }
 
 function go() {
-  startMasking(true);
+  startSound(view, ask);
   if (view.phase === "training" && view.next_to_feel) ask({ do: "feel", pattern: view.next_to_feel });
   else ask({ do: "begin" });
 }
 
 function stop() {
   silence();
-  if (!ask({ do: "stop" })) alarm("NOT STOPPED: no connection to the study; switch the devices off by hand");
-}
-
-function startMasking(isTold) {
-  if (view.masking_noise && !masking.isOn) setMasking(true, isTold);
-}
-
-// Ends the noise and unticks its box, without a word to the study.
-function silence() {
-  if (masking.isOn) setMasking(false, false);
-}
-
-function setMasking(on, isTold = true) {
-  if (on) masking.start(Number(byId("masking-level").value));
-  else masking.stop();
-  byId("masking-on").checked = on;
-  if (isTold) ask({ do: "masking", on });
+  if (!ask({ do: "stop" })) alarm(text("page.not_stopped"));
 }
 
 function onKey(event) {
   if (event.repeat || event.ctrlKey || event.altKey || event.metaKey || !view) return;
+  if (event.key === "Escape") return stop();
+  if (event.target.closest?.("#form")) return;
   const at = KEYS.indexOf(event.key.toLowerCase());
-  if (event.key === "Escape") stop();
-  else if (event.key === " " || event.key === "Enter") {
+  if (event.key === " " || event.key === "Enter") {
     if (event.target.closest?.("button, input") || byId("go").hidden || byId("go").disabled) return;
     event.preventDefault();
     go();
   } else if (event.key.toLowerCase() === "p") {
     if (!byId("pause").hidden) ask({ do: "pause" });
-  } else if (at >= 0 && at < view.patterns.length && !document.querySelectorAll(".pattern")[at].disabled) press(view.patterns[at].name);
+  } else if (at >= 0 && at < view.patterns.length && !byId("patterns").hidden && !document.querySelectorAll(".pattern")[at].disabled) press(view.patterns[at].name);
 }
 
 byId("go").addEventListener("click", go);
 byId("stop").addEventListener("click", stop);
 byId("pause").addEventListener("click", () => ask({ do: "pause" }));
-byId("leave").addEventListener("click", () => { masking.stop(); ask({ do: "leave" }); });
-byId("masking-on").addEventListener("change", (event) => setMasking(event.target.checked));
-byId("masking-level").addEventListener("input", (event) => masking.setLevel(Number(event.target.value)));
+byId("leave").addEventListener("click", () => { silence(); ask({ do: "leave" }); });
+byId("form").addEventListener("language", show);
 document.addEventListener("keydown", onKey);
+offerSound(ask);
 connect();

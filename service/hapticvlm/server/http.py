@@ -26,6 +26,7 @@ from hapticvlm.server.scene_files import TYPES
 
 REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
 PAGES = Path(__file__).parent.parent / "pages"
+STUDY_PAGES = ("/study.html", "/experimenter.html")
 _CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
 
 
@@ -174,7 +175,7 @@ def _code(lan_pages: LanPages | None, port: int) -> Response:
 
 
 def _page(path: str, *, has_study: bool) -> Response:
-    if path == "/study.html" and not has_study:
+    if path in STUDY_PAGES and not has_study:
         return _response(404, "no study runs here: `hapticvlm study run` serves its page\n")
     name = "index.html" if path == "/" else path.removeprefix("/")
     known = {page.name: page for page in PAGES.iterdir() if page.suffix in TYPES}

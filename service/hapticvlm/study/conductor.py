@@ -18,13 +18,14 @@ from typing import Any, Literal
 from hapticvlm import __version__
 from hapticvlm.study.design import Design
 from hapticvlm.study.player import Player, Trouble
-from hapticvlm.study.record import Pace, Record, Sitting, View
+from hapticvlm.study.record import Pace, Record, View
+from hapticvlm.study.sitting import Sitting
 from hapticvlm.study.stimuli import StudyError
 from hapticvlm.study.trial import Trials
 
 Phase = Literal[
-    "choosing", "training", "ready", "resting", "playing", "asking", "paused", "stopped",
-    "trouble", "done",
+    "choosing", "consent", "questions", "training", "ready", "resting", "playing", "asking",
+    "rating", "paused", "stopped", "trouble", "done",
 ]  # fmt: skip
 
 
@@ -52,6 +53,7 @@ class Conductor:
             "participants": self._record.participants(),
             "devices": self._player.devices,
             "masking_noise": self._pace.masking_noise,
+            "hear": self._pace.hear,
             "renderings_wanted": self._design.renderings,
             "trouble": self._trouble,
             "busy": self._work is not None,
@@ -60,6 +62,10 @@ class Conductor:
             feeling = self._playing if self.phase == "training" else None
             shown |= {**self._record.view(), "feeling": feeling}
         return shown
+
+    def overview(self) -> View:
+        """Describe what the experimenter's page shows now."""
+        return {**self.view(), **self._record.overview(), "outputs": self._player.outputs}
 
     async def do(self, command: dict[str, Any]) -> None:
         """Carry out what a page asks for. Raises StudyError when it cannot be asked now."""
@@ -85,6 +91,12 @@ class Conductor:
                 self._begin()
             case {"do": "answer", "trial": int(trial), "pattern": str(name)}:
                 self._trials.answer(trial, name, command.get("seen_ms"))
+            case {"do": "rate", "trial": int(trial), "ratings": dict(ratings)}:
+                self._trials.rate(trial, ratings)
+            case {"do": "agree", "language": str(language)}:
+                self._agree(language)
+            case {"do": "tell", "answers": dict(answers)}:
+                self._tell_answers(answers)
             case {"do": "masking", "on": bool(on)}:
                 self._record.note({"event": "masking", "on": on})
             case _:
@@ -109,11 +121,22 @@ class Conductor:
     def _standing(self) -> Phase:
         """Where a participant is who does nothing just now."""
         sitting = self._record.sitting
-        if sitting is None:
-            return "choosing"
-        if sitting.is_done:
-            return "done"
-        return "ready" if sitting.is_trained else "training"
+        return "choosing" if sitting is None else sitting.stage
+
+    def _agree(self, language: str) -> None:
+        if self.phase != "consent" or language not in self._design.form.languages:
+            raise StudyError("there is nothing to agree to now")
+        self._record.note({"event": "agreed", "language": language})
+        self.phase = self._standing()
+
+    def _tell_answers(self, given: dict[str, Any]) -> None:
+        sitting = self._record.sitting
+        if self.phase != "questions" or sitting is None:
+            raise StudyError("no question is open")
+        when = sitting.questions
+        answers = self._design.form.answers(when, given)
+        self._record.note({"event": "told", "when": when, "answers": answers})
+        self.phase = self._standing()
 
     def _feel(self, name: str) -> None:
         self._design.stimulus(name)
@@ -136,6 +159,8 @@ class Conductor:
         sitting = self._record.sitting
         if sitting is None or sitting.is_done or self._work is not None:
             raise StudyError("there is nothing to begin now")
+        if sitting.stage in ("consent", "questions"):
+            raise StudyError("answer what is asked first")
         if not sitting.is_trained:
             if self.phase in ("paused", "stopped", "trouble"):
                 self.phase = "training"
@@ -148,16 +173,20 @@ class Conductor:
         self._work = asyncio.create_task(self._guard(self._present_all(sitting)))
 
     async def _present_all(self, sitting: Sitting) -> None:
-        while (name := sitting.next_trial) is not None:
+        while not sitting.is_done:
+            if sitting.to_rate is not None:
+                await self._trials.wait_for_rating()
+            if (name := sitting.next_trial) is None:
+                break
             self._enter("resting")
             await self._player.settle(self._pace.rest_s, self._pace.settle_s)
             self._enter("playing")
             await self._trials.present(sitting, name)
-        self._enter("done")
+        self._enter(self._standing())
 
     async def _rest(self, phase: Phase) -> None:
         sitting = self._record.sitting
-        if sitting is None or sitting.is_done:
+        if sitting is None or sitting.stage in ("consent", "questions", "done"):
             return
         await self._cease()
         self._record.note({"event": phase})

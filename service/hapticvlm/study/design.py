@@ -17,12 +17,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
+from hapticvlm.study import form as forms
+from hapticvlm.study.form import NOTHING, Form
 from hapticvlm.study.stimuli import Stimulus, StudyError, revive
 
 HEAD = "study.json"
-VERSION = 1
+VERSION, OLDEST = 2, 1  # 1 knew no form
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +41,7 @@ class Design:
     seed: int
     trials: dict[str, tuple[str, ...]]
     order: str = "blocked"
+    form: Form = NOTHING
 
     @property
     def participants(self) -> tuple[str, ...]:
@@ -54,12 +58,13 @@ class Design:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How much of it: repeats of all patterns, renderings of each in training, seed of orders."""
+    """How much of it, how often in training, in which orders, and what is asked beside it."""
 
     repeats: int = 5
     renderings: int = 3
     seed: int = 1
     order: str = "blocked"
+    form: Form = NOTHING
 
 
 def design(stimuli: tuple[Stimulus, ...], participants: Iterable[str], plan: Plan) -> Design:
@@ -74,7 +79,7 @@ def design(stimuli: tuple[Stimulus, ...], participants: Iterable[str], plan: Pla
     lay = free_orders if plan.order == "free" else orders
     rows = lay(names, len(codes), plan.repeats, plan.seed)
     trials = dict(zip(codes, rows, strict=True))
-    return Design(stimuli, plan.repeats, plan.renderings, plan.seed, trials, plan.order)
+    return Design(stimuli, plan.repeats, plan.renderings, plan.seed, trials, plan.order, plan.form)
 
 
 def write_design(folder: Path, made: Design) -> None:
@@ -88,10 +93,11 @@ def write_design(folder: Path, made: Design) -> None:
         "order": made.order,
         "patterns": [asdict(stimulus) for stimulus in made.stimuli],
         "trials": made.trials,
+        "form": msgspec.to_builtins(made.form),
     }
     unfinished = folder / f"{HEAD}.part"
     with unfinished.open("w", encoding="utf-8") as file:
-        file.write(json.dumps(head, indent=1) + "\n")
+        file.write(json.dumps(head, indent=1, ensure_ascii=False) + "\n")
         os.fsync(file.fileno())
     unfinished.replace(folder / HEAD)
 
@@ -101,15 +107,18 @@ def read_design(folder: Path) -> Design:
     path = folder / HEAD
     try:
         head = json.loads(path.read_text(encoding="utf-8"))
-        if head["version"] != VERSION:
-            raise StudyError(f"{path}: version {head['version']}; this program reads {VERSION}")
+        if head["version"] not in range(OLDEST, VERSION + 1):
+            raise StudyError(
+                f"{path}: format {head['version']}; this program reads {OLDEST} to {VERSION}"
+            )
         return Design(
-            revive(head["patterns"]),
+            revive(head["patterns"], HEAD),
             int(head["repeats"]),
             int(head["renderings"]),
             int(head["seed"]),
             {code: tuple(names) for code, names in head["trials"].items()},
             str(head.get("order", "blocked")),
+            forms.revive(head.get("form", {})),
         )
     except OSError as error:
         raise StudyError(f"{path}: {error.strerror}; is {folder} a study's folder?") from None

@@ -68,6 +68,12 @@ class Player:
         found: dict[str, Any] = self._client.welcome["devices"]
         return found
 
+    @property
+    def outputs(self) -> dict[str, Any]:
+        """What the service said last of plate and speaker; empty before it said anything."""
+        shown = ("plate_c", "setpoint_c", "speaker_level", "faults", "underruns")
+        return {name: self._telemetry[name] for name in shown if name in self._telemetry}
+
     async def prepare(self, stimuli: Sequence[Stimulus]) -> None:
         """Declare one object per pattern. Raises StudyError when others own the outputs."""
         if not self._client.welcome["owner"]:

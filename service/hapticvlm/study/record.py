@@ -1,9 +1,7 @@
 """What a participant did so far, kept on the disk: their file of events, only added to.
 
 An event is on the disk (fsync) before anybody acts on it, so a crash loses at most the event that
-was being written; its torn line is cut off when the file is opened again. Everything else is
-derived from the events, so a sitting that is interrupted anywhere goes on where the file ends: a
-trial counts once it is answered, and one that was presented and not answered is presented again.
+was being written; its torn line is cut off when the file is opened again.
 """
 
 from __future__ import annotations
@@ -11,7 +9,6 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -20,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from hapticvlm.study.design import Design
+from hapticvlm.study.sitting import Event, Sitting
 from hapticvlm.study.stimuli import StudyError
 
-Event = dict[str, Any]
 View = dict[str, Any]
 
 
@@ -56,7 +53,7 @@ class Log:
 
     def add(self, event: Event) -> None:
         """Have one event on the disk before this returns."""
-        self._file.write(json.dumps(event).encode() + b"\n")
+        self._file.write(json.dumps(event, ensure_ascii=False).encode() + b"\n")
         os.fsync(self._file.fileno())
 
     def close(self) -> None:
@@ -79,63 +76,14 @@ def locked(folder: Path) -> Iterator[None]:
         yield
 
 
-class Sitting:
-    """One participant's training and trials; feed it every event of the file, in order."""
-
-    def __init__(self, design: Design, participant: str) -> None:
-        self.participant = participant
-        self.trials = design.trials[participant]
-        self.renderings: Counter[str] = Counter()
-        self.answered = 0
-        self.correct = 0
-        self.attempts = 0
-        self._names = [stimulus.name for stimulus in design.stimuli]
-        self._wanted = design.renderings
-        self._is_trained = False
-
-    def take(self, event: Event) -> None:
-        """Take in one event."""
-        match event["event"]:
-            case "felt":
-                self.renderings[event["pattern"]] += 1
-            case "trained":
-                self._is_trained = True
-            case "presented":
-                self.attempts += 1
-            case "answered":
-                self.correct += event["pattern"] == event["answered"]
-                self.answered += 1
-                self.attempts = 0
-
-    @property
-    def next_to_feel(self) -> str | None:
-        """The pattern felt least often in training so far; None when all were felt enough."""
-        due = min(self._names, key=lambda name: self.renderings[name])
-        return due if self.renderings[due] < self._wanted else None
-
-    @property
-    def is_trained(self) -> bool:
-        """Whether training was ended."""
-        return self._is_trained
-
-    @property
-    def next_trial(self) -> str | None:
-        """The pattern to present next; None when all trials are answered."""
-        return None if self.is_done else self.trials[self.answered]
-
-    @property
-    def is_done(self) -> bool:
-        """Whether every trial is answered."""
-        return self.answered >= len(self.trials)
-
-
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """Rest between patterns and the longest wait for the plate, s; whether noise masks sound."""
+    """Rest between patterns and the longest wait for the plate, s; what the page lets be heard."""
 
     rest_s: float = 3.0
     settle_s: float = 60.0
     masking_noise: bool = False
+    hear: bool = False
 
     def noted(self) -> Event:
         """Return it as an event tells it."""
@@ -188,6 +136,23 @@ class Record:
             "renderings": dict(sitting.renderings),
             "next_to_feel": sitting.next_to_feel,
             "is_trained": sitting.is_trained,
+            "language": sitting.language,
+            "questions": sitting.questions,
+            "to_rate": sitting.to_rate,
+            "seconds_left": sitting.seconds_left,
+        }
+
+    def overview(self) -> View:
+        """Tell the experimenter what no participant may see; nothing when no file is open."""
+        sitting = self.sitting
+        if sitting is None:
+            return {}
+        shown = ("trial", "pattern", "answered", "reaction_s")
+        return {
+            "correct": sitting.correct,
+            "attempt": sitting.attempts,
+            "next_trial": sitting.next_trial,
+            "recent": [{name: event[name] for name in shown} for event in sitting.recent],
         }
 
     def _progress(self, code: str) -> View:

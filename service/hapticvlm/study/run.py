@@ -1,20 +1,22 @@
-"""Serves the study page on loopback: static files, and one WebSocket of JSON maps.
+"""Serves the pages of a study on loopback: static files, and a WebSocket of JSON maps for each.
 
-A page sends what is to be done ({"do": ...}) and is sent the whole view after every change; what
-cannot be done is answered with {"refused": why}. Pages of other origins are refused, as by the
-service itself.
+A page is sent the texts of all languages once, then the whole view after every change. It sends
+what is to be done ({"do": ...}); what cannot be done is answered with {"refused": why}. The
+participant's page is at `/`, the experimenter's at `/experimenter`: only that one is told which
+pattern was presented. Pages of other origins are refused, as by the service itself.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
@@ -22,6 +24,7 @@ from websockets.http11 import Request, Response
 from hapticvlm import documents
 from hapticvlm.client import Client, connect
 from hapticvlm.server import http
+from hapticvlm.study import languages
 from hapticvlm.study.conductor import Conductor
 from hapticvlm.study.design import Design
 from hapticvlm.study.player import Player
@@ -29,8 +32,10 @@ from hapticvlm.study.record import Pace
 from hapticvlm.study.stimuli import StudyError
 
 HOST = "127.0.0.1"
-PAGE = "/study.html"
-MAX_COMMAND_BYTES = 4096
+PAGE, EXPERIMENTER = http.STUDY_PAGES
+DESK = "/experimenter"  # the WebSocket of the experimenter's page
+DESK_S = 0.5  # how often that page is told of the outputs
+MAX_COMMAND_BYTES = 32_768
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,27 +53,47 @@ class Setting:
 class Room:
     """The pages that look at one study, and what they ask of it."""
 
-    def __init__(self, conductor: Conductor) -> None:
+    def __init__(self, conductor: Conductor, greeting: dict[str, Any]) -> None:
         self._conductor = conductor
+        self._greeting = json.dumps(greeting)
         self._pages: set[ServerConnection] = set()
+        self._desks: set[ServerConnection] = set()
         self._turn = asyncio.Lock()
         conductor.tell = self._tell
 
     def _tell(self) -> None:
-        if self._pages:
-            broadcast(self._pages, json.dumps(self._conductor.view()))
+        broadcast(self._pages, json.dumps(self._conductor.view()))
+        self._tell_desks()
+
+    def _tell_desks(self) -> None:
+        broadcast(self._desks, json.dumps(self._conductor.overview()))
+
+    async def report_outputs(self) -> None:
+        """Keep the experimenter's pages informed, until cancelled."""
+        while True:
+            await asyncio.sleep(DESK_S)
+            if self._desks:
+                self._tell_desks()
+
+    def play(self, waveform: dict[str, Any]) -> None:
+        """Have the participant's pages play what the speaker plays."""
+        broadcast(self._pages, json.dumps({"waveform": waveform}))
 
     async def attend(self, socket: ServerConnection) -> None:
         """Talk with one page until it leaves."""
-        self._pages.add(socket)
+        is_desk = socket.request is not None and socket.request.path == DESK
+        pages = self._desks if is_desk else self._pages
+        shown = self._conductor.overview() if is_desk else self._conductor.view()
         try:
-            await socket.send(json.dumps(self._conductor.view()))
+            await socket.send(self._greeting)
+            pages.add(socket)
+            await socket.send(json.dumps(shown))
             async for data in socket:
                 await self._take(socket, data)
         except ConnectionClosed:
             pass
         finally:
-            self._pages.discard(socket)
+            pages.discard(socket)
 
     async def _take(self, socket: ServerConnection, data: bytes | str) -> None:
         try:
@@ -86,23 +111,46 @@ async def run(design: Design, setting: Setting, ready: Callable[[str], None]) ->
 
     Raises StudyError, Refused or OSError.
     """
+    greeting = {
+        "texts": {code: languages.texts(code, setting.folder) for code in design.form.languages},
+        "form": msgspec.to_builtins(design.form),
+    }
     async with AsyncExitStack() as stack:
         client = await stack.enter_async_context(
             connect(setting.url, name="hapticvlm study", token=setting.token)
         )
         player = Player(client, setting.settle_c)
         await player.prepare(design.stimuli)
-        stack.push_async_callback(_cancel, asyncio.create_task(player.listen()))
+        _beside(stack, player.listen())
         conductor = Conductor(design, setting.folder, player, setting.pace)
-        port = await stack.enter_async_context(_listening(Room(conductor), setting.port))
+        room = Room(conductor, greeting)
+        if setting.pace.hear:
+            ears = connect(setting.url, name="study, heard", role="observer", token=setting.token)
+            _beside(stack, _hear(await stack.enter_async_context(ears), room))
+        _beside(stack, room.report_outputs())
+        port = await stack.enter_async_context(_listening(room, setting.port))
         stack.push_async_callback(conductor.leave)
         ready(f"http://{HOST}:{port}{PAGE}")
         await _until_gone(client)
 
 
+async def _hear(ears: Client, room: Room) -> None:
+    """Pass on the service's stream of what the speaker plays, as its dashboard has it."""
+    await ears.set(watch=["waveform"])
+    while True:
+        event = await ears.events.get()
+        if event["type"] == "view" and event["kind"] == "waveform":
+            room.play({name: event[name] for name in ("start", "samples", "rate_hz")})
+
+
 async def _until_gone(client: Client) -> None:
     await client.wait_closed()
     raise StudyError("the service closed the connection; nothing is lost, start again to go on")
+
+
+def _beside(stack: AsyncExitStack, work: Coroutine[Any, Any, None]) -> None:
+    """Have work done until the study ends."""
+    stack.push_async_callback(_cancel, asyncio.create_task(work))
 
 
 async def _cancel(task: asyncio.Task[Any]) -> None:

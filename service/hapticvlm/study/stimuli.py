@@ -116,7 +116,7 @@ def read(path: Path) -> tuple[Stimulus, ...]:
         raise StudyError(f"{path}: not TOML: {error}") from None
     if not isinstance(tables, list):
         raise StudyError(f"{path}: needs one [[pattern]] table per pattern")
-    return checked([_stimulus(table, f"{path}, pattern {i}") for i, table in enumerate(tables, 1)])
+    return revive(tables, str(path))
 
 
 def checked(stimuli: Iterable[Stimulus]) -> tuple[Stimulus, ...]:
@@ -132,9 +132,9 @@ def checked(stimuli: Iterable[Stimulus]) -> tuple[Stimulus, ...]:
     return found
 
 
-def revive(tables: Iterable[dict[str, Any]]) -> tuple[Stimulus, ...]:
-    """Read patterns back from a study's own file. Raises StudyError."""
-    return checked(_stimulus(table, "study.json") for table in tables)
+def revive(tables: Iterable[dict[str, Any]], file: str) -> tuple[Stimulus, ...]:
+    """Read the pattern tables of a file so named. Raises StudyError."""
+    return checked(_stimulus(table, f"{file}, pattern {i}") for i, table in enumerate(tables, 1))
 
 
 def _stimulus(table: dict[str, Any], where: str) -> Stimulus:

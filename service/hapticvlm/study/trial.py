@@ -1,4 +1,4 @@
-"""One trial after the other: each is presented, takes one answer, and is written down.
+"""One trial after the other: each is presented, answered and perhaps rated, and written down.
 
 A trial whose devices failed, or whose speaker played nothing, is noted as spoiled: unanswered, it
 is presented again; answered, it is kept and left out of the statistics.
@@ -14,8 +14,11 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from hapticvlm.study.player import Player, Trouble
-from hapticvlm.study.record import Event, Record, Sitting
+from hapticvlm.study.record import Record
+from hapticvlm.study.sitting import Event, Sitting
 from hapticvlm.study.stimuli import StudyError
+
+Step = Literal["asking", "resting", "rating"]
 
 
 @dataclass(slots=True)
@@ -30,13 +33,12 @@ class _Asked:
 class Trials:
     """Presents trials and takes their answers; `enter` is told when it asks and when it rests."""
 
-    def __init__(
-        self, record: Record, player: Player, enter: Callable[[Literal["asking", "resting"]], None]
-    ) -> None:
+    def __init__(self, record: Record, player: Player, enter: Callable[[Step], None]) -> None:
         self._record = record
         self._player = player
         self._enter = enter
         self._asked: _Asked | None = None
+        self._rated: asyncio.Future[None] | None = None
 
     async def present(self, sitting: Sitting, name: str) -> None:
         """Present the next trial until it is played and answered. Raises Trouble."""
@@ -77,6 +79,26 @@ class Trials:
         )
         asked.answered.set_result(None)
         self._enter("resting")
+
+    async def wait_for_rating(self) -> None:
+        """Wait until the pattern just answered is rated."""
+        self._rated = asyncio.get_running_loop().create_future()
+        self._enter("rating")
+        try:
+            await self._rated
+        finally:
+            self._rated = None
+
+    def rate(self, trial: int, given: dict[str, Any]) -> None:
+        """Take the ratings of the trial just answered. Raises StudyError."""
+        sitting = self._record.sitting
+        if self._rated is None or sitting is None or trial != sitting.to_rate:
+            raise StudyError("no rating is open")
+        ratings = self._record.design.form.ratings(given)
+        pattern = sitting.trials[trial]
+        event = {"event": "rated", "trial": trial, "pattern": pattern, "ratings": ratings}
+        self._record.note(event)
+        self._rated.set_result(None)
 
     def _onset(self) -> None:
         if self._asked is not None:

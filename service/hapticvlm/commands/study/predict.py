@@ -5,18 +5,17 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands.parsing import add_former, add_json
+from hapticvlm.commands.study.layout import patterns_named
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.study.observer.predict import PaperCheck, Prediction, Spread
-    from hapticvlm.study.stimuli import Stimulus
 
 SETS = ("ours", "twenty", "paper-like")
 WHAT = "simulated: a machine observer, not people"
@@ -108,19 +107,12 @@ def _choose(options: argparse.Namespace) -> int:
     return 0
 
 
-def _patterns(name: str) -> Sequence[Stimulus]:
-    from hapticvlm.study import patterns, stimuli
-
-    named = {"ours": patterns.ours, "twenty": patterns.twenty, "paper-like": patterns.paper_like}
-    return named[name]() if name in named else stimuli.read(Path(name))
-
-
 def _report(options: argparse.Namespace) -> None:
     from hapticvlm.commands.progress import working
     from hapticvlm.study.observer import predict
     from hapticvlm.study.observer.percepts import Noise
 
-    stimuli = _patterns(options.patterns)
+    stimuli = patterns_named(options.patterns)
     checked = spread = None
     if options.noise is None and options.heat_noise is not None:
         raise ValueError("--heat-noise needs --noise")
@@ -152,7 +144,7 @@ def _draw(found: Prediction, checked: PaperCheck | None, options: argparse.Names
     name = Path(options.patterns).stem
     plots.draw_matrix(found, folder / f"observer-{name}.png")
     others = {
-        other: predict.predict(_patterns(other), found.noise).curve
+        other: predict.predict(patterns_named(other), found.noise).curve
         for other in SETS
         if other != options.patterns
     }

@@ -1,0 +1,112 @@
+// The experimenter's page beside the participant's: what is presented, what the devices do, how long it still takes.
+import { byId, degrees, list, make, named, percent, say } from "./dom.js";
+
+const PHASES = {
+  choosing: "No participant is chosen", consent: "Reads and agrees", questions: "Answers questions", training: "Training",
+  ready: "Ready for the trials", resting: "Rests before the next pattern", playing: "A pattern plays", asking: "Is asked which it was",
+  rating: "Rates the pattern", paused: "Paused", stopped: "Stopped: the outputs rest", trouble: "Trouble with the devices", done: "All done",
+};
+let socket = null;
+let view = null;
+
+function connect() {
+  socket = new WebSocket(`ws://${location.host}/experimenter`);
+  socket.onmessage = ({ data }) => take(JSON.parse(data));
+  socket.onclose = () => {
+    say(byId("prompt"), "No connection to the study: what is shown is old");
+    for (const id of ["pause", "go"]) byId(id).disabled = true;
+    setTimeout(connect, 500);
+  };
+}
+
+function ask(request) {
+  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
+  else alarm("NOT SENT: no connection to the study. Switch the devices off by hand.");
+}
+
+function take(message) {
+  if (message.texts) return;
+  if (message.refused) return alarm(message.refused);
+  view = message;
+  alarm(view.trouble);
+  show();
+}
+
+function alarm(why) {
+  byId("alert").hidden = !why;
+  say(byId("alert"), why ?? "");
+}
+
+function show() {
+  say(byId("title"), view.participant ? `Experimenter, ${view.participant}` : "Experimenter");
+  say(byId("prompt"), PHASES[view.phase]);
+  byId("progress").max = view.trials ?? 1;
+  byId("progress").value = view.answered ?? 0;
+  say(byId("left"), view.participant ? `${view.answered} of ${view.trials} trials${left()}` : "");
+  list(byId("now"), now());
+  list(byId("outputs"), outputs());
+  byId("recent").replaceChildren(...(view.recent ?? []).toReversed().map(answer));
+  const canPause = ["resting", "playing", "asking", "rating"].includes(view.phase);
+  byId("pause").hidden = !canPause;
+  byId("pause").disabled = false;
+  byId("go").hidden = !["paused", "stopped", "trouble"].includes(view.phase);
+  byId("go").disabled = false;
+  byId("leave").hidden = !view.participant || canPause;
+  showPeople();
+}
+
+function left() {
+  return view.seconds_left == null || view.answered >= view.trials ? "" : `, about ${Math.max(1, Math.round(view.seconds_left / 60))} min left`;
+}
+
+function now() {
+  if (!view.participant) return [["participant", "none"]];
+  const isOpen = ["playing", "asking"].includes(view.phase);
+  const felt = Object.values(view.renderings ?? {}).reduce((sum, each) => sum + each, 0);
+  return [
+    [isOpen ? "pattern presented" : "next pattern", view.feeling ?? view.next_trial ?? "none"],
+    ["presented", `${view.attempt} time${view.attempt === 1 ? "" : "s"}`],
+    ["right so far", view.answered ? `${view.correct} of ${view.answered}, ${percent(view.correct / view.answered)}` : "no answer yet"],
+    ["felt in training", `${felt} of ${view.patterns.length * view.renderings_wanted}`],
+    ["language", view.language],
+  ];
+}
+
+function outputs() {
+  const { plate_c: plate, setpoint_c: setpoint, speaker_level: level, faults, underruns } = view.outputs;
+  return [
+    ["speaker", named(view.devices.speaker)],
+    ["plate", named(view.devices.peltier)],
+    ["plate is at", degrees(plate)],
+    ["setpoint", degrees(setpoint)],
+    ["speaker level", level == null ? "no reading" : percent(level)],
+    ["underruns", underruns ?? "no reading"],
+    ["faults", faults?.length ? faults.join(", ") : "none"],
+    ["sound for the participant", view.hear ? "hears the vibration: a trial run" : view.masking_noise ? "masking noise" : "none"],
+  ];
+}
+
+function answer({ trial, pattern, answered, reaction_s: reaction }) {
+  const row = make("tr");
+  row.append(make("td", String(trial + 1)), make("td", pattern), make("td", pattern === answered ? "✓ right" : answered), make("td", reaction.toFixed(1)));
+  return row;
+}
+
+function showPeople() {
+  const shown = JSON.stringify([view.participants, view.participant]);
+  if (byId("people").dataset.shown === shown) return;
+  byId("people").dataset.shown = shown;
+  byId("people").replaceChildren(...view.participants.map(({ code, answered, trials }) => {
+    const button = make("button", code, { type: "button", disabled: Boolean(view.participant) });
+    button.append(make("span", `${answered} of ${trials} trials${code === view.participant ? ", open" : ""}`));
+    button.addEventListener("click", () => ask({ do: "choose", participant: code }));
+    return button;
+  }));
+}
+
+byId("stop").addEventListener("click", () => ask({ do: "stop" }));
+byId("pause").addEventListener("click", () => ask({ do: "pause" }));
+byId("go").addEventListener("click", () => ask({ do: "begin" }));
+byId("leave").addEventListener("click", () => ask({ do: "leave" }));
+document.addEventListener("keydown", (event) => { if (event.key === "Escape") ask({ do: "stop" }); });
+connect();

@@ -1,0 +1,99 @@
+// What a study asks beside its patterns: agreement and language, questions, ratings. Knows no connection.
+import { make } from "./dom.js";
+import { known, nameOf, own, speak, spoken, text } from "./study.texts.js";
+
+// Draws what a phase asks into `form`; `send` is called with the request once it is answered.
+export function draw(form, phase, view, study, send) {
+  const parts = { consent: agreement, questions, rating: ratings }[phase](view, study, form);
+  form.replaceChildren(...parts.shown, submit(phase));
+  form.onsubmit = (event) => {
+    event.preventDefault();
+    if (form.reportValidity()) send(parts.request());
+  };
+}
+
+function agreement(_view, study, form) {
+  const shown = [];
+  if (known().length > 1) shown.push(choiceOf("language", text("page.language"), known().map((code) => ({ value: code, text: nameOf(code), lang: code })), spoken(), true));
+  shown.push(...paragraphs(own(study.consent)));
+  if (own(study.consent)) {
+    const label = make("label", "", { className: "agree" });
+    label.append(make("input", "", { type: "checkbox", name: "agreed", required: true }), " ", text("page.i_agree"));
+    shown.push(label);
+  }
+  form.onchange = ({ target }) => {
+    if (target.name !== "language") return;
+    speak(target.value);
+    form.dispatchEvent(new Event("language"));
+  };
+  return { shown, request: () => ({ do: "agree", language: spoken() }) };
+}
+
+function questions(view, study, form) {
+  form.onchange = null;
+  const asked = study.question.filter((question) => question.when === view.questions);
+  const request = () => ({ do: "tell", answers: Object.fromEntries(asked.map((question) => [question.name, answerOf(form, question)])) });
+  return { shown: asked.map(field), request };
+}
+
+function ratings(view, study, form) {
+  form.onchange = null;
+  const request = () => ({ do: "rate", trial: view.to_rate, ratings: Object.fromEntries(study.rating.map(({ name }) => [name, Number(form.elements[name].value)])) });
+  return { shown: study.rating.map(scale), request };
+}
+
+function field(question) {
+  const needed = question.needed ? ` ${text("page.needed")}` : "";
+  if (question.kind === "choice") {
+    const none = question.needed ? [] : [{ value: "", text: text("page.no_answer") }];
+    const choices = question.choice.map((each) => ({ value: each.value, text: own(each.text) }));
+    return choiceOf(question.name, own(question.text) + needed, [...choices, ...none], question.needed ? null : "", question.needed);
+  }
+  const label = make("label", own(question.text) + needed, { className: "field" });
+  const fields = { name: question.name, required: question.needed };
+  if (question.kind === "number") {
+    const input = make("input", "", { ...fields, type: "number", step: "any", inputMode: "decimal" });
+    if (question.low !== null) input.min = question.low;
+    if (question.high !== null) input.max = question.high;
+    label.append(input);
+  } else {
+    label.append(make("textarea", "", { ...fields, maxLength: 2000, rows: 4 }));
+  }
+  return label;
+}
+
+function answerOf(form, { name, kind }) {
+  const value = form.elements[name].value.trim();
+  if (value === "") return null;
+  return kind === "number" ? Number(value) : value;
+}
+
+function scale(rating) {
+  const steps = Array.from({ length: rating.steps }, (_, index) => ({ value: String(index + 1), text: String(index + 1) }));
+  const set = choiceOf(rating.name, own(rating.text), steps, null, true);
+  set.classList.add("scale");
+  const ends = make("p", "", { className: "ends" });
+  ends.append(make("span", own(rating.low)), make("span", own(rating.high)));
+  set.append(ends);
+  return set;
+}
+
+function choiceOf(name, legend, choices, chosen, required) {
+  const set = make("fieldset");
+  const row = make("div", "", { className: "choices" });
+  set.append(make("legend", legend), row);
+  for (const choice of choices) {
+    const label = make("label", "", choice.lang ? { lang: choice.lang } : {});
+    label.append(make("input", "", { type: "radio", name, value: choice.value, checked: choice.value === chosen, required }), make("span", choice.text));
+    row.append(label);
+  }
+  return set;
+}
+
+export function paragraphs(whole) {
+  return whole.trim().split(/\n\s*\n/).filter(Boolean).map((each) => make("p", each));
+}
+
+function submit(phase) {
+  return make("button", text(phase === "consent" ? "buttons.agree" : "buttons.send"), { type: "submit", className: "main" });
+}

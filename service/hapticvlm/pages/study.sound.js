@@ -1,0 +1,87 @@
+// What a participant hears: noise that masks the device, or in a trial run without one the vibration itself.
+// A browser lets sound begin only after a click.
+import { byId } from "./dom.js";
+import { Sound } from "./sound.js";
+
+const SECONDS = 6;
+const FADE_S = 0.3;
+
+export const sound = new Sound();
+
+class Masking {
+  #context = null;
+  #gain = null;
+
+  get isOn() { return this.#context !== null; }
+
+  start(level) {
+    if (this.isOn) return;
+    this.#context = new AudioContext();
+    const source = new AudioBufferSourceNode(this.#context, { buffer: pink(this.#context), loop: true });
+    this.#gain = new GainNode(this.#context, { gain: 0 });
+    source.connect(this.#gain).connect(this.#context.destination);
+    source.start();
+    this.setLevel(level);
+  }
+
+  setLevel(level) {
+    this.#gain?.gain.setTargetAtTime(level, this.#context.currentTime, FADE_S / 3);
+  }
+
+  stop() {
+    this.#context?.close();
+    this.#context = this.#gain = null;
+  }
+}
+
+const masking = new Masking();
+
+// `ask` tells the study when a participant switches the noise.
+export function offerSound(ask) {
+  byId("masking-on").addEventListener("change", ({ target }) => setMasking(target.checked, ask));
+  byId("masking-level").addEventListener("input", ({ target }) => masking.setLevel(Number(target.value)));
+  byId("hear-on").addEventListener("change", ({ target }) => hear(target.checked));
+  byId("hear-level").addEventListener("input", ({ target }) => { sound.level = Number(target.value); });
+  addEventListener("pagehide", silence);
+}
+
+// For a click that begins something.
+export function startSound(view, ask) {
+  if (view.hear) hear(true);
+  else if (view.masking_noise && !masking.isOn) setMasking(true, ask);
+}
+
+// Ends all sound and unticks the noise's box, without a word to the study.
+export function silence() {
+  sound.silence();
+  if (masking.isOn) setMasking(false);
+}
+
+function setMasking(on, ask = null) {
+  if (on) masking.start(Number(byId("masking-level").value));
+  else masking.stop();
+  byId("masking-on").checked = on;
+  ask?.({ do: "masking", on });
+}
+
+function hear(on) {
+  byId("hear-on").checked = on;
+  sound.level = Number(byId("hear-level").value);
+  if (on && !sound.isOn) sound.start();
+  else if (!on && sound.isOn) sound.stop();
+}
+
+// Pink by Paul Kellet's filter of white noise (from memory), peak below 1.
+function pink(context) {
+  const buffer = new AudioBuffer({ length: SECONDS * context.sampleRate, sampleRate: context.sampleRate });
+  const samples = buffer.getChannelData(0);
+  let [low, middle, high] = [0, 0, 0];
+  for (let at = 0; at < samples.length; at++) {
+    const white = 2 * Math.random() - 1;
+    low = 0.99765 * low + 0.099046 * white;
+    middle = 0.963 * middle + 0.2965164 * white;
+    high = 0.57 * high + 1.0526913 * white;
+    samples[at] = Math.max(-1, Math.min(1, 0.15 * (low + middle + high + 0.1848 * white)));
+  }
+  return buffer;
+}

@@ -1,0 +1,205 @@
+"""A short study from consent to thanks, in German, heard and not felt, in a real Chromium.
+
+Every state of both pages is looked at by axe-core: light on a screen and dark on a phone.
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pytest
+from dashboard_scene import AXE, PATIENCE_MS, chromium, missing
+from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize
+
+from hapticvlm.study.form import TEMPLATE
+
+pytestmark = pytest.mark.browser
+
+PATTERN = """
+[[pattern]]
+name = "{name}-{temperature}"
+vibration = "{vibration}"
+temperature = "{temperature}"
+material = "{material}"
+interaction = "{interaction}"
+setpoint_c = {setpoint_c}
+seconds = {seconds}
+"""
+VIBRATIONS = (("carve", "wood carving", "wood"), ("tap", "glass tapping", "glass"))
+REMARK = "schön warm"
+RECORD = """async () => {
+  const { sound } = await import("./study.sound.js");
+  const node = sound.output.context.createScriptProcessor(512, 1, 1);
+  window.loudest = 0;
+  node.onaudioprocess = ({ inputBuffer }) => {
+    for (const each of inputBuffer.getChannelData(0)) loudest = Math.max(loudest, Math.abs(each));
+  };
+  sound.output.connect(node);
+  node.connect(sound.output.context.destination);
+  window.recorder = node;
+}"""
+
+
+def study_file(seconds: float) -> str:
+    """The file of a new study, cut short: four brief patterns, once each, without training."""
+    text = TEMPLATE.read_text(encoding="utf-8")
+    text = re.sub(r"^patterns = .*$", "", text, flags=re.M)
+    for name, value in (("repeats", 1), ("renderings", 0), ("rest_s", 0.0)):
+        text = re.sub(rf"^{name} = \S+", f"{name} = {value}", text, flags=re.M)
+    return text + "".join(
+        PATTERN.format(
+            name=interaction,
+            interaction=interaction,
+            vibration=vibration,
+            material=material,
+            temperature=temperature,
+            setpoint_c=setpoint_c,
+            seconds=seconds,
+        )
+        for temperature, setpoint_c in (("hot", 33.0), ("cold", 31.0))
+        for interaction, vibration, material in VIBRATIONS
+    )
+
+
+@dataclass
+class Sat:
+    """What both pages showed in each state, and what the participant's file holds."""
+
+    found: dict[str, list[str]] = field(default_factory=dict)  # what axe-core complains of
+    widths: dict[str, int] = field(default_factory=dict)
+    prompts: list[str] = field(default_factory=list)
+    desk: str = ""
+    loudest: float = 0.0
+    faults: list[str] = field(default_factory=list)
+    events: list[dict[str, Any]] = field(default_factory=list)
+
+    def look(self, state: str, page: Page) -> None:
+        self.prompts.append(page.locator("#prompt").inner_text())
+        self.found[state] = [each["id"] for each in page.evaluate("axe.run()")["violations"]]
+        self.widths[state] = page.evaluate("document.scrollingElement.scrollWidth")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    if reason := missing():
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module", params=["light", "dark"])
+def sat(
+    request: pytest.FixtureRequest, browser: Browser, tmp_path_factory: pytest.TempPathFactory
+) -> Sat:
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "study.toml").write_text(study_file(0.6), encoding="utf-8")
+    command = [sys.executable, "-m", "hapticvlm", "study", "run", str(folder), "--hear"]
+    process = subprocess.Popen(
+        [*command, "--settle-c", "20", "--port", "0"], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    sat = Sat()
+    size = (1280, 800) if request.param == "light" else (390, 844)
+    viewport = ViewportSize(width=size[0], height=size[1])
+    context = browser.new_context(viewport=viewport, color_scheme=request.param)
+    context.set_default_timeout(PATIENCE_MS)
+    try:
+        address = process.stdout.readline().split()[-1]
+        take_part(sat, context, address)
+    finally:
+        context.close()
+        process.terminate()
+        process.wait(30)
+        process.stdout.close()
+    lines = (folder / "P01.jsonl").read_text(encoding="utf-8").splitlines()
+    sat.events = [json.loads(line) for line in lines]
+    return sat
+
+
+def take_part(sat: Sat, context: BrowserContext, address: str) -> None:
+    page, desk = context.new_page(), context.new_page()
+    for each, path in ((page, address), (desk, address.replace("study", "experimenter"))):
+        each.on("pageerror", lambda error: sat.faults.append(str(error)))
+        each.goto(path)
+        each.evaluate(AXE.read_text(encoding="utf-8"))
+    page.bring_to_front()
+    page.locator("[data-participant=P01]").wait_for()
+    sat.look("choosing", page)
+    page.locator("[data-participant=P01]").click()
+    page.locator("label[lang=de]").click()
+    page.locator("#form button", has_text="Ich nehme teil").wait_for()
+    sat.look("consent", page)
+    page.locator(".agree input").check()
+    page.locator("#form button").click()
+    page.locator("input[name=age]").fill("31")
+    sat.look("questions", page)
+    page.locator("#form button").click()
+    page.locator("#go", has_text="Durchgänge beginnen").wait_for()
+    sat.look("training", page)
+    page.locator("#go").click()
+    page.locator("#hear-on:checked").wait_for()
+    page.wait_for_function("import('./study.sound.js').then(({ sound }) => sound.isOn)")
+    page.evaluate(RECORD)
+    for trial in range(4):
+        page.locator(".pattern:enabled").first.wait_for()
+        if trial == 0:
+            sat.look("asking", page)
+            sat.look("experimenter", desk)
+            sat.desk = desk.locator("#now").inner_text()
+        page.locator(".pattern").nth(trial).click()
+        page.locator("#form .scale").first.wait_for()
+        if trial == 0:
+            sat.look("rating", page)
+        for name, value in (("real", 5), ("pleasant", 3)):
+            page.locator(f"input[name={name}][value='{value}']").check()
+        page.locator("#form button").click()
+    page.locator("textarea").fill(REMARK)
+    sat.look("remarks", page)
+    sat.loudest = page.evaluate("loudest")
+    page.locator("#form button").click()
+    page.locator("#prompt", has_text="Vielen Dank").wait_for()
+    sat.look("done", page)
+    desk.locator("#prompt", has_text="All done").wait_for()
+    sat.look("experimenter, done", desk)
+
+
+def test_axe_finds_nothing_in_any_state_of_either_page(sat: Sat) -> None:
+    assert {state: ids for state, ids in sat.found.items() if ids} == {}
+    assert len(sat.found) == 10
+    assert sat.faults == []
+
+
+def test_no_state_scrolls_sideways(sat: Sat) -> None:
+    assert set(sat.widths.values()) <= {1280, 390}
+
+
+def test_after_the_choice_the_page_speaks_german(sat: Sat) -> None:
+    participant = [text for text in sat.prompts if "asked" not in text and "All" not in text]
+    assert participant == ["Who takes part?", "Willkommen", "Einige Fragen",
+                           "Sie haben alle Muster gespürt", "Welches Muster war es?",
+                           "Wie war es?", "Einige Fragen", "Vielen Dank"]  # fmt: skip
+
+
+def test_agreement_answers_and_ratings_are_in_the_file(sat: Sat) -> None:
+    told = [event["answers"] for event in sat.events if event["event"] == "told"]
+    rated = [event["ratings"] for event in sat.events if event["event"] == "rated"]
+    assert [e["language"] for e in sat.events if e["event"] == "agreed"] == ["de"]
+    assert told == [{"age": 31, "handedness": None}, {"remarks": REMARK}]
+    assert rated == [{"real": 5, "pleasant": 3}] * 4
+
+
+def test_the_vibration_is_heard_in_the_browser(sat: Sat) -> None:
+    assert sat.events[0]["hear"] is True
+    assert np.isfinite(sat.loudest)
+    assert sat.loudest > 0.01
+
+
+def test_the_experimenter_sees_what_is_presented(sat: Sat) -> None:
+    first = next(event for event in sat.events if event["event"] == "presented")
+    assert first["pattern"] in sat.desk
