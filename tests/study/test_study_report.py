@@ -23,6 +23,7 @@ if not os.environ.get("CI"):  # there, what is missing fails
 
 from hapticvlm.commands.main import main
 from hapticvlm.study import report, results, statistics, text
+from hapticvlm.study.evaluate import evaluate, evaluate_paper
 
 PEOPLE = 4
 Counts = np.ndarray[Any, np.dtype[np.int64]]
@@ -51,7 +52,7 @@ def study(tmp_path: Path) -> Path:
 
 
 def test_the_papers_printed_figures_are_reproduced() -> None:
-    document = report.evaluate_paper()
+    document = evaluate_paper()
     whole = document["recognition"]
     material, warmth = document["axes"]
     printed = [each["as_printed"] for each in document["printed_anova"]]
@@ -67,7 +68,7 @@ def test_the_papers_printed_figures_are_reproduced() -> None:
 
 
 def test_the_papers_inconsistencies_are_shown_in_figures() -> None:
-    document = report.evaluate_paper()
+    document = evaluate_paper()
     two_way = [each["two_way_df"]["p"] for each in document["printed_anova"]]
     first = document["pairwise"][0]
     assert two_way == pytest.approx([0.13, 0.146, 0.40], abs=5e-3)
@@ -173,7 +174,7 @@ def test_holm_never_lowers_a_p_and_multiplies_the_smallest_by_all_pairs() -> Non
 
 
 def test_the_report_counts_what_was_answered(study: Path) -> None:
-    document = report.evaluate(results.read(study))
+    document = evaluate(results.read(study))
     wrong = sum(
         event["event"] == "answered" and event["pattern"] != event["answered"]
         for code in ("P0", "P1", "P2", "P3")
@@ -194,7 +195,7 @@ def test_a_presentation_whose_speaker_played_nothing_is_counted(study: Path) -> 
     file.add({"event": "spoiled", **trial, "why": SILENT})
     file.add({"event": "spoiled", **trial, "trial": 30, "why": SILENT})
     file.close()
-    document = report.evaluate(results.read(study))
+    document = evaluate(results.read(study))
     assert (document["answered"], document["excluded"], document["silent"]) == (120, 1, 2)
     assert "speaker played nothing in 2 presentations" in text.text_of(document)
 
@@ -205,7 +206,7 @@ def test_a_trial_that_the_devices_spoiled_is_left_out_and_counted(study: Path) -
     file.add({"event": "spoiled", **trial, "why": "device at fault: sensor_open"})
     file.add({"event": "spoiled", **trial, "trial": 28, "why": "interrupted"})
     file.close()
-    document = report.evaluate(results.read(study))
+    document = evaluate(results.read(study))
     assert (document["answered"], document["excluded"]) == (120, 1)
     assert np.array(document["counts"]).sum() == 119
 
@@ -214,7 +215,7 @@ def test_one_dropout_leaves_the_tests_of_all_others_and_is_named(study: Path) ->
     path = study / "P2.jsonl"
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines[: 1 + 3 * 8]))
-    document = report.evaluate(results.read(study))
+    document = evaluate(results.read(study))
     assert document["anova_missing"] is None
     assert (document["complete"], document["incomplete"]) == (3, ["P2"])
     assert [(e["df"], e["df_error"]) for e in document["anova"]] == [(4, 8), (1, 2), (4, 8)]
@@ -236,7 +237,7 @@ def test_friedman_finds_a_pattern_that_all_feel_worse_and_says_nothing_of_equals
 
 
 def test_the_report_gives_ranks_beside_the_anova(study: Path) -> None:
-    document = report.evaluate(results.read(study))
+    document = evaluate(results.read(study))
     assert [found["name"] for found in document["friedman"]] == ["patterns", "vibration"]
     assert "Friedman's test" in text.text_of(document)
 
@@ -244,7 +245,7 @@ def test_the_report_gives_ranks_beside_the_anova(study: Path) -> None:
 def test_one_person_gets_no_anova_and_the_reason(study: Path) -> None:
     for code in ("P1", "P2", "P3"):
         (study / f"{code}.jsonl").unlink()
-    document = report.evaluate(results.read(study))
+    document = evaluate(results.read(study))
     assert document["anova"] == []
     assert "two participants" in document["anova_missing"]
     assert "No repeated-measures ANOVA" in text.text_of(document)

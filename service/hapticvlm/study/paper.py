@@ -23,6 +23,8 @@ VIBRATIONS = (
 SHORT = ("WC", "GT", "WS", "FR", "MW")
 TEMPERATURES = ("hot", "cold")
 CODES = tuple(f"{short}-{warmth[0]}" for warmth in TEMPERATURES for short in SHORT)
+KEY = "WC wood carving, GT glass tapping, WS wood striking, FR fabric rubbing, MW metal whooshing; \
+h hot, c cold"
 
 _COUNTS = (
     (45, 0, 0, 0, 0, 0, 0, 0, 0, 0),

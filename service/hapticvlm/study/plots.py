@@ -1,10 +1,10 @@
-"""Pictures of a study: confusion matrices, recognition with intervals, reaction times."""
+"""Pictures of a study: confusions, recognition and ratings with intervals, reaction times."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 Matrix = tuple[list[str], NDArray[np.int64]]
 DPI = 110
-_INK, _MARK, _SOFT = "#15202b", "#1d5b8f", "#8795a3"
+LEAST_BOXED, LEAST_SURE = 5, 10  # answers: for quartiles; below it a share says little
+_INK, _MARK, _SOFT, _OTHER = "#15202b", "#1d5b8f", "#8795a3", "#d55e00"
 
 
 def confusion(path: Path, title: str, whole: Matrix, parts: Sequence[tuple[str, Matrix]]) -> None:
@@ -43,17 +44,92 @@ def recognition(
     _draw_shares(left, shares, chance)
     left.set_title(title, loc="left")
     if times:
-        rows = np.arange(len(shares))
-        right[0].boxplot(
-            list(times), positions=list(rows), orientation="horizontal", widths=0.55,
-            medianprops={"color": _MARK, "linewidth": 2}, flierprops={"markersize": 3},
-        )  # fmt: skip
+        _draw_times(right[0], times)
         right[0].set_xlabel("reaction time from the first stroke, s")
         right[0].set_xlim(left=0.0)
         right[0].set_title("all answers, right or wrong", loc="left")
+        right[0].grid(axis="x", alpha=0.3)
     left.set_yticks(np.arange(len(shares)), [name for name, _ in shares])
     left.set_ylim(len(shares) - 0.5, -0.5)
     figure.savefig(path, dpi=DPI)
+
+
+def ratings(path: Path, title: str, rated: Sequence[dict[str, Any]]) -> None:
+    """Draw each pattern's mean rating with its interval by person, a panel for each rating."""
+    names = [each["name"] for each in rated[0]["patterns"]]
+    figure = _figure(3.0 + 3.6 * len(rated), 0.42 * len(names) + 1.5)
+    panels = figure.subplots(1, len(rated), sharey=True, squeeze=False)[0]
+    for axes, rating in zip(panels, rated, strict=True):
+        for row, each in enumerate(rating["patterns"]):
+            if each["by_person"] is not None:
+                axes.plot(each["by_person"], [row] * 2, color=_SOFT, linewidth=2.5)
+            if each["mean"] is not None:
+                axes.plot(each["mean"], row, "o", color=_INK, markersize=6)
+        axes.set_xlim(0.8, rating["steps"] + 0.2)
+        axes.set_xlabel(f"{rating['name']}, 1 to {rating['steps']}")
+        axes.grid(axis="x", alpha=0.3)
+    panels[0].set_yticks(np.arange(len(names)), names)
+    panels[0].set_ylim(len(names) - 0.5, -0.5)
+    panels[0].set_title(title, loc="left")
+    panels[-1].plot([], [], color=_SOFT, linewidth=2.5, label="95 % by person, Student's t")
+    _legend(panels[-1])
+    figure.savefig(path, dpi=DPI)
+
+
+def printed_anova(path: Path, printed: Sequence[dict[str, Any]]) -> None:
+    """Draw p of each printed F, on the printed degrees of freedom and on those of the design."""
+    figure = _figure(7.5, 3.0)
+    axes = figure.subplots()
+    for row, each in enumerate(printed):
+        as_printed, two_way = each["as_printed"], each["two_way_df"]
+        ends = [as_printed["p"], two_way["p"]]
+        axes.plot(ends, [row] * 2, color=_SOFT, linewidth=1.5, zorder=1)
+        axes.plot(each["printed_p"], row, "o", color=_INK, markersize=10, fillstyle="none")
+        axes.plot(ends[0], row, "o", color=_MARK, markersize=5)
+        axes.plot(ends[1], row, "D", color=_OTHER, markersize=6)
+        if two_way["df"] != as_printed["df"]:
+            axes.annotate(
+                f"F({two_way['df']}, {two_way['df_error']})", (ends[1], row),
+                xytext=(0, 9), textcoords="offset points", ha="center", fontsize=9,
+            )  # fmt: skip
+    axes.set_yticks(
+        range(len(printed)),
+        [
+            f"{each['as_printed']['name']}\nF({each['as_printed']['df']}, "
+            f"{each['as_printed']['df_error']}) = {each['as_printed']['f']:.2f}"
+            for each in printed
+        ],
+    )
+    axes.set_ylim(len(printed) - 0.5, -0.6)
+    axes.set_xlim(0.0, 0.5)
+    axes.set_xlabel("p")
+    axes.plot([], [], "o", color=_INK, markersize=10, fillstyle="none", label="p as printed")
+    axes.plot([], [], "o", color=_MARK, markersize=5, label="p of the printed F and df")
+    axes.plot([], [], "D", color=_OTHER, markersize=6, label="p on the df of 5 x 2 patterns")
+    axes.axvline(0.05, color=_SOFT, linestyle=":", label="0.05")
+    axes.grid(axis="x", alpha=0.3)
+    _legend(axes, 4)
+    figure.savefig(path, dpi=DPI)
+
+
+def _draw_times(axes: Axes, times: Sequence[NDArray[np.float64]]) -> None:
+    """Draw a box where there are enough answers for quartiles, else each answer."""
+    enough = [(row, each) for row, each in enumerate(times) if len(each) >= LEAST_BOXED]
+    if enough:
+        axes.boxplot(
+            [each for _, each in enough], positions=[row for row, _ in enough], widths=0.55,
+            orientation="horizontal", manage_ticks=False,
+            medianprops={"color": _MARK, "linewidth": 2}, flierprops={"markersize": 3},
+        )  # fmt: skip
+    for row, each in enumerate(times):
+        if len(each) < LEAST_BOXED:
+            axes.plot(each, [row] * len(each), "o", color=_MARK, markersize=4, fillstyle="none")
+
+
+def _dot(axes: Axes, value: float, row: float, count: int) -> None:
+    """Mark a value; hollow where so few are behind it that it says little."""
+    fill = "full" if count >= LEAST_SURE else "none"
+    axes.plot(value, row, "o", color=_INK, markersize=6, fillstyle=fill)
 
 
 def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float) -> None:
@@ -65,7 +141,7 @@ def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float)
                 ends = [100 * end for end in interval]
                 axes.plot(ends, [row + offset] * 2, color=colour, linewidth=2.5)
         if share.share is not None:
-            axes.plot(100 * share.share, row, "o", color=_INK, markersize=6)
+            _dot(axes, 100 * share.share, row, share.of)
     axes.axvline(100 * chance, color=_SOFT, linestyle=":")
     axes.plot([], [], color=_MARK, linewidth=2.5, label="95 % Wilson, trials independent")
     if any(share.by_person for _, share in shares):
@@ -74,9 +150,16 @@ def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float)
     axes.set_xlim(0.0, 101.0)
     axes.set_xlabel("recognised, %")
     axes.grid(axis="x", alpha=0.3)
+    if any(0 < share.of < LEAST_SURE for _, share in shares):
+        axes.plot([], [], "o", color=_INK, fillstyle="none", label=f"under {LEAST_SURE} trials")
+    _legend(axes)
+
+
+def _legend(axes: Axes, columns: int = 3) -> None:
+    """Explain below the axes, where no data are."""
     handles, labels = axes.get_legend_handles_labels()
     axes.figure.legend(
-        handles, labels, loc="outside lower left", ncols=3, fontsize=8, frameon=False
+        handles, labels, loc="outside lower left", ncols=columns, fontsize=8, frameon=False
     )
 
 

@@ -1,12 +1,13 @@
 """What a study's folder tells: one row per answered trial, and how rows become counts. No figures.
 
-Rows carry participants' codes only, so the CSV may be published as it is.
+Rows carry participants' codes only, so the CSV of trials may be published as it is. What people
+told of themselves is kept apart from it.
 """
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
@@ -14,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.study.design import Design, read_design
+from hapticvlm.study.form import Answer, Form
 from hapticvlm.study.player import SILENT
-from hapticvlm.study.record import Event, events
+from hapticvlm.study.record import events
+from hapticvlm.study.sitting import Event
 from hapticvlm.study.stimuli import Stimulus
 
 INTERRUPTED = "interrupted"  # by pause or stop, after the answer: the trial counts
@@ -45,6 +48,7 @@ class Row:
     setpoint_c: float | None = None
     limited_by: str | None = None
     spoiled: str | None = None
+    ratings: Mapping[str, int] | None = None
 
     @property
     def counts(self) -> bool:
@@ -53,10 +57,20 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
+class Person:
+    """What one participant told beside the trials; an answer that was not given is None."""
+
+    participant: str
+    language: str
+    answers: Mapping[str, Answer | None]
+
+
+@dataclass(frozen=True, slots=True)
 class Results:
     """All rows of a study; simulated = no device that anybody could feel took part.
 
-    `silent` counts the presentations, answered or not, in which the speaker played nothing.
+    `heard`: it was a trial run in which a page played the vibration. `silent` counts the
+    presentations, answered or not, in which the speaker played nothing.
     """
 
     stimuli: tuple[Stimulus, ...]
@@ -65,6 +79,9 @@ class Results:
     planned: int
     simulated: bool
     silent: int
+    form: Form
+    people: tuple[Person, ...]
+    heard: bool
 
     @property
     def counted(self) -> tuple[Row, ...]:
@@ -91,7 +108,22 @@ def read(folder: Path) -> Results:
         for file in files.values()
         for event in file
     )
-    return Results(design.stimuli, tuple(rows), present, planned, simulated, silent)
+    told = tuple(_person(design, code, files[code]) for code in present)
+    heard = any(e["event"] == "opened" and e.get("hear") for f in files.values() for e in f)
+    return Results(
+        design.stimuli, tuple(rows), present, planned, simulated, silent, design.form, told, heard
+    )
+
+
+def _person(design: Design, code: str, file: Iterable[Event]) -> Person:
+    language = design.form.languages[0]
+    answers: dict[str, Answer | None] = {each.name: None for each in design.form.question}
+    for event in file:
+        if event["event"] == "agreed":
+            language = event["language"]
+        elif event["event"] == "told":
+            answers |= event["answers"]
+    return Person(code, language, answers)
 
 
 def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
@@ -105,6 +137,8 @@ def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
             said = ("onset_plate_c", "plate_c", "setpoint_c", "limited_by")
             told: Event = {name: event.get(name) for name in said}
             rows[trial] = replace(rows[trial], **told)
+        elif event["event"] == "rated" and trial in rows:
+            rows[trial] = replace(rows[trial], ratings=event["ratings"])
         elif event["event"] == "spoiled" and trial in rows:
             rows[trial] = replace(rows[trial], spoiled=event["why"])
     return rows.values()
@@ -128,13 +162,31 @@ def _row(design: Design, code: str, event: Event) -> Row:
     )
 
 
-def write_csv(path: Path, rows: Iterable[Row]) -> None:
+def write_csv(path: Path, found: Results) -> None:
     """Write a line per trial, with a header; missing values are empty."""
+    own = [field.name for field in fields(Row) if field.name != "ratings"]
+    names = [rating.name for rating in found.form.rating]
+    lines = []
+    for row in found.rows:
+        rated = row.ratings or {}
+        values = {**asdict(row), "correct": int(row.correct)}
+        lines.append([*(values[name] for name in own), *(rated.get(name) for name in names)])
+    _write(path, [*own, *(f"rating_{name}" for name in names)], lines)
+
+
+def write_people(path: Path, found: Results) -> None:
+    """Write a line per participant, with what they told of themselves."""
+    names = [question.name for question in found.form.question]
+    rows = [
+        [person.participant, person.language, *(person.answers[name] for name in names)]
+        for person in found.people
+    ]
+    _write(path, ["participant", "language", *names], rows)
+
+
+def _write(path: Path, heads: Sequence[str], lines: Iterable[Sequence[object]]) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(Row)], lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            writer.writerow({**asdict(row), "correct": int(row.correct)})
+        csv.writer(file, lineterminator="\n").writerows([heads, *lines])
 
 
 def confusion(results: Results) -> NDArray[np.int64]:

@@ -99,6 +99,15 @@ def share_by_person(right: Sequence[int], of: Sequence[int]) -> Share:
     return Share(total.right, total.of, total.share, total.wilson, (low, high))
 
 
+def mean_by_person(means: Sequence[float]) -> tuple[float, tuple[float, float] | None]:
+    """Return the mean of people's means and its 95 % interval (Student's t), None below two."""
+    middle = float(np.mean(means))
+    if len(means) < 2:
+        return middle, None
+    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(means) - 1) * stats.sem(means))
+    return middle, (middle - half, middle + half)
+
+
 def information_bits(counts: Counts) -> tuple[float, float]:
     """Information from presented (rows) to answered (columns), bits, and its bias to be taken off.
 

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
+from hapticvlm.study.text_of_tests import anova, pairs, printed, table
+
 Document = dict[str, Any]
-PAIRS = 10
+PICTURES = {
+    "recognition": "Share recognised of each pattern, with 95 % intervals.",
+    "confusion": "Confusion matrices: how often each pattern presented was answered as each.",
+    "ratings": "Mean rating of each pattern with its 95 % interval by person.",
+    "anova": "Each printed F as p on the printed degrees of freedom and on those of the design.",
+}
+_BIAS_LIMIT = 0.25  # of the bits: with more the correction is no figure any more
 
 
-def text_of(document: Document) -> str:
-    """Write the report."""
-    parts = [_head(document), _patterns(document), _axes(document), _bits(document)]
-    parts += [_anova(document), _printed(document), _pairs(document), _notes(document)]
+def text_of(document: Document, pictures: Path | None = None) -> str:
+    """Write the report; with those of its pictures that are in a folder."""
+    parts = [_head(document), _claims(document), _shown(pictures, "recognition", "confusion")]
+    parts += [_patterns(document), _axes(document), _bits(document)]
+    parts += [anova(document), printed(document), _shown(pictures, "anova"), pairs(document)]
+    parts += [_ratings(document), _shown(pictures, "ratings"), _people(document), _notes(document)]
     return "\n\n".join(part for part in parts if part)
 
 
@@ -22,12 +32,14 @@ def people(count: int) -> str:
 
 
 def _head(document: Document) -> str:
-    lines = ["# Study report", ""]
+    lines = [f"# {document['title']}", ""]
     if document["simulated"]:
         lines += [
             "**Devices were SIMULATED: nobody felt anything, so this says nothing of people.**"
         ]
         lines += [""]
+    if document["heard"]:
+        lines += ["**A trial run: the vibration was heard from the page, not felt.**", ""]
     lines.append(
         f"{people(document['participants'])}, {document['answered']} of "
         f"{document['planned']} trials answered, {document['excluded']} left out because a device "
@@ -38,6 +50,21 @@ def _head(document: Document) -> str:
     if whole["by_person"] is None:
         lines.append("The interval takes trials for independent, which one person's are not.")
     return "\n".join(lines)
+
+
+def _claims(document: Document) -> str:
+    may, may_not = (
+        "\n".join(f"- {claim}" for claim in document[name]) for name in ("may", "may_not")
+    )
+    return f"## What may be claimed\n\n{may}\n\n## What may not\n\n{may_not}"
+
+
+def _shown(folder: Path | None, *names: str) -> str:
+    """Put those pictures in that the folder has."""
+    if folder is None:
+        return ""
+    there = [name for name in names if (folder / f"{name}.png").exists()]
+    return "\n\n".join(f"![{PICTURES[name]}]({name}.png)" for name in there)
 
 
 def _repeats(document: Document) -> str:
@@ -64,7 +91,8 @@ def _patterns(document: Document) -> str:
     heads = ["pattern", "recognised"]
     if document["reaction"]:
         heads += ["reaction s, median (quartiles)", "plate at its begin, end, degC"]
-    return "## Patterns\n\n" + _table(heads, rows)
+    key = f"\n\n{document['key']}." if "key" in document else ""
+    return "## Patterns\n\n" + table(heads, rows) + key
 
 
 def _axes(document: Document) -> str:
@@ -82,6 +110,11 @@ def _axes(document: Document) -> str:
 def _bits(document: Document) -> str:
     found = document["information"]
     left = found["bits"] - found["bias"]
+    if found["bias"] > _BIAS_LIMIT * found["bits"]:
+        return (
+            f"Information transmitted cannot be told from so few trials: of {found['bits']:.2f} "
+            f"bits counted {found['bias']:.2f} would be bias."
+        )
     return (
         f"Information transmitted: {found['bits']:.2f} of {found['most']:.2f} bits, of which about "
         f"{found['bias']:.2f} are bias of so few trials; {left:.2f} bits are what "
@@ -89,100 +122,44 @@ def _bits(document: Document) -> str:
     )
 
 
-def _anova(document: Document) -> str:
-    if document["anova_missing"]:
-        return f"No repeated-measures ANOVA: {document['anova_missing']}."
-    rows = [_effect(effect) for effect in document["anova"]]
-    heads = ["effect", "F", "p", "p (Greenhouse-Geisser)", "partial eta squared"]
-    undefined = any(effect["f"] is None for effect in document["anova"])
-    note = "\n\n-: people do not differ in it at all, so F is not defined." if undefined else ""
-    title = "## Two-way repeated-measures ANOVA of recognition\n\n"
-    return title + _complete(document) + _table(heads, rows) + note + _ranks(document)
-
-
-def _complete(document: Document) -> str:
-    """Say who is left out of the tests within people."""
-    left_out = document["incomplete"]
-    if not left_out:
+def _ratings(document: Document) -> str:
+    rated = [rating for rating in document["ratings"] if rating["of"]]
+    if not rated:
         return ""
-    return (
-        f"Of the {people(document['complete'])} who felt every pattern; without "
-        f"{', '.join(left_out)}, who did not.\n\n"
-    )
-
-
-def _ranks(document: Document) -> str:
-    rows = [
-        [
-            found["name"],
-            f"chi2({found['df']}) = {found['chi2']:.2f}",
-            f"{found['p']:.4f}",
-            f"{found['w']:.2f}",
-        ]
-        for found in document["friedman"]
-    ]
-    if not rows:
-        return ""
-    heads = ["Friedman's test, by ranks", "chi2", "p", "Kendall's W"]
-    return (
-        "\n\nShares of a few trials near the ceiling are not normal; ranks do not need it:\n\n"
-        + _table(heads, rows)
-    )
-
-
-def _effect(effect: Document) -> list[str]:
-    name = f"{effect['name']}"
-    degrees = f"F({effect['df']}, {effect['df_error']})"
-    if effect["f"] is None:
-        return [name, f"{degrees} -", "-", "-", "-"]
-    corrected = effect["p_corrected"]
-    return [
-        name,
-        f"{degrees} = {effect['f']:.2f}",
-        f"{effect['p']:.4f}",
-        "-" if corrected is None else f"{corrected:.4f} (epsilon {effect['epsilon']:.2f})",
-        f"{effect['partial_eta2']:.3f}",
-    ]
-
-
-def _printed(document: Document) -> str:
+    heads = ["pattern", *(f"{rating['name']}, 1 to {rating['steps']}" for rating in rated)]
+    names = [*document["names"], "all"]
     rows = []
-    for each in document.get("printed_anova", ()):
-        printed, two_way = each["as_printed"], each["two_way_df"]
-        rows.append(
-            [
-                printed["name"],
-                f"F({printed['df']}, {printed['df_error']}) = {printed['f']:.2f}",
-                f"{each['printed_p']:g}",
-                f"{printed['p']:.4f}",
-                f"{printed['partial_eta2']:.3f}",
-                f"F({two_way['df']}, {two_way['df_error']}): {two_way['p']:.2f}",
-            ]
-        )
-    heads = ["effect", "printed, F recovered", "printed p", "p of that F", "partial eta squared"]
-    heads.append("p on a 5 x 2 design's df")
-    return "## The printed ANOVA, recomputed\n\n" + _table(heads, rows) if rows else ""
-
-
-def _pairs(document: Document) -> str:
-    pairs = document["pairwise"]
-    if not pairs:
-        return ""
-    rows = [
-        [
-            f"{pair['first']} - {pair['second']}",
-            f"{100 * pair['difference']:+.1f} %",
-            f"{pair['p']:.4f}",
-            f"{pair['p_holm']:.3f}",
-        ]
-        for pair in pairs[:PAIRS]
-    ]
-    below = sum(pair["p_holm"] < 0.05 for pair in pairs)
+    for at, name in enumerate(names):
+        each = [rating if name == "all" else rating["patterns"][at] for rating in rated]
+        rows.append([name, *(_mean(one) for one in each)])
     return (
-        f"## Pairs of patterns\n\n{document['pairwise_test']}; {len(pairs)} pairs, {below} with a "
-        f"corrected p below 0.05. The first {len(rows)}:\n\n"
-        + _table(["pair", "difference", "p", "p after Holm"], rows)
+        "## Ratings\n\nMean of people's means, 95 % interval by person (Student's t), number of "
+        "people:\n\n" + table(heads, rows)
     )
+
+
+def _mean(each: Document) -> str:
+    if each["mean"] is None:
+        return "-"
+    ends = each["by_person"]
+    interval = "no interval of one" if ends is None else f"{ends[0]:.1f} to {ends[1]:.1f}"
+    return f"{each['mean']:.1f} ({interval}; {each['of']})"
+
+
+def _people(document: Document) -> str:
+    lines = []
+    for about in document["people"]:
+        text = f"- {about['name']}: {about['answers']} of {document['participants']} answered"
+        if "mean" in about:
+            low, high = about["ends"]
+            spread = "" if about["sd"] is None else f", standard deviation {about['sd']:.1f}"
+            text += f"; mean {about['mean']:.1f}{spread}, from {low:g} to {high:g}"
+        if "counts" in about:
+            text += "; " + ", ".join(f"{name} {n}" for name, n in about["counts"].items())
+        if about["kind"] == "text":
+            text += "; the words stand in participants.csv alone"
+        lines.append(text)
+    return "## Participants\n\n" + "\n".join(lines) if lines else ""
 
 
 def _notes(document: Document) -> str:
@@ -200,9 +177,3 @@ def _share(each: Document) -> str:
         low, high = (100 * end for end in each["by_person"])
         text += f", by person {low:.1f}-{high:.1f}"
     return text + ")"
-
-
-def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    lines = [list(heads)]
-    lines += [["---"] * len(lines[0]), *(list(row) for row in rows)]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
