@@ -25,6 +25,9 @@ namespace HapticVLM
         [SerializeField, Range(-60f, 80f), Tooltip("Ambient temperature, degC.")]
         float ambientC = 22f;
 
+        [SerializeField, Tooltip("All that objects of this scene can be made of; pictures are taken for no other. Empty: anything.")]
+        string[] materials = new string[0];
+
         [SerializeField, Range(0f, 1f)]
         float vibrationGain = 1f;
 
@@ -185,6 +188,7 @@ namespace HapticVLM
         void TellSettings()
         {
             connection.Outbox.Scene.SetAmbient(statesAmbient ? ambientC : (double?)null);
+            connection.Outbox.Scene.SetMaterials(materials);
             connection.Outbox.SetGains(vibrationGain, thermalGain);
             AskForVibration();
         }

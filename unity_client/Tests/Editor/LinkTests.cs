@@ -158,6 +158,21 @@ namespace HapticVLM.Tests
         }
 
         [Test]
+        public void WhatTheSceneCanBeMadeOfIsToldOnceAndWithoutWordsTheServiceDoesNotKnow()
+        {
+            var book = new SceneBook();
+            book.Put(new SceneObject { ObjectId = "a" });
+            book.Restart(new List<string> { "wood", "glass" });
+            Assert.IsNull(Told(book).Materials);
+            book.SetMaterials(new[] { "glass", "wodo", "", "glass", "wood" });
+            Assert.AreEqual("glass wood", string.Join(" ", Told(book).Materials.ToArray()));
+            book.SetMaterials(new[] { "glass", "wodo", "", "glass", "wood" });
+            Assert.IsFalse(book.Write(new MsgPackWriter(), new RequestIds()));
+            book.SetMaterials(null);
+            Assert.IsNull(Told(book).Materials);
+        }
+
+        [Test]
         public void ThreeThousandObjectsAreToldInPiecesThatAddUp()
         {
             var book = new SceneBook();

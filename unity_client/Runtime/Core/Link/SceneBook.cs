@@ -11,12 +11,15 @@ namespace HapticVLM
     public sealed class SceneBook
     {
         const int MostPerMessage = 1024; // 4096 are allowed, but 4 MiB are, too
+        const int MostMaterials = 64; // as the schema of scene has it
 
         readonly object gate = new object();
         readonly Dictionary<string, SceneObject> objects = new Dictionary<string, SceneObject>();
         readonly List<string> changed = new List<string>();
         readonly List<SceneObject> batch = new List<SceneObject>();
         readonly HashSet<string> materials = new HashSet<string>();
+        readonly List<string> among = new List<string>();
+        readonly List<string> admitted = new List<string>();
         double? ambientC;
         bool startsAfresh = true;
 
@@ -54,6 +57,21 @@ namespace HapticVLM
             }
         }
 
+        /// <summary>All that the scene's objects can be made of; null or empty when it does not say.</summary>
+        public void SetMaterials(IList<string> names)
+        {
+            lock (gate)
+            {
+                int count = names == null ? 0 : names.Count;
+                bool same = count == among.Count;
+                for (int i = 0; same && i < count; i++) same = names[i] == among[i];
+                if (same) return;
+                among.Clear();
+                for (int i = 0; i < count; i++) among.Add(names[i]);
+                startsAfresh = true;
+            }
+        }
+
         /// <summary>Tell everything again, to a service that knows these materials.</summary>
         public void Restart(List<string> known)
         {
@@ -84,10 +102,22 @@ namespace HapticVLM
                 }
                 FillBatch();
                 var scene = new Scene { Id = ids.Next(), Objects = batch, Replace = startsAfresh, AmbientC = ambientC };
+                if (startsAfresh) scene.Materials = Admitted();
                 startsAfresh = false;
                 scene.Write(writer);
                 return true;
             }
+        }
+
+        List<string> Admitted()
+        {
+            admitted.Clear();
+            for (int i = 0; i < among.Count && admitted.Count < MostMaterials; i++)
+            {
+                bool isName = !string.IsNullOrEmpty(among[i]);
+                if (isName && IsKnown(among[i]) && !admitted.Contains(among[i])) admitted.Add(among[i]);
+            }
+            return admitted.Count == 0 ? null : admitted;
         }
 
         void FillBatch()
