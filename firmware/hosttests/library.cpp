@@ -30,6 +30,7 @@ Keepsake& hal_keepsake() {
     return keepsake;
 }
 void hal_feed_watchdog() {}
+void hal_light(bool) {}
 }  // namespace plate
 
 extern "C" {

@@ -19,12 +19,11 @@ from PIL import Image, ImageDraw, ImageFont
 from hapticvlm.captures import Capture, Line
 from hapticvlm.client.connection import Message
 from hapticvlm.client.sending import Outcome
+from hapticvlm.palette import BAD, GOOD, GROUND, INK, SETPOINT, SOFT, UNSURE, WARM
 
 THUMB_PX = 224
 CAPTION_PX = 76
 COLUMNS = 4
-GROUND, INK, SOFT = "#ffffff", "#1b1f24", "#59636e"
-RIGHT, WRONG, UNSURE = "#1a7f37", "#b3261e", "#8a6100"
 
 Timed = list[tuple[float, Message]]
 
@@ -105,13 +104,13 @@ def draw_plate(telemetry: Timed, touches: list[Contact], path: Path) -> None:
     setpoints = [event["setpoint_c"] for _, event in telemetry]
     plates = [event["plate_c"] for _, event in telemetry]
     heat.axhline(32.0, color=SOFT, linewidth=0.8, linestyle=":", label="neutral")
-    heat.plot(at, setpoints, color="#1d5b8f", label="setpoint")
-    heat.plot(at, plates, color="#b4470f", label="plate (simulated)")
+    heat.plot(at, setpoints, color=SETPOINT, label="setpoint")
+    heat.plot(at, plates, color=WARM, label="plate (simulated)")
     low, high = heat.get_ylim()
     heat.set_ylim(low, high + 0.25 * (high - low))
     for number, touch in enumerate(touches):
         for axis in (heat, sound):
-            axis.axvspan(touch.started_s, touch.ended_s, color="#1d5b8f", alpha=0.10)
+            axis.axvspan(touch.started_s, touch.ended_s, color=SETPOINT, alpha=0.10)
         said = touch.decision["material"] if touch.decision else "unknown"
         heat.text(
             touch.started_s,
@@ -124,7 +123,7 @@ def draw_plate(telemetry: Timed, touches: list[Contact], path: Path) -> None:
     heat.set_ylabel("degC")
     heat.legend(loc="lower left", ncols=3, fontsize=8)
     heat.set_title("Plate temperature while the hand touches (shaded)", fontsize=10)
-    sound.plot(at, [event["speaker_level"] for _, event in telemetry], color="#1b1f24")
+    sound.plot(at, [event["speaker_level"] for _, event in telemetry], color=INK)
     sound.set_ylabel("vibration rms")
     sound.set_xlabel("s")
     figure.savefig(path, dpi=130)
@@ -247,7 +246,7 @@ def _said(decision: Message | None) -> str:
 
 
 def _colour(touch: Contact) -> str:
-    return {"right": RIGHT, "wrong": WRONG, "unknown": UNSURE}[touch.outcome]
+    return {"right": GOOD, "wrong": BAD, "unknown": UNSURE}[touch.outcome]
 
 
 def _median(values: list[float]) -> float | None:

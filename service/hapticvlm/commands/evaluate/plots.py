@@ -9,6 +9,7 @@ import numpy as np
 
 from hapticvlm.commands.evaluate.grading import Outcome
 from hapticvlm.commands.evaluate.scores import TOLERANCE_C
+from hapticvlm.palette import BLUE, FIGURE, GRID, INK, SOFT, VERMILION
 from hapticvlm.recognition.vlm.answers import COVERAGE
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
 WIDTH_IN, HEIGHT_IN, DPI = 12.0, 5.6, 100
 MARGIN_C = 6.0
-INK, SOFT, GRID, BLUE, ORANGE = "#1b1f24", "#59636e", "#e3e6ea", "#0072B2", "#D55E00"
 MARKERS = "osD^vPX"  # of sources, in turn
 
 
@@ -29,7 +29,7 @@ def draw(outcome: Outcome, method: str, stem: Path) -> list[Path]:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    with mpl.rc_context({"font.size": 9, "svg.hashsalt": "hapticvlm", "svg.fonttype": "none"}):
+    with mpl.rc_context(dict(FIGURE)):
         figure, (left, right) = plt.subplots(
             1, 2, figsize=(WIDTH_IN, HEIGHT_IN), dpi=DPI, layout="constrained"
         )
@@ -84,12 +84,12 @@ def _calibration(axes: Axes, outcome: Outcome) -> None:
     coverage = outcome.score.interval_coverage
     axes.plot([0, 100], [0, 100], color=SOFT, linewidth=0.8, label="as stated")
     axes.plot(stated, held, "o-", color=BLUE, markersize=4, label="scaled as a normal law's")
-    axes.vlines(100 * COVERAGE, 100 * coverage.low, 100 * coverage.high, color=ORANGE, alpha=0.6)
+    axes.vlines(100 * COVERAGE, 100 * coverage.low, 100 * coverage.high, color=VERMILION, alpha=0.6)
     axes.plot(
         100 * COVERAGE,
         100 * coverage.share,
         "D",
-        color=ORANGE,
+        color=VERMILION,
         markersize=7,
         label="the interval itself, with 95 % interval",
     )

@@ -10,6 +10,7 @@ import numpy as np
 from hapticvlm.commands.feel import sound as sounds
 from hapticvlm.commands.feel.heat import Heat
 from hapticvlm.commands.feel.sound import BAND_HZ, THIRDS, Sound
+from hapticvlm.palette import BLUE, FIGURE, GRID, INK, ORANGE, SOFT, VERMILION
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.rendering.vibration import RATE_HZ
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDTH_IN, HEIGHT_IN, DPI = 11.0, 6.4, 90
-INK, SOFT, GRID = "#1b1f24", "#59636e", "#e3e6ea"
-PHYSICS, PLATE, LIMITED = "#0072B2", "#D55E00", "#E69F00"
+PHYSICS, PLATE, LIMITED = BLUE, VERMILION, ORANGE
 LOWEST_DB = -90.0
 
 
@@ -30,7 +30,7 @@ def draw(heat: Heat, sound: Sound, path: Path) -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    with mpl.rc_context({"font.size": 9, "svg.hashsalt": "hapticvlm"}):
+    with mpl.rc_context(dict(FIGURE)):
         figure, panels = plt.subplot_mosaic(
             [["heat", "heat"], ["wave", "spectrum"]],
             figsize=(WIDTH_IN, HEIGHT_IN),

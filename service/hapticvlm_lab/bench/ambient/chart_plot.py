@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.palette import BLUE, FIGURE, GREEN, GRID, INK, SOFT, VERMILION
 from hapticvlm_lab.bench.ambient.rows import Row
 from hapticvlm_lab.bench.material.labels import place
 
@@ -13,13 +14,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDTH_IN, HEIGHT_IN, DPI = 12.0, 5.8, 100
-INK, SOFT, GRID = "#1b1f24", "#59636e", "#e3e6ea"
 STYLE = {  # colour and marker of each family
-    "readout": ("#0072B2", "o"),
-    "generation": ("#D55E00", "s"),
-    "remote": ("#009E73", "^"),
-    "wire": ("#59636e", "x"),
-    "constant": ("#59636e", "_"),
+    "readout": (BLUE, "o"),
+    "generation": (VERMILION, "s"),
+    "remote": (GREEN, "^"),
+    "wire": (SOFT, "x"),
+    "constant": (SOFT, "_"),
 }
 
 
@@ -30,7 +30,7 @@ def draw(rows: Sequence[Row], note: str, stem: Path) -> list[Path]:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    with mpl.rc_context({"font.size": 9, "svg.hashsalt": "hapticvlm", "svg.fonttype": "none"}):
+    with mpl.rc_context(dict(FIGURE)):
         figure, (left, right) = plt.subplots(
             1, 2, figsize=(WIDTH_IN, HEIGHT_IN), dpi=DPI, layout="constrained"
         )

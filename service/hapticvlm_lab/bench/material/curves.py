@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.palette import BLUE, GREEN, GRID, INK, ORANGE, SOFT, VERMILION
 from hapticvlm_lab.bench.material.breaks import CHANCE, Curve
 
 if TYPE_CHECKING:
@@ -13,12 +14,11 @@ if TYPE_CHECKING:
 
 WIDTH_IN, PANEL_IN, DPI = 12.0, 2.5, 100  # 1200 px wide
 COLUMNS = 4
-INK, SOFT, GRID = "#1b1f24", "#59636e", "#e3e6ea"
 LINES = (  # field, label, colour, line and marker
-    ("accuracy", "right of 4, zero-shot", "#0072B2", "-o"),
-    ("enrolled", "right of 4, enrolled", "#009E73", "-s"),
-    ("flips", "answer changed (zero-shot)", "#E69F00", "--^"),
-    ("wrong_and_sure", "wrong and sure", "#D55E00", ":x"),
+    ("accuracy", "right of 4, zero-shot", BLUE, "-o"),
+    ("enrolled", "right of 4, enrolled", GREEN, "-s"),
+    ("flips", "answer changed (zero-shot)", ORANGE, "--^"),
+    ("wrong_and_sure", "wrong and sure", VERMILION, ":x"),
 )
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.palette import BLUE, FIGURE, GRID, INK, ORANGE, PURPLE, SKY, SOFT, VERMILION
 from hapticvlm_lab.bench.material.labels import place
 from hapticvlm_lab.bench.material.rows import Row
 from hapticvlm_lab.bench.material.scores import Score
@@ -22,15 +23,14 @@ WIDTH_IN, PANEL_IN, DPI = 12.0, 5.4, 100  # 1200 px wide
 COLUMNS = 2
 STEP = 1.12  # between methods that take the same time, so that their intervals can be read
 SHOWN = "5"  # references a class of the hollow points
-INK, SOFT, GRID = "#1b1f24", "#59636e", "#e3e6ea"
 STYLE = {  # colour and marker of each family
-    "guess": ("#59636e", "_"),
-    "stated": ("#E69F00", "v"),
-    "plain": ("#56B4E9", "s"),
-    "general": ("#CC79A7", "D"),
-    "untrained": ("#8a8f96", "X"),
-    "ours": ("#0072B2", "o"),
-    "ladder": ("#D55E00", "^"),
+    "guess": (SOFT, "_"),
+    "stated": (ORANGE, "v"),
+    "plain": (SKY, "s"),
+    "general": (PURPLE, "D"),
+    "untrained": (INK, "X"),
+    "ours": (BLUE, "o"),
+    "ladder": (VERMILION, "^"),
 }
 
 
@@ -59,7 +59,7 @@ def draw(rows: Sequence[Row], stem: Path) -> list[Path]:
     sources = list(dict.fromkeys(row.source for row in rows))
     lines = -(-len(sources) // COLUMNS)
     size = (WIDTH_IN, PANEL_IN * lines + 0.9)
-    with mpl.rc_context({"font.size": 9, "svg.hashsalt": "hapticvlm", "svg.fonttype": "none"}):
+    with mpl.rc_context(dict(FIGURE)):
         figure, grid = plt.subplots(
             lines,
             min(COLUMNS, len(sources)),

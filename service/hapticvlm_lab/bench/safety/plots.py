@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from hapticvlm.palette import BLUE, GREEN, ORANGE, VERMILION
 from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C
 from hapticvlm_lab.bench.safety.rows import Off, Row
 
-COLOURS = ("#1b7837", "#2166ac", "#b2182b", "#b35806")
+COLOURS = (GREEN, BLUE, VERMILION, ORANGE)
 FAST_S, SLOW_S = 0.15, 1.5
 
 
@@ -63,7 +64,7 @@ def _settings(axes: Any, rows: Sequence[Row]) -> None:  # noqa: ANN401 - matplot
 def _times(axes: Any, offs: Sequence[Off], source: str) -> None:  # noqa: ANN401
     places = range(len(offs))
     seconds = [off.off_s for off in offs]
-    axes.barh(places, [value or 0.0 for value in seconds], color="#4393c3", height=0.6)
+    axes.barh(places, [value or 0.0 for value in seconds], color=BLUE, height=0.6)
     for place, value, off in zip(places, seconds, offs, strict=True):
         shown = "never" if value is None else f" {value * 1000.0:.0f} ms"
         shown += "".join(off.guard.partition(";")[1:])

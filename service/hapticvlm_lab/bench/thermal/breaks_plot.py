@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import erfcx
 
+from hapticvlm.palette import BLUE, FIGURE, GREEN, GRID, INK, ORANGE, SOFT, VERMILION
 from hapticvlm.rendering.thermal import thermal_contact
 from hapticvlm_lab.bench.thermal import breaks, grids
 from hapticvlm_lab.bench.thermal.loop import WISH_S, wind_up
@@ -20,8 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDTH_IN, HEIGHT_IN, DPI = 12.0, 6.4, 80
-INK, SOFT, GRID = "#1b1f24", "#59636e", "#e3e6ea"
-OURS, BAD, OTHER = "#009E73", "#D55E00", "#0072B2"
+OURS, BAD, OTHER = GREEN, VERMILION, BLUE
 
 
 def draw(stem: Path) -> list[Path]:
@@ -31,7 +31,7 @@ def draw(stem: Path) -> list[Path]:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    with mpl.rc_context({"font.size": 9, "svg.hashsalt": "hapticvlm", "svg.fonttype": "none"}):
+    with mpl.rc_context(dict(FIGURE)):
         figure, panels = plt.subplots(
             2, 2, figsize=(WIDTH_IN, HEIGHT_IN), dpi=DPI, layout="constrained"
         )
@@ -50,7 +50,7 @@ def draw(stem: Path) -> list[Path]:
 
 
 def _euler(axes: Axes) -> None:
-    colours = dict(zip(breaks.BULKS, (OTHER, "#E69F00", BAD), strict=True))
+    colours = dict(zip(breaks.BULKS, (OTHER, ORANGE, BAD), strict=True))
     for name, bulk in breaks.BULKS.items():
         contact = thermal_contact(bulk, 22.0, contact_resistance=5e-4)
         errors = breaks.euler_errors(contact, breaks.FRAME_S)
@@ -79,7 +79,7 @@ def _ringing(axes: Axes) -> None:
 
 def _overflow(axes: Axes) -> None:
     x = np.geomspace(0.1, 100.0, 400)
-    for kind, colour in ((np.float32, BAD), (np.float64, "#E69F00")):
+    for kind, colour in ((np.float32, BAD), (np.float64, ORANGE)):
         product = breaks.naive(x, kind)
         end = breaks.overflow_at(kind)
         axes.plot(

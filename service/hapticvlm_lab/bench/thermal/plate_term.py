@@ -19,6 +19,7 @@ import numpy as np
 from scipy.special import erfcx
 
 from hapticvlm.materials import MATERIALS
+from hapticvlm.palette import GREEN, GREY, GRID, INK, SOFT
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import SKIN, ThermalContact, progress, thermal_contact
 from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
@@ -166,16 +167,16 @@ def draw(rows: Sequence[PlateRow], stem: Path) -> None:
     for axes, field, title in zip(panels, ("contact_c", "slide_c"), titles, strict=True):
         dots = [(row.step_us, max(getattr(row, field), LOWEST_C)) for row in rows]
         for row, dot in zip(rows, dots, strict=True):
-            axes.plot(*dot, "o", color="#009E73" if row.is_default else "#8a8f96", markersize=8)
-        axes.axhline(MARK_C, color="#59636e", linestyle="--", linewidth=0.8)
+            axes.plot(*dot, "o", color=GREEN if row.is_default else GREY, markersize=8)
+        axes.axhline(MARK_C, color=SOFT, linestyle="--", linewidth=0.8)
         axes.set(xscale="log", yscale="log", title=title, xlabel="us of a core a setpoint")
         axes.set_xlim(min(x for x, _ in dots) / 3.0, max(x for x, _ in dots) * 100.0)
         axes.set_ylim(LOWEST_C / 2.0, 10.0 ** math.ceil(math.log10(max(y for _, y in dots)) + 0.1))
-        axes.grid(color="#e3e6ea", linewidth=0.6)
+        axes.grid(color=GRID, linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
         axes.figure.canvas.draw()
         labels = [
-            (x, y, f"{row.method}: {_degrees(getattr(row, field))}", "#1b1f24")
+            (x, y, f"{row.method}: {_degrees(getattr(row, field))}", INK)
             for row, (x, y) in zip(rows, dots, strict=True)
         ]
         place(axes, labels, dots)

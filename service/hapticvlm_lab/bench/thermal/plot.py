@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.palette import BLUE, FIGURE, GREEN, GREY, GRID, INK, ORANGE, SOFT, VERMILION
 from hapticvlm_lab.bench.material.labels import place
 from hapticvlm_lab.bench.thermal.rows import Row
 
@@ -18,13 +19,12 @@ if TYPE_CHECKING:
 WIDTH_IN, HEIGHT_IN, DPI = 12.0, 5.6, 80
 LOWEST_C, HIGHEST_C = 1e-3, 100.0  # what lies outside is drawn at the edge
 FLOORS_C = ((0.1, "cool floor 0.1"), (0.2, "warm floor 0.2"))
-INK, SOFT, GRID = "#1b1f24", "#59636e", "#e3e6ea"
 STYLE = {  # colour and marker of each family
-    "step": ("#8a8f96", "s"),
-    "fitted": ("#E69F00", "v"),
-    "cells": ("#0072B2", "D"),
-    "closed": ("#009E73", "o"),
-    "stepped": ("#D55E00", "X"),
+    "step": (GREY, "s"),
+    "fitted": (ORANGE, "v"),
+    "cells": (BLUE, "D"),
+    "closed": (GREEN, "o"),
+    "stepped": (VERMILION, "X"),
 }
 
 
@@ -35,7 +35,7 @@ def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    with mpl.rc_context({"font.size": 9, "svg.hashsalt": "hapticvlm", "svg.fonttype": "none"}):
+    with mpl.rc_context(dict(FIGURE)):
         figure, panels = plt.subplots(
             1, 2, figsize=(WIDTH_IN, HEIGHT_IN), dpi=DPI, sharey=True, layout="constrained"
         )

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
+from hapticvlm.palette import BLUE, GREY, INK, SOFT
 from hapticvlm.rendering.interactions import RATE_HZ
 from hapticvlm.rendering.movement import motion_at
 from hapticvlm.rendering.voices import Command, Voices
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
 # Measured the same way at 0.2.0 (8facd3e), when all materials were levelled to be equally strong.
 BEFORE = {"strike": 0.536, "slide": 0.341}
 SEED = 5
-DPI, INK, SOFT = 90, "#1b1f24", "#59636e"
-COLOURS = {"before": "#8795a3", "now": "#0072B2"}
+DPI = 90
+COLOURS = {"before": GREY, "now": BLUE}
 
 Matrix = NDArray[np.int64]
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.palette import BLUE, FIGURE, GREEN, GRID, INK, ORANGE, SOFT
 from hapticvlm.perception import JND_DB
 from hapticvlm_lab.bench.material.labels import place
 
@@ -17,11 +18,10 @@ if TYPE_CHECKING:
 
 WIDTH_IN, HEIGHT_IN, DPI = 13.0, 4.8, 80
 LOWEST_DB = 0.02  # what differs less is drawn there
-INK, SOFT, GRID = "#1b1f24", "#59636e", "#e3e6ea"
 PANELS = (  # knob, title, x axis, colour and marker
-    ("modes", "modes of an impact", "us a strike", "#0072B2", "o"),
-    ("noise", "noise of a texture", "us a block of 128 samples", "#E69F00", "s"),
-    ("block", "block size, two rubbing hands", "share of one core, %", "#009E73", "D"),
+    ("modes", "modes of an impact", "us a strike", BLUE, "o"),
+    ("noise", "noise of a texture", "us a block of 128 samples", ORANGE, "s"),
+    ("block", "block size, two rubbing hands", "share of one core, %", GREEN, "D"),
 )
 
 
@@ -32,7 +32,7 @@ def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    with mpl.rc_context({"font.size": 9, "svg.hashsalt": "hapticvlm", "svg.fonttype": "none"}):
+    with mpl.rc_context(dict(FIGURE)):
         figure, panels = plt.subplots(
             1, 3, figsize=(WIDTH_IN, HEIGHT_IN), dpi=DPI, sharey=True, layout="constrained"
         )
