@@ -50,7 +50,7 @@ def _may(document: Document) -> Iterator[str]:
         return
     whole, people = document["recognition"], document["participants"]
     chance = _percent(document["chance"])
-    if whole["by_person"] is None:
+    if whole["by_person"] is None or whole["by_person"][0] <= document["chance"]:
         who = "This one person" if people == 1 else f"These {people} people together"
         yield (
             f"{who} recognised {_percent(whole['share'])} of {whole['of']} trials; chance is "
@@ -62,8 +62,7 @@ def _may(document: Document) -> Iterator[str]:
             f"People like these {people} recognise {_percent(low)} to {_percent(high)} of these "
             f"patterns on this device (95 % interval by person; seen: {_percent(whole['share'])})."
         )
-        if low > document["chance"]:
-            yield f"They do so better than chance ({chance})."
+        yield f"They do so better than chance ({chance})."
     yield from _effects(document)
 
 
@@ -73,14 +72,14 @@ def _effects(document: Document) -> Iterator[str]:
         if p is not None and p < ALPHA:
             yield (
                 f"How well is recognised depends on {effect['name']} "
-                f"(p = {p:.3f} after Greenhouse and Geisser)."
+                f"({_p(p)} after Greenhouse and Geisser)."
             )
     if not document["complete"]:
         return
     told = [pair for pair in document["pairwise"] if pair["p_holm"] < ALPHA]
     for pair in told[:_PAIRS_NAMED]:
         more, less = (pair["first"], pair["second"])[:: 1 if pair["difference"] > 0 else -1]
-        yield f"{more} is recognised more often than {less} (p = {pair['p_holm']:.3f} after Holm)."
+        yield f"{more} is recognised more often than {less} ({_p(pair['p_holm'])} after Holm)."
     if len(told) > _PAIRS_NAMED:
         yield f"{len(told) - _PAIRS_NAMED} more pairs differ; they stand in the table."
 
@@ -144,6 +143,10 @@ def _not_equal(document: Document) -> Iterator[str]:
         f"differences of {alone:.1f} standard deviations and more{points}; of {pairs} pairs "
         f"tested together, of {among:.1f}."
     )
+
+
+def _p(p: float) -> str:
+    return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
 
 
 def _percent(share: float) -> str:

@@ -35,6 +35,8 @@ def evaluate(found: Results) -> Document:
     document["recognition"] = asdict(statistics.share_by_person(*_all(by_person)))
     for at, pattern in enumerate(document["patterns"]):
         pattern |= asdict(statistics.share_by_person(*_one(by_person, at)))
+    for part in document["axes"]:
+        part |= asdict(statistics.share_by_person(*_level_rights(found, part["factor"])))
     document["reaction"] = [_reaction(found, name) for name in names]
     cells = results.cells(found)
     document["anova_missing"] = cells if isinstance(cells, str) else None
@@ -203,6 +205,15 @@ def _rights(found: Results) -> list[list[tuple[int, int]]]:
 def _all(table: list[list[tuple[int, int]]]) -> tuple[list[int], list[int]]:
     rights = [sum(right for right, _ in person) for person in table]
     return rights, [sum(of for _, of in person) for person in table]
+
+
+def _level_rights(found: Results, factor: str) -> tuple[list[int], list[int]]:
+    """Count each person's answers with the right level of one factor, and all of them."""
+    rights = []
+    for code in found.participants:
+        mine = [row for row in found.counted if row.participant == code]
+        rights.append([getattr(row, factor) == getattr(row, f"answered_{factor}") for row in mine])
+    return [sum(each) for each in rights], [len(each) for each in rights]
 
 
 def _one(table: list[list[tuple[int, int]]], at: int) -> tuple[list[int], list[int]]:
