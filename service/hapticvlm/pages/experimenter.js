@@ -61,15 +61,20 @@ function left() {
 
 function now() {
   if (!view.participant) return [["participant", "none"]];
-  const isOpen = ["playing", "asking"].includes(view.phase);
   const felt = Object.values(view.renderings ?? {}).reduce((sum, each) => sum + each, 0);
   return [
-    [isOpen ? "pattern presented" : "next pattern", view.feeling ?? view.next_trial ?? "none"],
+    pattern(),
     ["presented", `${view.attempt} time${view.attempt === 1 ? "" : "s"}`],
     ["right so far", view.answered ? `${view.correct} of ${view.answered}, ${percent(view.correct / view.answered)}` : "no answer yet"],
     ["felt in training", `${felt} of ${view.patterns.length * view.renderings_wanted}`],
     ["language", view.language],
   ];
+}
+
+function pattern() {
+  if (view.feeling) return ["plays in training", view.feeling];
+  if (!view.is_trained) return ["next in training", view.next_to_feel ?? "none"];
+  return [["playing", "asking"].includes(view.phase) ? "pattern presented" : "next pattern", view.next_trial ?? "none"];
 }
 
 function outputs() {

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import re
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -64,6 +66,52 @@ def webxr(_: Path, picture: Path) -> None:
         page.evaluate(PRESS, "kettle")
         page.wait_for_timeout(HELD_MS)
         page.screenshot(path=str(picture))
+
+
+def study(folder: Path, picture: Path) -> None:
+    """Write the participant's page while a pattern is felt in training."""
+    with _studied(folder) as address, _page() as page:
+        _train(page, address)
+        page.screenshot(path=str(picture))
+
+
+def experimenter(folder: Path, picture: Path) -> None:
+    """Write the experimenter's page at the same moment."""
+    with _studied(folder) as address, _page() as page:
+        browser = page.context.browser
+        assert browser is not None
+        desk = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        desk.goto(address.replace("study.html", "experimenter.html"))
+        _train(page, address)
+        expect(desk.locator("#now")).to_contain_text("plays in training")
+        desk.screenshot(path=str(picture))
+
+
+@contextmanager
+def _studied(folder: Path) -> Iterator[str]:
+    """Run a new study on simulated devices; yields the address of its page."""
+    program = (sys.executable, "-m", "hapticvlm", "study")
+    subprocess.run([*program, "new", str(folder)], check=True)
+    with subprocess.Popen(
+        [*program, "run", str(folder), "--port", "0"], stdout=subprocess.PIPE, text=True
+    ) as study:
+        try:
+            assert study.stdout is not None
+            yield study.stdout.readline().split()[-1]
+        finally:
+            study.terminate()
+
+
+def _train(page: Page, address: str) -> None:
+    """Take part until the first pattern is felt."""
+    page.goto(address)
+    page.locator("[data-participant=P01]").click()
+    page.locator(".agree input").check()
+    page.locator("#form button").click()
+    page.locator("input[name=age]").wait_for()
+    page.locator("#form button").click()
+    page.locator("#go:enabled").click()
+    page.wait_for_timeout(HELD_MS)
 
 
 async def _touch(url: str) -> None:

@@ -51,6 +51,12 @@ RECIPES: Mapping[str, Recipe] = {
     "stability-material.png": _command("stability-material.png", "stability", "material"),
     "stability-thermal.png": _command("stability-thermal.png", "stability", "thermal"),
     "observer-ours.png": _command("observer-ours.png", "study", "predict"),
+    "observer-paper.png": _command("observer-paper.png", "study", "predict", "--guesses", "0"),
+    "paper-confusion.png": _command("confusion.png", "study", "report", "--paper"),
+    "paper-recognition.png": _command("recognition.png", "study", "report", "--paper"),
+    "paper-anova.png": _command("anova.png", "study", "report", "--paper"),
+    "study-page.png": pages.study,
+    "study-experimenter.png": pages.experimenter,
 }
 
 
