@@ -22,7 +22,6 @@ uint8_t hal_reset_cause() {
 void hal_drive(int16_t counts) {
     driven = counts;
 }
-void hal_light(bool) {}
 void hal_send(const uint8_t*, uint8_t) {}
 bool hal_cut_out_is_open() {
     return false;

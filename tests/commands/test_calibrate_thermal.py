@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import time
 
@@ -11,6 +12,7 @@ import pytest
 from hapticvlm.commands.calibrate import thermal
 from hapticvlm.commands.calibrate.palm_trial import Bench
 from hapticvlm.commands.calibrate.staircase import (
+    JUDGED_S,
     RESISTANCES,
     TRIALS,
     Calibration,
@@ -20,9 +22,82 @@ from hapticvlm.commands.calibrate.staircase import (
 from hapticvlm.commands.main import main
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.thermal import thermal_contact
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.plate_limits import limit
+from hapticvlm.rendering.thermal import skin_surface_c, thermal_contact
+from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 
 METAL = MATERIALS["metal"].thermal
+TICK_S = 0.02
+
+
+def on_plate(tried: float, palm_resistance: float, compensated: float) -> float:
+    """Skin of a palm laid on a plate that waited for it, JUDGED_S later, degC above its rest + 32.
+
+    The palm has rested at neutral before; the plant's skin is put back to that when it is laid on.
+    """
+    plate, now, setpoint_c = SimulatedPlate(22.0, palm_resistance=palm_resistance), 0.0, NEUTRAL_C
+    plant, contact = plate._plant, thermal_contact(METAL, 22.0, contact_resistance=tried)
+    for _ in range(250):
+        plate.command(NEUTRAL_C, 1.0, now)
+        plate.advance(now)
+        now += TICK_S
+    rested, rested_c = plant._state_c[2:].copy(), plant.skin_c
+    plant.touch(np.inf)
+    course = ThermalTrajectory(plate_resistance=compensated).approach(contact, now)
+    for tick in range(round((thermal.PRECONDITION_S + JUDGED_S) / TICK_S)):
+        if tick == round(thermal.PRECONDITION_S / TICK_S):
+            plant._state_c[2:] = rested
+            plant.touch(palm_resistance)
+            course = course.touch(contact, "plate", now)
+        setpoint_c = limit(course.wanted_c(now), setpoint_c, TICK_S, plate.advance(now)).setpoint_c
+        plate.command(setpoint_c, 0.25, now)
+        now += TICK_S
+    plate.advance(now)
+    return plant.skin_c - rested_c + NEUTRAL_C
+
+
+def calibrated_on_plate(planted, palm_resistance, compensated, seed):
+    """Let a palm answer that feels the plant; the share of its R'' that is found."""
+    felt = functools.cache(lambda tried: on_plate(tried, palm_resistance, compensated))
+    real_c = skin_surface_c(thermal_contact(METAL, 22.0, contact_resistance=planted), JUDGED_S)
+    calibration, rng = Calibration(METAL, 22.0), np.random.default_rng(seed)
+    for _ in range(TRIALS):
+        tried = calibration.next_resistance()
+        chance = colder_chance(np.array(felt(tried) - real_c), np.array(0.3))
+        calibration.learn(tried, real_was_colder=bool(rng.random() < chance))
+    return calibration.estimate().contact_resistance / planted
+
+
+@pytest.mark.parametrize("planted", [5.5e-4, 2e-3])
+@pytest.mark.parametrize("palm_resistance", [2e-4, 5e-4])
+def test_a_palm_that_lies_on_the_plant_is_found_when_the_plate_compensates_it(
+    planted, palm_resistance
+):
+    found = [
+        calibrated_on_plate(planted, palm_resistance, palm_resistance, seed) for seed in (0, 1)
+    ]
+
+    assert found == pytest.approx([1.0, 1.0], rel=0.3)
+
+
+def test_what_the_plate_does_not_compensate_is_taken_for_a_better_contact():
+    assert calibrated_on_plate(5.5e-4, 5e-4, 0.0, seed=0) < 0.5
+
+
+def test_the_bench_goes_ahead_of_the_skin_as_the_service_does():
+    coldest = {}
+    for resistance in (0.0, 1e-3):
+        plate = Notes()
+        bench = Bench(plate, resistance)
+        bench.prepare(thermal_contact(METAL, 22.0))
+        until = time.monotonic() + 2.0
+        while time.monotonic() < until:
+            time.sleep(0.05)
+        bench.close()
+        coldest[resistance] = min(plate.setpoints)
+
+    assert coldest[1e-3] < coldest[0.0] - 2.0
 
 
 def calibrated(planted: float, noise_c: float = 0.3, seed: int = 0, trials: int = TRIALS):

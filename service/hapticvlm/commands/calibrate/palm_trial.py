@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.plate_limits import limit
-from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.rendering.thermal import PLATE_RESISTANCE, ThermalContact
 from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 
 if TYPE_CHECKING:
@@ -18,12 +18,16 @@ TICK_S, TTL_S = 0.02, 0.25
 
 
 class Bench:
-    """Renews one plate's command at 50 Hz from its own thread; neutral until told otherwise."""
+    """Renews one plate's command at 50 Hz from its own thread; neutral until told otherwise.
 
-    def __init__(self, plate: Plate) -> None:
+    The plate goes ahead of the skin by `plate_resistance` (m2 K/W), as in the service.
+    """
+
+    def __init__(self, plate: Plate, plate_resistance: float = PLATE_RESISTANCE) -> None:
         self._plate = plate
         self._lock = threading.Lock()
-        self._course, self._contact = ThermalTrajectory(), None  # type: tuple[ThermalTrajectory, ThermalContact | None]
+        self._resting = ThermalTrajectory(plate_resistance=plate_resistance)
+        self._course, self._contact = self._resting, None  # type: tuple[ThermalTrajectory, ThermalContact | None]
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="bench", daemon=True)
         self._thread.start()
@@ -32,7 +36,7 @@ class Bench:
         """Wait for a touch of this, as an approach does."""
         with self._lock:
             self._contact = contact
-            self._course = ThermalTrajectory().approach(contact, time.monotonic())
+            self._course = self._resting.approach(contact, time.monotonic())
 
     def touch(self) -> None:
         """Go on as if the object just prepared were touched now."""
@@ -42,7 +46,7 @@ class Bench:
     def let_go(self) -> None:
         """Return to neutral and forget the touch."""
         with self._lock:
-            self._course = ThermalTrajectory()
+            self._course = self._resting
 
     def close(self) -> None:
         """Rest the plate and end the thread."""

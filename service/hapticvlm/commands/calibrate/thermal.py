@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.calibrate import speaker
-from hapticvlm.commands.parsing import add_json
+from hapticvlm.commands.parsing import add_json, number_within
+from hapticvlm.commands.serve_config import Serving
 from hapticvlm.errors import UsageError, usage_errors
 
 if TYPE_CHECKING:
@@ -73,6 +74,14 @@ def add(commands: Commands) -> None:
         default="auto",
         metavar="PORT",
         help="the plate: serial port, `auto` or `simulated` (%(default)s)",
+    )
+    thermal.add_argument(
+        "--plate-resistance",
+        type=number_within(0.0, 0.005),
+        default=Serving().plate_resistance,
+        metavar="R",
+        help="resistance between palm and plate in m2 K/W that the plate compensates, as given to "
+        "`hapticvlm serve` (%(default)s)",
     )
     thermal.add_argument(
         "--simulate",
@@ -138,7 +147,7 @@ def _judge(options: argparse.Namespace, calibration: Calibration) -> Iterator[Ju
     from hapticvlm.commands.calibrate.palm_trial import Bench
 
     plate = _plate(options.peltier)
-    bench = Bench(plate)
+    bench = Bench(plate, options.plate_resistance)
     try:
         yield lambda tried: _person(bench, calibration, tried, options.object)
     finally:
@@ -196,6 +205,7 @@ def _report(calibration: Calibration, options: argparse.Namespace) -> int:
         print("hapticvlm calibrate thermal: no trial was answered", file=sys.stderr)
         return 1
     told = {"calibrate": "thermal", "object": options.object, "ambient_c": options.ambient_c}
+    told |= {"plate_resistance": options.plate_resistance}
     told |= {"simulated": options.simulate is not None, **asdict(found)}
     line = json.dumps(told)
     if options.out is not None:
@@ -209,5 +219,7 @@ def _report(calibration: Calibration, options: argparse.Namespace) -> int:
             f"{found.noise_c:.1f} degC"
         )
         kept = f"{found.contact_resistance:.2g}" if options.out is None else options.out
-        print(f"use it: --contact-resistance {kept}")
+        print(
+            f"use it: --contact-resistance {kept} --plate-resistance {options.plate_resistance:g}"
+        )
     return 0
