@@ -55,10 +55,11 @@ def test_a_page_of_another_site_may_link_here_and_fetch_nothing(site, mode, dest
     assert http.is_cross_site(headers) == refused
 
 
+@pytest.mark.parametrize("page", http.STUDY_PAGES)
 @pytest.mark.parametrize(("has_study", "code"), [(False, 404), (True, 200)])
-def test_the_page_of_a_study_is_served_where_a_study_listens_to_it(has_study, code):
+def test_the_pages_of_a_study_are_served_where_a_study_listens_to_them(has_study, code, page):
     policy = http.AccessPolicy("127.0.0.1", frozenset(), has_study=has_study)
-    request = Request("/study.html", Headers([("Host", "127.0.0.1")]))
+    request = Request(page, Headers([("Host", "127.0.0.1")]))
     browser: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
     answer = http.answer(browser, request, policy, dict)
     assert answer is not None

@@ -109,6 +109,20 @@ def test_a_log_that_was_edited_is_refused_with_its_line(tmp_path: Path) -> None:
         record.events(tmp_path, "ann")
 
 
+def test_how_far_each_came_is_known_without_reading_their_files_again(
+    design: designs.Design, tmp_path: Path
+) -> None:
+    kept = record.Record(design, tmp_path)
+    assert [each["answered"] for each in kept.participants()] == [0, 0]
+    kept.open("ann")
+    name = design.trials["ann"][0]
+    kept.note({"event": "answered", "trial": 0, "pattern": name, "answered": name})
+    assert [each["answered"] for each in kept.participants()] == [1, 0]
+    kept.close()
+    (tmp_path / "ann.jsonl").unlink()
+    assert [each["answered"] for each in kept.participants()] == [1, 0]
+
+
 def test_two_programs_cannot_run_one_study(tmp_path: Path) -> None:
     pytest.importorskip("fcntl", reason="file locks of this kind are of Unix")
     with (

@@ -138,12 +138,12 @@ def read(folder: Path) -> tuple[Form, StudyFile] | None:
         plan = {name: table.pop(name) for name in StudyFile.__struct_fields__ if name in table}
         found = msgspec.convert(plan, StudyFile)
         form = revive(table)
+        for language in form.languages:
+            languages.texts(language, folder)
     except OSError as error:
         raise StudyError(f"{path}: {error.strerror}") from None
     except (ValueError, StudyError) as error:
         raise StudyError(f"{path}: {error}") from None
-    for language in form.languages:
-        languages.texts(language, folder)
     return form, found
 
 
@@ -160,7 +160,7 @@ def revive(table: object) -> Form:
 
 def _faults(form: Form) -> list[str]:
     """Say what is wrong with a form."""
-    names = [each.name for each in (*form.question, *form.rating)]
+    names = [question.name for question in form.question] + [each.name for each in form.rating]
     found = [f"two questions or ratings are named {n!r}" for n in names if names.count(n) > 1]
     found += [f"name {n!r}: needs letters, digits and _" for n in names if not n.isidentifier()]
     if not form.languages or len(set(form.languages)) < len(form.languages):

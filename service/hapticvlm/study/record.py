@@ -98,6 +98,7 @@ class Record:
         self.sitting: Sitting | None = None
         self._folder = folder
         self._log: Log | None = None
+        self._answered: dict[str, int] = {}  # trials of those whose file is not open
 
     def open(self, code: str) -> None:
         """Go on with this participant of the design. Raises StudyError."""
@@ -109,6 +110,8 @@ class Record:
         """Close the file; it can be opened again at any time."""
         if self._log is not None:
             self._log.close()
+        if self.sitting is not None:
+            self._answered[self.sitting.participant] = self.sitting.answered
         self._log = self.sitting = None
 
     def note(self, event: Event) -> None:
@@ -157,9 +160,13 @@ class Record:
 
     def _progress(self, code: str) -> View:
         sitting = self.sitting
-        if sitting is None or sitting.participant != code:
-            sitting = self._recall(code)
-        return {"code": code, "answered": sitting.answered, "trials": len(sitting.trials)}
+        if sitting is not None and sitting.participant == code:
+            answered = sitting.answered
+        else:
+            if code not in self._answered:
+                self._answered[code] = self._recall(code).answered
+            answered = self._answered[code]
+        return {"code": code, "answered": answered, "trials": len(self.design.trials[code])}
 
     def _recall(self, code: str) -> Sitting:
         sitting = Sitting(self.design, code)
