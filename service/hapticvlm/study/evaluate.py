@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hapticvlm.errors import installing
 from hapticvlm.study import claims, paper, results, statistics
 from hapticvlm.study.results import Cells, Results
 
@@ -58,12 +59,22 @@ def _within(cells: Cells, factors: tuple[list[str], list[str]], names: list[str]
         "complete": len(cells.rates),
         "pair_spread": _spread(flat),
         "incomplete": list(cells.left_out),
-        "anova": [asdict(effect) for effect in statistics.anova(cells.rates)],
+        **_anova(cells),
         "friedman": [asdict(found) for found in ranks if found is not None],
         "pairwise": [asdict(pair) for pair in statistics.pairwise_by_person(flat, names)],
         "pairwise_test": "paired t of each person's recognition"
         + (", of those who felt every pattern" if cells.left_out else ""),
     }
+
+
+def _anova(cells: Cells) -> Document:
+    """Return the ANOVA, or what must be installed for it."""
+    try:
+        effects = statistics.anova(cells.rates)
+    except ModuleNotFoundError as error:
+        name = (error.name or "statsmodels").partition(".")[0]
+        return {"anova": [], "anova_missing": f"it needs {name}: `{installing(name)}`"}
+    return {"anova": [asdict(effect) for effect in effects]}
 
 
 def _spread(rates: statistics.Rates) -> float:

@@ -1,7 +1,8 @@
 """Statistics of a forced-choice study. Pure: counts and trials in, numbers out.
 
 Tests come from statsmodels and scipy; what is computed here is what they lack: the interval by
-person, information transmitted, and Greenhouse and Geisser's correction of degrees of freedom.
+person, information transmitted, and Greenhouse and Geisser's correction of degrees of freedom. Only
+the ANOVA loads statsmodels, so that the paper's data need no more than what is installed.
 """
 
 from __future__ import annotations
@@ -207,11 +208,13 @@ def _paired_p(difference: NDArray[np.float64]) -> float:
 
 
 def _holm(found: list[tuple[str, str, float, float]]) -> list[Pair]:
-    from statsmodels.stats.multitest import multipletests
-
-    corrected = multipletests([p for *_, p in found], method="holm")[1]
-    pairs = [Pair(*each, float(holm)) for each, holm in zip(found, corrected, strict=True)]
-    return sorted(pairs, key=lambda pair: pair.p)
+    """Correct each p by Holm's steps: the smallest times all tests, the next times one fewer."""
+    pairs: list[Pair] = []
+    least = 0.0
+    for at, each in enumerate(sorted(found, key=lambda pair: pair[3])):
+        least = min(max(least, (len(found) - at) * each[3]), 1.0)
+        pairs.append(Pair(*each, least))
+    return pairs
 
 
 def _epsilons(rates: Rates) -> list[float | None]:

@@ -12,7 +12,8 @@ PAIRS = 10
 def anova(document: Document) -> str:
     """Write the tests within people."""
     if document["anova_missing"]:
-        return f"No repeated-measures ANOVA: {document['anova_missing']}."
+        missing = f"No repeated-measures ANOVA: {document['anova_missing']}."
+        return missing + _ranks(document)
     rows = [_effect(effect) for effect in document["anova"]]
     heads = ["effect", "F", "p", "p (Greenhouse-Geisser)", "partial eta squared"]
     undefined = any(effect["f"] is None for effect in document["anova"])
