@@ -30,7 +30,9 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 BINARY = frozenset({".onnx", ".safetensors", ".npz", ".jpg", ".png"})
 TEXT = frozenset(
     {".py", ".typed", ".html", ".css", ".js", ".svg", ".json", ".jsonl", ".toml", ".md", ".csv"}
+    | {".hex"}
 )
+PREBUILT = "plate.hex"  # what `plate flash` writes; tests/firmware compares it with its source
 # A place on the machine of whoever built it.
 MACHINE_PATH = re.compile(r"(?<![\w.:/])/(?:work|home|root|Users|opt)/\w")
 COPYLEFT = re.compile(r"General Public License|\bA?GPL", re.IGNORECASE)
@@ -174,7 +176,8 @@ def test_the_wheel_is_the_package_and_nothing_else(built):
     files = (path for path in SOURCES.rglob("*") if path.is_file() and path.suffix != ".pyc")
     assert packed == {path.relative_to(SOURCES.parent).as_posix() for path in files}
     assert {Path(name).suffix for name in packed} <= BINARY | TEXT
-    assert not [name for name in names if re.search(r"(^|/)(tests?|firmware|build|shared)/", name)]
+    assert {Path(name).name for name in packed if name.endswith(".hex")} == {PREBUILT}
+    assert not [name for name in names if re.search(r"(^|/)(tests?|build|shared)/", name)]
     megabytes = built.wheel.stat().st_size / 1e6
     print(f"wheel {megabytes:.1f} MB, {len(names)} files")
     assert megabytes < WHEEL_MB
@@ -211,7 +214,8 @@ def test_the_source_archive_holds_what_is_needed_to_test_it_and_nothing_built(bu
     assert not {*needed, *further} - names
     unwanted = r"(^|/)(\.venv|\.work|node_modules|__pycache__|build|demo-output|shared)/"
     assert not [name for name in names if re.search(unwanted, name)]
-    assert not [name for name in names if Path(name).suffix in {".elf", ".hex", ".o", ".pyc"}]
+    made = [name for name in names if Path(name).suffix in {".elf", ".hex", ".o", ".pyc"}]
+    assert [Path(name).name for name in made] == [PREBUILT]
     megabytes = built.sdist.stat().st_size / 1e6
     print(f"source archive {megabytes:.1f} MB, {len(names)} files")
     assert megabytes < SDIST_MB
