@@ -157,12 +157,12 @@ def test_a_command_is_heard_from_the_first_sample_of_the_next_block():
 def test_an_engine_whose_gateway_hangs_falls_silent_by_itself():
     ring = Ring.create()
     engine = Engine(ring)
-    slide = command(interaction="slide", onset=False, expires_at=time.monotonic() + 0.05)
-    ring.put(slide, time.monotonic())
+    expires_at = time.monotonic() + 0.5  # longer than a busy machine takes to make 30 blocks
+    ring.put(command(interaction="slide", onset=False, expires_at=expires_at), time.monotonic())
     for _ in range(30):
         engine.fill(BLOCK)
     assert ring.status().level > 0.0
-    time.sleep(0.06)
+    time.sleep(max(0.0, expires_at - time.monotonic()) + 0.01)
     blocks = np.concatenate([engine.fill(BLOCK) for _ in range(30)])
     assert not blocks[RATE_HZ // 50 + BLOCK :].any()
 
