@@ -55,6 +55,8 @@ def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
 
 
 def _panel(axes: Axes, rows: Sequence[Row], panel: tuple[str, str, str, str, str]) -> None:
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
+
     _, title, across, colour, marker = panel
     for row in rows:
         x, y = _at(row)
@@ -73,6 +75,9 @@ def _panel(axes: Axes, rows: Sequence[Row], panel: tuple[str, str, str, str, str
     )
     axes.set_yscale("log")
     axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))  # hardly a decade wide
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.margins(x=0.25, y=0.2)
     axes.set_title(title, fontsize=9.5, loc="left", color=INK)
     axes.set_xlabel(across)
