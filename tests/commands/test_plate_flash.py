@@ -17,6 +17,7 @@ import pytest
 from hapticvlm.commands.main import main
 from hapticvlm.commands.plate import flash
 from hapticvlm.devices import peltier
+from hapticvlm.devices.ports import Place
 
 if sys.platform == "win32":
     pytest.skip("stand-ins are shell scripts", allow_module_level=True)
@@ -78,7 +79,7 @@ def test_a_board_that_does_not_answer_is_written_only_when_its_port_is_named(
 ) -> None:
     called = tmp_path / "called"
     stand_in(tmp_path, monkeypatch, f'echo "$@" > {called}')
-    place = flash.Place(silent_port, "Arduino Uno")
+    place = Place(silent_port, "Arduino Uno")
     monkeypatch.setattr("hapticvlm.devices.ports._seen", lambda: [(place, True)])
 
     assert f"--port {silent_port}" in told(capsys)
