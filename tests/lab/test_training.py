@@ -23,6 +23,7 @@ from hapticvlm_lab.training.distil import (  # noqa: E402
     train,
 )
 from hapticvlm_lab.training.network import Network, Shape, prepare  # noqa: E402
+from hapticvlm_lab.training.projection import fit_projection  # noqa: E402
 from hapticvlm_lab.training.variations import mix, vary  # noqa: E402
 
 NEVER_TAUGHT = ("choose_web", "report_web", "caltech101", "pb_renders", "weather", "sealed")
@@ -273,3 +274,18 @@ def test_a_source_that_judges_does_not_teach():
     rows = np.eye(4, dtype=np.float32)
     taught = fit.Taught(rows, np.arange(4), np.arange(4), np.array(["a", "b", "a", "b"]))
     assert taught.without("a").labels.tolist() == [1, 3]
+
+
+def test_the_embedding_keeps_what_tells_pictures_and_classes_apart():
+    rng = np.random.default_rng(7)
+    features = (rng.normal(0, 0.1, (300, 12)) + 3.0).astype(np.float32)
+    features[:, 4] += rng.normal(0, 2.0, 300).astype(np.float32)  # pictures differ most in this
+    quiet = np.zeros((3, 12), np.float32)
+    quiet[0, 9] = 40.0  # and a head reads a class off what they hardly differ in
+    weights, bias = fit_projection(features, [(quiet, np.ones(3, np.float32))], 2)
+    found = features @ weights.T + bias
+    assert np.abs(found.mean(axis=0)).max() < 1e-3
+    for column in (4, 9):
+        rows = np.column_stack([found, np.ones(300)])
+        left = features[:, column] - rows @ np.linalg.lstsq(rows, features[:, column])[0]
+        assert left.std() < 0.2 * features[:, column].std()

@@ -22,7 +22,9 @@ from hapticvlm_lab.training.teacher import FILES
 DIRECTIONS = 256
 WHITENING = 0.25  # power of the eigenvalues: between none (0) and full (0.5)
 SHARDS_FOR_BASIS = 14
-TEMPERATURE = 2.0  # of the teachers' class scores
+TEMPERATURE = (
+    1.0  # of the teachers' class scores: at 2 the belief of the names is hardly any (LOG.md)
+)
 LEFT_OUT = 25  # one in so many rows of a shard is never learned from
 LABELLED_OFTENER = 1.3
 RENDERED, RENDERED_OFTENER = 0.4, 3.0  # most share of a batch; how much above the pool's own share

@@ -75,7 +75,7 @@ def main() -> int:
 
 def make_gallery(encoder: Encoder, pool: Path, data: Path, renders: Sequence[Path]) -> Gallery:
     """Choose references and a layer for every material, and for none of them; calibrate."""
-    taught = _taught(encoder, pool, renders)
+    taught = _taught(encoder, labelled(pool, renders, encoder.side))
     references, of = fit.choose_references(taught.embeddings, taught.labels, taught.cells, SEED)
     blanks, unknown = embed(encoder, _blanks(encoder.side)), NAMES.index(materials.UNKNOWN)
     labels = np.full(len(blanks), unknown, np.int64)
@@ -96,8 +96,12 @@ def make_gallery(encoder: Encoder, pool: Path, data: Path, renders: Sequence[Pat
     return fit.fit_gallery(plain, with_blanks, [*judged, _photographs(encoder, data)])
 
 
-def _taught(encoder: Encoder, pool: Path, renders: Sequence[Path]) -> Taught:
-    found = [*_of_pool(pool, encoder.side), *_of_shards(renders, encoder.side, calibrates=False)]
+def labelled(pool: Path, renders: Sequence[Path], side: int) -> list[Labelled]:
+    """Take the labelled crops that teach a gallery, photographs first."""
+    return [*_of_pool(pool, side), *_of_shards(renders, side, calibrates=False)]
+
+
+def _taught(encoder: Encoder, found: list[Labelled]) -> Taught:
     labels = np.array([NAMES.index(label) for _, label, _ in found], np.int64)
     _, cells = np.unique([f"{source}/{label}" for _, label, source in found], return_inverse=True)
     sources_of = np.array([source for _, _, source in found])

@@ -3,7 +3,7 @@
 The rate stays constant and training goes on for ever, checkpoint by checkpoint: there is no end to
 plan. What ships is a branch that cools down: `--begin R --cool STEPS` brings the rate to zero.
 Loss: 1.5 (1 - cosine) to each teacher, 0.5 cross entropy to what their class names say of
-materials, 0.3 to the classes of labelled pictures.
+materials, 0.6 to the classes of labelled pictures.
 
 """
 
@@ -33,7 +33,7 @@ AVERAGE = 0.998
 SMOOTHING = 0.1
 LEFT_OUT_AT_MOST = 1500
 REPORT_EVERY, LEFT_OUT_EVERY, REFRESH_EVERY = 200, 1000, 200
-WEIGHTS = {**dict.fromkeys(FILES, 1.5), "names": 0.5, "classes": 0.3}
+WEIGHTS = {**dict.fromkeys(FILES, 1.5), "names": 0.5, "classes": 0.6}
 
 
 @dataclass(frozen=True, slots=True)

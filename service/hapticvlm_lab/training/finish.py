@@ -1,23 +1,30 @@
 """From a run to what ships: `python -m hapticvlm_lab.training.finish --run R --pool P ...`.
 
-Exports the network's average, makes its gallery (beliefs.py) and writes both. Touches nothing that
-is held back or only reported.
+Fits the embedding (projection.py) to the network's average, exports it, makes its gallery
+(beliefs.py) and writes both. Touches nothing that is held back or only reported.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.storage import FILE_NAME, save_gallery
+from hapticvlm.recognition.pictures import Crop
 from hapticvlm_lab.training import beliefs, export
 from hapticvlm_lab.training.distil import CHECKPOINT
-from hapticvlm_lab.training.network import Network, Shape
-from hapticvlm_lab.training.teacher import FILES
+from hapticvlm_lab.training.network import Network, Shape, prepare
+from hapticvlm_lab.training.projection import fit_projection
+
+HEADS = ("classes", "names")  # whose logits the embedding holds beside the features
+BATCH = 64
 
 
 def main() -> int:
@@ -33,7 +40,8 @@ def main() -> int:
     parser.add_argument("--side", type=int, default=128)
     chosen = parser.parse_args()
     torch.set_num_threads(1)
-    export.write(load_run(chosen.run), chosen.name, chosen.side, chosen.out, chosen.weights)
+    crops = [crop for crop, _, _ in beliefs.labelled(chosen.pool, chosen.renders, chosen.side)]
+    export.write(load_run(chosen.run, crops), chosen.name, chosen.side, chosen.out, chosen.weights)
     encoder = load_encoder(str(chosen.out))
     found = beliefs.make_gallery(encoder, chosen.pool, chosen.data, chosen.renders)
     save_gallery(found, chosen.out / FILE_NAME)
@@ -41,21 +49,33 @@ def main() -> int:
     return 0
 
 
-def load_run(run: Path) -> Network:
-    """Load the average of a run; its embedding is both teachers' directions, side by side."""
+def load_run(run: Path, crops: Sequence[Crop]) -> Network:
+    """Load the average of a run and fit its embedding to crops."""
     held = torch.load(run / CHECKPOINT, map_location="cpu", weights_only=True)["average"]
-    heads = [(held[f"heads.{name}.weight"], held[f"heads.{name}.bias"]) for name in FILES]
-    projection = [torch.cat(parts) for parts in zip(*heads, strict=True)]
-    network = Network(Shape(dimension=len(projection[1])))
+    network = Network(Shape())
     weights = {
-        key.removeprefix("network."): value
-        for key, value in held.items()
-        if key.startswith("network.")
+        name.removeprefix("network."): value
+        for name, value in held.items()
+        if name.startswith("network.") and not name.startswith("network.project.")
     }
-    network.load_state_dict(
-        weights | {"project.weight": projection[0], "project.bias": projection[1]}
-    )
+    network.load_state_dict(weights, strict=False)
+    pairs = [(held[f"heads.{name}.weight"], held[f"heads.{name}.bias"]) for name in HEADS]
+    heads = [(rows.numpy(), bias.numpy()) for rows, bias in pairs]
+    found = fit_projection(features_of(network, crops), heads, network.shape.dimension)
+    network.project.weight.data, network.project.bias.data = map(torch.from_numpy, found)
     return network.eval()
+
+
+@torch.no_grad()
+def features_of(network: Network, crops: Sequence[Crop]) -> NDArray[np.float32]:
+    """Features (N, F) of crops, without the projection."""
+    network.eval()
+    planes = [np.dstack([crop.image, crop.mask]) for crop in crops]
+    parts = [
+        network.features(prepare(torch.from_numpy(np.stack(planes[at : at + BATCH])))).numpy()
+        for at in range(0, len(planes), BATCH)
+    ]
+    return np.concatenate(parts)
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ class Shape:
 
     depths: tuple[int, ...] = (2, 2, 2, 2)
     widths: tuple[int, ...] = (32, 64, 128, 256)
-    dimension: int = 256
+    dimension: int = 128
 
     def as_dict(self) -> dict[str, object]:
         """Return the fields as JSON has them."""
