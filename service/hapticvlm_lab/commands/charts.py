@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 LIMIT = 640  # pictures of a source that `chart` looks at
 SHAKEN = 64  # pictures of a source that `stability` looks at
 WEIGHTS = "encoder.safetensors"
+COURSE = "course.csv"  # of the shipped encoder's training: samples and accuracies
 OF_SHIPPED = Path(__file__).parents[1] / "training"  # the weights of the encoder that ships
 SEED = 7  # of the untrained network
 
@@ -36,6 +37,10 @@ def add(commands: Commands) -> None:
     _add_material(subjects, _chart_material, ("chart-output", LIMIT)).add_argument(
         "--variants", type=Path, help="folder of further encoders, one a sub-folder"
     )
+    beliefs = subjects.add_parser("beliefs", help="what is said and felt of pictures, and learned")
+    beliefs.set_defaults(run=_chart_beliefs)
+    beliefs.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
+    beliefs.add_argument("--out", type=Path, default=Path("chart-output"), metavar="FOLDER")
     chart_thermal.add_chart(subjects)
     chart_ambient.add_chart(subjects)
     chart_safety.add(subjects)
@@ -80,6 +85,16 @@ def _chart_material(options: argparse.Namespace) -> int:
 
     plan = chart.Plan(_where(options), options.variants, options.out, options.json)
     return _into_folder(options, lambda: chart.run(plan, _wiring()))
+
+
+def _chart_beliefs(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.material import belief_chart
+    from hapticvlm_lab.bench.names import SIBLING
+
+    folder = options.data or SIBLING
+    data = folder if (folder / "labels.csv").is_file() else None
+    course = OF_SHIPPED / COURSE
+    return _into_folder(options, lambda: belief_chart.run(data, labels(), course, options.out))
 
 
 def _shake_material(options: argparse.Namespace) -> int:

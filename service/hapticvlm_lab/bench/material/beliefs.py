@@ -70,9 +70,9 @@ def run(
     """
     encoder = load_encoder(encoder_name)
     found: dict[str, object] = {"encoder": encoder.name}
-    for source, kind in _sources(data, labels):
+    for source, kind in sources_of(data, labels):
         gallery = load_gallery(path, encoder=encoder, pictures=kind)
-        found[source.name] = judge(_embed(encoder, source.keep(FOUR), kind), gallery)
+        found[source.name] = judge(embed(encoder, source.keep(FOUR), kind), gallery)
         if not as_json:
             _print(source.name, found[source.name])
     if as_json:
@@ -88,9 +88,9 @@ def judge(seen: Seen, gallery: Gallery) -> dict[str, object]:
     felt: dict[str, object] = {"zero-shot": felt_error(zero, seen.truth, seen.objects)}
     for count in REFERENCES:
         name = f"{count} references"
-        drawn = _drawn(seen, gallery, count)
-        if drawn is not None:
-            beliefs, rows = drawn
+        found = drawn(seen, gallery, count)
+        if found is not None:
+            beliefs, rows = found
             said[name] = spoken(beliefs, seen.truth[rows], seen.objects[rows])
             felt[name] = felt_error(beliefs, seen.truth[rows], seen.objects[rows])
     taught = _scene_taught(seen, zero) if seen.pictures == "renders" else None
@@ -134,12 +134,14 @@ def felt_error(
     contacts = np.array([_contact_c(MATERIALS[name].thermal) for name in FOUR])
     felt = np.array([_felt_c(row, contacts) for row in beliefs])
     ours, neutral = np.abs(felt - contacts[truth]), np.abs(contacts.mean() - contacts[truth])
+    guess = np.abs(contacts[beliefs.argmax(axis=1)] - contacts[truth])
 
     def gain(rows: NDArray[np.int64]) -> float:
         return 1.0 - _balanced(ours[rows], truth[rows]) / _balanced(neutral[rows], truth[rows])
 
     every = np.arange(len(truth))
     return {
+        "guess_c": round(_balanced(guess[every], truth), 3),
         "graded_c": round(_balanced(ours[every], truth), 3),
         "neutral_c": round(_balanced(neutral[every], truth), 3),
         "below_neutral": _interval(gain, objects),
@@ -159,7 +161,7 @@ def _contact_c(bulk: Thermal) -> float:
     return thermal.contact_temperature_c(thermal.thermal_contact(bulk, ROOM_C))
 
 
-def _drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np.int64]] | None:
+def drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np.int64]] | None:
     """Enrol `count` pictures a class DRAWS times; beliefs of all other objects, and their rows."""
     rng = np.random.default_rng([SEED, count])
     found, rows = [], []
@@ -261,7 +263,8 @@ def _mean(values: NDArray[np.bool_]) -> float:
     return float(values.mean()) if values.size else float("nan")
 
 
-def _sources(data: Path | None, labels: Labels) -> list[tuple[Source, Pictures]]:
+def sources_of(data: Path | None, labels: Labels) -> list[tuple[Source, Pictures]]:
+    """Read the sets that only report."""
     found: list[tuple[Source, Pictures]] = [
         (read_capture(path), "renders") for path in default_captures()
     ]
@@ -273,7 +276,8 @@ def _sources(data: Path | None, labels: Labels) -> list[tuple[Source, Pictures]]
     return found
 
 
-def _embed(encoder: Encoder, source: Source, kind: Pictures) -> Seen:
+def embed(encoder: Encoder, source: Source, kind: Pictures) -> Seen:
+    """Embed pictures of FOUR, each as it is and varied as enrolment does."""
     views = []
     for view in source.views:
         frame = view.as_cut(source.cut)

@@ -43,6 +43,7 @@ RECIPES: Mapping[str, Recipe] = {
     "dashboard.png": pages.dashboard,
     "webxr.png": pages.webxr,
     "chart-material.png": _command("chart-material.png", "chart", "material"),
+    "chart-beliefs.png": _command("chart-beliefs.png", "chart", "beliefs"),
     "chart-thermal.png": _command("chart-thermal.png", "chart", "thermal"),
     "chart-thermal-plate.png": _command("chart-thermal-plate.png", "chart", "thermal"),
     "chart-vibration.png": _command("chart-vibration.png", "chart", "vibration"),

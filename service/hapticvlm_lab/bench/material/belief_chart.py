@@ -1,0 +1,157 @@
+"""`hapticvlm chart beliefs`: what beliefs from pictures are worth, as a picture.
+
+Three panels: how much is said against how much of it is right, as the belief asked for rises; the
+mean error of the contact temperature felt when nothing, the best guess or a graded feel is
+rendered; and what more training brought on the sets that choose. Sets and enrolment as `hapticvlm
+measure beliefs` has them.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.recognition.encoders.loading import load_encoder
+from hapticvlm.recognition.galleries.storage import load_gallery
+from hapticvlm_lab.bench.material import beliefs
+from hapticvlm_lab.bench.material.data import FOUR, Labels
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+NAME = "chart-beliefs"
+LEAST_SAID = 12  # pictures: a share of fewer says nothing
+REFERENCES = 5
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # Okabe and Ito's
+INK, GRID = "#1b1f24", "#e3e6ea"
+WAYS = (("neutral_c", "neutral"), ("guess_c", "best guess"), ("graded_c", "as rendered"))
+
+Doubles = NDArray[np.float64]
+Curve = list[tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Worth:
+    """One set: curves of (share said, share of that right), and mean felt errors in degC."""
+
+    name: str
+    pictures: int
+    curves: Mapping[str, Curve]
+    felt: Mapping[str, float]
+
+
+def run(data: Path | None, labels: Labels, training: Path, out: Path) -> int:
+    """Judge every set, and write picture and figures to `out`; `training` is a CSV of its course.
+
+    Raises CaptureError, EncoderError, GalleryError, OSError.
+    """
+    encoder = load_encoder()
+    found = []
+    for source, kind in beliefs.sources_of(data, labels):
+        gallery = load_gallery(encoder=encoder, pictures=kind)
+        found.append(worth(beliefs.embed(encoder, source.keep(FOUR), kind), gallery))
+    with training.open(newline="", encoding="utf-8") as file:
+        course = [
+            {name: float(value) for name, value in row.items()} for row in csv.DictReader(file)
+        ]
+    stem = out / NAME
+    draw(found, course, encoder.name, stem.with_suffix(".png"))
+    figures = {"encoder": encoder.name, "sets": [_as_json(one) for one in found], "course": course}
+    stem.with_suffix(".json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    print(f"{stem}.png, {stem}.json")
+    return 0
+
+
+def worth(seen: beliefs.Seen, gallery: beliefs.Gallery) -> Worth:
+    """Judge one set, zero-shot and with REFERENCES enrolled where it has enough objects."""
+    zero = beliefs.among(gallery.beliefs(seen.first), gallery.candidates)
+    curves = {"zero-shot": coverage(zero, seen.truth)}
+    drawn = beliefs.drawn(seen, gallery, REFERENCES)
+    if drawn is not None:
+        curves[f"{REFERENCES} references"] = coverage(drawn[0], seen.truth[drawn[1]])
+    felt = beliefs.felt_error(zero, seen.truth, seen.objects)
+    return Worth(
+        seen.name, len(seen.truth), curves, {way: float(str(felt[way])) for way, _ in WAYS}
+    )
+
+
+def coverage(found: Doubles, truth: NDArray[np.int64]) -> Curve:
+    """Share said and share of that right, of (N, C) beliefs, for every belief asked for."""
+    surest = np.argsort(-found.max(axis=1), kind="stable")
+    right = (found.argmax(axis=1) == truth)[surest]
+    said = np.arange(1, len(right) + 1)
+    shares = np.cumsum(right) / said
+    steps = np.unique(np.linspace(min(LEAST_SAID, len(right)), len(right), 60).astype(int)) - 1
+    return [(float(said[at] / len(right)), float(shares[at])) for at in steps]
+
+
+def draw(found: list[Worth], course: list[dict[str, float]], encoder: str, path: Path) -> None:
+    """Draw the panels."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    with mpl.rc_context({"font.size": 9, "axes.edgecolor": INK}):
+        figure, (said, felt, learned) = plt.subplots(
+            1, 3, figsize=(12, 4.4), dpi=100, layout="constrained"
+        )
+        _draw_coverage(said, found)
+        _draw_felt(felt, found)
+        _draw_course(learned, course)
+        for axes in (said, felt, learned):
+            axes.grid(color=GRID)
+            axes.set_axisbelow(True)
+        figure.suptitle(f"{encoder}: wood, glass, fabric or metal?", x=0.01, ha="left")
+        figure.savefig(path)
+        plt.close(figure)
+
+
+def _draw_coverage(axes: Axes, found: list[Worth]) -> None:
+    for one, colour in zip(found, COLOURS, strict=False):
+        for (title, curve), style in zip(one.curves.items(), ("-", "--"), strict=False):
+            x, y = np.array(curve).T * 100
+            axes.plot(x, y, style, color=colour, label=f"{one.name} ({one.pictures}), {title}")
+    axes.axhline(25, color=INK, linewidth=0.8, linestyle=":")
+    axes.set(xlim=(0, 101), ylim=(0, 101), xlabel="said, % of pictures", ylabel="right, % of said")
+    axes.set_title("The surest first; dotted: chance", loc="left", fontsize=9)
+    axes.legend(fontsize=7, loc="lower left")
+
+
+def _draw_felt(axes: Axes, found: list[Worth]) -> None:
+    places, width = np.arange(len(found)), 0.27
+    for number, ((way, title), colour) in enumerate(zip(WAYS, ("#8a8f96", *COLOURS), strict=False)):
+        heights = [one.felt[way] for one in found]
+        axes.bar(places + (number - 1) * width, heights, width, color=colour, label=title)
+    axes.set_xticks(places, [one.name.replace("/", "/\n") for one in found], fontsize=7)
+    axes.set(ylabel="mean error of contact temperature, degC", ylim=(0, None))
+    axes.set_title("Felt, zero-shot: skin 33, room 22 degC", loc="left", fontsize=9)
+    axes.legend(fontsize=7)
+
+
+def _draw_course(axes: Axes, course: list[dict[str, float]]) -> None:
+    samples = [row["samples"] / 1000 for row in course]
+    names = [name for name in course[0] if name not in ("samples", "cooled")]
+    for name, colour in zip(names, COLOURS, strict=False):
+        axes.plot(samples, [row[name] for row in course], "o-", color=colour, label=name)
+    cooled = [row for row in course if row["cooled"]]
+    for row in cooled:
+        axes.axvline(row["samples"] / 1000, color=INK, linewidth=0.8, linestyle=":")
+    axes.set(xlabel="thousand samples", ylabel="forced choice of four right, %", ylim=(25, 100))
+    axes.set_title("Sets to choose on; dotted: rate at zero", loc="left", fontsize=9)
+    axes.legend(fontsize=7)
+
+
+def _as_json(one: Worth) -> dict[str, object]:
+    rounded = {
+        title: [[round(said, 3), round(right, 3)] for said, right in curve]
+        for title, curve in one.curves.items()
+    }
+    return {"name": one.name, "pictures": one.pictures, "curves": rounded, "felt_c": one.felt}
