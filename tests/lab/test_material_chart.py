@@ -1,5 +1,6 @@
 """The material chart: held out by object, honest intervals, and the same pictures for all."""
 
+import csv
 import json
 import subprocess
 import sys
@@ -22,6 +23,7 @@ from hapticvlm_lab.bench.material import labels as chart_labels
 from hapticvlm_lab.bench.material import logistic
 from hapticvlm_lab.bench.material.answers import answer, embed
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, GeneralNetwork, standardised_on
+from hapticvlm_lab.bench.material.belief_chart import coverage
 from hapticvlm_lab.bench.material.data import FOUR, Labels, Source, Stated, View, Where, crops, thin
 from hapticvlm_lab.bench.material.methods import GalleryHead, Method
 from hapticvlm_lab.bench.material.protocols import (
@@ -36,6 +38,7 @@ from hapticvlm_lab.bench.material.rows import Row, knee
 from hapticvlm_lab.bench.material.scores import Score, interval, open_score, rejection, score
 from hapticvlm_lab.bench.material.tables import knee_sentence
 from hapticvlm_lab.bench.material.timing import Cost
+from hapticvlm_lab.commands import charts
 
 NO_LABELS = Labels((), (), lambda label: label, lambda _: False, frozenset())
 FIGURES = ("accuracy", "low", "high", "n", "classes", "recall", "confusion")
@@ -488,3 +491,17 @@ def test_the_command_charts_a_capture_and_says_what_it_left_out(
     for file in figures["files"]:
         assert Path(file).stat().st_size > 5000
     assert json.loads((tmp_path / "out" / "chart-material.json").read_text()) == figures
+
+
+def test_the_surest_are_said_first_and_the_last_point_says_all():
+    beliefs = np.array([[0.9, 0.1], [0.2, 0.8], [0.6, 0.4], [0.45, 0.55]] * 6)
+    curve = coverage(beliefs, np.array([0, 1, 1, 0] * 6))  # the surer half is right
+    assert curve[0] == (0.5, 1.0)
+    assert curve[-1] == (1.0, 0.5)
+
+
+def test_the_course_of_training_is_there_and_ends_with_what_ships():
+    rows = list(csv.DictReader((charts.OF_SHIPPED / charts.COURSE).read_text().splitlines()))
+    samples = [int(row["samples"]) for row in rows]
+    assert samples == sorted(samples)
+    assert rows[-1]["cooled"] == "1"

@@ -263,7 +263,6 @@ def test_a_gallery_is_as_sure_of_each_kind_of_picture_as_it_is_right():
         shown, truth = cloud(spread, 60)
         judged.append(fit.Judged(kind, kind, shown, np.array(fit.FOUR)[truth]))
     made = fit.fit_gallery(plain, taught, judged)
-    assert made.calibration.renders > 1.5 * made.calibration.photographs
     for one in judged:
         beliefs = replace(made, pictures=one.pictures).beliefs(one.embeddings)
         right = np.array(fit.FOUR)[beliefs.argmax(axis=1)] == one.truth

@@ -7,7 +7,7 @@ linear layer, and classes alike beside each other.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -33,6 +33,11 @@ ROUNDS = 25
 SHARPNESS = 32.0  # of the shipped references; the fits of every encoder so far chose it
 PENALTIES = (0.001, 0.003, 0.01, 0.03)  # of the squared weights of the linear layer
 WEIGHTS = (0.0, 0.25, 0.5, 1.0)  # of the references beside the layer
+FACTORS = (0.0, 0.3, 1.0)  # of that weight for photographs
+_CHOICES: tuple[tuple[Pictures, str, tuple[float, ...]], ...] = (
+    ("renders", "weight", WEIGHTS),
+    ("photographs", "photographs_weight", FACTORS),
+)
 SCALES = tuple(np.geomspace(0.1, 4.0, 23).tolist())
 FOUR = ("wood", "glass", "fabric", "metal")
 ALL_KNOWN = Calibration(SHARPNESS, 1.0, -1000.0)  # unknown is a class of its own, so p(known) is 1
@@ -95,22 +100,27 @@ def weigh(labels: Indices, cells: Indices) -> Doubles:
 def fit_gallery(plain: Gallery, taught: Taught, judged: Sequence[Judged]) -> Gallery:
     """Add a linear layer to references and calibrate both on pictures that taught nothing.
 
-    Penalty, weight and the scale of each kind of picture are chosen by the mean surprise with four
-    candidates and with all. The source of the judged pictures is left out of the layer meanwhile,
-    since a user's scene is of no source that taught either.
+    Penalty, and weight and scale for each kind of picture, are chosen by the mean surprise with
+    four candidates and with all. The source of the judged pictures is left out of the layer
+    meanwhile, since a user's scene is of no source that taught either.
     """
-    best, least = (PENALTIES[0], replace(ALL_KNOWN)), np.inf
+    best, least = (PENALTIES[0], ALL_KNOWN), np.inf
     for penalty in PENALTIES:
         layers = {one.source: _layer(taught.without(one.source), penalty) for one in judged}
-        for weight in WEIGHTS:
-            calibration = replace(ALL_KNOWN, weight=weight)
-            found: dict[Pictures, list[tuple[float, float]]] = {}
-            for one in judged:
-                trial = replace(plain, layer=layers[one.source], calibration=calibration)
-                found.setdefault(one.pictures, []).append(_best_scale(trial, one))
-            total = sum(float(np.mean([s for _, s in rows])) for rows in found.values())
-            if total < least:
-                best, least = (penalty, _scaled(calibration, found)), total
+        calibration, total = ALL_KNOWN, 0.0
+        for kind, name, choices in _CHOICES:
+            of_kind = [
+                (replace(plain, layer=layers[one.source], pictures=kind), one)
+                for one in judged
+                if one.pictures == kind
+            ]
+            if of_kind:
+                trials = [replace(calibration, **{name: value}) for value in choices]
+                found = [_scaled(trial, kind, of_kind) for trial in trials]
+                calibration, surprised = min(found, key=lambda item: item[1])
+                total += surprised
+        if total < least:
+            best, least = (penalty, calibration), total
     return replace(plain, layer=_layer(taught, best[0]), calibration=best[1])
 
 
@@ -139,15 +149,13 @@ def _best_scale(gallery: Gallery, judged: Judged) -> tuple[float, float]:
 
 
 def _scaled(
-    calibration: Calibration, found: Mapping[Pictures, list[tuple[float, float]]]
-) -> Calibration:
-    """Take the geometric mean of the scales of the sources of each kind."""
-    scales = {
-        kind: float(np.exp(np.mean([np.log(scale) for scale, _ in rows])))
-        for kind, rows in found.items()
-    }
-    renders = scales.get("renders", 1.0)
-    return replace(calibration, renders=renders, photographs=scales.get("photographs", renders))
+    trial: Calibration, kind: Pictures, judged: Sequence[tuple[Gallery, Judged]]
+) -> tuple[Calibration, float]:
+    """Take the geometric mean of the best scales of the sources of a kind; and their surprise."""
+    found = [_best_scale(replace(gallery, calibration=trial), one) for gallery, one in judged]
+    scale = float(np.exp(np.mean([np.log(scale) for scale, _ in found])))
+    scales = {kind: scale} if kind == "photographs" else {kind: scale, "photographs": scale}
+    return replace(trial, **scales), float(np.mean([surprised for _, surprised in found]))
 
 
 def _centres(points: Doubles, seed: int) -> Doubles:

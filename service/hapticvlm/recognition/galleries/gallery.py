@@ -6,10 +6,10 @@ layer, l_c = weight k s_c + W_c x + b_c, and its belief is
 
     p(known) softmax(scale l)_c,   p(known) = 1 / (1 + exp(-slope (max s - threshold))).
 
-The scale is another for renders than for photographs. Own references, a user's, are a gallery of
-their own with a calibration of their own; beside them the shipped beliefs in the same materials
-count with the exponent `share`, and what they do not know is left to the shipped gallery and
-all its materials. All numbers were fitted for one encoder.
+The scale, and the weight of the references, are others for renders than for photographs. Own
+references, a user's, are a gallery of their own with a calibration of their own; beside them the
+shipped beliefs in the same materials count with the exponent `share`, and what they do not know is
+left to the shipped gallery and all its materials. All numbers were fitted for one encoder.
 """
 
 from __future__ import annotations
@@ -46,6 +46,11 @@ class Calibration:
     renders: float = 1.0
     photographs: float = 1.0
     share: float = SHIPPED_SHARE
+    photographs_weight: float = 1.0  # of the references for photographs, times `weight`
+
+    def references_weight(self, pictures: Pictures) -> float:
+        """Return the weight of the references for this kind of picture."""
+        return self.weight * (1.0 if pictures == "renders" else self.photographs_weight)
 
     def scale(self, pictures: Pictures) -> float:
         """Return the scale of the logits for this kind of picture."""
@@ -116,7 +121,8 @@ class Gallery:
         return np.asarray(np.log(np.maximum(means.astype(np.float64), _LEAST)) / sharpness)
 
     def _logits(self, embeddings: Floats, scores: Doubles) -> Doubles:
-        logits = self.calibration.weight * self.calibration.sharpness * scores
+        weight = self.calibration.references_weight(self.pictures)
+        logits = weight * self.calibration.sharpness * scores
         if self.layer is not None:
             logits = logits + (embeddings @ self.layer.weights + self.layer.bias)
         return np.asarray(logits)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.palette import BLUE, FIGURE, GREEN, GRID, INK, PURPLE, SOFT, VERMILION
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm_lab.bench.material import beliefs
@@ -29,8 +30,7 @@ if TYPE_CHECKING:
 NAME = "chart-beliefs"
 LEAST_SAID = 12  # pictures: a share of fewer says nothing
 REFERENCES = 5
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # Okabe and Ito's
-INK, GRID = "#1b1f24", "#e3e6ea"
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
 WAYS = (("neutral_c", "neutral"), ("guess_c", "best guess"), ("graded_c", "as rendered"))
 
 Doubles = NDArray[np.float64]
@@ -99,7 +99,7 @@ def draw(found: list[Worth], course: list[dict[str, float]], encoder: str, path:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    with mpl.rc_context({"font.size": 9, "axes.edgecolor": INK}):
+    with mpl.rc_context(dict(FIGURE)):
         figure, (said, felt, learned) = plt.subplots(
             1, 3, figsize=(12, 4.4), dpi=100, layout="constrained"
         )
@@ -127,7 +127,7 @@ def _draw_coverage(axes: Axes, found: list[Worth]) -> None:
 
 def _draw_felt(axes: Axes, found: list[Worth]) -> None:
     places, width = np.arange(len(found)), 0.27
-    for number, ((way, title), colour) in enumerate(zip(WAYS, ("#8a8f96", *COLOURS), strict=False)):
+    for number, ((way, title), colour) in enumerate(zip(WAYS, (SOFT, *COLOURS), strict=False)):
         heights = [one.felt[way] for one in found]
         axes.bar(places + (number - 1) * width, heights, width, color=colour, label=title)
     axes.set_xticks(places, [one.name.replace("/", "/\n") for one in found], fontsize=7)
