@@ -49,7 +49,7 @@ RECIPES: Mapping[str, Recipe] = {
     "chart-vibration.png": _command("chart-vibration.png", "chart", "vibration"),
     "chart-safety.png": _command("chart-safety.png", "chart", "safety"),
     "chart-apart.png": _apart,
-    "stability-material.png": _command("stability-material.png", "stability", "material"),
+    "stability-material.png": _command("stability-material-approach.png", "stability", "material"),
     "stability-thermal.png": _command("stability-thermal.png", "stability", "thermal"),
     "observer-ours.png": _command("observer-ours.png", "study", "predict"),
     "observer-paper.png": _command("observer-paper.png", "study", "predict", "--guesses", "0"),
