@@ -154,8 +154,10 @@ def _scaled(
     """Take the geometric mean of the best scales of the sources of a kind; and their surprise."""
     found = [_best_scale(replace(gallery, calibration=trial), one) for gallery, one in judged]
     scale = float(np.exp(np.mean([np.log(scale) for scale, _ in found])))
-    scales = {kind: scale} if kind == "photographs" else {kind: scale, "photographs": scale}
-    return replace(trial, **scales), float(np.mean([surprised for _, surprised in found]))
+    scaled = replace(trial, photographs=scale)
+    if kind == "renders":
+        scaled = replace(scaled, renders=scale)
+    return scaled, float(np.mean([surprised for _, surprised in found]))
 
 
 def _centres(points: Doubles, seed: int) -> Doubles:

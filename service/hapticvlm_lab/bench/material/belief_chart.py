@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.palette import BLUE, FIGURE, GREEN, GRID, INK, PURPLE, SOFT, VERMILION
 from hapticvlm.recognition.encoders.loading import load_encoder
+from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm_lab.bench.material import beliefs
 from hapticvlm_lab.bench.material.data import FOUR, Labels
@@ -69,7 +70,7 @@ def run(data: Path | None, labels: Labels, training: Path, out: Path) -> int:
     return 0
 
 
-def worth(seen: beliefs.Seen, gallery: beliefs.Gallery) -> Worth:
+def worth(seen: beliefs.Seen, gallery: Gallery) -> Worth:
     """Judge one set, zero-shot and with REFERENCES enrolled where it has enough objects."""
     zero = beliefs.among(gallery.beliefs(seen.first), gallery.candidates)
     curves = {"zero-shot": coverage(zero, seen.truth)}
