@@ -18,7 +18,7 @@ from hapticvlm.commands.local_service import Service
 from hapticvlm.study import design as designs
 from hapticvlm.study import form as forms
 from hapticvlm.study import record
-from hapticvlm.study.conductor import Conductor
+from hapticvlm.study.conductor import ANSWER_S, Conductor
 from hapticvlm.study.design import Design, Plan
 from hapticvlm.study.patterns import paper_like
 from hapticvlm.study.player import SILENT, Player
@@ -84,6 +84,8 @@ async def test_an_answer_is_kept_at_once_while_its_pattern_still_plays(
         name = design.stimuli[0].name
         await conductor.do({"do": "answer", "trial": 0, "pattern": name, "seen_ms": 12.0})
         assert kinds(tmp_path) == ["opened", "trained", "presented", "answered"]
+        each_s = design.stimuli[0].lead_s + LONG_S + ANSWER_S
+        assert conductor.view()["seconds_left"] == pytest.approx(3 * each_s)
         await conductor.leave()
     async with conducting(service, design, tmp_path) as conductor:
         await conductor.do({"do": "choose", "participant": "ann"})
@@ -224,7 +226,7 @@ async def test_consent_and_questions_come_first_and_each_answer_is_rated(
     assert events["rated"]["ratings"] == {"real": 6}
 
 
-async def test_a_trial_run_is_heard_and_only_the_experimenter_sees_the_pattern(
+async def test_a_pilot_is_heard_and_only_the_experimenter_sees_the_pattern(
     service: Service, design: Design, tmp_path: Path
 ) -> None:
     told: asyncio.Future[str] = asyncio.get_running_loop().create_future()

@@ -168,9 +168,9 @@ def test_a_participant_goes_from_consent_by_questions_and_ratings_to_the_end(for
 def test_the_time_left_is_the_pace_of_this_run_times_what_is_left() -> None:
     made = designs.design(ours(), ["ann"], Plan(repeats=1))
     sitting = Sitting(made, "ann")
-    for t_s in (3.0, 15.0):
+    for t_s in (3.0, 15.0, 27.0, 900.0, 912.0):  # with a long pause
         sitting.take({"event": "answered", "pattern": "x", "answered": "x", "t_s": t_s})
-    assert sitting.seconds_left == 12.0 * 8
+    assert sitting.seconds_left == 12.0 * 5
     sitting.take({"event": "opened"})
     assert sitting.seconds_left is None
 

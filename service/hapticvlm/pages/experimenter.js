@@ -56,7 +56,7 @@ function show() {
 }
 
 function left() {
-  return view.seconds_left == null || view.answered >= view.trials ? "" : `, about ${Math.max(1, Math.round(view.seconds_left / 60))} min left`;
+  return !view.is_trained || view.seconds_left == null || view.answered >= view.trials ? "" : `, about ${Math.max(1, Math.round(view.seconds_left / 60))} min left`;
 }
 
 function now() {
@@ -87,7 +87,7 @@ function outputs() {
     ["speaker level", level == null ? "no reading" : percent(level)],
     ["underruns", underruns ?? "no reading"],
     ["faults", faults?.length ? faults.join(", ") : "none"],
-    ["sound for the participant", view.hear ? "hears the vibration: a trial run" : view.masking_noise ? "masking noise" : "none"],
+    ["sound for the participant", view.hear ? "hears the vibration: a pilot" : view.masking_noise ? "masking noise" : "none"],
   ];
 }
 

@@ -101,7 +101,7 @@ function showProgress() {
   bar.value = view.answered ?? 0;
   bar.ariaLabel = text("page.trials_answered");
   bar.dataset.answered = bar.value;
-  const minutes = view.seconds_left == null || isAnswered() ? null : Math.max(1, Math.round(view.seconds_left / 60));
+  const minutes = !view.is_trained || view.seconds_left == null || isAnswered() ? null : Math.max(1, Math.round(view.seconds_left / 60));
   const counted = text("page.progress", { answered: view.answered ?? 0, trials: view.trials ?? 0 });
   byId("left").textContent = minutes === null ? counted : `${counted}, ${text("page.left", { minutes })}`;
 }

@@ -1,4 +1,4 @@
-// What a participant hears: noise that masks the device, or in a trial run without one the vibration itself.
+// What a participant hears: noise that masks the device, or in a pilot without one the vibration itself.
 // A browser lets sound begin only after a click.
 import { byId } from "./dom.js";
 import { Sound } from "./sound.js";

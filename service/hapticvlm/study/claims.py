@@ -89,7 +89,7 @@ def _may_not(document: Document) -> Iterator[str]:
         yield "Anything about people: the devices were simulated and nobody felt anything."
         return
     if document.get("heard"):
-        yield "Anything about touch: in this trial run the vibration was heard and not felt."
+        yield "Anything about touch: in this pilot the vibration was heard and not felt."
         return
     yield from _too_few(document)
     yield from _not_equal(document)

@@ -28,6 +28,8 @@ Phase = Literal[
     "rating", "paused", "stopped", "trouble", "done",
 ]  # fmt: skip
 
+ANSWER_S = 3.0  # of a participant whose own pace is not known yet
+
 
 class Conductor:
     """The study's present state; `tell` is called whenever the view has changed."""
@@ -61,7 +63,15 @@ class Conductor:
         if self._record.sitting is not None:
             feeling = self._playing if self.phase == "training" else None
             shown |= {**self._record.view(), "feeling": feeling}
+            shown["seconds_left"] = self._seconds_left(self._record.sitting)
         return shown
+
+    def _seconds_left(self, sitting: Sitting) -> float:
+        """Return about how long the remaining trials take: by one's own pace once it shows."""
+        if sitting.seconds_left is not None:
+            return sitting.seconds_left
+        left = [self._design.stimulus(name) for name in sitting.trials[sitting.answered :]]
+        return sum(s.lead_s + s.seconds + self._pace.rest_s + ANSWER_S for s in left)
 
     def overview(self) -> View:
         """Describe what the experimenter's page shows now."""

@@ -142,7 +142,6 @@ class Record:
             "language": sitting.language,
             "questions": sitting.questions,
             "to_rate": sitting.to_rate,
-            "seconds_left": sitting.seconds_left,
         }
 
     def overview(self) -> View:

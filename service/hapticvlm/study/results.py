@@ -69,7 +69,7 @@ class Person:
 class Results:
     """All rows of a study; simulated = no device that anybody could feel took part.
 
-    `heard`: it was a trial run in which a page played the vibration. `silent` counts the
+    `heard`: it was a pilot in which a page played the vibration. `silent` counts the
     presentations, answered or not, in which the speaker played nothing.
     """
 

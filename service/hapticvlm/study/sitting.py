@@ -7,6 +7,8 @@ answered, and one that was presented and not answered is presented again.
 from __future__ import annotations
 
 from collections import Counter, deque
+from itertools import pairwise
+from statistics import median
 from typing import Any, Literal
 
 from hapticvlm.study.design import Design
@@ -95,7 +97,7 @@ class Sitting:
         """About how long the remaining trials take at the present pace; None before it shows."""
         if len(self._answered_at) < 2:
             return None
-        each_s = (self._answered_at[-1] - self._answered_at[0]) / (len(self._answered_at) - 1)
+        each_s = median(later - one for one, later in pairwise(self._answered_at))
         return each_s * (len(self.trials) - self.answered)
 
     @property

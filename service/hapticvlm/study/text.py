@@ -39,7 +39,7 @@ def _head(document: Document) -> str:
         ]
         lines += [""]
     if document["heard"]:
-        lines += ["**A trial run: the vibration was heard from the page, not felt.**", ""]
+        lines += ["**A pilot: the vibration was heard from the page, not felt.**", ""]
     lines.append(
         f"{people(document['participants'])}, {document['answered']} of "
         f"{document['planned']} trials answered, {document['excluded']} left out because a device "
