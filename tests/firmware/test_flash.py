@@ -8,7 +8,6 @@ from __future__ import annotations
 import ctypes
 import importlib.util
 import os
-import pty
 import select
 import shutil
 import subprocess
@@ -28,7 +27,7 @@ from .board import Board
 from .build import FIRMWARE, Chip
 from .rawhost import RawHost
 
-ROOT = Path(__file__).parents[2]
+pty = pytest.importorskip("pty", reason="Windows has none")
 SLICE_S = 0.005
 
 
