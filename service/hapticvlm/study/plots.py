@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.palette import BLUE, GREY, GRID, INK, SOFT, VERMILION
 from hapticvlm.study.statistics import Share
 
 if TYPE_CHECKING:
@@ -17,8 +18,9 @@ if TYPE_CHECKING:
 
 Matrix = tuple[list[str], NDArray[np.int64]]
 DPI = 110
+_BY_PERSON: Any = {"color": BLUE, "linewidth": 3.0, "solid_capstyle": "butt"}
+_WILSON: Any = {"color": GREY, "linewidth": 1.5}
 LEAST_BOXED, LEAST_SURE = 5, 10  # answers: for quartiles; below it a share says little
-_INK, _MARK, _SOFT, _OTHER = "#15202b", "#1d5b8f", "#8795a3", "#d55e00"
 
 
 def confusion(path: Path, title: str, whole: Matrix, parts: Sequence[tuple[str, Matrix]]) -> None:
@@ -48,7 +50,7 @@ def recognition(
         right[0].set_xlabel("reaction time from the first stroke, s")
         right[0].set_xlim(left=0.0)
         right[0].set_title("all answers, right or wrong", loc="left")
-        right[0].grid(axis="x", alpha=0.3)
+        right[0].grid(axis="x", color=GRID)
     left.set_yticks(np.arange(len(shares)), [name for name, _ in shares])
     left.set_ylim(len(shares) - 0.5, -0.5)
     figure.savefig(path, dpi=DPI)
@@ -62,16 +64,16 @@ def ratings(path: Path, title: str, rated: Sequence[dict[str, Any]]) -> None:
     for axes, rating in zip(panels, rated, strict=True):
         for row, each in enumerate(rating["patterns"]):
             if each["by_person"] is not None:
-                axes.plot(each["by_person"], [row] * 2, color=_SOFT, linewidth=2.5)
+                axes.plot(each["by_person"], [row] * 2, **_BY_PERSON)
             if each["mean"] is not None:
-                axes.plot(each["mean"], row, "o", color=_INK, markersize=6)
+                axes.plot(each["mean"], row, "o", color=INK, markersize=6)
         axes.set_xlim(0.8, rating["steps"] + 0.2)
         axes.set_xlabel(f"{rating['name']}, 1 to {rating['steps']}")
-        axes.grid(axis="x", alpha=0.3)
+        axes.grid(axis="x", color=GRID)
     panels[0].set_yticks(np.arange(len(names)), names)
     panels[0].set_ylim(len(names) - 0.5, -0.5)
     panels[0].set_title(title, loc="left")
-    panels[-1].plot([], [], color=_SOFT, linewidth=2.5, label="95 % by person, Student's t")
+    panels[-1].plot([], [], **_BY_PERSON, label="95 % by person, Student's t")
     _legend(panels[-1])
     figure.savefig(path, dpi=DPI)
 
@@ -83,10 +85,10 @@ def printed_anova(path: Path, printed: Sequence[dict[str, Any]]) -> None:
     for row, each in enumerate(printed):
         as_printed, two_way = each["as_printed"], each["two_way_df"]
         ends = [as_printed["p"], two_way["p"]]
-        axes.plot(ends, [row] * 2, color=_SOFT, linewidth=1.5, zorder=1)
-        axes.plot(each["printed_p"], row, "o", color=_INK, markersize=10, fillstyle="none")
-        axes.plot(ends[0], row, "o", color=_MARK, markersize=5)
-        axes.plot(ends[1], row, "D", color=_OTHER, markersize=6)
+        axes.plot(ends, [row] * 2, color=SOFT, linewidth=1.5, zorder=1)
+        axes.plot(each["printed_p"], row, "o", color=INK, markersize=10, fillstyle="none")
+        axes.plot(ends[0], row, "o", color=BLUE, markersize=5)
+        axes.plot(ends[1], row, "D", color=VERMILION, markersize=6)
         if two_way["df"] != as_printed["df"]:
             axes.annotate(
                 f"F({two_way['df']}, {two_way['df_error']})", (ends[1], row),
@@ -103,11 +105,11 @@ def printed_anova(path: Path, printed: Sequence[dict[str, Any]]) -> None:
     axes.set_ylim(len(printed) - 0.5, -0.6)
     axes.set_xlim(0.0, 0.5)
     axes.set_xlabel("p")
-    axes.plot([], [], "o", color=_INK, markersize=10, fillstyle="none", label="p as printed")
-    axes.plot([], [], "o", color=_MARK, markersize=5, label="p of the printed F and df")
-    axes.plot([], [], "D", color=_OTHER, markersize=6, label="p on the df of 5 x 2 patterns")
-    axes.axvline(0.05, color=_SOFT, linestyle=":", label="0.05")
-    axes.grid(axis="x", alpha=0.3)
+    axes.plot([], [], "o", color=INK, markersize=10, fillstyle="none", label="p as printed")
+    axes.plot([], [], "o", color=BLUE, markersize=5, label="p of the printed F and df")
+    axes.plot([], [], "D", color=VERMILION, markersize=6, label="p on the df of 5 x 2 patterns")
+    axes.axvline(0.05, color=SOFT, linestyle=":", label="0.05")
+    axes.grid(axis="x", color=GRID)
     _legend(axes, 4)
     figure.savefig(path, dpi=DPI)
 
@@ -119,39 +121,38 @@ def _draw_times(axes: Axes, times: Sequence[NDArray[np.float64]]) -> None:
         axes.boxplot(
             [each for _, each in enough], positions=[row for row, _ in enough], widths=0.55,
             orientation="horizontal", manage_ticks=False,
-            medianprops={"color": _MARK, "linewidth": 2}, flierprops={"markersize": 3},
+            medianprops={"color": BLUE, "linewidth": 2}, flierprops={"markersize": 3},
         )  # fmt: skip
     for row, each in enumerate(times):
         if len(each) < LEAST_BOXED:
-            axes.plot(each, [row] * len(each), "o", color=_MARK, markersize=4, fillstyle="none")
+            axes.plot(each, [row] * len(each), "o", color=BLUE, markersize=4, fillstyle="none")
 
 
 def _dot(axes: Axes, value: float, row: float, count: int) -> None:
     """Mark a value; hollow where so few are behind it that it says little."""
     fill = "full" if count >= LEAST_SURE else "none"
-    axes.plot(value, row, "o", color=_INK, markersize=6, fillstyle=fill)
+    axes.plot(value, row, "o", color=INK, markersize=6, fillstyle=fill)
 
 
 def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float) -> None:
     for row, (_, share) in enumerate(shares):
         apart = 0.12 if share.by_person else 0.0
-        intervals = ((share.wilson, apart, _MARK), (share.by_person, -apart, _SOFT))
-        for interval, offset, colour in intervals:
+        intervals = ((share.wilson, apart, _WILSON), (share.by_person, -apart, _BY_PERSON))
+        for interval, offset, style in intervals:
             if interval is not None:
-                ends = [100 * end for end in interval]
-                axes.plot(ends, [row + offset] * 2, color=colour, linewidth=2.5)
+                axes.plot([100 * end for end in interval], [row + offset] * 2, **style)
         if share.share is not None:
             _dot(axes, 100 * share.share, row, share.of)
-    axes.axvline(100 * chance, color=_SOFT, linestyle=":")
-    axes.plot([], [], color=_MARK, linewidth=2.5, label="95 % Wilson, trials independent")
+    axes.axvline(100 * chance, color=SOFT, linestyle=":")
     if any(share.by_person for _, share in shares):
-        axes.plot([], [], color=_SOFT, linewidth=2.5, label="95 % by person, t on the logit")
-    axes.plot([], [], color=_SOFT, linestyle=":", label="chance")
+        axes.plot([], [], **_BY_PERSON, label="95 % by person, t on the logit")
+    axes.plot([], [], **_WILSON, label="95 % Wilson, trials independent")
+    axes.plot([], [], color=SOFT, linestyle=":", label="chance")
     axes.set_xlim(0.0, 101.0)
     axes.set_xlabel("recognised, %")
-    axes.grid(axis="x", alpha=0.3)
+    axes.grid(axis="x", color=GRID)
     if any(0 < share.of < LEAST_SURE for _, share in shares):
-        axes.plot([], [], "o", color=_INK, fillstyle="none", label=f"under {LEAST_SURE} trials")
+        axes.plot([], [], "o", color=INK, fillstyle="none", label=f"under {LEAST_SURE} trials")
     _legend(axes)
 
 
@@ -169,7 +170,7 @@ def _draw_matrix(axes: Axes, title: str, matrix: Matrix) -> None:
     shares = np.divide(counts, totals, out=np.zeros(counts.shape), where=totals > 0)
     axes.imshow(shares, vmin=0.0, vmax=1.0, cmap="Blues", aspect="auto")
     for i, j in zip(*np.nonzero(counts), strict=True):
-        colour = "white" if shares[i, j] > 0.55 else _INK
+        colour = "white" if shares[i, j] > 0.55 else INK
         axes.text(j, i, str(counts[i, j]), ha="center", va="center", color=colour, fontsize=9)
     axes.set_xticks(range(len(names)), names, rotation=40, ha="right", rotation_mode="anchor")
     axes.set_yticks(range(len(names)), names)

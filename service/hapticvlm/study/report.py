@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hapticvlm.palette import FIGURE
 from hapticvlm.study import plots, results
 from hapticvlm.study.evaluate import Document, evaluate, evaluate_paper
 from hapticvlm.study.statistics import Share
@@ -58,6 +59,8 @@ def report_paper(out: Path | None, *, as_json: bool) -> str:
 
 
 def _draw(out: Path, document: Document, times: Sequence[Any] | None) -> None:
+    import matplotlib as mpl
+
     whole = (document["labels"], np.array(document["counts"]))
     parts = [
         (f"{part['factor']} alone", (part["levels"], np.array(part["counts"])))
@@ -68,14 +71,15 @@ def _draw(out: Path, document: Document, times: Sequence[Any] | None) -> None:
         heading += "; SIMULATED devices"
     elif document["heard"]:
         heading += "; HEARD, not felt"
-    plots.confusion(out / "confusion.png", heading, whole, parts)
-    patterns = zip(document["labels"], document["patterns"], strict=True)
-    shares = [(label, _share(each)) for label, each in patterns]
-    plots.recognition(out / "recognition.png", heading, shares, times, document["chance"])
-    if rated := [each for each in document["ratings"] if each["of"]]:
-        plots.ratings(out / "ratings.png", heading, rated)
-    if printed := document.get("printed_anova"):
-        plots.printed_anova(out / "anova.png", printed)
+    with mpl.rc_context(dict(FIGURE)):
+        plots.confusion(out / "confusion.png", heading, whole, parts)
+        patterns = zip(document["labels"], document["patterns"], strict=True)
+        shares = [(label, _share(each)) for label, each in patterns]
+        plots.recognition(out / "recognition.png", heading, shares, times, document["chance"])
+        if rated := [each for each in document["ratings"] if each["of"]]:
+            plots.ratings(out / "ratings.png", heading, rated)
+        if printed := document.get("printed_anova"):
+            plots.printed_anova(out / "anova.png", printed)
 
 
 def _share(each: Document) -> Share:

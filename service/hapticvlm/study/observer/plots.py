@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.palette import BLUE, GREEN, INK, PURPLE, SOFT, VERMILION
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -16,8 +18,8 @@ if TYPE_CHECKING:
     from hapticvlm.study.observer.predict import PaperCheck, Prediction
 
 DPI = 100
-INK, PEOPLE, GOAL = "#1b1f24", "#59636e", 0.95
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+GOAL = 0.95
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
 _SMALLEST_SHOWN = 0.005
 _LIGHT_FROM = 0.55
 
@@ -59,8 +61,8 @@ def draw_curves(curves: Mapping[str, Sequence[tuple[float, float]]], path: Path)
     for (name, points), colour in zip(curves.items(), COLOURS, strict=False):
         factors, shares = zip(*points, strict=True)
         panel.plot(factors, [100.0 * share for share in shares], "o-", color=colour, label=name)
-    panel.axhline(100.0 * GOAL, color=PEOPLE, ls="--", lw=1.0, label="goal for ten: 95 %")
-    panel.axvline(1.0, color=PEOPLE, ls=":", lw=1.0, label="noise that fits the paper")
+    panel.axhline(100.0 * GOAL, color=SOFT, ls="--", lw=1.0, label="goal for ten: 95 %")
+    panel.axvline(1.0, color=SOFT, ls=":", lw=1.0, label="noise that fits the paper")
     panel.set_xscale("log")
     panel.set_xticks([0.5, 0.7, 1.0, 1.4, 2.0], ["0.5", "0.7", "1", "1.4", "2"])
     panel.minorticks_off()
