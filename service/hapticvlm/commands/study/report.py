@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 _REPORT = """
 Evaluate a study: recognition with intervals, confusion matrices, reaction times, a two-way
 repeated-measures ANOVA and Friedman's test of those who felt every pattern, pairwise tests after
-Holm, and information transmitted. Text, pictures and a CSV file of all trials go to DIR/report.
---paper evaluates the data of the HapticVLM paper.
+Holm, ratings, and information transmitted. DIR/report gets report.html, one file with its pictures
+inside that can be sent round; it says what may be claimed and what not. Beside it are text, JSON
+and CSV files of all trials and participants. --paper evaluates the data of the HapticVLM paper.
 """
 
 
