@@ -40,7 +40,13 @@ def add(commands: Commands) -> None:
     beliefs = subjects.add_parser("beliefs", help="what is said and felt of pictures, and learned")
     beliefs.set_defaults(run=_chart_beliefs)
     beliefs.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
-    beliefs.add_argument("--out", type=Path, default=Path("chart-output"), metavar="FOLDER")
+    beliefs.add_argument(
+        "--out",
+        type=Path,
+        default=Path("chart-output"),
+        metavar="FOLDER",
+        help="folder to write to (%(default)s)",
+    )
     chart_thermal.add_chart(subjects)
     chart_ambient.add_chart(subjects)
     chart_safety.add(subjects)
