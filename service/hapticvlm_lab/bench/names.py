@@ -28,7 +28,7 @@ from hapticvlm.statistics import wilson
 
 SETS = ("models", "caltech101", "pbr", "ambientcg_tiles", "pb_renders")
 SEEN = ("models", "caltech101")
-SIBLING = Path(__file__).parents[3] / "shared" / "data"
+SIBLING = Path(__file__).parents[4] / "shared" / "data"
 EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
 _SAME = {"brick": "stone", "concrete": "stone"}
 
