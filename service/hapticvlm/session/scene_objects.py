@@ -96,10 +96,14 @@ class SceneObjects:
         if scene.materials is not None:
             self._among = frozenset(scene.materials)
         for given in scene.objects:
-            known = self.known.get(given.object_id) or ObjectState(None)
-            self.known[given.object_id] = ObjectState(
-                given, recognised=known.recognised, vlm=known.vlm, asked_at=known.asked_at
-            )
+            known = self.known.get(given.object_id)
+            state = self.known[given.object_id] = ObjectState(given)
+            if known is not None:
+                state.recognised, state.vlm, state.asked_at = (
+                    known.recognised,
+                    known.vlm,
+                    known.asked_at,
+                )
 
     def state(self, key: Key) -> ObjectState:
         """Return what is known of this object, its verdict included."""
