@@ -20,7 +20,7 @@ from hapticvlm.devices.ports import READ_S, DeviceError
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort, simulated_plate
 from hapticvlm.rendering.plate_limits import PlateReading
-from hapticvlm_lab.bench.latency.round_trip import may_take_priority
+from hapticvlm_lab.bench.latency.round_trip import is_priority_permitted
 
 
 def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> list[PlateReading]:
@@ -240,7 +240,7 @@ def test_a_thread_follows_the_plate_and_ends_with_it(running: tuple[Cable, Pelti
     assert "plate" not in [thread.name for thread in threading.enumerate()]
 
 
-@pytest.mark.skipif(not may_take_priority(), reason="needs the right to real-time priority")
+@pytest.mark.skipif(not is_priority_permitted(), reason="needs the right to real-time priority")
 def test_the_thread_has_real_time_priority_so_that_a_busy_loop_holds_up_no_off() -> None:
     plate = simulated_plate(realtime=True)
     plate.start()

@@ -27,7 +27,7 @@ from hapticvlm.devices.plate_protocol import (
     State,
 )
 from hapticvlm.devices.plate_requests import ANSWER_S, TRIES
-from hapticvlm.devices.plate_session import DEAF_S, GONE_S, GREET_S, SILENT_S, PlateSession
+from hapticvlm.devices.plate_session import DEAF_S, GONE_S, HELLO_S, SILENT_S, PlateSession
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 BOARD = HelloReply(1, 0, 1, 2, 3, 7, 18_000, 40_000, 5000, 1000, 750, 2000, 250, 667, 20, 1)
@@ -78,8 +78,8 @@ def test_nothing_is_commanded_before_the_board_has_answered() -> None:
     session.command(22.0, 1.0, 0.0)
 
     assert said(session, 0.0) == [Hello(1, 1)]
-    assert said(session, GREET_S / 2) == []
-    assert said(session, GREET_S) == [Hello(1, 1)]
+    assert said(session, HELLO_S / 2) == []
+    assert said(session, HELLO_S) == [Hello(1, 1)]
     assert not session.is_ready
     assert session.counts["commands_ignored"] == 1
 
@@ -384,21 +384,21 @@ def test_any_frame_past_its_crc_is_taken_or_counted(kind: int, payload: bytes) -
 
 def test_the_dose_survives_a_board_that_forgets_and_ends_with_a_rest() -> None:
     dose = Dose()
-    dose.tell(1.5, 400.0, 0.0)
+    dose.update(1.5, 400.0, 0.0)
     dose.restart()
-    dose.tell(0.0, 0.0, 1.0)
-    dose.tell(0.25, 10.0, 20.0)
+    dose.update(0.0, 0.0, 1.0)
+    dose.update(0.25, 10.0, 20.0)
     assert dose.total == (1.75, 410.0)
-    dose.tell(0.25, 10.0, 20.0 + REST_S)
+    dose.update(0.25, 10.0, 20.0 + REST_S)
 
     assert dose.total == (0.25, 10.0)
 
 
 def test_the_dose_of_a_board_that_remembers_is_not_counted_twice() -> None:
     dose = Dose()
-    dose.tell(1.5, 400.0, 0.0)
+    dose.update(1.5, 400.0, 0.0)
     dose.restart()
-    dose.tell(1.5, 400.0, 1.0)
+    dose.update(1.5, 400.0, 1.0)
 
     assert dose.total == (1.5, 400.0)
 

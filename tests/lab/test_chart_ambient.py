@@ -9,7 +9,7 @@ from PIL import Image
 from serving import endpoint, says, sends
 
 from hapticvlm.commands.evaluate.scores import Guess, score
-from hapticvlm_lab.bench.ambient import chart_plot, ways
+from hapticvlm_lab.bench.ambient import chart_plot, methods
 from hapticvlm_lab.bench.ambient.chart import RANDOM, Plan, run
 from hapticvlm_lab.bench.ambient.rows import Row
 from hapticvlm_lab.bench.ambient.timing import Timed, measure
@@ -23,7 +23,7 @@ def timed(seconds: float, guesses: tuple[Guess | None, ...] = ()) -> Timed:
 
 
 def test_the_wire_alone_is_timed_in_a_process_of_its_own() -> None:
-    found = measure(ways.wire(), PICTURES)
+    found = measure(methods.wire(), PICTURES)
     assert isinstance(found, Timed)
     assert found.n == 3
     assert 0.0 < found.median_s <= found.longest_s
@@ -33,13 +33,13 @@ def test_the_wire_alone_is_timed_in_a_process_of_its_own() -> None:
 
 def test_an_endpoint_that_does_not_answer_is_left_out_and_said_to_be() -> None:
     with endpoint(sends("", "500 Internal Server Error")) as served:
-        found = measure(ways.remote(served.url, "some/vlm", None), PICTURES)
+        found = measure(methods.remote(served.url, "some/vlm", None), PICTURES)
     assert isinstance(found, str)
     assert "HTTP 500" in found
 
 
 def test_the_ways_differ_in_one_thing_each_from_the_default() -> None:
-    asked = ways.in_process("some/vlm", "cpu")
+    asked = methods.in_process("some/vlm", "cpu")
     default = next(way for way in asked if way.is_default)
     assert (default.settings.image_tokens, default.settings.precision) == (64, "bfloat16")
     assert {way.family for way in asked} == {"readout", "generation"}
@@ -91,9 +91,9 @@ def test_a_random_model_is_timed_and_never_graded(
     rows = {row["name"]: row for row in figures["rows"]}
     assert figures["weights"] == "random"
     assert RANDOM in figures["model"]
-    for way in ways.in_process("any", "cpu", budgets=(64,)):
-        assert rows[way.name]["timed"]["median_s"] > 0, rows[way.name]["why_not"]
-        assert rows[way.name]["score"] is None
+    for method in methods.in_process("any", "cpu", budgets=(64,)):
+        assert rows[method.name]["timed"]["median_s"] > 0, rows[method.name]["why_not"]
+        assert rows[method.name]["score"] is None
     assert rows["remote"]["score"]["mae_c"] == pytest.approx(
         np.mean([abs(20.0 - truth) for truth in TRUTHS])
     )

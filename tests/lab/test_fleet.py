@@ -11,7 +11,7 @@ from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.remote.contract import Found, write_result
 from hapticvlm.recognition.remote.identity import identify
 from hapticvlm_lab.bench.fleet import curve
-from hapticvlm_lab.bench.fleet.looks import Truth, recorded
+from hapticvlm_lab.bench.fleet.crops import Truth, recorded
 
 LINE = {size: 0.004 + 0.001 * size for size in curve.SIZES}
 
@@ -38,7 +38,10 @@ def test_a_deployments_gain_is_by_its_own_core_seconds():
 
 def test_little_and_the_headsets_of_some_cores():
     assert curve.waiting(rate_hz=160.0, seconds=0.05) == pytest.approx(8.0)
-    assert curve.headsets(looks_hz=2.0, look_core_s=0.01, cores=8.0, utilisation=0.5) == 200
+    assert (
+        curve.headsets(recognitions_hz=2.0, recognition_core_s=0.01, cores=8.0, utilisation=0.5)
+        == 200
+    )
 
 
 def test_an_answer_is_right_only_for_the_gallery_it_names():

@@ -27,7 +27,7 @@ from hapticvlm_lab.bench.material.belief_chart import coverage
 from hapticvlm_lab.bench.material.data import FOUR, Labels, Source, Stated, View, Where, crops, thin
 from hapticvlm_lab.bench.material.methods import GalleryHead, Method
 from hapticvlm_lab.bench.material.protocols import (
-    Looked,
+    LabelledEmbeddings,
     draw_references,
     enrolled,
     left_out,
@@ -69,12 +69,12 @@ def known(sharpness: float = 8.0) -> tuple[ColourHistogram, GalleryHead]:
     return encoder, GalleryHead(gallery, speaks=True)
 
 
-def look(truth: list[str], objects: list[str], embeddings: np.ndarray) -> Looked:
+def look(truth: list[str], objects: list[str], embeddings: np.ndarray) -> LabelledEmbeddings:
     unit = embeddings / np.linalg.norm(embeddings, axis=1, keepdims=True)
-    return Looked(unit.astype(np.float32), np.array(truth), np.array(objects), 64.0)
+    return LabelledEmbeddings(unit.astype(np.float32), np.array(truth), np.array(objects), 64.0)
 
 
-def recognisable_objects(objects: int, views: int, classes: int = 2) -> Looked:
+def recognisable_objects(objects: int, views: int, classes: int = 2) -> LabelledEmbeddings:
     """Every object looks like itself alone: nothing of its class can be learned from others."""
     rng = np.random.default_rng(4)
     centres = np.repeat(rng.normal(size=(objects, 64)), views, axis=0)
@@ -196,7 +196,7 @@ def test_a_class_of_one_object_is_not_enrolled() -> None:
     seen = recognisable_objects(5, 2)
     truth = seen.truth.copy()
     truth[seen.objects == "o4"] = "metal"
-    few, _ = enrolled(Looked(seen.embeddings, truth, seen.objects, 64.0), FOUR, 1)
+    few, _ = enrolled(LabelledEmbeddings(seen.embeddings, truth, seen.objects, 64.0), FOUR, 1)
     assert few is not None
     assert set(few.classes) == set(FOUR[:2])
     assert enrolled(recognisable_objects(2, 3), FOUR, 1) == (None, None)

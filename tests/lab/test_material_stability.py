@@ -29,7 +29,7 @@ from hapticvlm_lab.bench.material.stability import (
     BLANKS,
     Default,
     blank_answers,
-    look_clean,
+    predict_clean,
     shaken,
 )
 
@@ -181,7 +181,7 @@ def test_a_window_shows_the_object_and_its_surroundings(source: Source) -> None:
 
 
 def test_the_clean_step_is_the_clean_answer(source: Source, default: Default) -> None:
-    clean = look_clean(source, default)
+    clean = predict_clean(source, default)
     curves = [shaken(clean, BY_NAME[name], default) for name in ("blur", "clutter")]
     assert curves[0].n == len(source.views)
     assert curves[1].n == (source.truth == "glass").sum()
@@ -196,7 +196,7 @@ def test_the_clean_step_is_the_clean_answer(source: Source, default: Default) ->
 def test_unchanged_pictures_flip_nothing_whatever_the_severity(
     source: Source, default: Default
 ) -> None:
-    clean = look_clean(source, default)
+    clean = predict_clean(source, default)
     idle = Shake("idle", lambda shown, _severity, _rng: shown, (0, 1, 2), "nothing")
     steps = shaken(clean, idle, default).steps
     assert {step.flips for step in steps} == {0.0}

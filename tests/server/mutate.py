@@ -59,7 +59,7 @@ DEFECTS = (
     Defect("devices/engine.py", "if self._rested < standing.rested <= self._newest:", "if False:", f"{AUDIO} -k rest_that_was_lost"),
     Defect("devices/engine.py", "self._voices.gain = standing.gain", "pass", f"{AUDIO} -k outlive"),
     Defect("session/hands.py", "self.lease_until = now + LEASE_S", "self.lease_until = now + 1e9", f"{SESSION} -k lease"),
-    Defect("devices/peltier.py", "            take_priority(PRIORITY)\n", "            pass\n", "tests/devices/test_peltier.py -k real_time"),
+    Defect("devices/peltier.py", "            request_priority(PRIORITY)\n", "            pass\n", "tests/devices/test_peltier.py -k real_time"),
     Defect("server/gateway.py", "owner=True, thermal_gain=self.thermal_gain)", "owner=True)", f"{GATEWAY} -k thermal_gain"),
     Defect("recognition/pictures.py", "    _require_few_chunks(path, data)\n", "", "tests/recognition/test_pictures.py -k chunks"),
     # children

@@ -12,7 +12,7 @@ import soundfile
 
 from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.ports import DeviceError
-from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, LetGo, RestAll, Ring, Standing
+from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, Release, RestAll, Ring, Standing
 from hapticvlm.devices.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command
@@ -28,7 +28,7 @@ def command(**fields):
 
 def test_what_is_put_into_the_ring_comes_out_the_same_and_once():
     ring = Ring.create()
-    orders = [command(), command(material=None, onset=False), LetGo(0), RestAll(), LetGo(1)]
+    orders = [command(), command(material=None, onset=False), Release(0), RestAll(), Release(1)]
     for order in orders:
         ring.put(order, 1.0)
     taken = list(ring.take(0))
@@ -91,7 +91,7 @@ def test_an_engine_that_has_not_spoken_yet_lacks_no_output():
 def test_a_reader_a_whole_ring_behind_is_told_what_it_lost():
     ring = Ring.create()
     for number in range(SLOTS + 50):
-        ring.put(LetGo(number % 2), 1.0)
+        ring.put(Release(number % 2), 1.0)
     taken = [order for _, _, order in ring.take(0)]
     lost = taken.count(None)
     assert lost == 51
@@ -100,12 +100,12 @@ def test_a_reader_a_whole_ring_behind_is_told_what_it_lost():
 
 def test_a_half_written_record_is_left_until_it_is_whole():
     ring = Ring.create()
-    ring.put(LetGo(1), 1.0)
+    ring.put(Release(1), 1.0)
     ring.put(command(), 1.0)
     view = np.frombuffer(memoryview(ring.shared), np.uint8)
     (last,) = np.flatnonzero(view)[-1:]
     view[last] ^= 0xFF
-    assert [order for _, _, order in ring.take(0)] == [LetGo(1)]
+    assert [order for _, _, order in ring.take(0)] == [Release(1)]
     view[last] ^= 0xFF
     assert [number for number, _, _ in ring.take(1)] == [2]
 

@@ -134,7 +134,7 @@ class Client:
         """Sort answers from events until the connection ends."""
         try:
             async for data in self._socket:
-                self._take(msgpack.unpackb(data))
+                self._deliver(msgpack.unpackb(data))
         except ConnectionClosed:
             pass
         finally:
@@ -145,7 +145,7 @@ class Client:
             self._waiting.clear()
             await self._socket.close()  # whoever still sends must not wait for ever
 
-    def _take(self, message: Message) -> None:
+    def _deliver(self, message: Message) -> None:
         answer = self._waiting.pop(message["id"], None) if message["id"] else None
         if answer is not None:
             if not answer.done():

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.devices.engine import FADE_S, AudioSettings, Engine
-from hapticvlm.devices.output import lock_memory, take_priority
+from hapticvlm.devices.output import lock_memory, request_priority
 from hapticvlm.devices.output_loop import Player, VirtualClock
 from hapticvlm.devices.ring import Ring
 from hapticvlm.processes.supervised import Started
@@ -70,7 +70,7 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
         Started(error=f"cannot open audio output {settings.output!r}: {error}").send(control)
         return
     if settings.realtime:
-        take_priority()  # or it could be put aside while the audio thread waits for it
+        request_priority()  # or it could be put aside while the audio thread waits for it
     Started((name,)).send(control)
     with suppress(EOFError, OSError, _Leave):
         while not control.poll(player.watch_s):

@@ -18,7 +18,7 @@ from hapticvlm.rendering.interactions import RATE_HZ
 
 BLOCK = 512
 FADE_S = 0.05
-_LOOK_S = 0.02
+_POLL_S = 0.02
 
 
 class Sounding:
@@ -50,7 +50,7 @@ class Sounding:
         self._ended.clear()
         self.played, self._wave = 0, np.asarray(wave, np.float32)
         gives_up_at = time.monotonic() + 2.0 * wave.size / RATE_HZ + 5.0
-        while not self._ended.wait(_LOOK_S):
+        while not self._ended.wait(_POLL_S):
             if time.monotonic() > gives_up_at:
                 raise OutputError(f"{self.name} stopped asking for samples")
 

@@ -11,7 +11,7 @@ REST_S = 900.0  # without heat until a new session's heat may begin: our choice,
 class Dose:
     """Thermal dose in CEM43 minutes and heat in seconds, as the board tells them and before."""
 
-    _told: tuple[float, float] = (0.0, 0.0)
+    _reported: tuple[float, float] = (0.0, 0.0)
     _carried: tuple[float, float] = (0.0, 0.0)
     _rested_since: float | None = None
     _is_restarted: bool = False
@@ -19,21 +19,21 @@ class Dose:
     @property
     def total(self) -> tuple[float, float]:
         """Dose and heat of the whole session."""
-        return self._told[0] + self._carried[0], self._told[1] + self._carried[1]
+        return self._reported[0] + self._carried[0], self._reported[1] + self._carried[1]
 
-    def tell(self, dose_cem43: float, heated_s: float, now: float) -> None:
+    def update(self, dose_cem43: float, heated_s: float, now: float) -> None:
         """Take in what the board says; what an earlier run of it said goes after a rest."""
         is_remembered = dose_cem43 >= self._carried[0] and heated_s >= self._carried[1]
         if self._is_restarted and is_remembered:
             self._carried = (0.0, 0.0)
         self._is_restarted = False
-        if heated_s > self._told[1] or self._rested_since is None:
+        if heated_s > self._reported[1] or self._rested_since is None:
             self._rested_since = now
         elif now - self._rested_since >= REST_S:
             self._carried = (0.0, 0.0)
-        self._told = dose_cem43, heated_s
+        self._reported = dose_cem43, heated_s
 
     def restart(self) -> None:
         """Keep what was told so far: the board was reset and may count from zero."""
-        self._carried, self._told = self.total, (0.0, 0.0)
+        self._carried, self._reported = self.total, (0.0, 0.0)
         self._is_restarted = True

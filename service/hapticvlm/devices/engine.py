@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.ring import EngineStatus, LetGo, Order, RestAll, Ring
+from hapticvlm.devices.ring import EngineStatus, Order, Release, RestAll, Ring
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.patterns import Pattern
 from hapticvlm.rendering.vibration import NOMINAL, RATE_HZ, Correction, Playback
@@ -88,7 +88,7 @@ class Engine:
         """Report without playing: the engine is well although nothing asks it for samples."""
         self._ring.report(self._status(time.monotonic()), np.empty(0, np.float32))
 
-    def rest_unheard(self) -> None:
+    def rest_unplayed(self) -> None:
         """End what sounds while nothing plays, and pass over what is commanded meanwhile."""
         for number, _, _ in self._ring.take(self._newest):
             self._newest = number
@@ -123,7 +123,7 @@ class Engine:
         match order:
             case Command():
                 self._voices.obey(order)
-            case LetGo():
+            case Release():
                 self._voices.release(order.hand)
             case RestAll():
                 self._voices.rest()

@@ -31,7 +31,7 @@ JACK_BLOCKS = 2  # periods between two calls, when the one between them was miss
 LOST_S = 1.0
 STEADY_WITHIN_S = 8.0  # PulseAudio plays up to two seconds of its own silence before it asks
 STEADY_S = 0.25
-_LOOK_S = 0.02
+_POLL_S = 0.02
 _MCL_CURRENT = 1  # of <sys/mman.h>, on Linux and macOS alike
 
 Fill = Callable[[int], NDArray[np.float32]]
@@ -90,7 +90,7 @@ class Output:
         asked, since = self.asked, time.monotonic()
         while self.asked - asked < STEADY_S * RATE_HZ / 2:
             beat()
-            time.sleep(_LOOK_S)
+            time.sleep(_POLL_S)
             now = time.monotonic()
             if now > gives_up_at:
                 self.close()
@@ -114,7 +114,7 @@ class Output:
 
     def _blocks(self) -> Generator[NDArray[np.float32], int, None]:
         count = yield np.empty(0, np.float32)
-        self.has_priority = self.realtime and take_priority()
+        self.has_priority = self.realtime and request_priority()
         while True:
             now = time.monotonic()
             gap, self.asked_at = now - self.asked_at, now
@@ -155,7 +155,7 @@ def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | N
     raise OutputError(f"no such output; this machine has: {names}")
 
 
-def take_priority(priority: int = FIFO_PRIORITY) -> bool:
+def request_priority(priority: int = FIFO_PRIORITY) -> bool:
     """Ask for real-time priority for the calling thread; tell whether it was permitted."""
     if not hasattr(os, "sched_setscheduler"):
         return False

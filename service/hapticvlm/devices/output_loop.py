@@ -11,7 +11,7 @@ import threading
 import time
 
 from hapticvlm.devices.engine import AudioSettings, Engine
-from hapticvlm.devices.output import Output, OutputError, take_priority
+from hapticvlm.devices.output import Output, OutputError, request_priority
 from hapticvlm.rendering.vibration import RATE_HZ
 
 WATCH_S = 0.05
@@ -43,7 +43,7 @@ class VirtualClock:
 
     def _play(self) -> None:
         engine, block = self._engine, self._settings.block
-        engine.realtime = self._settings.realtime and take_priority()
+        engine.realtime = self._settings.realtime and request_priority()
         period = block / RATE_HZ
         deadline = time.monotonic()
         while not self._stopped.is_set():
@@ -104,7 +104,7 @@ class Player:
             self._retry_at = now
 
     def _try_again(self, now: float) -> None:
-        self._engine.rest_unheard()
+        self._engine.rest_unplayed()
         if now < self._retry_at:
             return
         try:

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from hapticvlm.devices import faults, ports
-from hapticvlm.devices.output import take_priority
+from hapticvlm.devices.output import request_priority
 from hapticvlm.devices.plate_protocol import Answer
 from hapticvlm.devices.plate_session import PlateSession
 from hapticvlm.devices.ports import DeviceError, Place, Port
@@ -107,7 +107,7 @@ class Peltier:
         for place in ports.places(self._asked):
             try:
                 self._open(place)
-                self._greet()
+                self._handshake()
             except DeviceError as error:
                 failures.append(f"{place.text}: {error}")
                 continue
@@ -167,8 +167,8 @@ class Peltier:
         if answer is Answer.PERSISTS:
             raise DeviceError(f"its cause is still there. {faults.FIRMWARE[number].text}")
         if answer is not Answer.OK:
-            said = "nothing" if answer is None else answer.name.lower()
-            raise DeviceError(f"the board answered {said} to clear {number}")
+            reply = "nothing" if answer is None else answer.name.lower()
+            raise DeviceError(f"the board answered {reply} to clear {number}")
 
     def close(self) -> None:
         """Switch the plate off and let go of the port; waits for a fraction of a second."""
@@ -188,7 +188,7 @@ class Peltier:
         with self._lock:
             self._session.opened(self._clock())
 
-    def _greet(self) -> None:
+    def _handshake(self) -> None:
         """Turn until the board has answered. Raises DeviceError, with the port let go."""
         until = self._clock() + GREETING_S
         while self._port is not None and self._clock() < until:
@@ -222,7 +222,7 @@ class Peltier:
 
     def _run(self) -> None:
         if self._realtime:
-            take_priority(PRIORITY)
+            request_priority(PRIORITY)
         tries = 0
         while not self._closing.is_set():
             if self._port is not None:

@@ -58,7 +58,7 @@ class Orders:
         self._sent_at = now
         return plate_protocol.encode(self._message, self._message_seq)
 
-    def heed(self, ack: Ack) -> None:
+    def acknowledge(self, ack: Ack) -> None:
         """Take in an acknowledgement, if it is of the order."""
         message = self._message
         if message is None or ack.of_seq != self._message_seq:

@@ -21,7 +21,7 @@ from hapticvlm.devices.setpoint_lease import Drive
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.plate_limits import PlateReading
 
-GREET_S = 0.25  # between HELLOs; a boot loader eats the first ones
+HELLO_S = 0.25  # between HELLOs; a boot loader eats the first ones
 SILENT_S = 0.5  # ten telemetries missed while listening
 DEAF_S = 2.0  # without listening: whoever reads the port is stuck
 FOLLOW_S = 0.8  # of setpoints that the board does not follow: a fault within a second
@@ -41,7 +41,7 @@ class PlateSession:
         self._drive = Drive()
         self._orders = Orders()
         self._is_open = self._was_open = False
-        self._heard_at = self._listened_at = self._greeted_at = -math.inf
+        self._received_at = self._listened_at = self._hello_at = -math.inf
         self._uptime_ms: int | None = None
         self._unfollowed_since: float | None = None
         self._is_unfollowed = False
@@ -98,7 +98,7 @@ class PlateSession:
         self._is_open = self._was_open = True
         self._counts["bad_frames"] += self._deframer.bad
         self._deframer = Deframer()
-        self._heard_at = self._listened_at = now
+        self._received_at = self._listened_at = now
         self._forget()
 
     def lost(self) -> None:
@@ -115,7 +115,7 @@ class PlateSession:
 
     def is_gone(self, now: float) -> bool:
         """Tell whether an open port has been useless for so long that it is worth closing."""
-        return self._is_open and now - self._heard_at > GONE_S
+        return self._is_open and now - self._received_at > GONE_S
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
         """Hold `setpoint_c`, limited to the band, for `ttl_s`, if this is a fresh command."""
@@ -139,14 +139,14 @@ class PlateSession:
         """Take in whatever came from the port, if only nothing."""
         self._listened_at = now
         for received in self._deframer.feed(data):
-            self._take(received, now)
+            self._handle(received, now)
 
     def outgoing(self, now: float) -> bytes:
         """Return the bytes to write now, if any."""
         if not self._is_open or self.refusal is not None:
             return b""
         if self.board is None:
-            return self._greeting(now)
+            return self._hello(now)
         setpoint = self._drive.due(now)
         renewed = b"" if setpoint is None else self._orders.encode(setpoint)
         return self._orders.due(now) + renewed
@@ -170,8 +170,8 @@ class PlateSession:
 
     def _is_fresh(self, now: float) -> bool:
         """Tell whether the board is heard; who did not listen can't call it silent."""
-        is_heard = self._listened_at - self._heard_at <= SILENT_S
-        return self._is_open and is_heard and now - self._listened_at <= DEAF_S
+        is_recent = self._listened_at - self._received_at <= SILENT_S
+        return self._is_open and is_recent and now - self._listened_at <= DEAF_S
 
     def _faults(self, now: float) -> tuple[str, ...]:
         found = () if self.telemetry is None else faults.names(self.telemetry.faults)
@@ -198,30 +198,30 @@ class PlateSession:
 
     def _forget(self) -> None:
         self.board = self.telemetry = None
-        self._greeted_at = -math.inf
+        self._hello_at = -math.inf
         self._orders.drop()
         self._unfollowed_since, self._is_unfollowed = None, False
 
-    def _greeting(self, now: float) -> bytes:
-        if now - self._greeted_at < GREET_S:
+    def _hello(self, now: float) -> bytes:
+        if now - self._hello_at < HELLO_S:
             return b""
-        self._greeted_at = now
+        self._hello_at = now
         return self._orders.encode(plate_protocol.Hello(plate_protocol.MAJOR, plate_protocol.MINOR))
 
-    def _take(self, received: Frame, now: float) -> None:
+    def _handle(self, received: Frame, now: float) -> None:
         try:
             message = plate_protocol.decode(received)
         except plate_protocol.LineError:
             message = None
         match message:
             case Telemetry():
-                self._heard_at = now
+                self._received_at = now
                 self._follow(message, now)
             case HelloReply():
-                self._heard_at = now
+                self._received_at = now
                 self.board = message
             case Ack():
-                self._heed(message)
+                self._acknowledge(message)
             case _:
                 self._counts["unknown_frames"] += 1
 
@@ -234,7 +234,7 @@ class PlateSession:
             self._drive.hold()
         self._watch_following(telemetry, now)
         self._uptime_ms, self.telemetry = telemetry.uptime_ms, telemetry
-        self._dose.tell(telemetry.dose_mcem43 / 1000.0, float(telemetry.heated_s), now)
+        self._dose.update(telemetry.dose_mcem43 / 1000.0, float(telemetry.heated_s), now)
 
     def _watch_following(self, telemetry: Telemetry, now: float) -> None:
         """Find that the board does not hold although it was sent setpoints all the time."""
@@ -247,8 +247,8 @@ class PlateSession:
         elif now - self._unfollowed_since > FOLLOW_S:
             self._is_unfollowed = True
 
-    def _heed(self, ack: Ack) -> None:
-        self._orders.heed(ack)
+    def _acknowledge(self, ack: Ack) -> None:
+        self._orders.acknowledge(ack)
         self._counts["refused"] += ack.code != Answer.OK
         if ack.code == Answer.NEEDS_HELLO and self.board is not None:
             self._restarted()

@@ -53,11 +53,11 @@ _STANDING_SIZE = 64
 _SIZE = _STANDING_AT + 2 * _STANDING_SIZE
 
 _INTERACTIONS = (*IMPACTS, *TEXTURES)
-_OBEY, _LET_GO, _REST = 1, 2, 3
+_OBEY, _RELEASE, _REST = 1, 2, 3
 
 
 @dataclass(frozen=True, slots=True)
-class LetGo:
+class Release:
     """Fade one hand."""
 
     hand: int
@@ -79,7 +79,7 @@ class Standing:
     rested: int
 
 
-Order = Command | LetGo | RestAll
+Order = Command | Release | RestAll
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class EngineStatus:
     has_output: bool = True
 
 
-_UNSAID = EngineStatus(0.0, 0.0, 0, 0, 0, 0, 0, realtime=False)
+_UNREPORTED = EngineStatus(0.0, 0.0, 0, 0, 0, 0, 0, realtime=False)
 
 
 class Ring:
@@ -112,7 +112,7 @@ class Ring:
         self._view = np.frombuffer(memoryview(shared), np.uint8).data
         self._delays = np.frombuffer(memoryview(shared), np.float32, DELAYS, _DELAYS_AT)
         self._samples = np.frombuffer(memoryview(shared), np.float32, SAMPLES, _SAMPLES_AT)
-        self._status = _UNSAID
+        self._status = _UNREPORTED
 
     @classmethod
     def create(cls, materials: Sequence[str] = tuple(MATERIALS)) -> Ring:
@@ -254,16 +254,16 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
                 *(motion.speed_mps, motion.force_n, order.gain, thickness_m),
                 *(order.expires_at, order.seed),
             )
-        case LetGo():
-            return _LET_GO, order.hand, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+        case Release():
+            return _RELEASE, order.hand, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0.0, 0
         case RestAll():
             return _REST, 0, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0.0, 0
 
 
 def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
     kind, hand, interaction, onset, material, speed, force, gain, thick, expires_at, seed = fields
-    if kind == _LET_GO:
-        return LetGo(hand)
+    if kind == _RELEASE:
+        return Release(hand)
     if kind == _REST:
         return RestAll()
     return Command(

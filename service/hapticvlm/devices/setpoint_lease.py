@@ -42,19 +42,19 @@ class Drive:
 
     def rest(self) -> None:
         """End the lease; the next command is a fresh one."""
-        self._let_go()
+        self._release()
         self._commanded_at = -math.inf
 
     def hold(self) -> None:
         """End the lease; a caller that goes on commanding drives nothing."""
-        self._let_go()
+        self._release()
         self._is_held = True
 
     def due(self, now: float) -> plate_protocol.Setpoint | None:
         """Return the setpoint to send now, if any; a lease that has run out ends here."""
         left_s = self._until - now
         if self._setpoint_mc is None or left_s <= 0.0:
-            self._let_go()
+            self._release()
             return None
         pause_s = RENEW_S if self._setpoint_mc == self._sent_mc else CHANGE_S
         if now - self._sent_at < pause_s:
@@ -64,7 +64,7 @@ class Drive:
         ttl_ms = min(max(round(left_s * 1000.0), 1), plate_protocol.MAX_TTL_MS)
         return plate_protocol.Setpoint(self._setpoint_mc, ttl_ms)
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         self._setpoint_mc = self._sent_mc = None
         self.is_driving = False
         self._until = self._sent_at = -math.inf

@@ -41,22 +41,22 @@ class SimulatedBoard:
         self._major = major
         self._deframer = Deframer()
         self._started_at: float | None = None
-        self._told_at = 0.0
+        self._reported_at = 0.0
         self._seq = self._refused = 0
         self._is_greeted = False
 
     def exchange(self, data: bytes, now: float) -> bytes:
         """Take in what the host sent, live up to `now` and return what is to be sent."""
         if self._started_at is None:
-            self._started_at = self._told_at = now
-        out = b"".join(self._heed(received, now) for received in self._deframer.feed(data))
+            self._started_at = self._reported_at = now
+        out = b"".join(self._handle(received, now) for received in self._deframer.feed(data))
         self.plate.advance(now)
-        if now - self._told_at >= 1.0 / TELEMETRY_HZ:
-            self._told_at = now
-            out += self._say(self._telemetry(now))
+        if now - self._reported_at >= 1.0 / TELEMETRY_HZ:
+            self._reported_at = now
+            out += self._encode(self._telemetry(now))
         return out
 
-    def _heed(self, received: Frame, now: float) -> bytes:
+    def _handle(self, received: Frame, now: float) -> bytes:
         try:
             message = plate_protocol.decode(received)
         except plate_protocol.LineError:
@@ -70,7 +70,7 @@ class SimulatedBoard:
     def _do(self, message: Message, now: float) -> Answer:
         match message:
             case Hello():
-                return self._greet(message)
+                return self._handshake(message)
             case Setpoint():
                 return self._hold(message, now)
             case plate_protocol.Off():
@@ -83,7 +83,7 @@ class SimulatedBoard:
                 return Answer.UNKNOWN
         return Answer.OK
 
-    def _greet(self, message: Hello) -> Answer:
+    def _handshake(self, message: Hello) -> Answer:
         self._is_greeted = message.major == self._major
         if self._is_greeted:
             return Answer.OK
@@ -111,9 +111,9 @@ class SimulatedBoard:
 
     def _acknowledge(self, received: Frame, answer: Answer) -> bytes:
         self._refused += answer is not Answer.OK
-        return self._say(plate_protocol.Ack(received.kind, received.seq, answer))
+        return self._encode(plate_protocol.Ack(received.kind, received.seq, answer))
 
-    def _say(self, message: Message) -> bytes:
+    def _encode(self, message: Message) -> bytes:
         self._seq = (self._seq + 1) % 256
         return plate_protocol.encode(message, self._seq)
 

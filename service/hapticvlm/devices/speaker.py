@@ -21,7 +21,7 @@ from hapticvlm.devices.audio import run_engine
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.ports import DeviceError
-from hapticvlm.devices.ring import SAMPLES, EngineStatus, LetGo, RestAll, Ring, Standing
+from hapticvlm.devices.ring import SAMPLES, EngineStatus, Release, RestAll, Ring, Standing
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.voices import Command
 
@@ -42,7 +42,7 @@ class Speaker:
         self._underruns_before = 0
         self._rested = 0
         self._had_output = True
-        self._heard = 0
+        self._levelled = 0
         self._watched_at = self._awake_since = float("-inf")
         self._child = Child("audio engine", run_engine, self._arguments, self._begin)
         self.name = settings.output
@@ -88,9 +88,9 @@ class Speaker:
         """Write one command into the ring and return its number; never blocks."""
         return self._ring.put(command, time.monotonic())
 
-    def let_go(self, hand: int) -> None:
+    def release(self, hand: int) -> None:
         """Fade one hand."""
-        self._ring.put(LetGo(hand), time.monotonic())
+        self._ring.put(Release(hand), time.monotonic())
 
     def rest(self) -> None:
         """Fade everything."""
@@ -122,8 +122,8 @@ class Speaker:
 
     def loudest(self) -> float:
         """Return the rms of the loudest 2.7 ms since this was last called (1 s at most)."""
-        heard, self._heard = self._heard, self._ring.status().samples
-        played = self._ring.waveform(min(max(0, self._heard - heard), SAMPLES))
+        since, self._levelled = self._levelled, self._ring.status().samples
+        played = self._ring.waveform(min(max(0, self._levelled - since), SAMPLES))
         stretches = played[: played.size // STRETCH * STRETCH].reshape(-1, STRETCH)
         return float(np.sqrt(np.max(np.mean(stretches**2, axis=1), initial=0.0)))
 
@@ -140,8 +140,8 @@ class Speaker:
         if now - self._watched_at > ASLEEP_S:
             self._awake_since = now
         self._watched_at = now
-        heard_at = max(self._ring.status().beat_at, self._child.ready_at or now)
-        is_well = now - max(heard_at, self._awake_since) <= SILENT_S
+        alive_at = max(self._ring.status().beat_at, self._child.ready_at or now)
+        is_well = now - max(alive_at, self._awake_since) <= SILENT_S
         underruns = self.underruns
         trouble = self._child.supervise(now, is_well=is_well)
         if trouble is None:

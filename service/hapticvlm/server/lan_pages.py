@@ -61,7 +61,7 @@ class LanPages:
 def own_names(certified: Iterable[str] = ()) -> frozenset[str]:
     """Return the names this machine has, with those it is certified for, in lower case."""
     name = socket.gethostname().lower()
-    return frozenset({"localhost", name, f"{name}.local", *(one.lower() for one in certified)})
+    return frozenset({"localhost", name, f"{name}.local", *(host.lower() for host in certified)})
 
 
 def is_near(peer: str) -> bool:

@@ -68,7 +68,7 @@ class Outputs:
             case PlayVibration():
                 self.speaker.obey(action.command)
             case ReleaseHand():
-                self.speaker.let_go(action.hand)
+                self.speaker.release(action.hand)
             case SetGain():
                 self.speaker.set_gain(action.gain)
             case KeepThermalGain():

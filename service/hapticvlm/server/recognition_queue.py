@@ -38,7 +38,7 @@ class _Request:
     """What the recogniser works on, for whom, and whether observers see it."""
 
     connection: Connection
-    look: RecogniseFrame
+    action: RecogniseFrame
     is_shown: bool
 
 
@@ -65,20 +65,20 @@ class RecognitionQueue:
         for shown in [shown for shown in self._shown_at if shown[0] is connection]:
             del self._shown_at[shown]
 
-    def put(self, connection: Connection, look: RecogniseFrame) -> list[ServiceMessage]:
+    def put(self, connection: Connection, action: RecogniseFrame) -> list[ServiceMessage]:
         """Queue what a session wants recognised; return what to answer at once."""
-        frame, mailbox = look.frame, self._mailboxes[connection]
+        frame, mailbox = action.frame, self._mailboxes[connection]
         superseded: RecogniseFrame | None = None
         try:
-            if isinstance(look.key, tuple):
-                superseded = mailbox.put_touch(look, look.key[1])
+            if isinstance(action.key, tuple):
+                superseded = mailbox.put_touch(action, action.key[1])
             elif frame.purpose == "enrol":
-                self._put_enrol(mailbox, look)
+                self._put_enrol(mailbox, action)
             else:
-                superseded = mailbox.put_live(look)
+                superseded = mailbox.put_live(action)
         except QueueFull:
             self._counts["refused: overload"] += 1
-            if look.teaches is not None:  # nobody waits for it; another picture will teach
+            if action.teaches is not None:  # nobody waits for it; another picture will teach
                 return []
             text = "too many enrol frames wait: send more when some of these are decided"
             return [Error(id=frame.id, code="overload", text=text, path="$.purpose")]
@@ -96,11 +96,11 @@ class RecognitionQueue:
             return
         now = time.monotonic()
         for connection in self._turns():
-            look = self._next_of(connection, now)
-            if look is None:
+            action = self._next_of(connection, now)
+            if action is None:
                 continue
             self._mailboxes[connection] = self._mailboxes.pop(connection)  # behind all others
-            self._begin(connection, look, now)
+            self._begin(connection, action, now)
             return
 
     def accept(self, answered: Answered[Recognised]) -> None:
@@ -120,64 +120,68 @@ class RecognitionQueue:
     def fail(self, text: str) -> None:
         """Answer who waited that the recogniser was restarted, and go on."""
         request, self._under_way = self._under_way, None
-        if request is not None and request.look.frame.id and request.connection in self._mailboxes:
-            request.connection.post(Error(id=request.look.frame.id, code="model", text=text))
+        if (
+            request is not None
+            and request.action.frame.id
+            and request.connection in self._mailboxes
+        ):
+            request.connection.post(Error(id=request.action.frame.id, code="model", text=text))
         self.feed()
 
-    def _put_enrol(self, mailbox: Mailbox[RecogniseFrame], look: RecogniseFrame) -> None:
+    def _put_enrol(self, mailbox: Mailbox[RecogniseFrame], action: RecogniseFrame) -> None:
         """Queue a view of an object. Raises QueueFull."""
-        size = len(look.frame.image) + len(look.frame.mask or b"")
+        size = len(action.frame.image) + len(action.frame.mask or b"")
         waiting = sum(other.enrol_bytes for other in self._mailboxes.values())
         if waiting + size > ENROL_BYTES:
             raise QueueFull
-        mailbox.put_enrol(look, look.frame.object_id, size)
+        mailbox.put_enrol(action, action.frame.object_id, size)
 
     def _turns(self) -> list[Connection]:
         """All connections, the owner of the outputs first."""
         return sorted(self._mailboxes, key=lambda connection: not connection.session.owner)
 
-    def _begin(self, connection: Connection, look: RecogniseFrame, now: float) -> None:
-        is_due = now - self._shown_at.get((connection, look.frame.object_id), -VIEW_S) >= VIEW_S
+    def _begin(self, connection: Connection, action: RecogniseFrame, now: float) -> None:
+        is_due = now - self._shown_at.get((connection, action.frame.object_id), -VIEW_S) >= VIEW_S
         is_shown = is_due and any(True for _ in self._observers())
-        self._under_way = _Request(connection, look, is_shown)
+        self._under_way = _Request(connection, action, is_shown)
         self._recogniser.recognise(
-            look.frame,
-            f"{connection.name}/{look.key}",
+            action.frame,
+            f"{connection.name}/{action.key}",
             now,
-            anew=look.teaches is not None or connection.session.wants_anew(look),
-            shrink=is_shown and not _is_small(look.frame),
-            shown=_shown(connection, look),
+            anew=action.teaches is not None or connection.session.wants_anew(action),
+            shrink=is_shown and not _is_small(action.frame),
+            shown=_shown(connection, action),
         )
 
     def _next_of(self, connection: Connection, now: float) -> RecogniseFrame | None:
-        while (look := self._mailboxes[connection].take()) is not None:
-            if not connection.session.is_stale(look.frame, now):
-                return look
+        while (action := self._mailboxes[connection].take()) is not None:
+            if not connection.session.is_stale(action.frame, now):
+                return action
             self._counts["frames stale"] += 1
-            if look.frame.id:
-                connection.post(Skipped(id=look.frame.id, reason="stale"))
+            if action.frame.id:
+                connection.post(Skipped(id=action.frame.id, reason="stale"))
         return None
 
     def _actions(self, request: _Request, answer: Recognised, now: float) -> list[Action]:
-        look, session, found = request.look, request.connection.session, answer.recognition
+        action, session, found = request.action, request.connection.session, answer.recognition
         if found.error is None:
             self._counts["looks"] += 1
-            if look.key == SURROUNDINGS:
-                return session.scene_view_received(look, found.scene_view, now)
-            return session.recognised(look, found.evidence, found.stages_ms, now)
+            if action.key == SURROUNDINGS:
+                return session.scene_view_received(action, found.scene_view, now)
+            return session.recognised(action, found.evidence, found.stages_ms, now)
         code: ErrorCode = "model" if found.is_our_fault else "message"
         self._counts[f"refused: {code}"] += 1
-        if not look.frame.id:
+        if not action.frame.id:
             return []
         path = found.error_path or "$.image"
-        return [Reply(Error(id=look.frame.id, code=code, text=found.error, path=path))]
+        return [Reply(Error(id=action.frame.id, code=code, text=found.error, path=path))]
 
     def _observers(self) -> Iterable[Connection]:
         return (other for other in self._mailboxes if "frames" in other.watches)
 
     def _show(self, request: _Request, shrunk: Shrunk | None) -> None:
         """Show the frame to the observers that watch frames, encoded once for all of them."""
-        frame = request.look.frame
+        frame = request.action.frame
         if shrunk is None and not _is_small(frame):
             return
         if len(self._shown_at) >= MOST_VIEWED:
@@ -205,9 +209,9 @@ def _is_small(frame: Frame) -> bool:
     return is_compressed and max(frame.width, frame.height) <= SHOWN_PX and size <= SHOWN_BYTES
 
 
-def _shown(connection: Connection, look: RecogniseFrame) -> Shown | None:
+def _shown(connection: Connection, action: RecogniseFrame) -> Shown | None:
     """Name the object and its scene; None for the surroundings, which are no object."""
-    if look.key == SURROUNDINGS:
+    if action.key == SURROUNDINGS:
         return None
-    object_id = look.key if isinstance(look.key, str) else None
-    return Shown(f"{connection.name}/{look.scene}", object_id, look.teaches)
+    object_id = action.key if isinstance(action.key, str) else None
+    return Shown(f"{connection.name}/{action.scene}", object_id, action.teaches)

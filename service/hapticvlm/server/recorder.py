@@ -46,7 +46,7 @@ class Recorder:
         self._max_bytes = max_bytes
         self._sessions = 0
         self._refused = self._failed = 0
-        self._taken_bytes = self._done_bytes = 0
+        self._queued_bytes = self._done_bytes = 0
         self._complained_at = float("-inf")
         self._queue: queue.Queue[tuple[Callable[[], int], int] | None] = queue.Queue(MAX_WAITING)
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -61,7 +61,7 @@ class Recorder:
     @property
     def waiting_bytes(self) -> int:
         """How much of pictures waits to be written."""
-        return self._taken_bytes - self._done_bytes
+        return self._queued_bytes - self._done_bytes
 
     @property
     def is_writing(self) -> bool:
@@ -73,15 +73,15 @@ class Recorder:
         self._sessions += 1
         stamp = time.strftime("%Y%m%d-%H%M%S")
         record = _Record(self.folder / f"{stamp}-{self._sessions:02}")
-        self._put(lambda: record.open(head), 0)
+        self._enqueue(lambda: record.open(head), 0)
         numbers = itertools.count(1)  # of what was told, so that a lost line leaves a gap
 
-        def tell(line: Line, frame: Frame | None) -> None:
+        def record_line(line: Line, frame: Frame | None) -> None:
             number, kept = next(numbers), frame if self.keeps_frames else None
             size = 0 if kept is None else len(kept.image) + len(kept.mask or b"")
-            self._put(lambda: record.take(number, line, kept), size)
+            self._enqueue(lambda: record.write_line(number, line, kept), size)
 
-        return tell
+        return record_line
 
     def close(self) -> None:
         """Write what waits, then stop."""
@@ -90,14 +90,14 @@ class Recorder:
                 self._queue.put(None, timeout=5.0)
             self._thread.join(10.0)
 
-    def _put(self, job: Callable[[], int], size: int) -> None:
+    def _enqueue(self, job: Callable[[], int], size: int) -> None:
         is_too_much = self.waiting_bytes + size > MAX_WAITING_BYTES
         if is_too_much or self.written_bytes > self._max_bytes:
             self._refused += 1
             return
         try:
             self._queue.put_nowait((job, size))
-            self._taken_bytes += size
+            self._queued_bytes += size
         except queue.Full:
             self._refused += 1
 
@@ -137,7 +137,7 @@ class _Record:
         self._is_open = True
         return size
 
-    def take(self, number: int, line: Line, frame: Frame | None) -> int:
+    def write_line(self, number: int, line: Line, frame: Frame | None) -> int:
         """Write one line of the log, and what of it is of interest by itself."""
         if not self._is_open:
             raise OSError(f"{self._folder} could not be begun")

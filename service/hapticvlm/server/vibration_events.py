@@ -33,7 +33,7 @@ class VibrationEvents:
         self._post: Post | None = None
         self.is_on = False  # whether anybody asked for events
         self._planners: tuple[VibrationPlanner, ...] = ()
-        self._is_felt = [False, False]
+        self._is_vibrating = [False, False]
         self._planned_at = [0.0, 0.0]
         self._making: asyncio.Future[tuple[VibrationPlanner, ...]] | None = None
 
@@ -55,7 +55,7 @@ class VibrationEvents:
         self._post, self.is_on = None, False
         for planner in self._planners:
             planner.rest()
-        self._is_felt = [False, False]
+        self._is_vibrating = [False, False]
 
     def drive(self, action: Action) -> None:
         """Follow what the speaker was just told."""
@@ -93,16 +93,16 @@ class VibrationEvents:
             return
         self._planned_at[hand] = now
         plan = self._planners[hand].plan(form, now)
-        was_felt, self._is_felt[hand] = self._is_felt[hand], bool(plan.amplitude)
-        if plan.amplitude or was_felt:
+        was_vibrating, self._is_vibrating[hand] = self._is_vibrating[hand], bool(plan.amplitude)
+        if plan.amplitude or was_vibrating:
             self._post(_event(hand, plan))
 
     def _silence(self, hand: int, *, stopped: bool = False) -> None:
-        was_felt, self._is_felt[hand] = self._is_felt[hand], False
+        was_vibrating, self._is_vibrating[hand] = self._is_vibrating[hand], False
         if self._planners:
             self._planners[hand].rest()
         form = self._forms[hand]
-        if self._post is not None and form is not None and (was_felt or stopped):
+        if self._post is not None and form is not None and (was_vibrating or stopped):
             self._post(_event(hand, VibrationPlan(PERIOD_S[form]), stopped=stopped))
 
     def _make(self) -> tuple[VibrationPlanner, ...]:

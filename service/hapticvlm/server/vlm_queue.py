@@ -56,7 +56,7 @@ class VlmQueue:
     def feed(self, now: float) -> None:
         """Ask the next question if the worker is idle."""
         while not self.worker.is_busy:
-            following = self._take()
+            following = self._next()
             if following is None:
                 return
             connection, ask, since = following
@@ -117,7 +117,7 @@ class VlmQueue:
         (oldest, _), (given_up, _) = self._material.popitem(last=False)
         return oldest, given_up
 
-    def _take(self) -> tuple[Connection, Ask, float] | None:
+    def _next(self) -> tuple[Connection, Ask, float] | None:
         if self._ambient:
             connection, (ambient, since) = self._ambient.popitem(last=False)
             return connection, ambient, since
@@ -134,7 +134,7 @@ class VlmQueue:
             self.failed += 1
             self._answer(*under_way, None)
         if self.worker.absent is not None:
-            while (waiting := self._take()) is not None:
+            while (waiting := self._next()) is not None:
                 self._drop(*waiting[:2])
 
     def _drop(self, connection: Connection, ask: Ask) -> None:

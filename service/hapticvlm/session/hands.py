@@ -61,7 +61,7 @@ class Hand:
         return self.interaction or "strike"
 
     @property
-    def is_felt(self) -> bool:
+    def vibrates(self) -> bool:
         """Whether this hand vibrates: in contact, or swinging."""
         return self.is_active and (self.contact_at is not None or self.interaction == "swing")
 

@@ -34,7 +34,7 @@ STEP_C = 0.5  # changes of less are not worth a new decision
 
 @dataclass(slots=True)
 class _View:
-    sight: SceneView
+    scene_view: SceneView
     reading: Reading | None = None
 
 
@@ -66,18 +66,18 @@ class Surroundings:
         self._viewed_at = now
         return True
 
-    def update_view(self, sight: SceneView, now: float) -> int | None:
+    def update_view(self, scene_view: SceneView, now: float) -> int | None:
         """Receive the newest scene view; return the number of the view to ask about, if any."""
-        known = self._find(sight)
+        known = self._find(scene_view)
         if known is not None and known == self._here:
             self._candidate = None
             return None
-        if not self._has_settled(sight, now):
+        if not self._has_settled(scene_view, now):
             return None
         if known is not None:
             self._enter(known)
             return None
-        return self._question(sight, now)
+        return self._question(scene_view, now)
 
     def add_reading(self, view: int, reading: Reading, now: float) -> None:
         """Receive the answer to the question about `view`."""
@@ -131,18 +131,18 @@ class Surroundings:
             self._rendered = replace(wanted, value_c=value_c, low_c=low_c, high_c=high_c)
             self._updated_at = now
 
-    def _find(self, sight: SceneView) -> int | None:
+    def _find(self, scene_view: SceneView) -> int | None:
         for number, view in self._views.items():
-            if _is_alike(view.sight, sight):
+            if _is_alike(view.scene_view, scene_view):
                 return number
         return None
 
-    def _has_settled(self, sight: SceneView, now: float) -> bool:
+    def _has_settled(self, scene_view: SceneView, now: float) -> bool:
         """Whether this new view has lasted; the very first one need not."""
         if self._here is None and not self._climate:
             return True
-        if self._candidate is None or not _is_alike(self._candidate[0], sight):
-            self._candidate = (sight, now)
+        if self._candidate is None or not _is_alike(self._candidate[0], scene_view):
+            self._candidate = (scene_view, now)
         return now - self._candidate[1] >= SETTLE_S
 
     def _enter(self, view: int) -> None:
@@ -152,7 +152,7 @@ class Surroundings:
         if reading is not None:
             self._join_climate(view, reading)
 
-    def _question(self, sight: SceneView, now: float) -> int | None:
+    def _question(self, scene_view: SceneView, now: float) -> int | None:
         if self._asking is not None and now - self._asked_at > LATE_S:
             self.fail(self._asking)
         pause_s = min(LONGEST_PAUSE_S, ASK_EVERY_S * 2.0**self._failures)
@@ -160,7 +160,7 @@ class Surroundings:
             return None
         self._numbers += 1
         self._asking, self._asked_at = self._numbers, now
-        self._views[self._numbers] = _View(sight)
+        self._views[self._numbers] = _View(scene_view)
         self._enter(self._numbers)
         if len(self._views) > MAX_VIEWS:
             self._views.popitem(last=False)
@@ -168,9 +168,9 @@ class Surroundings:
 
     def _is_same_place(self, view: int) -> bool:
         """Whether this view differs from one of the climate's in its light alone."""
-        sight = self._views[view].sight
-        others = [self._views[other].sight for other in self._climate if other in self._views]
-        return any(distance(other, sight) <= NEW_VIEW for other in others)
+        scene_view = self._views[view].scene_view
+        others = [self._views[other].scene_view for other in self._climate if other in self._views]
+        return any(distance(other, scene_view) <= NEW_VIEW for other in others)
 
     def _answered(self, view: int) -> None:
         if self._asking == view:

@@ -97,12 +97,12 @@ class TouchTracker:
         return [
             action
             for hand in self.hands
-            if hand.is_felt and hand.rubs and hand.key == key
+            if hand.vibrates and hand.rubs and hand.key == key
             for action in self._play(hand, onset=False)
         ]
 
     def _move(self, hand: Hand, touch: Touch, now: float) -> list[Action]:
-        was_felt, was_touching = hand.is_felt, hand.is_touching
+        vibrated, was_touching = hand.vibrates, hand.is_touching
         onset = hand.update(touch, now)
         is_late = onset and self._frames.is_late(touch, now)
         self.late_contacts += is_late
@@ -112,9 +112,9 @@ class TouchTracker:
             self._scene.objects.forget(hand.key)
         had_verdict = self._scene.has_verdict(hand.key)
         actions: list[Action] = []
-        if hand.is_felt and (hand.rubs or not is_late):
+        if hand.vibrates and (hand.rubs or not is_late):
             actions += self._play(hand, onset=onset and not is_late)
-        elif was_felt and not hand.is_felt:
+        elif vibrated and not hand.vibrates:
             actions.append(ReleaseHand(hand.number))
         actions.append(Reply(Ok(id=touch.id)))
         actions += self._announce(hand, cached=had_verdict)

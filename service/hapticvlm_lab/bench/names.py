@@ -79,8 +79,8 @@ def run(data: Path | None, as_json: bool) -> int:
     timing = _microseconds([name.text for name in read_names(folder, "models")])
     if as_json:
         scores = [asdict(score) for score in report]
-        told = {"measure": "names", "median_us": timing[0], "p99_us": timing[1], "sets": scores}
-        print(json.dumps(told))
+        report = {"measure": "names", "median_us": timing[0], "p99_us": timing[1], "sets": scores}
+        print(json.dumps(report))
     else:
         print(f"one name: median {timing[0]:.0f} us, p99 {timing[1]:.0f} us")
     return 0
@@ -101,8 +101,8 @@ def read_names(data: Path, source: str) -> list[Name]:
 
 def evaluate(title: str, names: Sequence[Name], *, held_back: bool) -> Score:
     """Score one list of names; "known" are those the ladder would not call unknown."""
-    said = [from_name(name.text) for name in names]
-    spoke = [(n, e) for n, e in zip(names, said, strict=True) if e is not None and e.material]
+    found = [from_name(name.text) for name in names]
+    spoke = [(n, e) for n, e in zip(names, found, strict=True) if e is not None and e.material]
     right = [e.material == n.truth for n, e in spoke]
     sure = [(n, e) for n, e in spoke if e.confidence >= SURE]
     known = [(n, e) for n, e in spoke if e.confidence >= KNOWN]
@@ -111,7 +111,7 @@ def evaluate(title: str, names: Sequence[Name], *, held_back: bool) -> Score:
     per_class = [
         sum(e is not None and e.material == truth and e.confidence >= KNOWN for e in group)
         / len(group)
-        for truth, group in _by_truth(names, said).items()
+        for truth, group in _by_truth(names, found).items()
     ]
     return Score(
         set=title,
@@ -137,10 +137,10 @@ def _without_number(name: Name) -> Name:
 
 
 def _by_truth(
-    names: Sequence[Name], said: Sequence[Evidence | None]
+    names: Sequence[Name], found: Sequence[Evidence | None]
 ) -> dict[str, list[Evidence | None]]:
     groups: dict[str, list[Evidence | None]] = defaultdict(list)
-    for name, evidence in zip(names, said, strict=True):
+    for name, evidence in zip(names, found, strict=True):
         if name.truth != materials.UNKNOWN:
             groups[name.truth].append(evidence)
     return groups
@@ -178,7 +178,9 @@ def _calibration_error(spoke: Sequence[tuple[Name, Evidence]]) -> float | None:
     rows = _bins(spoke)
     if not rows:
         return None
-    return sum(n * abs(said - right) for n, said, right in rows) / sum(n for n, _, _ in rows)
+    return sum(n * abs(believed - right) for n, believed, right in rows) / sum(
+        n for n, _, _ in rows
+    )
 
 
 def _print_score(score: Score, names: Sequence[Name]) -> None:
@@ -192,20 +194,20 @@ def _print_score(score: Score, names: Sequence[Name]) -> None:
         end="",
     )
     print(f"; class name inside {score.class_word:.1%}; any class word inside {score.any_word:.1%}")
-    said = [from_name(name.text) for name in names]
-    spoke = [(n, e) for n, e in zip(names, said, strict=True) if e is not None]
+    found = [from_name(name.text) for name in names]
+    spoke = [(n, e) for n, e in zip(names, found, strict=True) if e is not None]
     for n, mean, right in _bins(spoke):
         print(f"  confidence {mean:.2f}: right {right:.2f} (n = {n})")
-    _print_confusion(names, said)
+    _print_confusion(names, found)
 
 
 def _percent(share: float | None) -> str:
     return "-" if share is None else f"{share:.1%}"
 
 
-def _print_confusion(names: Sequence[Name], said: Sequence[Evidence | None]) -> None:
+def _print_confusion(names: Sequence[Name], found: Sequence[Evidence | None]) -> None:
     """Print truth by row, answer by column; "-" says nothing or less than KNOWN."""
-    answers = [e.material if e and e.confidence >= KNOWN else "-" for e in said]
+    answers = [e.material if e and e.confidence >= KNOWN else "-" for e in found]
     cells = Counter((n.truth, a) for n, a in zip(names, answers, strict=True))
     rows = [
         name

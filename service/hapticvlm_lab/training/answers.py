@@ -70,7 +70,7 @@ class Pool:
             raise FileNotFoundError(f"{self._folder} holds no shard: run the pool first")
         basis = self._basis(new)
         for path in new:
-            self._take(path, basis)
+            self._read_shard(path, basis)
         if new:
             self._index()
         return len(self._place)
@@ -107,7 +107,7 @@ class Pool:
         with np.load(path) as file:
             return {name: (file[f"{name}_mean"], file[f"{name}_axes"]) for name in FILES}
 
-    def _take(self, path: Path, basis: dict[str, tuple[Floats, Floats]]) -> None:
+    def _read_shard(self, path: Path, basis: dict[str, tuple[Floats, Floats]]) -> None:
         number = len(self._crops)
         with np.load(path, allow_pickle=False) as file:
             labels, named = file["label"].tolist(), file["source"].tolist()

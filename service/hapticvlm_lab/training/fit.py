@@ -106,13 +106,15 @@ def fit_gallery(plain: Gallery, taught: Taught, judged: Sequence[Judged]) -> Gal
     """
     best, least = (PENALTIES[0], ALL_KNOWN), np.inf
     for penalty in PENALTIES:
-        layers = {one.source: _layer(taught.without(one.source), penalty) for one in judged}
+        layers = {
+            held_out.source: _layer(taught.without(held_out.source), penalty) for held_out in judged
+        }
         calibration, total = ALL_KNOWN, 0.0
         for kind, name, choices in _CHOICES:
             of_kind = [
-                (replace(plain, layer=layers[one.source], pictures=kind), one)
-                for one in judged
-                if one.pictures == kind
+                (replace(plain, layer=layers[held_out.source], pictures=kind), held_out)
+                for held_out in judged
+                if held_out.pictures == kind
             ]
             if of_kind:
                 trials = [replace(calibration, **{name: value}) for value in choices]
@@ -152,7 +154,9 @@ def _scaled(
     trial: Calibration, kind: Pictures, judged: Sequence[tuple[Gallery, Judged]]
 ) -> tuple[Calibration, float]:
     """Take the geometric mean of the best scales of the sources of a kind; and their surprise."""
-    found = [_best_scale(replace(gallery, calibration=trial), one) for gallery, one in judged]
+    found = [
+        _best_scale(replace(gallery, calibration=trial), held_out) for gallery, held_out in judged
+    ]
     scale = float(np.exp(np.mean([np.log(scale) for scale, _ in found])))
     scaled = replace(trial, photographs=scale)
     if kind == "renders":

@@ -22,7 +22,7 @@ from hapticvlm.commands.evaluate.pictures import read_picture, read_shots
 from hapticvlm.commands.evaluate.scores import Guess, Score, constant, score
 from hapticvlm.commands.progress import track
 from hapticvlm.recognition.vlm.answers import Picture
-from hapticvlm_lab.bench.ambient import chart_plot, ways
+from hapticvlm_lab.bench.ambient import chart_plot, methods
 from hapticvlm_lab.bench.ambient.rows import Row, print_rows
 from hapticvlm_lab.bench.ambient.timing import measure
 
@@ -47,7 +47,7 @@ class Plan:
     token: str | None
     out: Path
     as_json: bool
-    budgets: tuple[int, ...] = ways.BUDGETS
+    budgets: tuple[int, ...] = methods.BUDGETS
 
 
 def run(plan: Plan) -> int:
@@ -55,12 +55,12 @@ def run(plan: Plan) -> int:
     pictures, truths = _pictures(plan.data)
     with tempfile.TemporaryDirectory(prefix="hapticvlm-") as folder:
         model = _model(plan, Path(folder))
-        asked = [ways.wire(), *ways.in_process(model, plan.device, plan.budgets)]
+        asked = [methods.wire(), *methods.in_process(model, plan.device, plan.budgets)]
         if plan.url is not None:
-            asked.insert(0, ways.remote(plan.url, plan.model, plan.token))
+            asked.insert(0, methods.remote(plan.url, plan.model, plan.token))
         rows = [
-            _row(way, pictures, truths, is_random=plan.model is None)
-            for way in track(asked, "asking each model")
+            _row(method, pictures, truths, is_random=plan.model is None)
+            for method in track(asked, "asking each model")
         ]
     rows = [*_blind(truths), *rows]
     note = f"Qwen2-VL, {plan.size}, {RANDOM}" if plan.model is None else plan.model
@@ -81,7 +81,7 @@ def _pictures(data: Path | None) -> tuple[list[Picture], list[float] | None]:
         return [read_picture(shot) for shot in shots], [shot.truth_c for shot in shots]
     rng = np.random.default_rng(3)
     blocks = rng.integers(0, 256, (SYNTHETIC, SIDE // 16, SIDE // 16, 3), dtype=np.uint8)
-    return [np.kron(one, np.ones((16, 16, 1), np.uint8)) for one in blocks], None
+    return [np.kron(block, np.ones((16, 16, 1), np.uint8)) for block in blocks], None
 
 
 def _model(plan: Plan, folder: Path) -> str:
@@ -100,22 +100,26 @@ def _model(plan: Plan, folder: Path) -> str:
 
 
 def _row(
-    way: ways.Way, pictures: Sequence[Picture], truths: Sequence[float] | None, *, is_random: bool
+    method: methods.Method,
+    pictures: Sequence[Picture],
+    truths: Sequence[float] | None,
+    *,
+    is_random: bool,
 ) -> Row:
-    print(f"{way.name} ...", file=sys.stderr, flush=True)
-    timed = measure(way, pictures)
+    print(f"{method.name} ...", file=sys.stderr, flush=True)
+    timed = measure(method, pictures)
     if isinstance(timed, str):
-        return Row(way.name, way.family, way.is_default, None, None, timed)
-    means_something = way.family != "wire" and not (is_random and way.family != "remote")
+        return Row(method.name, method.family, method.is_default, None, None, timed)
+    means_something = method.family != "wire" and not (is_random and method.family != "remote")
     graded = _grade(timed.guesses, truths) if means_something else None
-    return Row(way.name, way.family, way.is_default, timed, graded, None)
+    return Row(method.name, method.family, method.is_default, timed, graded, None)
 
 
 def _grade(guesses: Sequence[Guess | None], truths: Sequence[float] | None) -> Score | None:
     if truths is None:
         return None
-    told = [(guess, truth) for guess, truth in zip(guesses, truths, strict=True) if guess]
-    return score([guess for guess, _ in told], [truth for _, truth in told])
+    answered = [(guess, truth) for guess, truth in zip(guesses, truths, strict=True) if guess]
+    return score([guess for guess, _ in answered], [truth for _, truth in answered])
 
 
 def _blind(truths: Sequence[float] | None) -> list[Row]:

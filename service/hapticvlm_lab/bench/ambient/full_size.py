@@ -81,7 +81,7 @@ def _time(network: Any, tokenizer: Any, tokens: int, most_s: float) -> dict[str,
     images = random_model.image_processor(tokens)
     chat = Chat(tokenizer, images, None, network.model.config.image_token_id)
     picture = speed.picture(*speed.shape_for(tokens))
-    timings = speed.time_in_turn(speed.ways(network, chat, picture), MOST_TURNS, most_s)
+    timings = speed.time_in_turn(speed.methods(network, chat, picture), MOST_TURNS, most_s)
     speed.print_table(tokens, timings)
     return timings
 
@@ -123,8 +123,8 @@ def _peak_memory(device: str) -> dict[str, int | None]:
 
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     gpu = torch.cuda.max_memory_allocated() if device == "cuda" else None
-    told = "" if gpu is None else f", {gpu / 1e9:.2f} GB of the GPU"
-    print(f"\npeak memory {peak / 1e9:.2f} GB{told}; load {os.getloadavg()[0]:.1f}")
+    gpu_text = "" if gpu is None else f", {gpu / 1e9:.2f} GB of the GPU"
+    print(f"\npeak memory {peak / 1e9:.2f} GB{gpu_text}; load {os.getloadavg()[0]:.1f}")
     return {"peak_bytes": peak, "gpu_peak_bytes": gpu}
 
 
@@ -150,7 +150,7 @@ def _figures(found: dict[int, dict[str, Timing]]) -> dict[str, Any]:
 
     return {
         "seconds": {
-            tokens: {name: asdict(one) for name, one in timings.items()}
+            tokens: {name: asdict(timing) for name, timing in timings.items()}
             for tokens, timings in found.items()
         },
         "times_faster": {tokens: ratios(timings) for tokens, timings in found.items()},

@@ -50,6 +50,6 @@ def _cost(timed: Timed | None) -> str:
 
 def _error(row: Row) -> str:
     if row.score is not None:
-        one = row.score
-        return f"{one.mae_c:.1f} [{one.mae_low_c:.1f}, {one.mae_high_c:.1f}], n = {one.n}"
+        score = row.score
+        return f"{score.mae_c:.1f} [{score.mae_low_c:.1f}, {score.mae_high_c:.1f}], n = {score.n}"
     return row.why_not or "-"

@@ -37,7 +37,7 @@ class Timing:
     n: int
 
 
-def ways(network: Network, chat: Chat, picture: Picture) -> dict[str, Callable[[], object]]:
+def methods(network: Network, chat: Chat, picture: Picture) -> dict[str, Callable[[], object]]:
     """List the ways to answer how warm a picture is, from picture to answer each."""
     anew = Network(network.model, keeps_heads=False)
     tree = number_tree(chat.encode)
@@ -45,7 +45,7 @@ def ways(network: Network, chat: Chat, picture: Picture) -> dict[str, Callable[[
     def read(by: Network, wordings: int) -> Callable[[], object]:
         asked = prompts.about_ambient(wordings)
         return lambda: spread(
-            [beliefs(tree, one) for one in by.readout(chat.prompt(asked, [picture]), tree)]
+            [beliefs(tree, logits) for logits in by.readout(chat.prompt(asked, [picture]), tree)]
         )
 
     def write(by: Network, tokens: int) -> Callable[[], object]:
@@ -64,20 +64,20 @@ def ways(network: Network, chat: Chat, picture: Picture) -> dict[str, Callable[[
 
 
 def time_in_turn(
-    ways: Mapping[str, Callable[[], object]], most_turns: int, most_s: float
+    methods: Mapping[str, Callable[[], object]], most_turns: int, most_s: float
 ) -> dict[str, Timing]:
     """Time all ways once a turn, after one warm-up of the first; at least one turn."""
-    walls: dict[str, list[float]] = {name: [] for name in ways}
-    cores: dict[str, list[float]] = {name: [] for name in ways}
-    next(iter(ways.values()))()
+    walls: dict[str, list[float]] = {name: [] for name in methods}
+    cores: dict[str, list[float]] = {name: [] for name in methods}
+    next(iter(methods.values()))()
     start = time.perf_counter()
     for turn in range(most_turns):
         spent = time.perf_counter() - start
         if turn and spent + spent / turn > most_s:
             break
-        for name, way in ways.items():
+        for name, answer in methods.items():
             wall, core = time.perf_counter(), time.process_time()
-            way()
+            answer()
             cores[name].append(time.process_time() - core)
             walls[name].append(time.perf_counter() - wall)
     return {
@@ -87,7 +87,7 @@ def time_in_turn(
             cores=float(np.median(cores[name])),
             n=len(walls[name]),
         )
-        for name in ways
+        for name in methods
     }
 
 
@@ -96,9 +96,9 @@ def print_table(image_tokens: int, timings: Mapping[str, Timing]) -> None:
     print(f"\n== {image_tokens} image tokens, s")
     print(f"{'way':<26}{'median':>9}{'least':>9}{'cores':>9}{'n':>4}{'x least':>9}{'x cores':>9}")
     base = timings[READ_ONE]
-    for name, one in timings.items():
-        times = f"{one.least / base.least:>9.2f}{one.cores / base.cores:>9.2f}"
-        print(f"{name:<26}{one.wall:>9.3f}{one.least:>9.3f}{one.cores:>9.3f}{one.n:>4}{times}")
+    for name, row in timings.items():
+        times = f"{row.least / base.least:>9.2f}{row.cores / base.cores:>9.2f}"
+        print(f"{name:<26}{row.wall:>9.3f}{row.least:>9.3f}{row.cores:>9.3f}{row.n:>4}{times}")
 
 
 def ratios(timings: Mapping[str, Timing], by: str = "least") -> dict[str, float]:

@@ -23,7 +23,7 @@ import numpy as np
 from hapticvlm.commands.evaluate.asking import guess_of
 from hapticvlm.commands.evaluate.scores import Guess
 from hapticvlm.recognition.vlm.answers import Picture, Reading, Vlm, VlmError
-from hapticvlm_lab.bench.ambient.ways import REPLY, Way
+from hapticvlm_lab.bench.ambient.methods import REPLY, Method
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ class Timed:
     guesses: tuple[Guess | None, ...]
 
 
-def measure(way: Way, pictures: Sequence[Picture]) -> Timed | str:
+def measure(method: Method, pictures: Sequence[Picture]) -> Timed | str:
     """Ask about pictures (H, W, 3) uint8 in a new process; say why where that is not possible."""
     context = multiprocessing.get_context("spawn")
     try:
-        with ProcessPoolExecutor(1, mp_context=context) as pool, _placed(way) as placed:
+        with ProcessPoolExecutor(1, mp_context=context) as pool, _placed(method) as placed:
             return pool.submit(_measure, placed, list(pictures)).result()
     except VlmError as error:
         return str(error)
@@ -55,11 +55,11 @@ def measure(way: Way, pictures: Sequence[Picture]) -> Timed | str:
         return "its process was ended, for want of memory most likely"
 
 
-def _measure(way: Way, pictures: Sequence[Picture]) -> Timed:
+def _measure(method: Method, pictures: Sequence[Picture]) -> Timed:
     from hapticvlm.recognition.vlm.load import load_vlm
 
     started = time.monotonic()
-    vlm = load_vlm(way.settings)
+    vlm = load_vlm(method.settings)
     load_s = time.monotonic() - started
     vlm.ambient(pictures[0]) if vlm.is_remote else _ask(vlm, pictures[0])
     times: list[float] = []
@@ -96,16 +96,16 @@ def _peak_mb() -> float | None:
 
 
 @contextmanager
-def _placed(way: Way) -> Iterator[Way]:
+def _placed(method: Method) -> Iterator[Method]:
     """Give the wire's way an endpoint that answers at once, as long as it is asked."""
-    if way.family != "wire":
-        yield way
+    if method.family != "wire":
+        yield method
         return
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), _StandIn)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         url = f"http://127.0.0.1:{server.server_address[1]}"
-        yield replace(way, settings=replace(way.settings, url=url))
+        yield replace(method, settings=replace(method.settings, url=url))
     finally:
         server.shutdown()
         server.server_close()

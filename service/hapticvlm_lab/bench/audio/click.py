@@ -18,11 +18,11 @@ import miniaudio
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.output import take_priority
+from hapticvlm.devices.output import request_priority
 from hapticvlm.rendering.vibration import RATE_HZ
 
 if TYPE_CHECKING:
-    Told = ctypes.Array[ctypes.c_uint64]
+    Clicks = ctypes.Array[ctypes.c_uint64]
 
 CLICK_S = 0.01
 START_S = 60.0
@@ -32,20 +32,20 @@ START_S = 60.0
 class Clicker:
     """Our end of the program."""
 
-    told: Told
+    wanted: Clicks
 
     def click(self) -> None:
         """Have one click played; never blocks."""
-        self.told[0] += 1
+        self.wanted[0] += 1
 
 
 @contextmanager
 def clicker(block: int, realtime: bool) -> Iterator[Clicker]:
     """Run the program on the default output."""
     context = multiprocessing.get_context("spawn")
-    told = context.RawArray(ctypes.c_uint64, 1)
+    wanted = context.RawArray(ctypes.c_uint64, 1)
     ours, theirs = context.Pipe()
-    arguments = (told, block, realtime, theirs)
+    arguments = (wanted, block, realtime, theirs)
     process = context.Process(target=_play, args=arguments, name="hapticvlm clicks", daemon=True)
     process.start()
     theirs.close()
@@ -53,14 +53,14 @@ def clicker(block: int, realtime: bool) -> Iterator[Clicker]:
         if not ours.poll(START_S):
             raise RuntimeError("the bare audio program did not start")
         ours.recv()
-        yield Clicker(told)
+        yield Clicker(wanted)
     finally:
         ours.close()
         process.join(5.0)
         process.kill()
 
 
-def _play(told: Told, block: int, realtime: bool, control: Connection) -> None:
+def _play(wanted: Clicks, block: int, realtime: bool, control: Connection) -> None:
     device = miniaudio.PlaybackDevice(
         output_format=miniaudio.SampleFormat.FLOAT32,
         nchannels=1,
@@ -68,7 +68,7 @@ def _play(told: Told, block: int, realtime: bool, control: Connection) -> None:
         buffersize_msec=max(1, round(block * 1000 / RATE_HZ)),
         app_name="floor",
     )
-    stream = _clicks(told, realtime)
+    stream = _clicks(wanted, realtime)
     next(stream)
     device.start(stream)
     control.send("playing")
@@ -76,14 +76,14 @@ def _play(told: Told, block: int, realtime: bool, control: Connection) -> None:
     device.close()
 
 
-def _clicks(told: Told, realtime: bool) -> Generator[NDArray[np.float32], int, None]:
+def _clicks(wanted: Clicks, realtime: bool) -> Generator[NDArray[np.float32], int, None]:
     count = yield np.empty(0, np.float32)
     if realtime:
-        take_priority()
-    seen, left = told[0], 0
+        request_priority()
+    played, left = wanted[0], 0
     while True:
-        if told[0] != seen:
-            seen, left = told[0], round(CLICK_S * RATE_HZ)
+        if wanted[0] != played:
+            played, left = wanted[0], round(CLICK_S * RATE_HZ)
         block = np.zeros(count, np.float32)
         block[:left] = 0.5
         left = max(0, left - count)

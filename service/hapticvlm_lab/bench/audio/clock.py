@@ -35,8 +35,8 @@ def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
     counts = {"underruns": status.underruns, "samples": status.samples, "lost": status.lost}
     stolen = stolen_s()
     lost_s = None if stolen is None or stolen_before is None else round(stolen - stolen_before, 2)
-    said = {"seconds": seconds, "stolen_s": lost_s}
-    return {**said, **counts, "realtime": status.realtime, "floor": floor}
+    lengths = {"seconds": seconds, "stolen_s": lost_s}
+    return {**lengths, **counts, "realtime": status.realtime, "floor": floor}
 
 
 def line(clock: dict[str, Any]) -> str:

@@ -77,11 +77,11 @@ def stolen_s() -> float | None:
         return None
 
 
-def raise_priority(realtime: bool, server: Server, heard: Recording) -> None:
+def raise_priority(realtime: bool, server: Server, recording: Recording) -> None:
     """Give the sound server and the recorder real-time priority too, so that we are measured."""
-    ids = [process.pid for process in (server.process, heard.process) if process is not None]
-    if heard.reader is not None and heard.reader.native_id is not None:
-        ids.append(heard.reader.native_id)  # a thread of ours, but it does not inherit priority
+    ids = [process.pid for process in (server.process, recording.process) if process is not None]
+    if recording.reader is not None and recording.reader.native_id is not None:
+        ids.append(recording.reader.native_id)  # a thread of ours, but it does not inherit priority
     for number in ids if realtime else ():
         _set_priority(number, SERVER_PRIORITY)
 

@@ -11,13 +11,13 @@ import json
 import sys
 import time
 
-from hapticvlm.devices.output import take_priority
+from hapticvlm.devices.output import request_priority
 from hapticvlm.rendering.vibration import RATE_HZ
 
 
 def keep(seconds: float, block: int, *, realtime: bool) -> dict[str, object]:
     """Sleep from deadline to deadline; return how many were missed by more than a block."""
-    has_priority = realtime and take_priority()
+    has_priority = realtime and request_priority()
     gc.disable()
     period = block / RATE_HZ
     deadline = time.monotonic()

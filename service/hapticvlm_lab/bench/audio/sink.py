@@ -147,24 +147,24 @@ def recording() -> Iterator[Recording]:
     process = subprocess.Popen(
         [*command, f"--rate={RATE_HZ}", "--channels=1"], stdout=subprocess.PIPE, bufsize=0
     )
-    heard = Recording(process)
-    reader = threading.Thread(target=_hear, args=(heard,), name="recorder", daemon=True)
+    recorded = Recording(process)
+    reader = threading.Thread(target=_record, args=(recorded,), name="recorder", daemon=True)
     reader.start()
-    heard.reader = reader
+    recorded.reader = reader
     try:
-        yield heard
+        yield recorded
     finally:
         process.kill()
         process.wait()
         reader.join(5.0)
 
 
-def _hear(heard: Recording) -> None:
-    assert heard.process.stdout is not None
+def _record(recording: Recording) -> None:
+    assert recording.process.stdout is not None
     rest = b""
-    with suppress(ValueError), heard.process.stdout as pipe:
+    with suppress(ValueError), recording.process.stdout as pipe:
         while data := os.read(pipe.fileno(), _CHUNK_BYTES):
             data = rest + data
             whole = len(data) // 4 * 4
             rest = data[whole:]
-            heard.chunks.append((time.monotonic(), data[:whole]))
+            recording.chunks.append((time.monotonic(), data[:whole]))

@@ -36,7 +36,7 @@ from hapticvlm_lab.bench.audio.sink import NAME, Recording, Server, null_sink, r
 BLOCKS = (64, 128, 256, 512)
 STRIKE_LEASE_S = 0.03
 APART_S = 0.15  # a strike's fade and the longest buffers are over by then
-HEARD_WITHIN_S = 0.14
+ARRIVES_WITHIN_S = 0.14
 SLIDE_S = 5.0
 SETTLE_S = 2.0
 ROW_S = 60.0  # most that starting and stopping the parts of a row takes
@@ -59,7 +59,7 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class Delays:
     """Delays in ms of those that were heard, and how many were not."""
 
     delays_ms: NDArray[np.float64]
@@ -90,8 +90,8 @@ def run(plan: Plan, *, as_json: bool) -> int:
         console.print(line)
     versions = {"hapticvlm": __version__, "cpus": os.cpu_count(), "server": _server_version()}
     if as_json:
-        told = {"measure": "speaker", **versions, "rows": rows, "clock": ticked, "jack": dummies}
-        print(json.dumps(told))
+        report = {"measure": "speaker", **versions, "rows": rows, "clock": ticked, "jack": dummies}
+        print(json.dumps(report))
     return 0
 
 
@@ -119,21 +119,21 @@ def _jack_line(found: dict[str, Any]) -> str:
     return f"JACK dummy, blocks of {found['block']}, {counts}"
 
 
-def late(heard: Sequence[tuple[float, bytes]], moments: Sequence[float]) -> Heard:
+def late(chunks: Sequence[tuple[float, bytes]], moments: Sequence[float]) -> Delays:
     """Return how long after each moment the first chunk that is not silent arrived.
 
     A moment at which something still sounded tells nothing and counts as missed.
     """
-    arrivals = np.array([arrived for arrived, _ in heard])
-    sounds = np.array([np.frombuffer(data, np.float32).any() for _, data in heard])
+    arrivals = np.array([arrived for arrived, _ in chunks])
+    sounds = np.array([np.frombuffer(data, np.float32).any() for _, data in chunks])
     delays = []
     for moment in moments:
         first = int(np.searchsorted(arrivals, moment, "right"))
         hits = np.flatnonzero(sounds[first:])
         is_clear = first > 0 and not sounds[first - 1] and hits.size > 0
-        if is_clear and (delay := arrivals[first + hits[0]] - moment) <= HEARD_WITHIN_S:
+        if is_clear and (delay := arrivals[first + hits[0]] - moment) <= ARRIVES_WITHIN_S:
             delays.append(delay * 1000.0)
-    return Heard(np.array(delays), len(moments) - len(delays))
+    return Delays(np.array(delays), len(moments) - len(delays))
 
 
 def gaps(samples: NDArray[np.float32]) -> tuple[int, float]:
@@ -146,18 +146,18 @@ def gaps(samples: NDArray[np.float32]) -> tuple[int, float]:
 
 def _row(server: Server, block: int, plan: Plan) -> dict[str, Any]:
     speaker = Speaker(AudioSettings(NAME, block, realtime=plan.realtime))
-    with clicker(block, plan.realtime) as floor, recording() as heard:
+    with clicker(block, plan.realtime) as floor, recording() as recorded:
         speaker.start()
         try:
-            raise_priority(plan.realtime, server, heard)
+            raise_priority(plan.realtime, server, recorded)
             time.sleep(SETTLE_S)
             before = speaker.underruns
-            strikes, clicks = _take_turns(speaker, floor, plan.seconds)
-            holes, hole_ms = gaps(_slide(speaker, heard))
+            strikes, clicks = _alternate(speaker, floor, plan.seconds)
+            holes, hole_ms = gaps(_slide(speaker, recorded))
             status, underruns = speaker.status(), speaker.underruns - before
         finally:
             speaker.close()
-    ours, bare = late(heard.chunks, strikes), late(heard.chunks, clicks)
+    ours, bare = late(recorded.chunks, strikes), late(recorded.chunks, clicks)
     row = {"block": block, **ours.summary("touch"), **bare.summary("floor")}
     some = ours.delays_ms.size and bare.delays_ms.size
     beyond = round(row["touch_p99_ms"] - row["floor_p99_ms"], 2) if some else None
@@ -166,9 +166,7 @@ def _row(server: Server, block: int, plan: Plan) -> dict[str, Any]:
     return {**row, "beyond_p99_ms": beyond, **counts}
 
 
-def _take_turns(
-    speaker: Speaker, floor: Clicker, seconds: float
-) -> tuple[list[float], list[float]]:
+def _alternate(speaker: Speaker, floor: Clicker, seconds: float) -> tuple[list[float], list[float]]:
     rng = random.Random(0)
     strikes, clicks = [], []
     ends_at = time.monotonic() + seconds
@@ -182,14 +180,14 @@ def _take_turns(
     return strikes, clicks
 
 
-def _slide(speaker: Speaker, heard: Recording) -> NDArray[np.float32]:
+def _slide(speaker: Speaker, recorded: Recording) -> NDArray[np.float32]:
     """Hold a slide, and return what was heard of it."""
-    begun = len(heard.chunks)
+    begun = len(recorded.chunks)
     ends_at = time.monotonic() + SLIDE_S
     while time.monotonic() < ends_at:
         speaker.obey(command("slide", 1, 0.5))
         time.sleep(0.05)
-    data = b"".join(chunk for _, chunk in heard.chunks[begun:])
+    data = b"".join(chunk for _, chunk in recorded.chunks[begun:])
     return np.frombuffer(data, np.float32)
 
 

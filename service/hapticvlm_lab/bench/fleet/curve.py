@@ -82,6 +82,8 @@ def waiting(rate_hz: float, seconds: float) -> float:
     return rate_hz * seconds
 
 
-def headsets(looks_hz: float, look_core_s: float, cores: float, utilisation: float) -> int:
-    """How many headsets of `looks_hz` these cores serve at this utilisation."""
-    return int(cores * utilisation / (looks_hz * look_core_s))
+def headsets(
+    recognitions_hz: float, recognition_core_s: float, cores: float, utilisation: float
+) -> int:
+    """How many headsets of `recognitions_hz` these cores serve at this utilisation."""
+    return int(cores * utilisation / (recognitions_hz * recognition_core_s))

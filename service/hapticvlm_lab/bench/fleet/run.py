@@ -31,7 +31,7 @@ from hapticvlm.recogniser_app.settings import AppSettings, Live, Model, Scale
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.storage import load_gallery, save_gallery
 from hapticvlm_lab.bench.fleet import curve as curves
-from hapticvlm_lab.bench.fleet.looks import Truth, recorded
+from hapticvlm_lab.bench.fleet.crops import Truth, recorded
 from hapticvlm_lab.bench.fleet.scenes import Plan, Scenes, Tally
 
 CAPTURE = Path("examples/captures/living_room")
@@ -58,12 +58,12 @@ def run(load: Load, *, as_json: bool) -> int:
     """Measure, print the tables and, last, one JSON object."""
     console = Console(quiet=as_json, width=150)
     encoder = load_encoder()
-    looks = recorded(CAPTURE, encoder)
-    curve = curves.measure(encoder, looks.crops)
+    captured = recorded(CAPTURE, encoder)
+    curve = curves.measure(encoder, captured.crops)
     with tempfile.TemporaryDirectory(prefix="hv-fleet-") as folder:
         old, new = _galleries(Path(folder))
         named = [load_galleries({NAME: str(path)}, encoder)[NAME] for path in (old, new)]
-        hashes = [one.identity.hash for one in named]
+        hashes = [gallery.identity.hash for gallery in named]
         truth = Truth(named)
         settings = _settings(load, old)
         http = {"host": "127.0.0.1", "port": PORT, "keep_alive_timeout_s": 90}
@@ -78,7 +78,7 @@ def run(load: Load, *, as_json: bool) -> int:
             ]
             for name, wanted, event in events:
                 with console.status(name):
-                    scenes = Scenes(URL, wanted, looks, truth)
+                    scenes = Scenes(URL, wanted, captured, truth)
                     phases.append({"phase": name, **_phase(scenes, wanted, event)})
         phases[-1]["ended_with_new"] = phases[-1]["last_hashes"] == [hashes[1]]
     result = {

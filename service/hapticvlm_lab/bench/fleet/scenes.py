@@ -18,7 +18,7 @@ from hapticvlm.recognition.http_line import LineError, read_address
 from hapticvlm.recognition.remote import contract
 from hapticvlm.recognition.remote.contract import Answer
 from hapticvlm.recognition.remote.exchange import Exchange
-from hapticvlm_lab.bench.fleet.looks import Looks, Truth
+from hapticvlm_lab.bench.fleet.crops import RecordedCrops, Truth
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +53,11 @@ class Tally:
 class Scenes:
     """The scenes of one run; `start`, then `finish`."""
 
-    def __init__(self, url: str, plan: Plan, looks: Looks, truth: Truth) -> None:
+    def __init__(self, url: str, plan: Plan, recorded: RecordedCrops, truth: Truth) -> None:
         self._url, self._plan, self._truth = url, plan, truth
         wait_ms = plan.max_age_ms
         self._bodies = [
-            contract.write_request([crop], plan.gallery, wait_ms=wait_ms) for crop in looks.crops
+            contract.write_request([crop], plan.gallery, wait_ms=wait_ms) for crop in recorded.crops
         ]
         self.tallies = [Tally() for _ in range(plan.scenes)]
         self._threads = [
@@ -89,11 +89,11 @@ class Scenes:
             tally.offered += 1 + max(0, newest - number)
             tally.superseded += max(0, newest - number)
             number = max(number, newest)
-            self._look(exchange, tally, scene, number, began + number / plan.rate_hz)
+            self._recognise(exchange, tally, scene, number, began + number / plan.rate_hz)
             number += 1
         exchange.close()
 
-    def _look(
+    def _recognise(
         self, exchange: Exchange, tally: Tally, scene: int, number: int, captured: float
     ) -> None:
         crop = (number + 7 * scene) % len(self._bodies)

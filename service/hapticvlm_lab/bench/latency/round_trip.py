@@ -87,7 +87,7 @@ def priority(realtime: bool) -> Iterator[None]:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
-def may_take_priority() -> bool:
+def is_priority_permitted() -> bool:
     """Tell whether this system lets us have real-time priority."""
     if not hasattr(os, "sched_setscheduler"):
         return False

@@ -34,7 +34,7 @@ from hapticvlm.commands.local_service import Service, running
 from hapticvlm_lab.bench.latency.round_trip import (
     echo,
     introduce,
-    may_take_priority,
+    is_priority_permitted,
     priority,
     round_trip,
     service_status,
@@ -92,7 +92,7 @@ def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
     console = Console(quiet=as_json, width=150)
     rows: list[Row] = []
     vlm: dict[str, dict[str, Any]] = {}
-    for realtime in (False, True) if may_take_priority() else (False,):
+    for realtime in (False, True) if is_priority_permitted() else (False,):
         kind = "real-time" if realtime else "normal"
         arguments = [] if realtime else ["--no-realtime"]
         with priority(realtime), echo(realtime) as port, running(arguments) as service:
@@ -111,9 +111,9 @@ def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
         console.print(f"{kind}: the VLM ({burnt['model']}) kept {burnt['cores']} cores busy")
     if len(rows) < 2 * (len(LOADS) + with_vlm):
         console.print("real-time priority is not permitted here: those rows are missing")
-    told = {"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}
+    report = {"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}
     if as_json:
-        print(json.dumps({**told, "vlm": vlm or None}))
+        print(json.dumps({**report, "vlm": vlm or None}))
     return 0
 
 
@@ -132,7 +132,7 @@ async def _row(
             await load.stdout.readline()
             await asyncio.sleep(SETTLE_S)
         started, busy_s = time.monotonic(), service_status(service)["recogniser"]["busy_s"]
-        touch_ms, echo_ms = await take_turns(touches, echoes, seconds)
+        touch_ms, echo_ms = await alternate(touches, echoes, seconds)
         status = service_status(service)
         busy = (status["recogniser"]["busy_s"] - busy_s) / (time.monotonic() - started)
         waits = status["speaker"]["command_wait_ms"]
@@ -143,7 +143,7 @@ async def _row(
     return Row(name, touch_ms, echo_ms, os.getloadavg()[0], result, waits, busy)
 
 
-async def take_turns(
+async def alternate(
     touches: ClientConnection, echoes: ClientConnection, seconds: float
 ) -> tuple[list[float], list[float]]:
     """Return round trips of touches and of echoes, ms, in turns at RATE_HZ each."""
@@ -174,7 +174,7 @@ async def start_load(
 @contextmanager
 def _burning(seconds: float) -> Iterator[dict[str, Any]]:
     """Keep a VLM busy on every core meanwhile; what it did is told when the context ends."""
-    told: dict[str, Any] = {}
+    report: dict[str, Any] = {}
     command = [
         sys.executable,
         "-m",
@@ -187,8 +187,8 @@ def _burning(seconds: float) -> Iterator[dict[str, Any]]:
         try:
             if process.stdout.readline() != "burning\n":
                 raise RuntimeError("the VLM did not start; it needs the extra `models`")
-            yield told
-            told |= json.loads(process.communicate(timeout=BURN_END_S)[0])
+            yield report
+            report |= json.loads(process.communicate(timeout=BURN_END_S)[0])
         finally:
             process.kill()
 

@@ -112,8 +112,8 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     Open answers are fused as the session does; forced ones take the mean of all, since fusing
     forgets the small beliefs.
     """
-    looks = _looks(method, embeddings)
-    if looks is None:
+    views = _encoder_evidence(method, embeddings)
+    if views is None:
         return None
     objects = source.objects
     units = [objects == name for name in dict.fromkeys(objects.tolist())]
@@ -121,7 +121,7 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
         units = list(np.eye(len(objects), dtype=np.bool_))
     first = np.array([unit.argmax() for unit in units])
     stated = [object_evidence(method, source, name) for name in objects[first].tolist()]
-    seen = [[looks[row] for row in np.flatnonzero(unit)] if looks else [] for unit in units]
+    seen = [[views[row] for row in np.flatnonzero(unit)] if views else [] for unit in units]
     fused = [[fusion.fuse(views)] if views else [] for views in seen]
     means = [[fuse(views)] if views else [] for views in seen]
     verdicts = [decide([*told, *look]) for told, look in zip(stated, fused, strict=True)]
@@ -140,7 +140,7 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     )
 
 
-def _looks(method: Method, embeddings: Floats | None) -> list[Evidence] | None:
+def _encoder_evidence(method: Method, embeddings: Floats | None) -> list[Evidence] | None:
     """Each view's evidence; empty for a method that does not look, None for one that cannot."""
     if method.encoder is None:
         return []

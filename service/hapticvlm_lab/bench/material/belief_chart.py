@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 NAME = "chart-beliefs"
-LEAST_SAID = 12  # pictures: a share of fewer says nothing
+LEAST_COUNT = 12  # pictures: a share of fewer says nothing
 REFERENCES = 5
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
-WAYS = (("neutral_c", "neutral"), ("guess_c", "best guess"), ("graded_c", "as rendered"))
+METHODS = (("neutral_c", "neutral"), ("guess_c", "best guess"), ("graded_c", "as rendered"))
 
 Doubles = NDArray[np.float64]
 Curve = list[tuple[float, float]]
@@ -64,7 +64,11 @@ def run(data: Path | None, labels: Labels, training: Path, out: Path) -> int:
         ]
     stem = out / NAME
     draw(found, course, encoder.name, stem.with_suffix(".png"))
-    figures = {"encoder": encoder.name, "sets": [_as_json(one) for one in found], "course": course}
+    figures = {
+        "encoder": encoder.name,
+        "sets": [_as_json(each) for each in found],
+        "course": course,
+    }
     stem.with_suffix(".json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     print(f"{stem}.png, {stem}.json")
     return 0
@@ -77,9 +81,12 @@ def worth(seen: beliefs.Seen, gallery: Gallery) -> Worth:
     drawn = beliefs.drawn(seen, gallery, REFERENCES)
     if drawn is not None:
         curves[f"{REFERENCES} references"] = coverage(drawn[0], seen.truth[drawn[1]])
-    felt = beliefs.felt_error(zero, seen.truth, seen.objects)
+    felt = beliefs.contact_error(zero, seen.truth, seen.objects)
     return Worth(
-        seen.name, len(seen.truth), curves, {way: float(str(felt[way])) for way, _ in WAYS}
+        seen.name,
+        len(seen.truth),
+        curves,
+        {method: float(str(felt[method])) for method, _ in METHODS},
     )
 
 
@@ -87,10 +94,10 @@ def coverage(found: Doubles, truth: NDArray[np.int64]) -> Curve:
     """Share said and share of that right, of (N, C) beliefs, for every belief asked for."""
     surest = np.argsort(-found.max(axis=1), kind="stable")
     right = (found.argmax(axis=1) == truth)[surest]
-    said = np.arange(1, len(right) + 1)
-    shares = np.cumsum(right) / said
-    steps = np.unique(np.linspace(min(LEAST_SAID, len(right)), len(right), 60).astype(int)) - 1
-    return [(float(said[at] / len(right)), float(shares[at])) for at in steps]
+    counts = np.arange(1, len(right) + 1)
+    shares = np.cumsum(right) / counts
+    steps = np.unique(np.linspace(min(LEAST_COUNT, len(right)), len(right), 60).astype(int)) - 1
+    return [(float(counts[at] / len(right)), float(shares[at])) for at in steps]
 
 
 def draw(found: list[Worth], course: list[dict[str, float]], encoder: str, path: Path) -> None:
@@ -101,13 +108,13 @@ def draw(found: list[Worth], course: list[dict[str, float]], encoder: str, path:
     from matplotlib import pyplot as plt
 
     with mpl.rc_context(dict(FIGURE)):
-        figure, (said, felt, learned) = plt.subplots(
+        figure, (coverage_axes, error_axes, learned_axes) = plt.subplots(
             1, 3, figsize=(12, 4.4), dpi=100, layout="constrained"
         )
-        _draw_coverage(said, found)
-        _draw_felt(felt, found)
-        _draw_course(learned, course)
-        for axes in (said, felt, learned):
+        _draw_coverage(coverage_axes, found)
+        _draw_error(error_axes, found)
+        _draw_course(learned_axes, course)
+        for axes in (coverage_axes, error_axes, learned_axes):
             axes.grid(color=GRID)
             axes.set_axisbelow(True)
         figure.suptitle(f"{encoder}: wood, glass, fabric or metal?", x=0.01, ha="left")
@@ -116,22 +123,26 @@ def draw(found: list[Worth], course: list[dict[str, float]], encoder: str, path:
 
 
 def _draw_coverage(axes: Axes, found: list[Worth]) -> None:
-    for one, colour in zip(found, COLOURS, strict=False):
-        for (title, curve), style in zip(one.curves.items(), ("-", "--"), strict=False):
+    for result, colour in zip(found, COLOURS, strict=False):
+        for (title, curve), style in zip(result.curves.items(), ("-", "--"), strict=False):
             x, y = np.array(curve).T * 100
-            axes.plot(x, y, style, color=colour, label=f"{one.name} ({one.pictures}), {title}")
+            axes.plot(
+                x, y, style, color=colour, label=f"{result.name} ({result.pictures}), {title}"
+            )
     axes.axhline(25, color=INK, linewidth=0.8, linestyle=":")
     axes.set(xlim=(0, 101), ylim=(0, 101), xlabel="said, % of pictures", ylabel="right, % of said")
     axes.set_title("The surest first; dotted: chance", loc="left", fontsize=9)
     axes.legend(fontsize=7, loc="lower left")
 
 
-def _draw_felt(axes: Axes, found: list[Worth]) -> None:
+def _draw_error(axes: Axes, found: list[Worth]) -> None:
     places, width = np.arange(len(found)), 0.27
-    for number, ((way, title), colour) in enumerate(zip(WAYS, (SOFT, *COLOURS), strict=False)):
-        heights = [one.felt[way] for one in found]
+    for number, ((method, title), colour) in enumerate(
+        zip(METHODS, (SOFT, *COLOURS), strict=False)
+    ):
+        heights = [result.felt[method] for result in found]
         axes.bar(places + (number - 1) * width, heights, width, color=colour, label=title)
-    axes.set_xticks(places, [one.name.replace("/", "/\n") for one in found], fontsize=7)
+    axes.set_xticks(places, [result.name.replace("/", "/\n") for result in found], fontsize=7)
     axes.set(ylabel="mean error of contact temperature, degC", ylim=(0, None))
     axes.set_title("Felt, zero-shot: skin 33, room 22 degC", loc="left", fontsize=9)
     axes.legend(fontsize=7)
@@ -150,9 +161,14 @@ def _draw_course(axes: Axes, course: list[dict[str, float]]) -> None:
     axes.legend(fontsize=7)
 
 
-def _as_json(one: Worth) -> dict[str, object]:
+def _as_json(result: Worth) -> dict[str, object]:
     rounded = {
-        title: [[round(said, 3), round(right, 3)] for said, right in curve]
-        for title, curve in one.curves.items()
+        title: [[round(share, 3), round(right, 3)] for share, right in curve]
+        for title, curve in result.curves.items()
     }
-    return {"name": one.name, "pictures": one.pictures, "curves": rounded, "felt_c": one.felt}
+    return {
+        "name": result.name,
+        "pictures": result.pictures,
+        "curves": rounded,
+        "felt_c": result.felt,
+    }

@@ -83,18 +83,18 @@ def run(
 def judge(seen: Seen, gallery: Gallery) -> dict[str, object]:
     """Return every figure of one set."""
     zero = among(gallery.beliefs(seen.first), gallery.candidates)
-    said: dict[str, object] = {"zero-shot": spoken(zero, seen.truth, seen.objects)}
-    said["zero-shot, fused"] = _fused(zero, seen)
-    felt: dict[str, object] = {"zero-shot": felt_error(zero, seen.truth, seen.objects)}
+    figures: dict[str, object] = {"zero-shot": spoken(zero, seen.truth, seen.objects)}
+    figures["zero-shot, fused"] = _fused(zero, seen)
+    errors: dict[str, object] = {"zero-shot": contact_error(zero, seen.truth, seen.objects)}
     for count in REFERENCES:
         name = f"{count} references"
         found = drawn(seen, gallery, count)
         if found is not None:
             beliefs, rows = found
-            said[name] = spoken(beliefs, seen.truth[rows], seen.objects[rows])
-            felt[name] = felt_error(beliefs, seen.truth[rows], seen.objects[rows])
+            figures[name] = spoken(beliefs, seen.truth[rows], seen.objects[rows])
+            errors[name] = contact_error(beliefs, seen.truth[rows], seen.objects[rows])
     taught = _scene_taught(seen, zero) if seen.pictures == "renders" else None
-    return {"pictures": len(seen.truth), "said": said, "felt": felt, "scene-taught": taught}
+    return {"pictures": len(seen.truth), "said": figures, "felt": errors, "scene-taught": taught}
 
 
 def among(beliefs: Doubles, names: Sequence[str]) -> Doubles:
@@ -124,7 +124,7 @@ def spoken(
     }
 
 
-def felt_error(
+def contact_error(
     beliefs: Doubles, truth: NDArray[np.int64], objects: NDArray[np.str_]
 ) -> dict[str, object]:
     """Mean absolute error of the contact temperature, degC, classes alike, and share below neutral.
@@ -132,8 +132,8 @@ def felt_error(
     Neutral is the mean contact temperature of the four: the best constant when classes are alike.
     """
     contacts = np.array([_contact_c(MATERIALS[name].thermal) for name in FOUR])
-    felt = np.array([_felt_c(row, contacts) for row in beliefs])
-    ours, neutral = np.abs(felt - contacts[truth]), np.abs(contacts.mean() - contacts[truth])
+    rendered = np.array([_rendered_c(row, contacts) for row in beliefs])
+    ours, neutral = np.abs(rendered - contacts[truth]), np.abs(contacts.mean() - contacts[truth])
     guess = np.abs(contacts[beliefs.argmax(axis=1)] - contacts[truth])
 
     def gain(rows: NDArray[np.int64]) -> float:
@@ -148,7 +148,7 @@ def felt_error(
     }
 
 
-def _felt_c(beliefs: Doubles, contacts: Doubles) -> float:
+def _rendered_c(beliefs: Doubles, contacts: Doubles) -> float:
     """Render as the product does: the material where it is sure enough, else the expectation."""
     named = dict(zip(FOUR, beliefs.tolist(), strict=True))
     expected_c = _contact_c(expected_thermal(named, MATERIALS))

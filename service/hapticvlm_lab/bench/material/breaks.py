@@ -43,10 +43,10 @@ class Curve:
         if lead[0] < LEAD:
             return None
         half = lead[0] / 2
-        for (before, after), (one, two) in zip(pairwise(lead), pairwise(self.steps), strict=True):
+        for (before, after), (low, high) in zip(pairwise(lead), pairwise(self.steps), strict=True):
             if after <= half:
                 share = (before - half) / (before - after)
-                return one.severity + share * (two.severity - one.severity)
+                return low.severity + share * (high.severity - low.severity)
         return None
 
 
@@ -55,13 +55,13 @@ def sentence(curve: Curve) -> str:
     worst = curve.steps[-1]
     sure = max(step.wrong_and_sure for step in curve.steps)
     return (
-        f"{curve.name}: zero-shot {_told(curve, enrolled=False)}; "
-        f"enrolled {_told(curve, enrolled=True)}; flips {worst.flips:.0%} at {worst.severity:g}; "
+        f"{curve.name}: zero-shot {_loss(curve, enrolled=False)}; "
+        f"enrolled {_loss(curve, enrolled=True)}; flips {worst.flips:.0%} at {worst.severity:g}; "
         f"wrong and sure at most {sure:.0%} (n = {curve.n}, {curve.unit})"
     )
 
 
-def _told(curve: Curve, *, enrolled: bool) -> str:
+def _loss(curve: Curve, *, enrolled: bool) -> str:
     first = curve.steps[0].enrolled if enrolled else curve.steps[0].accuracy
     if first - CHANCE < LEAD:
         return f"has no lead to lose ({first:.0%} clean)"

@@ -28,7 +28,7 @@ from hapticvlm_lab.bench.material.methods import (
     assemble,
     for_source,
 )
-from hapticvlm_lab.bench.material.protocols import REFERENCES, Looked, enrolled, probe
+from hapticvlm_lab.bench.material.protocols import REFERENCES, LabelledEmbeddings, enrolled, probe
 from hapticvlm_lab.bench.material.reading import load_sources, read_teaching
 from hapticvlm_lab.bench.material.rows import Enrolment, Row
 from hapticvlm_lab.bench.material.scores import Open, Rejection, open_score, rejection, score
@@ -90,11 +90,13 @@ def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, 
 
 
 def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost | None) -> Row:
-    said = answer(method, source, embeddings)
-    look = None
+    found = answer(method, source, embeddings)
+    labelled = None
     if embeddings is not None and not method.rungs:
         sharpness = _sharpness(method)
-        look = Looked(embeddings, source.truth, source.objects, sharpness, method.fused)
+        labelled = LabelledEmbeddings(
+            embeddings, source.truth, source.objects, sharpness, method.fused
+        )
     views = len(source.views) / len(set(source.objects.tolist())) if method.fused else 1.0
     return Row(
         source=source.name,
@@ -103,13 +105,13 @@ def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost |
         is_default=method.is_default,
         cut=method.cut or source.cut,
         views=round(views, 2),
-        references=method.references if said is not None else "",
-        four=None if said is None else score(said.four, said.truth, said.objects, FOUR),
-        eleven=None if said is None else score(said.eleven, said.truth, said.objects, ELEVEN),
-        open=None if said is None else _open(said),
-        unknown=None if said is None else _rejection(said),
-        enrolled={} if look is None else {str(k): _enrolment(look, k) for k in REFERENCES},
-        probe=None if look is None else probe(look, FOUR),
+        references=method.references if found is not None else "",
+        four=None if found is None else score(found.four, found.truth, found.objects, FOUR),
+        eleven=None if found is None else score(found.eleven, found.truth, found.objects, ELEVEN),
+        open=None if found is None else _open(found),
+        unknown=None if found is None else _rejection(found),
+        enrolled={} if labelled is None else {str(k): _enrolment(labelled, k) for k in REFERENCES},
+        probe=None if labelled is None else probe(labelled, FOUR),
         cost=cost,
     )
 
@@ -121,22 +123,24 @@ def _sharpness(method: Method) -> float:
     )
 
 
-def _open(said: Answers) -> Open | None:
-    known = said.truth != materials.UNKNOWN
-    if said.spoken is None or not known.any():
+def _open(answers: Answers) -> Open | None:
+    known = answers.truth != materials.UNKNOWN
+    if answers.spoken is None or not known.any():
         return None
-    return open_score(said.spoken[known], said.sure[known], said.truth[known], said.objects[known])
+    return open_score(
+        answers.spoken[known], answers.sure[known], answers.truth[known], answers.objects[known]
+    )
 
 
-def _rejection(said: Answers) -> Rejection | None:
-    if said.familiar is None:
+def _rejection(answers: Answers) -> Rejection | None:
+    if answers.familiar is None:
         return None
-    return rejection(said.familiar, said.truth != materials.UNKNOWN, said.objects)
+    return rejection(answers.familiar, answers.truth != materials.UNKNOWN, answers.objects)
 
 
-def _enrolment(look: Looked, count: int) -> Enrolment:
-    four, _ = enrolled(look, FOUR, count)
-    eleven, unknown = enrolled(look, ELEVEN, count)
+def _enrolment(labelled: LabelledEmbeddings, count: int) -> Enrolment:
+    four, _ = enrolled(labelled, FOUR, count)
+    eleven, unknown = enrolled(labelled, ELEVEN, count)
     return Enrolment(four, eleven, unknown)
 
 
@@ -152,13 +156,13 @@ def _figures(
         "floor": "decoding a 448 px JPEG",
         "chance": {"four": 1 / len(FOUR), "eleven": 1 / len(ELEVEN)},
         "sources": {
-            one.name: {
-                "pictures": len(one.views),
-                "cut": one.cut,
-                "note": one.note,
-                "knee": tables.knee_sentence([row for row in rows if row.source == one.name]),
+            source.name: {
+                "pictures": len(source.views),
+                "cut": source.cut,
+                "note": source.note,
+                "knee": tables.knee_sentence([row for row in rows if row.source == source.name]),
             }
-            for one in sources
+            for source in sources
         },
         "rows": [asdict(row) for row in rows],
         "skipped": list(skipped),

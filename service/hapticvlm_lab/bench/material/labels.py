@@ -37,7 +37,7 @@ def place(
         extent = Text.get_window_extent(note)  # an annotation's own holds its line too
         size = (extent.width, extent.height)
         tried = [(offset, _box((px, py), offset, size)) for offset in _places(size)]
-        free = (one for one in tried if _is_free(one[1], edge, taken))
+        free = (place for place in tried if _is_free(place[1], edge, taken))
         (dx, dy), box = next(free, tried[0])
         note.set_position((dx * points_per_px, dy * points_per_px))
         taken.append(box)
@@ -80,5 +80,5 @@ def _is_free(box: Box, edge: Box, taken: Sequence[Box]) -> bool:
     return inside and not any(_overlaps(box, other) for other in taken)
 
 
-def _overlaps(one: Box, other: Box) -> bool:
-    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+def _overlaps(a: Box, b: Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

@@ -141,9 +141,9 @@ def shifted(mask: Pixels, down: float, right: float) -> Pixels:
 
 def _one_point(mask: Pixels) -> Pixels:
     """Set the middle of an empty mask: an object too small to mark is still somewhere."""
-    one = mask.copy()
-    one[mask.shape[0] // 2, mask.shape[1] // 2] = 255
-    return one
+    point = mask.copy()
+    point[mask.shape[0] // 2, mask.shape[1] // 2] = 255
+    return point
 
 
 def seen_behind(picture: Picture) -> Pixels:

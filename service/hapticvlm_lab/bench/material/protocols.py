@@ -29,7 +29,7 @@ SEED = 11
 
 
 @dataclass(frozen=True, slots=True)
-class Looked:
+class LabelledEmbeddings:
     """embeddings (N, D) float32 unit, truth (N,) and objects (N,); sharpness of the match.
 
     `fused`: an object is judged by the mean belief of its views.
@@ -52,88 +52,96 @@ class Draw:
 
 
 def enrolled(
-    look: Looked, classes: Sequence[str], count: int
+    labelled: LabelledEmbeddings, classes: Sequence[str], count: int
 ) -> tuple[Score | None, Rejection | None]:
     """Recognise with `count` references a class, over DRAWS draws; None with under two classes."""
-    usable = usable_classes(look, classes)
+    usable = usable_classes(labelled, classes)
     if len(usable) < 2:
         return None, None
     rng = np.random.default_rng([SEED, count])
     scores, rejected = [], []
     for _ in range(DRAWS):
-        draw = draw_references(look, usable, count, rng)
-        said, truth, objects, familiar = _match(look, draw, usable)
-        graded = score(said, truth, objects, usable)
+        draw = draw_references(labelled, usable, count, rng)
+        answers, truth, objects, familiar = _match(labelled, draw, usable)
+        graded = score(answers, truth, objects, usable)
         scores += [graded] if graded is not None else []
         rejected.append(rejection(familiar, np.isin(truth, usable), objects))
-    objects_each = len(set(look.objects[draw.references].tolist())) // len(usable)
+    objects_each = len(set(labelled.objects[draw.references].tolist())) // len(usable)
     return _merge(scores, len(draw.references) // len(usable), objects_each), _mean(rejected)
 
 
-def probe(look: Looked, classes: Sequence[str]) -> Score | None:
+def probe(labelled: LabelledEmbeddings, classes: Sequence[str]) -> Score | None:
     """Logistic regression inside the source, FOLDS-fold by object; None with under two classes."""
-    usable = usable_classes(look, classes)
+    usable = usable_classes(labelled, classes)
     if len(usable) < 2:
         return None
-    rows = np.flatnonzero(np.isin(look.truth, usable))
-    labels = np.array([usable.index(name) for name in look.truth[rows].tolist()], np.int64)
-    folds = _folds(look, rows, usable)
+    rows = np.flatnonzero(np.isin(labelled.truth, usable))
+    labels = np.array([usable.index(name) for name in labelled.truth[rows].tolist()], np.int64)
+    folds = _folds(labelled, rows, usable)
     believed = np.zeros((len(rows), len(usable)))
     for fold in sorted(set(folds.tolist())):
         train, test = rows[folds != fold], rows[folds == fold]
-        model = logistic.fit(look.embeddings[train], labels[folds != fold])
-        believed[folds == fold] = model.probabilities(look.embeddings[test])
-    objects, truth = look.objects[rows], look.truth[rows]
-    if look.fused:
+        model = logistic.fit(labelled.embeddings[train], labels[folds != fold])
+        believed[folds == fold] = model.probabilities(labelled.embeddings[test])
+    objects, truth = labelled.objects[rows], labelled.truth[rows]
+    if labelled.fused:
         believed, truth, objects = _by_object(believed, truth, objects)
     return score(np.array(usable)[believed.argmax(axis=1)], truth, objects, usable)
 
 
-def left_out(known: Looked, embeddings: Floats) -> Words:
+def left_out(known: LabelledEmbeddings, embeddings: Floats) -> Words:
     """Recognise each row of (N, D) embeddings with all `known` views but its own object's: (N,)."""
-    said = np.full(len(known.truth), "", known.truth.dtype)
-    for one in np.unique(known.objects):
-        mine = known.objects == one
+    answers = np.full(len(known.truth), "", known.truth.dtype)
+    for object_id in np.unique(known.objects):
+        mine = known.objects == object_id
         classes = sorted(set(known.truth[~mine].tolist()))
         if classes:
             truth = known.truth[~mine].tolist()
             labels = np.array([classes.index(name) for name in truth], np.int64)
             references = known.embeddings[~mine]
             scores = galleries.score(embeddings[mine], references, labels, known.sharpness)
-            said[mine] = np.array(classes)[scores.argmax(axis=1)]
-    return said
+            answers[mine] = np.array(classes)[scores.argmax(axis=1)]
+    return answers
 
 
-def usable_classes(look: Looked, classes: Sequence[str]) -> list[str]:
+def usable_classes(labelled: LabelledEmbeddings, classes: Sequence[str]) -> list[str]:
     """Classes of two objects or more: one to enrol, one to test."""
-    return [name for name in classes if len(set(look.objects[look.truth == name].tolist())) > 1]
+    return [
+        name for name in classes if len(set(labelled.objects[labelled.truth == name].tolist())) > 1
+    ]
 
 
 def draw_references(
-    look: Looked, classes: Sequence[str], count: int, rng: np.random.Generator
+    labelled: LabelledEmbeddings, classes: Sequence[str], count: int, rng: np.random.Generator
 ) -> Draw:
     """Draw `count` references a class; every view of an object they show is left untested."""
     rows: list[int] = []
     labels: list[int] = []
     for label, name in enumerate(classes):
-        found = np.unique(look.objects[look.truth == name])
+        found = np.unique(labelled.objects[labelled.truth == name])
         chosen = rng.choice(found, min(count, len(found) // 2), replace=False)
-        views = [rng.permutation(np.flatnonzero(look.objects == one)) for one in chosen]
+        views = [
+            rng.permutation(np.flatnonzero(labelled.objects == object_id)) for object_id in chosen
+        ]
         turns = [v[turn] for turn in range(max(map(len, views))) for v in views if turn < len(v)]
         rows += turns[:count]
         labels += [label] * len(turns[:count])
-    others = np.isin(look.truth, [*classes, materials.UNKNOWN])
-    tested = others & ~np.isin(look.objects, look.objects[rows])
+    others = np.isin(labelled.truth, [*classes, materials.UNKNOWN])
+    tested = others & ~np.isin(labelled.objects, labelled.objects[rows])
     return Draw(np.array(rows, np.int64), np.array(labels, np.int64), tested)
 
 
-def _match(look: Looked, draw: Draw, classes: Sequence[str]) -> tuple[Words, Words, Words, Doubles]:
+def _match(
+    labelled: LabelledEmbeddings, draw: Draw, classes: Sequence[str]
+) -> tuple[Words, Words, Words, Doubles]:
     """Answers, truth, objects and familiarity of what is tested, by the product's own match."""
-    references = look.embeddings[draw.references]
-    scores = galleries.score(look.embeddings[draw.tested], references, draw.labels, look.sharpness)
-    truth, objects = look.truth[draw.tested], look.objects[draw.tested]
-    if look.fused:
-        even = galleries.Calibration(look.sharpness, 0.0, 0.0)
+    references = labelled.embeddings[draw.references]
+    scores = galleries.score(
+        labelled.embeddings[draw.tested], references, draw.labels, labelled.sharpness
+    )
+    truth, objects = labelled.truth[draw.tested], labelled.objects[draw.tested]
+    if labelled.fused:
+        even = galleries.Calibration(labelled.sharpness, 0.0, 0.0)
         familiar, *_ = _by_object(scores, truth, objects)
         scores, truth, objects = _by_object(galleries.believe(scores, even), truth, objects)
     else:
@@ -149,14 +157,14 @@ def _by_object(values: Doubles, truth: Words, objects: Words) -> tuple[Doubles, 
     return sums / np.bincount(which)[:, None], truth[first], names
 
 
-def _folds(look: Looked, rows: Numbers, classes: Sequence[str]) -> Numbers:
+def _folds(labelled: LabelledEmbeddings, rows: Numbers, classes: Sequence[str]) -> Numbers:
     """Give each row its fold: objects of a class go round the folds in a drawn order."""
     rng = np.random.default_rng(SEED)
     fold_of: dict[str, int] = {}
     for name in classes:
-        order = rng.permutation(np.unique(look.objects[look.truth == name]))
-        fold_of |= {one: at % FOLDS for at, one in enumerate(order.tolist())}
-    return np.array([fold_of[one] for one in look.objects[rows].tolist()], np.int64)
+        order = rng.permutation(np.unique(labelled.objects[labelled.truth == name]))
+        fold_of |= {object_id: at % FOLDS for at, object_id in enumerate(order.tolist())}
+    return np.array([fold_of[object_id] for object_id in labelled.objects[rows].tolist()], np.int64)
 
 
 def _merge(draws: Sequence[Score], references: int, objects: int) -> Score:
@@ -169,8 +177,8 @@ def _merge(draws: Sequence[Score], references: int, objects: int) -> Score:
     for draw in draws:
         for truth, cells in draw.confusion.items():
             row = table.setdefault(truth, {})
-            for said, n in cells.items():
-                row[said] = row.get(said, 0) + n
+            for answer, n in cells.items():
+                row[answer] = row.get(answer, 0) + n
     recall = {c: float(np.mean([draw.recall[c] for draw in draws])) for c in first.recall}
     return replace(
         first,

@@ -68,8 +68,8 @@ def read_capture(path: Path, limit: int = 0) -> Source:
         elif line.type == "frame" and line.truth is not None:
             views.append(_view(line.fields, line.message(), line.truth))
     ordered = [view for group in by_object(views).values() for view in group]
-    told = {key: what for key, what in stated.items() if what.name or what.shader}
-    return thin(Source(path.name, tuple(ordered), told), limit)
+    helpful = {key: what for key, what in stated.items() if what.name or what.shader}
+    return thin(Source(path.name, tuple(ordered), helpful), limit)
 
 
 def read_pictures(data: Path, name: str, labels: Labels) -> Source | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hapticvlm_lab.bench.material.scores import Open, Rejection, Score
 from hapticvlm_lab.bench.material.timing import Cost
 
-LOOKING = ("plain", "general", "untrained", "ours")  # families that see the picture alone
+PICTURE_FAMILIES = ("plain", "general", "untrained", "ours")  # families that see the picture alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +53,11 @@ def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
 
     None where nothing was timed and graded.
     """
-    looks = [row for row in rows if row.family in LOOKING and row.four and row.latency_ms]
-    if not looks:
+    graded = [row for row in rows if row.family in PICTURE_FAMILIES and row.four and row.latency_ms]
+    if not graded:
         return None
-    best = max(looks, key=_accuracy)
-    reaching = [row for row in looks if row.four and row.four.high >= _accuracy(best)]
+    best = max(graded, key=_accuracy)
+    reaching = [row for row in graded if row.four and row.four.high >= _accuracy(best)]
     return best, min(reaching, key=lambda row: row.latency_ms or 0.0)
 
 

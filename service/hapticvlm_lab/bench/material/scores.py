@@ -63,17 +63,19 @@ class Rejection:
     high: float
 
 
-def score(said: Words, truth: Words, objects: Words, classes: Sequence[str]) -> Score | None:
+def score(answers: Words, truth: Words, objects: Words, classes: Sequence[str]) -> Score | None:
     """Grade forced answers over the classes that are there; None when none is."""
     rows = np.isin(truth, classes)
     present = [name for name in classes if (truth == name).any()]
     if not present:
         return None
     counts = {name: len(set(objects[truth == name].tolist())) for name in present}
-    recall = {name: float((said == name)[truth == name].mean()) for name in present}
+    recall = {name: float((answers == name)[truth == name].mean()) for name in present}
     accuracy = float(np.mean(list(recall.values())))
     low, high = interval(accuracy, list(counts.values()))
-    return Score(accuracy, low, high, int(rows.sum()), counts, recall, confusion(said, truth, rows))
+    return Score(
+        accuracy, low, high, int(rows.sum()), counts, recall, confusion(answers, truth, rows)
+    )
 
 
 def interval(accuracy: float, objects: Sequence[int]) -> tuple[float, float]:
@@ -82,10 +84,10 @@ def interval(accuracy: float, objects: Sequence[int]) -> tuple[float, float]:
     return wilson(accuracy * trials, trials)
 
 
-def confusion(said: Words, truth: Words, rows: NDArray[np.bool_]) -> dict[str, dict[str, int]]:
+def confusion(answers: Words, truth: Words, rows: NDArray[np.bool_]) -> dict[str, dict[str, int]]:
     """Count answers by truth; a silent one under "-"."""
     table: dict[str, dict[str, int]] = {}
-    for true, answer in zip(truth[rows].tolist(), said[rows].tolist(), strict=True):
+    for true, answer in zip(truth[rows].tolist(), answers[rows].tolist(), strict=True):
         cells = table.setdefault(true, {})
         cells[answer or "-"] = cells.get(answer or "-", 0) + 1
     return table

@@ -31,7 +31,7 @@ from hapticvlm_lab.bench.material.data import FOUR, Labels, Source, Where, thin
 from hapticvlm_lab.bench.material.methods import GalleryHead
 from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply
 from hapticvlm_lab.bench.material.picture import Picture, as_frame, window
-from hapticvlm_lab.bench.material.protocols import Looked, left_out
+from hapticvlm_lab.bench.material.protocols import LabelledEmbeddings, left_out
 from hapticvlm_lab.bench.material.reading import load_sources
 from hapticvlm_lab.bench.material.scores import Words, score
 
@@ -67,7 +67,7 @@ class Default:
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class Predictions:
     """Of N pictures: forced answers, zero-shot and enrolled; the open answers, how sure."""
 
     forced: Words
@@ -85,14 +85,14 @@ class Clean:
     objects: Words
     seeds: tuple[int, ...]
     embeddings: Floats
-    said: Said
+    predictions: Predictions
 
 
 def run(plan: Plan, labels: Labels) -> int:
     """Shake every source that is there; 2 when none is. Raises what loading raises."""
     where = replace(plan.where, limit=0)
     found, skipped = load_sources(where, labels)
-    sources = [_thinned(one.keep(FOUR), plan.where.limit) for one in found]
+    sources = [_thinned(source.keep(FOUR), plan.where.limit) for source in found]
     sources = [source for source in sources if source.views]
     if not sources:
         print("\n".join(["no pictures to shake:", *skipped]))
@@ -118,12 +118,12 @@ def run(plan: Plan, labels: Labels) -> int:
 
 def shake_source(source: Source, default: Default) -> list[Curve]:
     """Every perturbation that the source allows, over all severities."""
-    clean = look_clean(source, default)
+    clean = predict_clean(source, default)
     shakes = [shake for shake in SHAKES if source.cut == "mask" or not shake.needs_mask]
     return [shaken(clean, shake, default) for shake in shakes if _concerned(clean, shake).any()]
 
 
-def look_clean(source: Source, default: Default) -> Clean:
+def predict_clean(source: Source, default: Default) -> Clean:
     """Decode a source's pictures and ask about them as they are."""
     pictures = [window(view) for view in source.views]
     shown = tuple(
@@ -132,8 +132,8 @@ def look_clean(source: Source, default: Default) -> Clean:
     )
     seeds = tuple(crc32(f"{view.object_id}/{at}".encode()) for at, view in enumerate(source.views))
     embeddings = default.embed(shown)
-    said = _ask(embeddings, embeddings, source.truth, source.objects, default.gallery)
-    return Clean(shown, source.truth, source.objects, seeds, embeddings, said)
+    predictions = _ask(embeddings, embeddings, source.truth, source.objects, default.gallery)
+    return Clean(shown, source.truth, source.objects, seeds, embeddings, predictions)
 
 
 def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
@@ -141,15 +141,17 @@ def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
     rows = np.flatnonzero(_concerned(clean, shake))
     steps = []
     for severity in shake.severities:
-        said = clean.said
+        predictions = clean.predictions
         if severity:
             changed = list(clean.pictures)
             for row in rows:
                 changed[row] = apply(shake, clean.pictures[row], severity, clean.seeds[row])
             embeddings = clean.embeddings.copy()
             embeddings[rows] = default.embed([changed[row] for row in rows])
-            said = _ask(embeddings, clean.embeddings, clean.truth, clean.objects, default.gallery)
-        steps.append(_step(severity, said, clean, rows))
+            predictions = _ask(
+                embeddings, clean.embeddings, clean.truth, clean.objects, default.gallery
+            )
+        steps.append(_step(severity, predictions, clean, rows))
     return Curve(shake.name, shake.unit, len(rows), tuple(steps))
 
 
@@ -167,34 +169,36 @@ def blank_answers(default: Default) -> dict[str, str]:
 
 def _ask(
     embeddings: Floats, references: Floats, truth: Words, objects: Words, gallery: Gallery
-) -> Said:
+) -> Predictions:
     head = GalleryHead(gallery, speaks=True)
     beliefs, names = head.beliefs(embeddings), np.array(head.materials)
     among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
     best = beliefs.max(axis=1)
     spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
-    known = Looked(references, truth, objects, gallery.calibration.sharpness)
+    known = LabelledEmbeddings(references, truth, objects, gallery.calibration.sharpness)
     enrolled = left_out(known, embeddings)
-    return Said(names[among.argmax(axis=1)], enrolled, spoken, best)
+    return Predictions(names[among.argmax(axis=1)], enrolled, spoken, best)
 
 
-def _step(severity: float, said: Said, clean: Clean, rows: NDArray[np.intp]) -> Step:
+def _step(severity: float, predictions: Predictions, clean: Clean, rows: NDArray[np.intp]) -> Step:
     truth, objects = clean.truth[rows], clean.objects[rows]
-    graded = score(said.forced[rows], truth, objects, FOUR)
-    again = score(said.enrolled[rows], truth, objects, FOUR)
+    graded = score(predictions.forced[rows], truth, objects, FOUR)
+    again = score(predictions.enrolled[rows], truth, objects, FOUR)
     assert graded is not None
     assert again is not None
-    wrong = (said.open[rows] != truth) & (said.confidence[rows] >= SURE)
+    wrong = (predictions.open[rows] != truth) & (predictions.confidence[rows] >= SURE)
     return Step(
         severity=severity,
         accuracy=graded.accuracy,
         low=graded.low,
         high=graded.high,
-        flips=float((said.forced[rows] != clean.said.forced[rows]).mean()),
+        flips=float((predictions.forced[rows] != clean.predictions.forced[rows]).mean()),
         wrong_and_sure=float(wrong.mean()),
-        unknown=float((said.open[rows] == materials.UNKNOWN).mean()),
+        unknown=float((predictions.open[rows] == materials.UNKNOWN).mean()),
         enrolled=again.accuracy,
-        enrolled_flips=float((said.enrolled[rows] != clean.said.enrolled[rows]).mean()),
+        enrolled_flips=float(
+            (predictions.enrolled[rows] != clean.predictions.enrolled[rows]).mean()
+        ),
     )
 
 
@@ -238,8 +242,8 @@ def _figures(
 
 
 def _print_end(blanks: dict[str, str], skipped: Sequence[str], files: Sequence[Path]) -> None:
-    told = ", ".join(f"{name}: {said}" for name, said in blanks.items())
-    print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {told}")
+    text = ", ".join(f"{name}: {answer}" for name, answer in blanks.items())
+    print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {text}")
     for text in skipped:
         print(f"left out  {text}")
     for path in files:

@@ -75,7 +75,7 @@ def _line(row: Row) -> str:
         times = "".join(f"{figure * row.views:>9.3g}" for figure in figures)
         times += f"{cost.floors * row.views:>8.3g}"
     few = [row.enrolled.get(str(k)) for k in REFERENCES]
-    enrolled = "".join(f"{_spread(one.four if one else None):<10}" for one in few)
+    enrolled = "".join(f"{_spread(enrolment.four if enrolment else None):<10}" for enrolment in few)
     return (
         f"{mark + row.method:<38}{times}  {_share(row.four):<15}{_share(row.eleven):<15}"
         f"{_spoken(row.open):<15}{enrolled}{_percent(row.probe):<7}{_rejected(row.unknown)}"
@@ -115,8 +115,8 @@ def _print_confusion(title: str, score: Score | None, row: Row) -> None:
     """Print truth by row, answer by column, in % of the truth."""
     if score is None:
         return
-    said = {name for cells in score.confusion.values() for name in cells}
-    columns = [name for name in (*materials.MATERIALS, "-") if name in said]
+    answers = {name for cells in score.confusion.values() for name in cells}
+    columns = [name for name in (*materials.MATERIALS, "-") if name in answers]
     print(f"\n  {row.method}, {title}: {'truth':>9} |" + "".join(f"{c[:7]:>8}" for c in columns))
     for truth in (name for name in materials.MATERIALS if name in score.confusion):
         cells = score.confusion[truth]

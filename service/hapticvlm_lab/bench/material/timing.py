@@ -85,14 +85,14 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
     )
     cut = crop(View(frame, "", "").as_cut("centre"), encoder.side)
 
-    def look() -> object:
+    def recognise() -> object:
         embeddings = encoder.embed([cut])
         if head is None:
             return embeddings
         row = head.beliefs(embeddings)[0]
         return decide([*read(), evidence_of(row, head.materials)])
 
-    return look
+    return recognise
 
 
 def _reading(method: Method, stated: Source | None) -> Callable[[], list[Evidence]]:

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 
 from hapticvlm.devices import plate_protocol
 from hapticvlm.devices.framing import Deframer
-from hapticvlm.devices.output import take_priority
+from hapticvlm.devices.output import request_priority
 from hapticvlm.devices.simulated_board import SimulatedBoard
 
 TURN_S = 0.005  # what arrives is taken at once
@@ -78,7 +78,7 @@ def main() -> None:
     master, slave = pty.openpty()
     tty.setraw(slave)
     print(os.ttyname(slave), flush=True)
-    take_priority()
+    request_priority()
     board, deframer, state = SimulatedBoard(), Deframer(), ""
     while True:
         ready, _, _ = select.select([master], [], [], TURN_S)

@@ -23,10 +23,10 @@ from hapticvlm.commands.local_service import Service, running
 from hapticvlm_lab.bench.latency.round_trip import (
     echo,
     introduce,
-    may_take_priority,
+    is_priority_permitted,
     priority,
 )
-from hapticvlm_lab.bench.latency.touch import take_turns
+from hapticvlm_lab.bench.latency.touch import alternate
 from hapticvlm_lab.bench.reliability.floods import KINDS
 
 MARK_MS = 10.0
@@ -37,7 +37,7 @@ MARGIN_S = 30.0
 def run(*, seconds: float, as_json: bool) -> int:
     """Measure, print a table or JSON; 1 if a p99 is above the mark."""
     console = Console(quiet=as_json, width=120)
-    realtime = may_take_priority()
+    realtime = is_priority_permitted()
     rows = []
     with priority(realtime), echo(realtime) as port, running() as service:
         for kind in (NOBODY, *KINDS):
@@ -45,9 +45,9 @@ def run(*, seconds: float, as_json: bool) -> int:
                 rows.append(asyncio.run(_row(kind, service, port, seconds)))
             print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
     console.print(_table(rows))
-    told = {"measure": "hostile", "hapticvlm": __version__, "realtime": realtime, "rows": rows}
+    report = {"measure": "hostile", "hapticvlm": __version__, "realtime": realtime, "rows": rows}
     if as_json:
-        print(json.dumps(told))
+        print(json.dumps(report))
     return int(max(row["touch_ms"]["p99"] for row in rows) > MARK_MS)
 
 
@@ -61,7 +61,7 @@ async def _row(kind: str, service: Service, echo_port: int, seconds: float) -> d
         attacker = None if kind == NOBODY else await _attack(service.url, kind, seconds)
         started, used = time.monotonic(), _processor_s(service)
         try:
-            touch_ms, echo_ms = await take_turns(touches, echoes, seconds)
+            touch_ms, echo_ms = await alternate(touches, echoes, seconds)
             cores = (_processor_s(service) - used) / (time.monotonic() - started)
         finally:
             if attacker is not None and attacker.returncode is None:
@@ -105,8 +105,8 @@ def _table(rows: list[dict[str, Any]]) -> Table:
     for column in ("hostile client sends", "n", "touch", "bare echo", "gateway, cores", "load"):
         table.add_column(column)
     for row in rows:
-        said = (row[name] for name in ("touch_ms", "echo_ms"))
-        times = [f"{each['median']} / {each['p99']} / {each['max']}" for each in said]
+        cells = (row[name] for name in ("touch_ms", "echo_ms"))
+        times = [f"{each['median']} / {each['p99']} / {each['max']}" for each in cells]
         cores, load = str(row["gateway_cores"]), str(row["load"])
         table.add_row(row["hostile"], str(row["touch_ms"]["n"]), *times, cores, load)
     return table

@@ -85,28 +85,28 @@ def run(*, minutes: float, as_json: bool) -> int:
     with echo(realtime=False) as port, running() as service:
         with console.status(f"{minutes:g} minutes"), _others(service, seconds) as others:
             soak = asyncio.run(_soak(service, port, seconds))
-            told = [json.loads(each.communicate()[0].splitlines()[-1]) for each in others]
+            reports = [json.loads(each.communicate()[0].splitlines()[-1]) for each in others]
         time.sleep(END_S)
         found = service_status(service)
-        said = [line for line in service.said if "Traceback" in line]
+        tracebacks = [line for line in service.said if "Traceback" in line]
     result = {
         "measure": "soak",
         "hapticvlm": __version__,
         "minutes": minutes,
         "load": round(os.getloadavg()[0], 1),
         **summary(soak, seconds),
-        "frames": told[0],
-        "hostile": told[1],
+        "frames": reports[0],
+        "hostile": reports[1],
         "owner_left_at_rest": not found["leases"] and found["speaker"]["level"] == 0.0,
         "lost_commands": found["speaker"]["lost_commands"],
-        "tracebacks": len(said),
+        "tracebacks": len(tracebacks),
         "counts": found["counts"],
     }
     if as_json:
         print(json.dumps(result))
     for name, value in result.items():
         console.print(f"{name:<20} {value}", highlight=False)
-    return 0 if result["owner_left_at_rest"] and not said else 1
+    return 0 if result["owner_left_at_rest"] and not tracebacks else 1
 
 
 def summary(soak: Soak, seconds: float) -> dict[str, Any]:

@@ -32,8 +32,8 @@ from hapticvlm_lab.bench.reliability.board import OFF, PtyBoard, board_on_a_term
 from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
 
 MARK_MS = 50.0
-FELT_WITHIN_S = 60.0  # from the contact to vibration and a driven plate, on a busy machine
-FELT_FOR_S = (0.1, 0.4)  # random, so that no stop falls in step with anything
+DRIVEN_WITHIN_S = 60.0  # from the contact to vibration and a driven plate, on a busy machine
+DRIVEN_FOR_S = (0.1, 0.4)  # random, so that no stop falls in step with anything
 SLIDE_S = 0.02
 CLEAR_S = 0.3
 KETTLE = {"object_id": "kettle", "material": "wood", "temperature_c": 5.0}
@@ -43,18 +43,20 @@ KETTLE = {"object_id": "kettle", "material": "wood", "temperature_c": 5.0}
 class Outputs:
     """What can be seen of both outputs from outside."""
 
-    heard: Recording
+    recording: Recording
     board: PtyBoard
 
     def are_driven(self, now: float) -> bool:
         """Tell whether something was heard just now, and the plate holds a setpoint."""
-        newest = self.heard.chunks[-100:]
+        newest = self.recording.chunks[-100:]
         sounds = any(np.frombuffer(data, "f4").any() for at, data in newest if at > now - 0.05)
         return sounds and self.board.state == "HOLDING"
 
     def silent_after(self, moment: float, until: float) -> float:
         """Return the time in s until the last chunk with a sound had arrived; inf for never."""
-        chunks = [each for each in list(self.heard.chunks[-20_000:]) if moment < each[0] <= until]
+        chunks = [
+            each for each in list(self.recording.chunks[-20_000:]) if moment < each[0] <= until
+        ]
         last = next((at for at, data in reversed(chunks) if np.frombuffer(data, "f4").any()), None)
         if last is None:
             return 0.0
@@ -79,11 +81,11 @@ def run(*, trials: int, only: list[str], as_json: bool) -> int:
     console = Console(quiet=as_json, width=150)
     chosen = {name: each for name, each in CONDITIONS.items() if not only or name in only}
     rows: list[dict[str, Any]] = []
-    with null_sink() as server, priority(realtime=True), recording() as heard:
-        raise_priority(True, server, heard)
+    with null_sink() as server, priority(realtime=True), recording() as recorded:
+        raise_priority(True, server, recorded)
         for service in dict.fromkeys(each.service for each in chosen.values()):
             alike = {name: each for name, each in chosen.items() if each.service is service}
-            rows += _with_service(service, alike, heard, trials, console)
+            rows += _with_service(service, alike, recorded, trials, console)
     console.print(_table(rows))
     if as_json:
         print(json.dumps({"measure": "stop", "hapticvlm": __version__, "rows": rows}))
@@ -107,7 +109,11 @@ def summary(trials: list[Trial]) -> dict[str, Any]:
 
 
 def _with_service(
-    start: Start, conditions: dict[str, Condition], heard: Recording, trials: int, console: Console
+    start: Start,
+    conditions: dict[str, Condition],
+    recorded: Recording,
+    trials: int,
+    console: Console,
 ) -> list[dict[str, Any]]:
     rows = []
     with ExitStack() as stack:
@@ -116,8 +122,8 @@ def _with_service(
         for name, condition in conditions.items():
             count = min(trials, condition.most or trials)
             with console.status(name), condition.load(service):
-                found = asyncio.run(_measure(condition, Outputs(heard, board), service, count))
-            heard.chunks.clear()
+                found = asyncio.run(_measure(condition, Outputs(recorded, board), service, count))
+            recorded.chunks.clear()
             load = round(os.getloadavg()[0], 1)
             rows.append({"condition": name, **summary(found), "load": load})
             print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
@@ -138,9 +144,9 @@ async def _trial(
     press: Press,
     service: Service,
 ) -> Trial:
-    hand.put_down()
-    await _felt(outputs)
-    await asyncio.sleep(condition.steady_s + random.uniform(*FELT_FOR_S))
+    hand.touch()
+    await _driven(outputs)
+    await asyncio.sleep(condition.steady_s + random.uniform(*DRIVEN_FOR_S))
     if condition.strike is not None:
         condition.strike(service)
         await asyncio.sleep(random.uniform(0.0, condition.struck_s))
@@ -159,9 +165,9 @@ async def _trial(
     )
 
 
-async def _felt(outputs: Outputs) -> None:
+async def _driven(outputs: Outputs) -> None:
     """Wait until vibration is heard and the plate is driven."""
-    async with asyncio.timeout(FELT_WITHIN_S):
+    async with asyncio.timeout(DRIVEN_WITHIN_S):
         while not outputs.are_driven(time.monotonic()):  # noqa: ASYNC110 - nobody tells us
             await asyncio.sleep(0.01)
 
@@ -173,7 +179,7 @@ class _Hand:
         self._client = client
         self._sliding: asyncio.Task[None] | None = None
 
-    def put_down(self) -> None:
+    def touch(self) -> None:
         """Touch, and slide on in a task."""
         self._sliding = asyncio.create_task(self._slide())
 
@@ -220,6 +226,6 @@ def _table(rows: list[dict[str, Any]]) -> Table:
         table.add_column(column)
     for row in rows:
         times = (row[name] for name in ("answered", "silent", "off", "bridge"))
-        said = (f"{each['median']} / {each['p99']} / {each['max']}" for each in times)
-        table.add_row(row["condition"], str(row["n"]), *said, str(row["load"]))
+        cells = (f"{each['median']} / {each['p99']} / {each['max']}" for each in times)
+        table.add_row(row["condition"], str(row["n"]), *cells, str(row["load"]))
     return table

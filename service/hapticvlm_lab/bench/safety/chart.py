@@ -81,7 +81,11 @@ def measure(plates: Sequence[Variation], make: Callable[[Setting], Core]) -> lis
         sound = [try_sound(cores, plate) for plate in plates]
         for number, setting in enumerate(built):
             rows.append(
-                row(setting, [one[number] for one in stuck], [one[number] for one in sound])
+                row(
+                    setting,
+                    [results[number] for results in stuck],
+                    [results[number] for results in sound],
+                )
             )
     return rows
 
@@ -124,9 +128,10 @@ def read_sweep(path: Path) -> list[Off]:
     lines = path.read_text(encoding="utf-8").strip().splitlines()
     try:
         trials = json.loads(lines[-1])["alone"]
-        faults = dict.fromkeys(name for one in trials for name in one["faults"])
+        faults = dict.fromkeys(name for trial in trials for name in trial["faults"])
         return [
-            _slowest(name, [one for one in trials if one["faults"] == [name]]) for name in faults
+            _slowest(name, [trial for trial in trials if trial["faults"] == [name]])
+            for name in faults
         ]
     except (IndexError, KeyError, TypeError, json.JSONDecodeError) as error:
         raise ValueError(f"{path.name} is no sweep: {error!r}") from None
@@ -136,11 +141,13 @@ def _slowest(name: str, trials: Sequence[dict[str, Any]]) -> Off:
     """Return the latest time; a situation in which nothing had to act has none."""
     times = [
         seconds
-        for one in trials
-        for seconds in (one["off_after_s"], one["cut_out_after_s"])
+        for trial in trials
+        for seconds in (trial["off_after_s"], trial["cut_out_after_s"])
         if seconds is not None
     ]
-    guards = Counter(guard for one in trials for guard in (*one["caught_by"], *one["numbers"]))
+    guards = Counter(
+        guard for trial in trials for guard in (*trial["caught_by"], *trial["numbers"])
+    )
     return Off(name, max(times, default=None), ", ".join(guards))
 
 
@@ -154,8 +161,8 @@ def _figures(
         "plates": plan.plates,
         "seed": SEED,
         "guards": "firmware core compiled for this machine",
-        "settings": [asdict(one) for one in rows],
-        "time_to_off": {"source": source, "faults": [asdict(one) for one in offs]},
+        "settings": [asdict(row) for row in rows],
+        "time_to_off": {"source": source, "faults": [asdict(off) for off in offs]},
     }
 
 
@@ -164,12 +171,12 @@ def _print(rows: Sequence[Row], offs: Sequence[Off], source: str) -> None:
     print(
         f"{'window':>8} {'duty cap':>9} {'peak median':>12} {'worst':>7} {'>= 43':>6} {'false':>6}"
     )
-    for one in rows:
-        mark = "  default" if one.is_default else ""
-        false = ", ".join(f"{name} {count}" for name, count in one.false_by.items())
+    for row in rows:
+        mark = "  default" if row.is_default else ""
+        false = ", ".join(f"{name} {count}" for name, count in row.false_by.items())
         print(
-            f"{one.window_ms:>5} ms {one.duty_cap:>9.3f} {one.peak_median_c:>9.1f} degC "
-            f"{one.peak_worst_c:>7.1f} {one.above_trip:>6.1%} {one.false_trips:>6.1%}"
+            f"{row.window_ms:>5} ms {row.duty_cap:>9.3f} {row.peak_median_c:>9.1f} degC "
+            f"{row.peak_worst_c:>7.1f} {row.above_trip:>6.1%} {row.false_trips:>6.1%}"
             f"{mark}  {false}"
         )
     print(f"time to off ({source})")

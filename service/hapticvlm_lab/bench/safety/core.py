@@ -48,9 +48,9 @@ class Core:
     def start(self) -> None:
         """Switch on and greet."""
         self._library.core_start()
-        self.tell(plate_protocol.Hello(plate_protocol.MAJOR, plate_protocol.MINOR))
+        self.send(plate_protocol.Hello(plate_protocol.MAJOR, plate_protocol.MINOR))
 
-    def tell(self, message: plate_protocol.Message) -> None:
+    def send(self, message: plate_protocol.Message) -> None:
         """Send a message, as bytes on the line."""
         sent = plate_protocol.encode(message, 1)
         self._library.core_receive(sent, len(sent))

@@ -31,31 +31,31 @@ def draw(rows: Sequence[Row], offs: Sequence[Off], source: str, path: Path) -> P
 
 def _settings(axes: Any, rows: Sequence[Row]) -> None:  # noqa: ANN401 - matplotlib
     other = axes.twinx()
-    caps = sorted({one.duty_cap for one in rows})
+    caps = sorted({row.duty_cap for row in rows})
     for cap, colour in zip(caps, COLOURS, strict=False):
-        line = [one for one in rows if one.duty_cap == cap]
-        windows_s = [one.window_ms / 1000.0 for one in line]
+        line = [row for row in rows if row.duty_cap == cap]
+        windows_s = [row.window_ms / 1000.0 for row in line]
         axes.plot(
             windows_s,
-            [one.peak_worst_c for one in line],
+            [row.peak_worst_c for row in line],
             "o-",
             color=colour,
             label=f"cap {cap:.0%}",
         )
-        other.plot(windows_s, [100.0 * one.false_trips for one in line], ":", color=colour)
-    for one in rows:
-        if one.is_default:
-            at = one.window_ms / 1000.0
-            axes.plot(at, one.peak_worst_c, "o", ms=15, mfc="none", mec="black", label="default")
+        other.plot(windows_s, [100.0 * row.false_trips for row in line], ":", color=colour)
+    for row in rows:
+        if row.is_default:
+            at = row.window_ms / 1000.0
+            axes.plot(at, row.peak_worst_c, "o", ms=15, mfc="none", mec="black", label="default")
     axes.axhline(PLATE_TRIP_HIGH_C, color="grey", ls="--", lw=1.0, label="43 degC")
     axes.set_xscale("log")
-    ticks = sorted({one.window_ms / 1000.0 for one in rows})
+    ticks = sorted({row.window_ms / 1000.0 for row in rows})
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.set_xticks([], minor=True)
     axes.set_xlabel("runaway window, s")
     axes.set_ylabel("hottest plate of all, degC (solid)")
     other.set_ylabel("sound plates switched off by mistake, % (dotted)")
-    other.set_ylim(-0.5, max(10.0, *(115.0 * one.false_trips for one in rows)))
+    other.set_ylim(-0.5, max(10.0, *(115.0 * row.false_trips for row in rows)))
     axes.set_title("Both plate thermistors frozen while heating:\nrunaway window and duty cap")
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3)

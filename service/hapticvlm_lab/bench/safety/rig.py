@@ -78,7 +78,7 @@ class Rig:
                 return
             if step % RENEW_STEPS == 0:
                 for _, core in running:
-                    core.tell(Setpoint(round(phase.setpoint_c * 1000.0), TTL_MS))
+                    core.send(Setpoint(round(phase.setpoint_c * 1000.0), TTL_MS))
             sums = self._sums(noise[step])
             seen = sums if phase.lie is None else phase.lie(sums)
             self._step(running, seen, (step + 1) * STEP_S, phase.polarity)

@@ -40,10 +40,10 @@ class Variation:
 def draw(count: int, seed: int = SEED) -> list[Variation]:
     """Draw plates, always the same ones for a seed."""
     rng = np.random.default_rng(seed)
-    return [_one(rng) for _ in range(count)]
+    return [_variation(rng) for _ in range(count)]
 
 
-def _one(rng: np.random.Generator) -> Variation:
+def _variation(rng: np.random.Generator) -> Variation:
     module = Module(
         seebeck=SEEBECK * rng.uniform(0.95, 1.05),
         resistance=RESISTANCE * rng.uniform(0.9, 1.15),

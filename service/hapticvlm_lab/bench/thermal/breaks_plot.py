@@ -36,9 +36,9 @@ def draw(stem: Path) -> list[Path]:
             2, 2, figsize=(WIDTH_IN, HEIGHT_IN), dpi=DPI, layout="constrained"
         )
         drawn = (_euler, _ringing, _overflow, _windup)
-        for axes, draw_one in zip(panels.ravel(), drawn, strict=True):
+        for axes, draw_panel in zip(panels.ravel(), drawn, strict=True):
             with np.errstate(all="ignore"):
-                draw_one(axes)
+                draw_panel(axes)
             axes.grid(color=GRID, linewidth=0.6)
             axes.legend(frameon=False, fontsize=8)
             axes.spines[["top", "right"]].set_visible(False)
@@ -64,12 +64,12 @@ def _euler(axes: Axes) -> None:
 def _ringing(axes: Axes) -> None:
     contact = thermal_contact(breaks.ALUMINIUM, 22.0, contact_resistance=breaks.STIFF)
     step_s = breaks.FRAME_S
-    ways = (
+    methods = (
         ("Crank-Nicolson", BAD, uniform_cells(grids.crank_nicolson)(step_s)),
         ("backward Euler", OTHER, uniform_cells(grids.backward_euler)(step_s)),
         ("closed form (default)", OURS, Closed(step_s)),
     )
-    for name, colour, skin in ways:
+    for name, colour, skin in methods:
         followed = breaks.follow(skin, contact, step_s, 0.4)
         times = np.arange(1, followed.size + 1, dtype=np.float64) * step_s
         axes.plot(times[1:], np.diff(followed) / step_s, color=colour, label=name, linewidth=1.2)

@@ -143,7 +143,7 @@ def sentence(rows: Sequence[Row]) -> str:
 
 def _row(method: Method, slides: Sequence[tuple[Sequence[Stage], Floats]]) -> Row:
     with np.errstate(all="ignore"):
-        felt = {
+        errors_c = {
             f"{name}, R'' {resistance:g}, {rate_hz} Hz": contact_error(
                 method, thermal_contact(bulk, OBJECT_C, contact_resistance=resistance), rate_hz
             )
@@ -157,12 +157,12 @@ def _row(method: Method, slides: Sequence[tuple[Sequence[Stage], Floats]]) -> Ro
             for rate_hz in RATES_HZ
         }
         cost = timing.cost(method)
-    felt_at, slide_at = max(felt, key=felt.__getitem__), max(slid, key=slid.__getitem__)
+    felt_at, slide_at = max(errors_c, key=errors_c.__getitem__), max(slid, key=slid.__getitem__)
     return Row(
         method=method.name,
         family=method.family,
         is_default=method.is_default,
-        felt_c=_number(felt[felt_at]),
+        felt_c=_number(errors_c[felt_at]),
         felt_at=felt_at,
         slide_c=_number(slid[slide_at]),
         slide_at=slide_at,

@@ -84,8 +84,8 @@ def run(out: Path) -> list[PlateRow]:
     """Measure, write picture and JSON."""
     rows = [_row(*method) for method in METHODS]
     draw(rows, out / NAME)
-    told = {"chart": "thermal plate", "mark_c": MARK_C, "rows": [asdict(row) for row in rows]}
-    (out / f"{NAME}.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    report = {"chart": "thermal plate", "mark_c": MARK_C, "rows": [asdict(row) for row in rows]}
+    (out / f"{NAME}.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     return rows
 
 
@@ -128,7 +128,7 @@ def _row(name: str, term: Term, assumed: float | None) -> PlateRow:
         )
 
     single = worst([(name,) for name in TOUCHED])
-    slides = worst([(one, two) for one in TOUCHED for two in TOUCHED if one != two])
+    slides = worst([(first, second) for first in TOUCHED for second in TOUCHED if first != second])
     is_default = term is product and assumed is None
     return PlateRow(name, is_default, round(single, 4), round(slides, 4), _step_us(term))
 

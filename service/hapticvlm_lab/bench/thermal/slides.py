@@ -17,7 +17,7 @@ from hapticvlm_lab.bench.thermal.methods import Closed, Forgetful, Skin
 from hapticvlm_lab.bench.thermal.reference import SETTLED_S, Stage, skin_surface
 from hapticvlm_lab.bench.thermal.traces import Traced
 
-FELT_C = 0.1  # degC, what a slide may err by: the cool threshold (docs/physics.md 1.3)
+PERCEPTIBLE_C = 0.1  # degC, what a slide may err by: the cool threshold (docs/physics.md 1.3)
 SLIDE_S = 6.0
 
 
@@ -35,8 +35,8 @@ def slides() -> list[Trial]:
         times = FRAME_S * np.arange(1, found_c.size + 1)
         off_c = np.abs(found_c - np.interp(times, exact[:, 0], exact[:, 1]))
         worst_c = float(off_c[np.abs(times - 1.0) > SETTLED_S].max())
-        found = f"worst error {worst_c:.2g} degC, mark {FELT_C:g}"
-        trials.append(Trial(f"metal > aluminium, {name}", found, worst_c > FELT_C))
+        found = f"worst error {worst_c:.2g} degC, mark {PERCEPTIBLE_C:g}"
+        trials.append(Trial(f"metal > aluminium, {name}", found, worst_c > PERCEPTIBLE_C))
     return trials
 
 

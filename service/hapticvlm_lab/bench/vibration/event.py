@@ -82,7 +82,7 @@ def by_pulses(_: str, interaction: str, seed: int) -> Wave:
     return _actuator(level * jitter)
 
 
-def told_apart(path: Path, interaction: str, noise: float, seed: int = 5) -> float:
+def recognised_share(path: Path, interaction: str, noise: float, seed: int = 5) -> float:
     """Share of EIGHT the observer tells apart when each is done with one equal stroke, 0..1."""
     rows = [
         [vibration_steps(path(material, interaction, s).astype(np.float32), RATE_HZ) for s in SEEDS]
@@ -97,7 +97,7 @@ def main() -> None:
     noise = paper_noise().touch
     paths: dict[str, Path] = {"speaker": by_speaker, "event": by_event, "pulses": by_pulses}
     shares = {
-        name: {interaction: told_apart(path, interaction, noise) for interaction in MOTIONS}
+        name: {interaction: recognised_share(path, interaction, noise) for interaction in MOTIONS}
         for name, path in paths.items()
     }
     for name, share in shares.items():

@@ -56,10 +56,10 @@ def modes() -> list[Row]:
     """Cut every material's row of modes short after n of them, and where the table ends it."""
     rows = {name: _whole_row(material.vibration) for name, material in MATERIALS.items()}
     shipped = {name: len(material.vibration.modes) for name, material in MATERIALS.items()}
-    ways = {str(count): dict.fromkeys(rows, count) for count in MODES} | {SHIPPED: shipped}
+    tables = {str(count): dict.fromkeys(rows, count) for count in MODES} | {SHIPPED: shipped}
     costs: dict[tuple[str, int], float] = {}
     found = []
-    for value, counts in ways.items():
+    for value, counts in tables.items():
         errors: dict[str, float] = {}
         cost_us = []
         for name, full in rows.items():
@@ -167,14 +167,14 @@ def _two_hands() -> Voices:
 def _moving(size: int) -> Wave:
     """Two hands whose contacts come between blocks of `size`; 1 stands for 8 samples."""
     voices = _two_hands()
-    step, every, told, waves = max(size, 8), RATE_HZ / UPDATES_HZ, 0, []
+    step, every, updates, waves = max(size, 8), RATE_HZ / UPDATES_HZ, 0, []
     for begin in range(0, 4 * RATE_HZ, step):
-        while told * every < begin:
-            speed_mps = 0.2 + 0.1 * np.sin(2.0 * np.pi * told / UPDATES_HZ)
+        while updates * every < begin:
+            speed_mps = 0.2 + 0.1 * np.sin(2.0 * np.pi * updates / UPDATES_HZ)
             for hand, name in enumerate(("wood", "rubber")):
                 motion = Motion(float(speed_mps), 2.0)
                 voices.obey(Command(hand, name, "slide", False, motion, hand, np.inf))
-            told += 1
+            updates += 1
         waves.append(voices.render(step, 0.0))
     return np.concatenate(waves)
 

@@ -145,8 +145,8 @@ def _patterned_cloth(rng: Rng, catalogue: Catalogue) -> Surface:
     share = bands.astype(np.float64)
     if rng.random() < 0.5:
         share = (share + share.T) / 2
-    one, other = np.array(any_colour(rng)), np.array(any_colour(rng))
-    colour = one + (other - one) * share[..., None]
+    first, second = np.array(any_colour(rng)), np.array(any_colour(rng))
+    colour = first + (second - first) * share[..., None]
     return _woven(rng, "striped or checked cloth, woven by us", colour)
 
 

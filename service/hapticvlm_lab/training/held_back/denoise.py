@@ -18,10 +18,10 @@ _EPSILON = 1e-4
 Linear = NDArray[np.floating]
 
 
-def denoise(one: Linear, other: Linear) -> Linear:
+def denoise(first: Linear, second: Linear) -> Linear:
     """Join two halves (N, H, W, 3) of one picture, smoothed as far as they disagree."""
-    mean = _root((one + other) / 2)
-    spread = (_root(one) - _root(other)) ** 2 / 4
+    mean = _root((first + second) / 2)
+    spread = (_root(first) - _root(second)) ** 2 / 4
     variance = _box(spread, 2 * _PATCH + 1)
     total, weights = np.zeros_like(mean), np.zeros(mean.shape[:3], np.float32)
     for dy in range(-RADIUS, RADIUS + 1):
@@ -30,7 +30,7 @@ def denoise(one: Linear, other: Linear) -> Linear:
             apart = (mean - shifted) ** 2 - (variance + np.minimum(variance, noise))
             apart = apart / (_EPSILON + STRENGTH**2 * (variance + noise))
             weight = np.exp(-np.maximum(_box(apart, _PATCH).mean(axis=-1), 0)).astype(np.float32)
-            total += weight[..., None] * _shift((one + other) / 2, dy, dx)
+            total += weight[..., None] * _shift((first + second) / 2, dy, dx)
             weights += weight
     return np.asarray(total / weights[..., None], np.float32)
 

@@ -87,7 +87,7 @@ class Rooms:
 def _picture(size: tuple[int, int], things: list[dict[str, Any]], pixels: str) -> Picture:
     rows = np.frombuffer(base64.b64decode(pixels), np.uint8).reshape(size[1], size[0], 4)[::-1]
     ids = rows[..., 3].copy()
-    found = tuple(Thing(**one) for one in things if (ids == one["id"]).any())
+    found = tuple(Thing(**thing) for thing in things if (ids == thing["id"]).any())
     return Picture(rows[..., :3].copy(), ids, found)
 
 

@@ -22,13 +22,13 @@ BELIEF_ERROR = 1e-4  # of one embedding, on another processor
 
 
 @dataclass(frozen=True, slots=True)
-class Looks:
+class RecordedCrops:
     """Crops in the order of the recording."""
 
     crops: tuple[Crop, ...]
 
 
-def recorded(path: Path, encoder: Encoder) -> Looks:
+def recorded(path: Path, encoder: Encoder) -> RecordedCrops:
     """Cut the objects out of MOST frames of a capture, evenly chosen. Raises CaptureError."""
     frames = [line for line in captures.read(path).lines() if line.type == "frame"]
     chosen = frames[:: max(1, len(frames) // MOST)][:MOST]
@@ -37,21 +37,21 @@ def recorded(path: Path, encoder: Encoder) -> Looks:
         fields = {"type": "frame", "id": 1, "captured_at": line.t_s, **line.message()}
         frame = msgspec.convert(fields, Frame)
         crops.append(pictures.crop(frame, encoder.side))
-    return Looks(tuple(crops))
+    return RecordedCrops(tuple(crops))
 
 
 class Truth:
     """The galleries by their hash: an answer is right if its own one says that of its embedding."""
 
     def __init__(self, galleries: Sequence[Named]) -> None:
-        self._galleries: Mapping[str, Named] = {one.identity.hash: one for one in galleries}
+        self._galleries: Mapping[str, Named] = {named.identity.hash: named for named in galleries}
 
     def is_right(self, hash: str, result: Result) -> bool:
         """Whether the beliefs are those of the gallery with this hash, and of no other."""
-        return [name for name, one in self._galleries.items() if _says(one, result)] == [hash]
+        return [name for name, named in self._galleries.items() if _is_of(named, result)] == [hash]
 
 
-def _says(named: Named, result: Result) -> bool:
+def _is_of(named: Named, result: Result) -> bool:
     embedding = np.frombuffer(result.embedding, "<f4").astype(np.float32)
     wanted, given = dict(named.gallery.match(embedding).beliefs), dict(result.beliefs)
     return wanted.keys() == given.keys() and all(

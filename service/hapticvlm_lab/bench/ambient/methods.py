@@ -15,7 +15,7 @@ REPLY = "21"  # of the stand-in endpoint
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class Method:
     """A way to ask, by what it is called. `settings` of the wire name no url yet."""
 
     name: str
@@ -24,28 +24,30 @@ class Way:
     is_default: bool = False
 
 
-def in_process(model: str, device: str, budgets: Sequence[int] = BUDGETS) -> list[Way]:
+def in_process(model: str, device: str, budgets: Sequence[int] = BUDGETS) -> list[Method]:
     """Readout at every budget, then generation and the other precision at the default's."""
     base = VlmSettings(model=model, device=device, precision="bfloat16")
-    ways = []
+    methods = []
     for tokens in budgets:
         settings = replace(base, image_tokens=tokens, method="readout")
         is_default = tokens == base.image_tokens
-        ways.append(Way(f"readout, {tokens} tokens, bf16", "readout", settings, is_default))
-    told = replace(base, method="generation", wordings=1, timeout_s=600.0)
-    ways.append(Way(f"generation, {base.image_tokens} tokens, bf16", "generation", told))
+        methods.append(Method(f"readout, {tokens} tokens, bf16", "readout", settings, is_default))
+    generating = replace(base, method="generation", wordings=1, timeout_s=600.0)
+    methods.append(
+        Method(f"generation, {base.image_tokens} tokens, bf16", "generation", generating)
+    )
     exact = replace(base, precision="float32", method="readout")
-    ways.append(Way(f"readout, {base.image_tokens} tokens, fp32", "readout", exact))
-    return ways
+    methods.append(Method(f"readout, {base.image_tokens} tokens, fp32", "readout", exact))
+    return methods
 
 
-def remote(url: str, model: str | None, token: str | None) -> Way:
+def remote(url: str, model: str | None, token: str | None) -> Method:
     """Ask an endpoint of the user's."""
     settings = VlmSettings(url=url, token=token, timeout_s=120.0)
     named = settings if model is None else replace(settings, model=model)
-    return Way("remote", "remote", named)
+    return Method("remote", "remote", named)
 
 
-def wire() -> Way:
+def wire() -> Method:
     """Ask an endpoint on loopback that answers at once: what a remote question costs at least."""
-    return Way("remote: the wire alone", "wire", VlmSettings(model="stand-in", wordings=1))
+    return Method("remote: the wire alone", "wire", VlmSettings(model="stand-in", wordings=1))
