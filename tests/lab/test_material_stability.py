@@ -188,7 +188,7 @@ def test_the_clean_step_is_the_clean_answer(source: Source, default: Default) ->
     for curve in curves:
         first = curve.steps[0]
         assert (first.severity, first.flips, first.enrolled_flips) == (0, 0.0, 0.0)
-    right = clean.said.forced == clean.truth
+    right = clean.predictions.forced == clean.truth
     shares = [right[clean.truth == name].mean() for name in FOUR]
     assert curves[0].steps[0].accuracy == pytest.approx(np.mean(shares))
 

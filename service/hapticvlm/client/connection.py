@@ -98,7 +98,7 @@ class Client:
         force_n: float = 0.0,
         **fields: Any,
     ) -> Message:
-        """Say what a hand does; fields: hand, interaction, region, captured_at."""
+        """Send what a hand does; fields: hand, interaction, region, captured_at."""
         given = {"hand": "right", "captured_at": time.monotonic(), **fields}
         return await self.request(
             "touch",
@@ -174,7 +174,7 @@ async def connect(
     token: str | None = None,
     tls: ssl.SSLContext | None = None,
 ) -> AsyncIterator[Client]:
-    """Connect and say hello; `tls` says whom to trust for wss, by default whom the system does.
+    """Connect and send hello; `tls` names whom to trust for wss, by default whom the system does.
 
     Raises Refused, OSError when nobody listens or its certificate is not trusted.
     """

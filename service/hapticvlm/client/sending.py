@@ -49,7 +49,7 @@ AS_RECORDED = Pace()
 async def stream(
     client: Client, capture: Capture, *, seen: Seen, pace: Pace = AS_RECORDED
 ) -> Outcome:
-    """Send every line of the capture; `seen` is told each answer as it arrives."""
+    """Send every line of the capture; `seen` is called with each answer as it arrives."""
     sending = _Sending(client, seen, pace)
     async with sending.touching(capture.touched is not None):
         lines = capture.lines()
@@ -96,7 +96,7 @@ class _Sending:
         finally:
             stroke.cancel()
             await asyncio.wait({stroke})
-            _ = stroke.cancelled() or stroke.exception()  # a lost link is told by the frames
+            _ = stroke.cancelled() or stroke.exception()  # a lost link is reported by the frames
         await self._touch("release")
 
     async def finish(self) -> Outcome:

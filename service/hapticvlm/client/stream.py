@@ -1,6 +1,6 @@
 """`hapticvlm stream`: sends a capture to a service and shows what is decided.
 
-Knows how to tell a person, or a program in JSON lines; sending is done elsewhere.
+Prints for a person, or for a program in JSON lines; sending is done elsewhere.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hapticvlm.captures import Capture, CaptureError, Line
 from hapticvlm.client.connection import Client, Message, Refused, connect, trusting
 from hapticvlm.client.sending import Outcome, Pace, stream
 
-LATE_S = 0.25  # worth telling
+LATE_S = 0.25  # worth reporting
 COLUMNS = (
     TextColumn("{task.description}"),
     BarColumn(),
@@ -95,7 +95,7 @@ async def _run(
 
 
 class _Show:
-    """Tells each decision that is new for its object, each error once, and how far it is."""
+    """Prints each decision that is new for its object, each error once, and how far it is."""
 
     def __init__(self, progress: Progress, capture: Capture, *, as_json: bool) -> None:
         self._progress = progress
@@ -105,7 +105,7 @@ class _Show:
         self._errors: set[str] = set()
 
     def seen(self, line: Line, answer: Message) -> None:
-        """Take in one answer."""
+        """Receive one answer."""
         if line.type == "frame":
             self._progress.advance(self._task)
         if answer["type"] == "error" and answer["text"] not in self._errors:

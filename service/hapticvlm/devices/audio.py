@@ -66,7 +66,7 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     player = VirtualClock(engine, settings) if simulated else Player(engine, settings)
     try:
         name = player.start()
-    except Exception as error:  # noqa: BLE001 - the gateway must hear why, whatever the driver threw
+    except Exception as error:  # noqa: BLE001 - the gateway must learn why, whatever the driver threw
         Started(error=f"cannot open audio output {settings.output!r}: {error}").send(control)
         return
     if settings.realtime:

@@ -55,7 +55,7 @@ class Sounding:
                 raise OutputError(f"{self.name} stopped asking for samples")
 
     def fade(self) -> None:
-        """Let what sounds end softly, and wait for its end."""
+        """Fade what sounds, and wait for its end."""
         self._aim = 0.0
         self._ended.wait(1.0)
 

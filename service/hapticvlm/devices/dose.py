@@ -9,7 +9,7 @@ REST_S = 900.0  # without heat until a new session's heat may begin: our choice,
 
 @dataclass(slots=True)
 class Dose:
-    """Thermal dose in CEM43 minutes and heat in seconds, as the board tells them and before."""
+    """Thermal dose in CEM43 minutes and heat in seconds, as the board reports them and before."""
 
     _reported: tuple[float, float] = (0.0, 0.0)
     _carried: tuple[float, float] = (0.0, 0.0)
@@ -22,7 +22,7 @@ class Dose:
         return self._reported[0] + self._carried[0], self._reported[1] + self._carried[1]
 
     def update(self, dose_cem43: float, heated_s: float, now: float) -> None:
-        """Take in what the board says; what an earlier run of it said goes after a rest."""
+        """Update from the board's report; the report of its earlier run is dropped after a rest."""
         is_remembered = dose_cem43 >= self._carried[0] and heated_s >= self._carried[1]
         if self._is_restarted and is_remembered:
             self._carried = (0.0, 0.0)
@@ -34,6 +34,6 @@ class Dose:
         self._reported = dose_cem43, heated_s
 
     def restart(self) -> None:
-        """Keep what was told so far: the board was reset and may count from zero."""
+        """Keep what was reported so far: the board was reset and may count from zero."""
         self._carried, self._reported = self.total, (0.0, 0.0)
         self._is_restarted = True

@@ -43,7 +43,7 @@ class AudioSettings:
     correction: Correction = NOMINAL.correction
 
     def voices(self) -> Voices:
-        """Make the mixer that plays as these settings say."""
+        """Make the mixer for these settings."""
         table = {material.name: material for material in self.materials}
         return Voices(self.gain, table, Playback(correction=self.correction), self.patterns)
 
@@ -110,7 +110,7 @@ class Engine:
         return np.clip(block, np.float32(-1.0), np.float32(1.0))
 
     def _follow_standing(self) -> None:
-        """Take the gain, and rest if the order to do so was lost with others."""
+        """Apply the gain, and rest if the order to do so was lost with others."""
         standing = self._ring.standing()
         if standing is None:
             return

@@ -73,7 +73,7 @@ class Deframer:
         self._is_too_long = False
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Take in bytes as they come; return the frames they end. Keeps less than MAX_WIRE."""
+        """Add bytes as they come; return the frames they end. Keeps less than MAX_WIRE."""
         *ended, rest = data.split(b"\0")
         frames = []
         for part in ended:

@@ -1,12 +1,12 @@
 """A real audio output: chosen by name, opened, watched, and known to be lost when it stops asking.
 
-No audio stack tells reliably that an output was unplugged (PulseAudio neither for a removed sink
+No audio stack reports reliably that an output was unplugged (PulseAudio neither for a removed sink
 nor for a dead server, through miniaudio), but one that is gone no longer asks for samples. What is
 played, and what a loss means, is the engine's.
 
 "jack" is a JACK server (or PipeWire's), which no list of outputs names where ALSA or PulseAudio is
 there too. Through miniaudio its stream has two channels or does not open, and none of it is kept
-between two periods, so that there a single period missed is heard.
+between two periods, so that there a single period missed is audible.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class Output:
                 asked, since = self.asked, now
 
     def is_lost(self, now: float, awake_since: float) -> bool:
-        """Tell whether the output has stopped asking a watch that was awake for samples."""
+        """Return whether the output has stopped asking a watch that was awake for samples."""
         return now - max(self.asked_at, awake_since) > LOST_S
 
     def close(self) -> None:
@@ -124,7 +124,7 @@ class Output:
             try:
                 block = self.fill(count)
             except Exception as error:
-                self.failure = error  # raised again where somebody hears it
+                self.failure = error  # raised again where it is handled
                 raise
             count = yield block if self._channels == 1 else np.repeat(block, self._channels)
 
@@ -138,7 +138,7 @@ def playbacks() -> list[dict[str, Any]]:
 
 
 def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | None:
-    """Return the output so called, or the only one whose name has it as a part, in any case.
+    """Return the output of this name, or the only one whose name has it as a part, in any case.
 
     None is "default", which needs only that there is one. Raises OutputError naming those there.
     """
@@ -156,7 +156,7 @@ def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | N
 
 
 def request_priority(priority: int = FIFO_PRIORITY) -> bool:
-    """Ask for real-time priority for the calling thread; tell whether it was permitted."""
+    """Ask for real-time priority for the calling thread; return whether it was permitted."""
     if not hasattr(os, "sched_setscheduler"):
         return False
     try:
@@ -167,7 +167,7 @@ def request_priority(priority: int = FIFO_PRIORITY) -> bool:
 
 
 def lock_memory() -> bool:
-    """Keep what this process uses now from being paged out; tell whether that was permitted.
+    """Keep what this process uses now from being paged out; return whether that was permitted.
 
     Not what it will use: a limit reached later would then refuse memory instead of a lock.
     """

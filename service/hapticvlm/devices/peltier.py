@@ -1,6 +1,6 @@
 """The plate on a serial line: one thread reads and writes the port, nobody else waits for it.
 
-What is said is `plate_session.py`'s business; this is the port around it, which may vanish at any
+The protocol is `plate_session.py`'s business; this is the port around it, which may vanish at any
 time and is opened again with growing pauses. Opening resets most boards (DTR): expected.
 """
 
@@ -53,10 +53,10 @@ class Plate(Protocol):
         """Open the bridge at once, without a return to neutral."""
 
     def advance(self, now: float) -> PlateReading:
-        """Let time pass up to `now` and read the plate."""
+        """Advance to `now` and read the plate."""
 
     def close(self) -> None:
-        """Switch off and let go of the device."""
+        """Switch off and close the device."""
 
 
 class Peltier:
@@ -84,7 +84,7 @@ class Peltier:
         self._session = PlateSession()
         self._lock = threading.Lock()  # held for computing only, never over a read or write
         self._port: Port | None = None
-        self._trouble = ""  # why the port was let go last
+        self._trouble = ""  # why the port was closed last
         self._place: Place | None = None
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
@@ -115,7 +115,7 @@ class Peltier:
         raise DeviceError(f"no plate answered; {'; '.join(failures)}")
 
     def turn(self) -> None:
-        """Read once, for at most READ_S, then write what is due; a failing port is let go."""
+        """Read once, for at most READ_S, then write what is due; a failing port is closed."""
         if self._port is None:
             return
         try:
@@ -149,7 +149,7 @@ class Peltier:
             self._session.off()
 
     def advance(self, now: float) -> PlateReading:
-        """Return what the plate last said; nothing measured if that is too long ago."""
+        """Return the plate's last reading; nothing measured if that is too long ago."""
         with self._lock:
             return self._session.reading(now)
 
@@ -171,7 +171,7 @@ class Peltier:
             raise DeviceError(f"the board answered {reply} to clear {number}")
 
     def close(self) -> None:
-        """Switch the plate off and let go of the port; waits for a fraction of a second."""
+        """Switch the plate off and close the port; waits for a fraction of a second."""
         if self._closing.is_set():
             return
         self._closing.set()
@@ -189,7 +189,7 @@ class Peltier:
             self._session.opened(self._clock())
 
     def _handshake(self) -> None:
-        """Turn until the board has answered. Raises DeviceError, with the port let go."""
+        """Turn until the board has answered. Raises DeviceError, with the port closed."""
         until = self._clock() + GREETING_S
         while self._port is not None and self._clock() < until:
             self.turn()

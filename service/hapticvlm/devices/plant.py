@@ -67,7 +67,7 @@ class Plant:
         self.touch(palm_resistance)
 
     def touch(self, palm_resistance: float) -> None:
-        """Lay a palm on the face, or with inf take it off."""
+        """Set the palm on the face; inf for none."""
         first = _CELLS_M[0] / 2.0 / SKIN.conductivity
         self._surface_share = first / (palm_resistance + first)  # of face minus first cell
         self._flow, self._source = _network(
@@ -100,7 +100,7 @@ class Plant:
         return current_a * (thermal_v + current_a * module.resistance)
 
     def step(self, current_a: float, dt_s: float) -> None:
-        """Let `dt_s` pass at a constant current, heating the face when positive."""
+        """Advance by `dt_s` at a constant current, heating the face when positive."""
         if not dt_s > 0.0:
             return
         count = math.ceil(dt_s / _LONGEST_STEP_S)

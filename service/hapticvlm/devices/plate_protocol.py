@@ -23,7 +23,7 @@ LIMITED_BY_CURRENT = 1 << 2  # in `limited`
 
 
 class Answer(IntEnum):
-    """What an ACK says."""
+    """The answer in an ACK."""
 
     OK = 0
     UNKNOWN = 1

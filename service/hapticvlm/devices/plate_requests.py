@@ -59,7 +59,7 @@ class Orders:
         return plate_protocol.encode(self._message, self._message_seq)
 
     def acknowledge(self, ack: Ack) -> None:
-        """Take in an acknowledgement, if it is of the order."""
+        """Receive an acknowledgement; one of another order changes nothing."""
         message = self._message
         if message is None or ack.of_seq != self._message_seq:
             return

@@ -1,6 +1,6 @@
 """The host's half of the conversation with a plate: bytes and `now` in, bytes and readings out.
 
-Sans-I/O: whoever owns the port tells of `opened`, `receive` and `lost`, and writes what `outgoing`
+Sans-I/O: whoever owns the port calls `opened`, `receive` and `lost`, and writes what `outgoing`
 returns, many times a second. Nothing is driven before the board answered a HELLO of our major
 version; a setpoint is sent with what is left of its lease and never after; after a loss, a reset of
 the board or a fault nothing is driven until a fresh command (`setpoint_lease.py`). What does not
@@ -74,7 +74,7 @@ class PlateSession:
 
     @property
     def answer(self) -> Answer | None:
-        """What the board said to the newest order; None if nothing (yet)."""
+        """The board's answer to the newest order; None if there is none (yet)."""
         return self._orders.answer
 
     @property
@@ -110,11 +110,11 @@ class PlateSession:
         self._forget()
 
     def ended(self) -> None:
-        """Say nothing more about a port that was let go on purpose."""
+        """Report nothing more of a port that was closed on purpose."""
         self._was_open = False
 
     def is_gone(self, now: float) -> bool:
-        """Tell whether an open port has been useless for so long that it is worth closing."""
+        """Return whether an open port has been useless for so long that it is worth closing."""
         return self._is_open and now - self._received_at > GONE_S
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
@@ -132,11 +132,11 @@ class PlateSession:
         self._order(plate_protocol.Off())
 
     def clear(self, fault: int) -> None:
-        """Ask the board to unlatch one fault; `answer` tells what it said."""
+        """Ask the board to unlatch one fault; `answer` is its reply."""
         self._order(plate_protocol.Clear(fault))
 
     def receive(self, data: bytes, now: float) -> None:
-        """Take in whatever came from the port, if only nothing."""
+        """Receive the bytes that came from the port, which may be none."""
         self._listened_at = now
         for received in self._deframer.feed(data):
             self._handle(received, now)
@@ -152,7 +152,7 @@ class PlateSession:
         return self._orders.due(now) + renewed
 
     def reading(self, now: float) -> PlateReading:
-        """Return what the plate last said, and nothing measured when that is too long ago."""
+        """Return the plate's last reading, with nothing measured when that is too long ago."""
         telemetry = self.telemetry if self._is_fresh(now) else None
         dose_cem43, heated_s = self._dose.total
         setpoint_mc = None if telemetry is None else telemetry.setpoint_mc
@@ -169,7 +169,7 @@ class PlateSession:
         )
 
     def _is_fresh(self, now: float) -> bool:
-        """Tell whether the board is heard; who did not listen can't call it silent."""
+        """Return whether telemetry is recent, counted only while the port was read."""
         is_recent = self._listened_at - self._received_at <= SILENT_S
         return self._is_open and is_recent and now - self._listened_at <= DEAF_S
 

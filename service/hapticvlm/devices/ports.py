@@ -26,7 +26,7 @@ _WORDS = ("arduino", "ch340", "usb serial", "usb-serial", "cp210", "ft232")
 
 
 class DeviceError(HapticVLMError):
-    """The hardware failed or is not there; outputs rest and the scene is told."""
+    """The hardware failed or is not there; outputs rest and the scene is notified."""
 
 
 class Port(Protocol):
@@ -39,12 +39,12 @@ class Port(Protocol):
         """Write all of it, or raise after WRITE_S."""
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A port by name or pyserial URL, what the system says of it, and its USB identity if any."""
+    """A port by name or pyserial URL, its description by the system, its USB identity if any."""
 
     url: str
     label: str

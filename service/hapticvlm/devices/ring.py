@@ -1,4 +1,4 @@
-"""The shared memory between gateway and audio engine: a command ring one way, status the other.
+"""The shared memory between gateway and audio engine: a command ring in, its status out.
 
 One writer and one reader on each side, no lock. Records and statuses are numbered and end in a
 checksum, and the number of the newest is stored after it, so the reader never acts on a
@@ -144,7 +144,7 @@ class Ring:
         self._view[_NEWEST_STANDING : _NEWEST_STANDING + 8] = _NUMBER.pack(number)
 
     def standing(self) -> Standing | None:
-        """Return what holds, None if nothing was said or it is being written (engine side)."""
+        """Return what holds, None if nothing was written or it is being written (engine side)."""
         number = self._number(_NEWEST_STANDING)
         fields = self._read(_STANDING, _standing_at(number)) if number else None
         if fields is None or fields[0] != number:
@@ -186,7 +186,7 @@ class Ring:
         self._view[_NEWEST_STATUS : _NEWEST_STATUS + 8] = _NUMBER.pack(number)
 
     def note_delay(self, number: int, delay_s: float) -> None:
-        """Keep how long command `number` waited for its first block (engine side)."""
+        """Record how long command `number` waited for its first block (engine side)."""
         self._delays[number % DELAYS] = delay_s
 
     def status(self) -> EngineStatus:

@@ -12,7 +12,7 @@ from hapticvlm.devices import plate_protocol
 from hapticvlm.rendering import plate_limits
 
 CHANGE_S, RENEW_S = 0.04, 0.1  # a changed setpoint is sent at most, the same one at least as often
-PAUSE_S = 0.5  # longer than the service's own lease: a caller that paused this long let go
+PAUSE_S = 0.5  # longer than the service's own lease: a caller that paused this long has released it
 
 
 class Drive:
@@ -27,7 +27,7 @@ class Drive:
         self.is_driving = False  # a setpoint was sent and its lease has not ended
 
     def command(self, setpoint_c: float, ttl_s: float, now: float, *, may_drive: bool) -> bool:
-        """Take a setpoint, limited to the band, for `ttl_s`; return whether it takes effect."""
+        """Accept a setpoint, limited to the band, for `ttl_s`; return whether it takes effect."""
         if not 0.0 < ttl_s < math.inf:
             return False
         goes_on = abs(now - self._commanded_at) <= PAUSE_S

@@ -167,7 +167,7 @@ class SimulatedPlate:
         self._saturated, self._target_c = 0, NEUTRAL_C
 
     def _must_wait(self, target_c: float) -> bool:
-        """Tell whether a target that the current cannot reach would run ahead of the plate."""
+        """Return whether a target that the current cannot reach would run ahead of the plate."""
         side = self._saturated
         ahead_c = side * (self._target_c - self._sensed_c())
         return side * (target_c - self._target_c) > 0.0 and ahead_c > _LEAD_C

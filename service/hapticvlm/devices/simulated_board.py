@@ -1,6 +1,6 @@
 """A board without hardware: the simulated plate behind the bytes that a real one speaks.
 
-It answers like `firmware/PROTOCOL.md` says, so the plate's own class drives it like a real one. It
+It answers as `firmware/PROTOCOL.md` states, so the plate's own class drives it like a real one. It
 has the simulated plate's guards, fewer than the firmware's, which is tested as a compiled binary.
 """
 
@@ -46,7 +46,7 @@ class SimulatedBoard:
         self._is_greeted = False
 
     def exchange(self, data: bytes, now: float) -> bytes:
-        """Take in what the host sent, live up to `now` and return what is to be sent."""
+        """Receive what the host sent, advance to `now` and return what is to be sent."""
         if self._started_at is None:
             self._started_at = self._reported_at = now
         out = b"".join(self._handle(received, now) for received in self._deframer.feed(data))

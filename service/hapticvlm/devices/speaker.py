@@ -155,7 +155,7 @@ class Speaker:
 
     @property
     def _lacks_output(self) -> bool:
-        """Whether the engine said that its output is gone; one that never beat said nothing."""
+        """Whether the engine reports that its output is gone; one that never beat does not."""
         status = self._ring.status()
         return status.beat_at > 0.0 and not status.has_output
 

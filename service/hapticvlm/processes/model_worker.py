@@ -101,7 +101,7 @@ class ModelWorker(Generic[A]):
     def start(self, deliver: Callable[[Answered[A]], None]) -> None:
         """Start the process and wait until its model is loaded. Raises ChildError.
 
-        `deliver` is called from a thread of ours for each answer and must only pass it on.
+        `deliver` is called from a thread of this class for each answer and must only pass it on.
         """
         self._deliver = deliver
         self._child.start()
@@ -176,7 +176,7 @@ def serve_requests(
 
 
 def lower_priority(nice: int) -> None:
-    """Give way to the audio engine and the gateway, whose real-time priority a child inherits."""
+    """Run below the audio engine and the gateway, whose real-time priority a child inherits."""
     if hasattr(os, "sched_setscheduler"):
         with suppress(OSError):
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))

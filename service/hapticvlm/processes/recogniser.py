@@ -129,7 +129,7 @@ class RecogniserWorker:
         self.worker.request(data, (subject, now, anew, shrink, shown), now)
 
     def note(self, remote: RemoteState | None) -> None:
-        """Take in how the shared recogniser stands; a line to the log when that changes."""
+        """Note the state of the shared recogniser; log a change of it."""
         before, self.remote = self.remote, remote
         if remote is None or _standing(remote) == _standing(before):
             return

@@ -20,7 +20,7 @@ import msgspec
 
 from hapticvlm.errors import HapticVLMError
 
-START_S = 60.0  # a child that fails says so at once; only a busy machine takes this long
+START_S = 60.0  # a child that fails reports it at once; only a busy machine takes this long
 STEADY_S = 10.0
 DYING_S = 1.0
 SPAWNING_S = 10.0  # to wait at the end for a start under way
@@ -101,7 +101,7 @@ class Child:
             raise ChildError(failure)
 
     def begin(self) -> None:
-        """Start and do not wait: `supervise` finds the child ready, or says why it is not."""
+        """Start and do not wait: `supervise` finds the child ready, or returns why it is not."""
         self._spawning = _Spawning(self._spawn)
 
     def supervise(self, now: float, *, is_well: bool) -> str | None:
@@ -165,7 +165,7 @@ class Child:
             return True
 
     def _receive_started(self) -> str | None:
-        """Take the child's first message; return why it failed, or None."""
+        """Receive the child's first message; return why it failed, or None."""
         try:
             data = self.control.recv_bytes(MAX_STARTED_BYTES)
             started = msgspec.msgpack.decode(data, type=Started)

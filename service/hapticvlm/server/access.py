@@ -17,7 +17,7 @@ PagesFrom = Literal["this-machine", "lan"]
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where to listen and whom to let in; a token is needed off loopback.
+    """Where to listen and whom to admit; a token is needed off loopback.
 
     Browsers are served the files of `scene_folder`, if one is given, like all pages: those of this
     machine, or with the token those of the local network. With a certificate everything is
@@ -60,7 +60,7 @@ class Address:
             raise ValueError(f"--pages-from lan: nobody reaches {self.host}: add --host 0.0.0.0")
 
     def policy(self) -> http.AccessPolicy:
-        """Return who is let in, and to what."""
+        """Return who is admitted, and to what."""
         lan_pages = None
         certified = () if self.certificate is None else self.certificate.names
         if self.pages_from == "lan" and self.token is not None:

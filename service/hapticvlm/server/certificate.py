@@ -1,6 +1,6 @@
-"""The user's certificate: loaded, tried once in memory, told of. Knows neither ports nor clients.
+"""The user's certificate: loaded, tried once in memory, described. Knows neither ports nor clients.
 
-What the standard library does not say of a certificate it loads (names, last day) is learned from a
+What the standard library hides of a certificate it loads (names, last day) is learned from a
 handshake with itself through two buffers.
 """
 

@@ -57,7 +57,7 @@ class Connection:
 
     @property
     def counts(self) -> Counter[str]:
-        """What did not reach this client, and what came from it too late to be felt."""
+        """What did not reach this client, and what came from it too late to be rendered."""
         return self._counts + Counter({LATE: self.session.late_contacts})
 
     async def send(self, message: ServiceMessage) -> None:
@@ -110,7 +110,7 @@ class Connection:
 
 
 def notice_dead_peers(connection: ServerConnection) -> None:
-    """Have the kernel end a half-open connection, so that a paused program never loses its own.
+    """Make the kernel end a half-open connection, so that a paused program never loses its own.
 
     A program that is only paused still has a kernel that answers; a late WebSocket ping would cut
     it off although it is alive. Only one whose buffers stay full for DEAD_AFTER_S is given up.

@@ -38,7 +38,7 @@ logger = logging.getLogger(__name__)
 
 
 class Entrance:
-    """All open sockets. Those that have not said hello are few: the oldest makes room."""
+    """All open sockets. Those that have not sent a hello are few: the oldest makes room."""
 
     def __init__(self, counts: Counter[str], most: int | None = None) -> None:
         self.counts = counts
@@ -52,7 +52,7 @@ class Entrance:
         return [*self._waiting, *self._greeted]
 
     def opened(self, socket: LimitedSocket) -> None:
-        """Let a new socket in; the one that has waited longest for its hello may have to go."""
+        """Admit a new socket; the one that has waited longest for its hello may be closed."""
         self._waiting[socket] = None
         is_full = len(self._waiting) + len(self._greeted) > self._most
         if is_full or len(self._waiting) > MAX_WAITING_SOCKETS:
@@ -62,7 +62,7 @@ class Entrance:
             oldest.transport.abort()
 
     def greeted(self, socket: LimitedSocket) -> None:
-        """Note that a socket said hello and was admitted."""
+        """Note that a socket sent its hello and was admitted."""
         if self._waiting.pop(socket, self) is None:
             self._greeted.add(socket)
 
@@ -85,12 +85,12 @@ class LimitedSocket(ServerConnection):
         self._is_greeted = False
 
     def greeted(self) -> None:
-        """Give the budgets of an admitted client."""
+        """Set the budgets of an admitted client."""
         self._is_greeted = True
         self._entrance.greeted(self)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Count the socket and have it read in small pieces."""
+        """Count the socket and limit it to small reads."""
         super().connection_made(transport)
         if hasattr(transport, "max_size"):
             transport.max_size = READ_BYTES

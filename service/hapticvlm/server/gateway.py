@@ -1,7 +1,7 @@
 """The gateway: carries out what sessions ask for, on one event loop that never computes for long.
 
 One scene owns the outputs until it closes; any number of others watch. Touches are handled where
-they arrive; frames are handed to the recogniser, newest first; ticks let leases lapse and follow
+they arrive; frames are handed to the recogniser, newest first; ticks end lapsed leases and follow
 the plate.
 """
 
@@ -63,7 +63,7 @@ TELEMETRY_S = 0.1
 LOSSES_S = 10.0
 IDLE_OWNER_S = 30.0  # without a lease, before another scene may take the outputs
 PATH = "$.ownership"
-WAVEFORM_S = 0.02  # what is heard in a browser lags by this and what the browser keeps in hand
+WAVEFORM_S = 0.02  # sound in a browser lags by this and what the browser keeps in hand
 
 logger = logging.getLogger(__name__)
 
@@ -126,7 +126,7 @@ class Gateway:
 
     @property
     def reading(self) -> PlateReading:
-        """What the plate last said."""
+        """The plate's last reading."""
         return self._outputs.reading
 
     def join(self, connection: Connection) -> None:
@@ -151,7 +151,7 @@ class Gateway:
             self._vibration.end()
 
     def change_owner(self, asker: Connection, wanted: Set, now: float) -> None:
-        """Give the outputs to the scene that asks, or end their owner. Raises MessageError."""
+        """Assign the outputs to the scene that asks, or end their owner. Raises MessageError."""
         if wanted.ownership == "end":
             if self.owner is None:
                 raise MessageError("message", "nobody owns the outputs", path=PATH, id=wanted.id)
@@ -172,7 +172,7 @@ class Gateway:
         asker.session.set_owner(owner=True, thermal_gain=self.thermal_gain)
 
     def state_materials(self, observer: Connection, scene: Scene, now: float) -> Ok:
-        """Have the owner's scene take what a person says of it. Raises MessageError."""
+        """Apply to the owner's scene what a person states of it. Raises MessageError."""
         if not observer.is_local:
             text = (
                 "observers describe no scene; only the dashboard on the service's own machine may"
@@ -230,12 +230,12 @@ class Gateway:
             self._vlm.accept(answered, time.monotonic())
 
     def deliver(self, connection: Connection, actions: list[Action]) -> None:
-        """Carry out actions that no message asked for just now; send what they tell."""
+        """Carry out actions that no message asked for just now; send their messages."""
         for reply in self.carry_out(connection, actions):
             connection.post(reply)
 
     async def run_ticks(self) -> None:
-        """Let leases lapse, follow the plate and watch the children, until cancelled."""
+        """End lapsed leases, follow the plate and watch the children, until cancelled."""
         while True:
             await asyncio.sleep(TICK_S)
             now = time.monotonic()
@@ -248,7 +248,7 @@ class Gateway:
             self._supervise(now)
 
     async def run_telemetry(self) -> None:
-        """Tell every connection the state of the outputs, until cancelled."""
+        """Report the state of the outputs to every connection, until cancelled."""
         while True:
             await asyncio.sleep(TELEMETRY_S)
             dropped = (n for name, n in self.counts.items() if name.startswith("frames "))
@@ -260,7 +260,7 @@ class Gateway:
                 connection.post(event)
 
     async def run_waveform(self) -> None:
-        """Pass on what the speaker plays to the observers that watch it, until cancelled."""
+        """Send what the speaker plays to the observers that watch it, until cancelled."""
         start = 0
         while True:
             await asyncio.sleep(WAVEFORM_S)
@@ -275,7 +275,7 @@ class Gateway:
                     connection.post(event)
 
     def show_log(self, text: str) -> None:
-        """Pass one log line to the observers that watch the log."""
+        """Send one log line to the observers that watch the log."""
         line = Event(View(id=0, kind="log", text=text))
         for connection in self.connections:
             if "log" in connection.watches:
@@ -326,7 +326,7 @@ class Gateway:
             self._vlm.put(connection, ask, time.monotonic())
 
     def _show(self, connection: Connection, message: ServiceMessage) -> None:
-        """Show observers what another connection is told; frames only to those who asked."""
+        """Send observers what another connection is sent; frames only to those who asked."""
         if isinstance(message, Skipped) and message.reason == "rate":
             self.counts["frames rate"] += 1
         if not isinstance(message, Decision):
@@ -372,7 +372,7 @@ class Gateway:
         self._recognition.feed()  # a recogniser that has just come back has nobody else to wake it
 
     def _report_losses(self, now: float) -> None:
-        """Say that the record misses lines, when it begins and now and then."""
+        """Report that the record misses lines, when it begins and from time to time."""
         lost = 0 if self.recorder is None else self.recorder.lost
         if lost <= self._lost_lines or now - self._losses_at < LOSSES_S:
             return

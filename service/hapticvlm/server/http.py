@@ -32,7 +32,7 @@ _CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri
 
 @dataclass(frozen=True, slots=True)
 class AccessPolicy:
-    """Who is let in, and to what; `host` is the address the service listens on.
+    """Who is admitted, and to what; `host` is the address the service listens on.
 
     Without `lan_pages` pages go to this machine only. `names` are this machine's own.
     """
@@ -45,7 +45,7 @@ class AccessPolicy:
     has_study: bool = False  # whether a study listens to its page here
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
-        """Say why a request with these headers is refused, or None."""
+        """Return why a request with these headers is refused, or None."""
         try:
             host, origin = headers.get("Host", ""), headers.get("Origin")
         except MultipleValuesError:
@@ -82,7 +82,7 @@ def is_address(host: str) -> bool:
 
 
 def is_loopback(host: str | None) -> bool:
-    """Tell whether a host name or address means this machine."""
+    """Return whether a host name or address means this machine."""
     if host is None:
         return False
     if host == "localhost":
@@ -99,7 +99,7 @@ def answer(
     policy: AccessPolicy,
     status: Callable[[], dict[str, Any]],
 ) -> Response | None:
-    """Refuse, serve a page, or return None to let the WebSocket handshake go on."""
+    """Refuse, serve a page, or return None to continue the WebSocket handshake."""
     refusal = policy.refusal(request.headers)
     if refusal is not None:
         return _response(403, refusal + "\n")

@@ -28,7 +28,7 @@ class LanPages:
     scheme: str
 
     def refusal(self, peer: str, host: str) -> str | None:
-        """Say why a browser at address `peer` that asked for `host` gets no page, or None."""
+        """Return why a browser at address `peer` that asked for `host` gets no page, or None."""
         if not is_near(peer):
             return "pages are served to the local network only"
         if not self._is_ours(host):
@@ -36,7 +36,7 @@ class LanPages:
         return None
 
     def knows_token(self, authorization: str) -> bool:
-        """Tell whether an Authorization header holds the token."""
+        """Return whether an Authorization header holds the token."""
         scheme, _, given = authorization.partition(" ")
         if scheme.lower() != "basic":
             return False
@@ -47,7 +47,7 @@ class LanPages:
         return hmac.compare_digest(password, self.token.encode())
 
     def is_own_origin(self, origin: str, host: str) -> bool:
-        """Tell whether a page that this service served, and no other, has this origin."""
+        """Return whether a page that this service served, and no other, has this origin."""
         return origin == f"{self.scheme}://{host}" and self._is_ours(host)
 
     def _is_ours(self, host: str) -> bool:
@@ -65,7 +65,7 @@ def own_names(certified: Iterable[str] = ()) -> frozenset[str]:
 
 
 def is_near(peer: str) -> bool:
-    """Tell whether an address is of this machine or of a private network."""
+    """Return whether an address is of this machine or of a private network."""
     address = _address(peer)
     if isinstance(address, ipaddress.IPv6Address) and address.ipv4_mapped is not None:
         address = address.ipv4_mapped

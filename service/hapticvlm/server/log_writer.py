@@ -23,7 +23,7 @@ LOST = "log lines lost"
 
 
 class Folding:
-    """Lets a few lines of each kind pass; the next one that may says how many were left out."""
+    """Admits a few lines of each kind; the next one admitted counts those left out."""
 
     def __init__(self) -> None:
         self._buckets: dict[tuple[str, str], TokenBucket] = {}
@@ -80,7 +80,7 @@ class LogWriter(logging.Handler):
 
 
 def take_over() -> LogWriter:
-    """Have all logging of this process go through a LogWriter, at the level it has."""
+    """Route all logging of this process through a LogWriter, at the level it has."""
     root = logging.getLogger()
     writer = LogWriter()
     for handler in root.handlers[:]:

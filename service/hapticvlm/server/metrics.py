@@ -1,7 +1,7 @@
 """The status page's figures as Prometheus reads them, and whether the service is ready.
 
 Only figures that help to watch a machine; names end in their unit, or in `_total`. Knows no part of
-the service but what `/status` says of it.
+the service but what `/status` reports.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def render(status: Mapping[str, Any]) -> str:
 
 
 def obstacles(status: Mapping[str, Any]) -> list[str]:
-    """Say what keeps the service from rendering touches and recognising frames now."""
+    """Return what keeps the service from rendering touches and recognising frames now."""
     found = []
     if not status["speaker"]["plays"]:
         found.append("the audio engine does not play")

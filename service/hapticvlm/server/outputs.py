@@ -39,7 +39,7 @@ class Outputs:
         self.plate.off(time.monotonic())
 
     def rest(self) -> None:
-        """Rest both: the vibration at once, the plate by its gentle way to neutral."""
+        """Rest both: the vibration at once, the plate by a slow return to neutral."""
         self.speaker.rest()
         self.plate.rest(time.monotonic())
 
@@ -55,7 +55,7 @@ class Outputs:
             self.plate.off(time.monotonic())
 
     def follow(self, now: float) -> list[str]:
-        """Take in what the plate says; return the faults that are new."""
+        """Update from the plate's reading; return the faults that are new."""
         before = self.reading.faults
         self.reading = self.plate.advance(now)
         return [fault for fault in self.reading.faults if fault not in before]

@@ -18,7 +18,7 @@ HERE_ONLY = (
 
 
 def of_pages(lan_pages: LanPages | None, port: int) -> dict[str, str | None]:
-    """Tell where others of the local network open the pages, or why they cannot."""
+    """Report where others of the local network open the pages, or why they cannot."""
     if lan_pages is None:
         return {"page": None, "why": HERE_ONLY}
     return {"page": f"{lan_pages.scheme}://{_own_address()}:{port}/", "why": None}

@@ -118,7 +118,7 @@ class RecognitionQueue:
         self.feed()
 
     def fail(self, text: str) -> None:
-        """Answer who waited that the recogniser was restarted, and go on."""
+        """Answer the waiting client that the recogniser was restarted, and go on."""
         request, self._under_way = self._under_way, None
         if (
             request is not None

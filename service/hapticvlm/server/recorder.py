@@ -2,7 +2,7 @@
 
 `tape.jsonl` is everything that went into the session, for `replay`; `capture.jsonl` its messages,
 for `stream`; `decisions.jsonl` what was decided. Pictures are kept only when asked for. When the
-disk is too slow or the record too long, lines are lost and counted, and the log says so.
+disk is too slow or the record too long, lines are lost and counted, and the log reports it.
 """
 
 from __future__ import annotations
@@ -69,12 +69,12 @@ class Recorder:
         return self._queue.unfinished_tasks > 0
 
     def begin(self, head: Line) -> Callable[[Line, Frame | None], None]:
-        """Open the record of one session; return what to tell its lines to."""
+        """Open the record of one session; return the function that records its lines."""
         self._sessions += 1
         stamp = time.strftime("%Y%m%d-%H%M%S")
         record = _Record(self.folder / f"{stamp}-{self._sessions:02}")
         self._enqueue(lambda: record.open(head), 0)
-        numbers = itertools.count(1)  # of what was told, so that a lost line leaves a gap
+        numbers = itertools.count(1)  # of what was recorded, so that a lost line leaves a gap
 
         def record_line(line: Line, frame: Frame | None) -> None:
             number, kept = next(numbers), frame if self.keeps_frames else None

@@ -1,4 +1,4 @@
-"""What the service tells of its parts: the status page's figures, telemetry, the waveform."""
+"""What the service reports of its parts: the status page's figures, telemetry, the waveform."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ VIEW_DIGITS = 5
 
 
 def of_outputs(outputs: Outputs) -> dict[str, Any]:
-    """Tell of speaker and plate, and what a stop still holds."""
+    """Report speaker and plate, and what a stop still holds."""
     return {
         "speaker": _of_speaker(outputs.speaker),
         "plate": {
@@ -40,7 +40,7 @@ def of_outputs(outputs: Outputs) -> dict[str, Any]:
 
 
 def of_recogniser(recogniser: RecogniserWorker) -> dict[str, Any]:
-    """Tell of the recogniser."""
+    """Report the recogniser."""
     return {
         "restarts": recogniser.worker.restarts,
         "pid": recogniser.worker.pid,
@@ -52,7 +52,7 @@ def of_recogniser(recogniser: RecogniserWorker) -> dict[str, Any]:
 
 
 def of_vlm(queue: VlmQueue | None) -> dict[str, Any] | None:
-    """Tell of the vision-language model, if there is one, and what it was asked."""
+    """Report the vision-language model, if there is one, and what it was asked."""
     if queue is None:
         return None
     vlm = queue.worker
@@ -71,7 +71,7 @@ def of_vlm(queue: VlmQueue | None) -> dict[str, Any] | None:
 
 
 def of_record(recorder: Recorder | None) -> dict[str, Any] | None:
-    """Tell of the record, if sessions are kept: whether lines of it are lost."""
+    """Report the record, if sessions are kept: whether lines of it are lost."""
     if recorder is None:
         return None
     return {

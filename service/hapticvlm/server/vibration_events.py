@@ -1,8 +1,8 @@
-"""What the hands feel, sent to an owner that asked for it: plans of the next tenth of a second.
+"""Vibration at the hands, sent to an owner that asked for it: plans of the next tenth of a second.
 
 Idle until somebody asks. Then the commands that go to the speaker go to planners of the same voices
-too, and every PLAN_EVERY_S each hand that feels something gets a plan, at once at an onset. When a
-hand stops feeling, by a release, the end of its lease, a stop or a fault, one empty plan says so at
+too, and every PLAN_EVERY_S each hand that vibrates gets a plan, at once at an onset. When a hand
+stops vibrating, by a release, the end of its lease, a stop or a fault, one empty plan follows at
 once. Planners are made in a thread: filling their caches would hold up touches.
 """
 
@@ -58,7 +58,7 @@ class VibrationEvents:
         self._is_vibrating = [False, False]
 
     def drive(self, action: Action) -> None:
-        """Follow what the speaker was just told."""
+        """Follow the command just sent to the speaker."""
         match action:
             case SetGain():
                 for planner in self._planners:
@@ -72,7 +72,7 @@ class VibrationEvents:
                     asyncio.get_running_loop().call_soon(self._send, command.hand, now)
 
     def stop(self) -> None:
-        """Silence both hands and say that a stop holds them."""
+        """Silence both hands and report that a stop holds them."""
         for hand in range(len(NAMES)):
             self._silence(hand, stopped=True)
 

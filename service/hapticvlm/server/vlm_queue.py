@@ -127,7 +127,7 @@ class VlmQueue:
         return None
 
     def _fail(self, text: str) -> None:
-        """Answer who waited that there is no reply: the worker was restarted."""
+        """Answer the waiting session that there is no reply: the worker was restarted."""
         under_way, self._under_way = self._under_way, None
         self.last_error = text
         if under_way is not None:

@@ -78,7 +78,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """What `welcome` tells of this service; asks elsewhere = a VLM by url sees frames.
+    """What `welcome` reports of this service; asks elsewhere = a VLM by url sees frames.
 
     Crops elsewhere = a shared recogniser sees objects.
     """
@@ -231,7 +231,7 @@ class WebSocketServer:
             raise MessageError("protocol", text, path="$.role", id=hello.id)
 
     async def _slow_guess(self, peer: str) -> None:
-        """Count a wrong token, log it now and then, and let its sender wait."""
+        """Count a wrong token, log it from time to time, and delay its sender."""
         self._gateway.counts["refused: token"] += 1
         self._guesses.note(peer, self._clock())
         await asyncio.sleep(GUESS_S)

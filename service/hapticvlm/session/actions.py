@@ -18,7 +18,7 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class RecogniseFrame:
-    """Have this frame recognised; id 0 means nobody waits for an answer.
+    """Recognise this frame; id 0 means nobody waits for an answer.
 
     `key` is what it shows (an object's id, or the region a hand touches); `generation` is that of
     the key, so that an answer for a scene or a contact since replaced is not believed. `scene`
@@ -35,7 +35,7 @@ class RecogniseFrame:
 
 @dataclass(frozen=True, slots=True)
 class AskAmbient:
-    """Have a VLM read the ambient temperature off this frame; `view` numbers what it shows."""
+    """Ask a VLM for the ambient temperature in this frame; `view` numbers what it shows."""
 
     frame: Frame
     view: int
@@ -44,7 +44,7 @@ class AskAmbient:
 
 @dataclass(frozen=True, slots=True)
 class AskMaterial:
-    """Have a VLM say what the object in this frame is made of; the last rung."""
+    """Ask a VLM what the object in this frame is made of; the last rung."""
 
     frame: Frame
     key: Key
@@ -57,7 +57,7 @@ Ask = AskAmbient | AskMaterial
 
 @dataclass(frozen=True, slots=True)
 class PlayVibration:
-    """Put this into the audio ring."""
+    """Write this to the audio ring."""
 
     command: Command
 
@@ -93,7 +93,7 @@ class DrivePlate:
 
 @dataclass(frozen=True, slots=True)
 class RestPlate:
-    """Let the plate return to neutral."""
+    """Return the plate to neutral."""
 
 
 @dataclass(frozen=True, slots=True)

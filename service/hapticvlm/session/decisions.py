@@ -45,7 +45,7 @@ def surface_of(
 
 
 def thickness_m(verdict: Verdict, facts: SceneObject | None, make: Make) -> float | None:
-    """Return how thick the object is, m: as the scene says, else as its name; None is thick."""
+    """Return how thick the object is, m: as the scene states, else as its name; None is thick."""
     stated = facts.thickness_m if facts else None
     return make.thickness_m.get(verdict.material) if stated is None else stated
 

@@ -1,7 +1,7 @@
 """The frames of one connection: how many, how old, and which regions to recognise in the newest.
 
 The offset of a client's clock is the running minimum of arrival minus capture time: the message
-that travelled fastest says most. The minimum runs over a window, so a client whose clock jumps back
+that travelled fastest counts. The minimum runs over a window, so a client whose clock jumps back
 is believed again after `WINDOW_S`, or at `restart`, instead of having every later frame called old.
 """
 
@@ -19,7 +19,7 @@ from hapticvlm.session.scene_objects import Key
 
 WINDOW_S = 10.0
 
-LATE_S = LEASE_S  # a contact captured longer ago lapsed on its way; nobody takes it for its cause
+LATE_S = LEASE_S  # a contact captured longer ago lapsed in transit; nobody takes it for its cause
 BACK_S = {"touch": LATE_S, "frame": 60.0}  # as old as a frame may be; touches come in order
 WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
 SURROUNDINGS: Key = ("scene", "scene")
@@ -56,7 +56,7 @@ class ClockOffset:
 
 
 class FrameRate:
-    """A sliding window of one second that says whether one more frame is within the limit."""
+    """A sliding window of one second that decides whether one more frame is within the limit."""
 
     def __init__(self, per_s: float) -> None:
         self._per_s = per_s
@@ -98,7 +98,7 @@ class Frames:
         return True
 
     def observe_touch(self, touch: Touch, now: float) -> None:
-        """Receive what a touch says of the client's clock."""
+        """Receive what a touch shows of the client's clock."""
         self._observe("touch", touch.captured_at, now)
 
     def age_s(self, frame: Frame, now: float) -> float:
@@ -110,11 +110,11 @@ class Frames:
         return frame.max_age_ms is not None and self.age_s(frame, now) * 1000.0 > frame.max_age_ms
 
     def is_late(self, touch: Touch, now: float) -> bool:
-        """Whether a lease would have ended while this touch was on its way."""
+        """Whether a lease would have ended while this touch was in transit."""
         return self._clock.runs and self._clock.age_s(touch.captured_at, now) > LATE_S
 
     def recognise_region(self, hand: Hand, generation: int, scene: int) -> list[RecogniseFrame]:
-        """Have the region a hand touches recognised in the newest frame."""
+        """Recognise the region a hand touches in the newest frame."""
         if not isinstance(hand.key, tuple) or self._newest is None:
             return []
         touched = msgspec.structs.replace(
@@ -123,7 +123,7 @@ class Frames:
         return [RecogniseFrame(touched, hand.key, generation, scene=scene)]
 
     def _observe(self, kind: str, captured_at: float, now: float) -> None:
-        """Receive a capture time; one that goes far back says that the clock was set."""
+        """Receive a capture time; one that goes far back means that the clock was set."""
         if captured_at < self._captured_at.get(kind, captured_at) - BACK_S[kind]:
             self._clock.restart()
         self._captured_at[kind] = captured_at
@@ -131,6 +131,6 @@ class Frames:
 
 
 def recognise_scene(frame: Frame) -> RecogniseFrame:
-    """Have the whole frame recognised for what the place looks like."""
+    """Recognise the whole frame for its scene view."""
     whole = msgspec.structs.replace(frame, id=0, object_id=None, region=WHOLE, mask=None)
     return RecogniseFrame(whole, SURROUNDINGS, 0)

@@ -38,7 +38,7 @@ class Grading:
     def thermal(
         self, surface_c: float, table: Mapping[str, Material]
     ) -> tuple[Thermal | None, Basis]:
-        """Return the bulk that is felt at this surface temperature, and what it is made from."""
+        """Return the bulk rendered at this surface temperature, and what it is made from."""
         if self.named is None:
             return self.bulk, "neutral" if self.bulk is None else "expectation"
         named = table[self.named].thermal

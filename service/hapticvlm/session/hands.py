@@ -106,7 +106,7 @@ class Hand:
 
 
 def _is_near(touch: Touch) -> bool:
-    """Whether an approach touches within LEAD_WITHIN_S; one that does not say may."""
+    """Whether an approach touches within LEAD_WITHIN_S; one that gives no distance may."""
     if touch.distance_m is None or touch.closing_mps is None:
         return True
     return touch.distance_m <= max(touch.closing_mps, 0.0) * LEAD_WITHIN_S

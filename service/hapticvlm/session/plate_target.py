@@ -1,6 +1,6 @@
 """How one scene drives the plate: by the hand of the latest contact, within limits, never jumping.
 
-Between touches the plate is kept neutral for a while and then let go. Knows no message.
+Between touches the plate is kept neutral for a while and then released. Knows no message.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint 
 
 
 class PlateTarget:
-    """The trajectory of the skin and the setpoint on its way there; `gain` is 0..1."""
+    """The trajectory of the skin and the setpoint that moves there; `gain` is 0..1."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class PlateTarget:
         return elapsed
 
     def rest(self, now: float) -> list[Action]:
-        """Give the plate back, once."""
+        """Release the plate, once."""
         self._trajectory = self._trajectory.release(now)
         was_driving, self._is_driving = self._is_driving, False
         return [RestPlate()] if was_driving else []
@@ -78,7 +78,7 @@ class PlateTarget:
     ) -> ThermalTrajectory:
         """Continue the trajectory.
 
-        A region of a frame does not say where an object ends: another material is another object.
+        A region of a frame does not show where an object ends: another material is another object.
         """
         if hand is None:
             return self._trajectory.release(now)

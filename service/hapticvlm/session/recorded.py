@@ -84,7 +84,7 @@ class RecordedSession(SceneSession):
     def scene_view_received(
         self, action: RecogniseFrame, scene_view: SceneView | None, now: float
     ) -> list[Action]:
-        """Receive what the scene as a whole looks like."""
+        """Receive the scene view."""
         seen = None
         if scene_view is not None:
             embedding = scene_view.embedding.tolist()
@@ -100,12 +100,12 @@ class RecordedSession(SceneSession):
         return self._logged(super().answered(ask, answer, now))
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
-        """Let time pass."""
+        """Advance the time."""
         self._write_line({"now": now, "in": "tick", "reading": _plain(reading)}, None)
         return self._logged(super().tick(now, reading))
 
     def set_owner(self, *, owner: bool, thermal_gain: float | None = None) -> None:
-        """Say whether this scene may drive the outputs from now on, and the gain it finds set."""
+        """Set whether this scene may drive the outputs from now on, and the gain it finds set."""
         self._write_line({"in": "owner", "owner": owner, "thermal_gain": thermal_gain}, None)
         super().set_owner(owner=owner, thermal_gain=thermal_gain)
 
@@ -163,7 +163,7 @@ def outputs(actions: list[Action]) -> list[Line]:
 
 
 def _decision(decision: messages.Decision) -> Line:
-    """Write a decision; only what is not felt as its material says so, as in earlier logs."""
+    """Write a decision; only one not rendered as its material marks it, as in earlier logs."""
     fields: Line = _plain(decision)
     return fields if decision.basis == "expectation" else _without(fields, "basis")
 

@@ -62,7 +62,7 @@ class SceneModel:
         return state.grading
 
     def swung_m(self, key: Key) -> float | None:
-        """Return how thick the scene says that this object is, None where it does not say."""
+        """Return the thickness the scene states for this object, m; None where it states none."""
         facts = self._state(key).facts
         return None if facts is None else facts.thickness_m
 
@@ -108,7 +108,7 @@ class SceneModel:
         return decision if change != before else None
 
     def question(self, action: RecogniseFrame, now: float) -> list[AskMaterial]:
-        """Have a VLM asked what a named object is made of that the encoder leaves unknown."""
+        """Ask a VLM what a named object is made of that the encoder leaves unknown."""
         if not self._can_ask or not isinstance(action.key, str):
             return []
         if not self.objects.wants_question(action.key, now):

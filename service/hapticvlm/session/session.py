@@ -2,7 +2,7 @@
 
 Feed it messages, recognitions and ticks with the time; carry out the actions it returns, in order.
 A message that is wrong raises MessageError before anything has changed. An observer describes no
-scene (stated.py has what it may say of the owner's), and only the owner moves outputs.
+scene (stated.py has what it may state of the owner's), and only the owner moves outputs.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ class SceneSession:
     def scene_view_received(
         self, action: RecogniseFrame, scene_view: SceneView | None, now: float
     ) -> list[Action]:
-        """Receive what the scene as a whole looks like; None means it has not changed."""
+        """Receive the scene view; None means it has not changed."""
         if scene_view is None:
             return []
         view = self._model.surroundings.update_view(scene_view, now)
@@ -228,7 +228,7 @@ class SceneSession:
         return self._touches.tick(now, reading)
 
     def set_owner(self, *, owner: bool, thermal_gain: float | None = None) -> None:
-        """Say whether this scene may drive the outputs from now on, and the gain it finds set."""
+        """Set whether this scene may drive the outputs from now on, and the gain it finds set."""
         self.owner = owner
         if thermal_gain is not None:
             self._touches.plate.gain = thermal_gain
@@ -252,7 +252,7 @@ class SceneSession:
         return [*touched, *self._answer_frame(frame, now)]
 
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
-        """Answer at once what needs no recognition, else have the frame recognised."""
+        """Answer at once what needs no recognition, else recognise the frame."""
         key, objects = frame.object_id, self._model.objects
         scene = objects.scene_number
         if key is None or objects.needs_recognition(key):
@@ -264,7 +264,7 @@ class SceneSession:
         return [Reply(answer), *self._teaching(frame, key)]
 
     def _teaching(self, frame: Frame, key: str) -> list[Action]:
-        """Have some pictures of an object that is sure teach its scene."""
+        """Teach the scene from some pictures of an object that is sure."""
         objects = self._model.objects
         material = objects.teaches(key, always=frame.purpose == "enrol")
         if material is None:

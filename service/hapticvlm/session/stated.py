@@ -1,4 +1,4 @@
-"""What a person at the dashboard may say of the owner's scene: what its objects are made of. Pure.
+"""What a person at the dashboard may state of the owner's scene: its objects' materials. Pure.
 
 An observer describes no scene of its own. On this machine it may state materials of objects that
 the owner's scene already has; everything else about them stays as the scene gave it.

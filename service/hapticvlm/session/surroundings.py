@@ -107,7 +107,7 @@ class Surroundings:
         self._given = self.ambient = ambient(value_c)
 
     def update(self, now: float) -> None:
-        """Bring the ambient that is rendered closer to what is believed; call it often."""
+        """Move the ambient that is rendered towards what is believed; call it often."""
         self._approach_belief(now)
         self.ambient = self._rendered if self._given is None else self._given
         self.is_settled = self._believed is self._rendered

@@ -65,7 +65,7 @@ class TouchTracker:
         return decisions.touched_as(changed, interaction, self._scene.grading(key))
 
     def recognise_again(self) -> list[Action]:
-        """Have the regions under the hands recognised in the newest frame."""
+        """Recognise the regions under the hands in the newest frame."""
         actions: list[Action] = []
         for hand in self.hands:
             if hand.is_touching:
@@ -93,7 +93,7 @@ class TouchTracker:
         ]
 
     def refresh_texture(self, key: Key) -> list[Action]:
-        """Give a rubbing hand its texture anew; an impact that rings is left alone."""
+        """Render a rubbing hand's texture again; an impact that rings is left alone."""
         return [
             action
             for hand in self.hands

@@ -22,7 +22,7 @@ LARGEST_BYTES = 3_000_000  # a README is read on telephones too
 
 
 def main() -> None:
-    """Draw it, and say how large it is."""
+    """Draw it, and print how large it is."""
     parser = argparse.ArgumentParser(description="Draw the README's moving picture.")
     parser.add_argument("--session", type=Path, help="of `record` (the one in demo-output)")
     parser.add_argument("--out", type=Path, default=Path("docs/demo.webp"), help="(%(default)s)")

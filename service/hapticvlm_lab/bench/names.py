@@ -206,7 +206,7 @@ def _percent(share: float | None) -> str:
 
 
 def _print_confusion(names: Sequence[Name], found: Sequence[Evidence | None]) -> None:
-    """Print truth by row, answer by column; "-" says nothing or less than KNOWN."""
+    """Print truth by row, answer by column; "-" is no answer or less than KNOWN."""
     answers = [e.material if e and e.confidence >= KNOWN else "-" for e in found]
     cells = Counter((n.truth, a) for n, a in zip(names, answers, strict=True))
     rows = [

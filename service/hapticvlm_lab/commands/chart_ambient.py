@@ -1,4 +1,4 @@
-"""`hapticvlm chart ambient`: every way to read a temperature off a picture."""
+"""`hapticvlm chart ambient`: every method to read a temperature off a picture."""
 
 from __future__ import annotations
 

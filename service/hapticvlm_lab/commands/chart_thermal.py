@@ -1,4 +1,4 @@
-"""`hapticvlm chart thermal` and `stability thermal`: ways to follow the skin."""
+"""`hapticvlm chart thermal` and `stability thermal`: methods to follow the skin."""
 
 from __future__ import annotations
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from hapticvlm_lab.bench.material.methods import Wiring
     from hapticvlm_lab.training.network import Network
 
-LIMIT = 640  # pictures of a source that `chart` looks at
-SHAKEN = 64  # pictures of a source that `stability` looks at
+LIMIT = 640  # pictures of a source that `chart` uses
+SHAKEN = 64  # pictures of a source that `stability` uses
 WEIGHTS = "encoder.safetensors"
 COURSE = "course.csv"  # of the shipped encoder's training: samples and accuracies
 OF_SHIPPED = Path(__file__).parents[1] / "training"  # the weights of the encoder that ships

@@ -45,7 +45,7 @@ class Targets:
 
 
 class Pool:
-    """Every shard there is; `refresh` takes in the ones that have been added since."""
+    """Every shard there is; `refresh` reads the ones that have been added since."""
 
     def __init__(self, folder: Path, run: Path) -> None:
         self._folder, self._run = folder, run
@@ -63,7 +63,7 @@ class Pool:
         return int(self._weights.shape[1])
 
     def refresh(self) -> int:
-        """Take in new shards; return how many crops there are."""
+        """Read new shards; return how many crops there are."""
         paths = sorted(self._folder.glob(f"*{ANSWERS}"))
         new = [path for path in paths if path.name not in self._seen and ".part" not in path.name]
         if not self._seen and not new:

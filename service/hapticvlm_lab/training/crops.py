@@ -15,7 +15,7 @@ from scipy import ndimage
 from hapticvlm.recognition.pictures import central_mask
 
 SMALLEST = 0.25  # least share of a picture that a crop shows
-ELONGATION = 0.3  # standard logarithmic elongation of a crop, either way
+ELONGATION = 0.3  # standard logarithmic elongation of a crop, in either direction
 DISC, WHOLE = 0.4, 0.25  # shares of photographs under the central disc and under no mask at all
 LEAST_OUTLINE = 0.05  # share of the crop an outline must cover to be of use
 

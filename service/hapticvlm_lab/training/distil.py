@@ -143,7 +143,7 @@ class Run:
         save_file(held, path, {"samples": str(self.progress.samples)})
 
     def begin_with(self, path: Path) -> None:
-        """Begin at an average that `keep` wrote; the optimiser begins anew."""
+        """Begin at an average that `keep` wrote; the optimiser starts afresh."""
         from safetensors.torch import load_file
 
         held = {
@@ -180,7 +180,7 @@ class Run:
 
 
 def is_bfloat16_fast() -> bool:
-    """Time a convolution both ways: processors without bfloat16 emulate it, ten times slower."""
+    """Time both precisions of a convolution: without bfloat16 a processor emulates it, slowly."""
     layer = nn.Conv2d(64, 64, 3, padding=1).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     given = torch.randn(8, 64, 24, 24).to(memory_format=torch.channels_last)
 

@@ -153,7 +153,7 @@ def _best_scale(gallery: Gallery, judged: Judged) -> tuple[float, float]:
 def _scaled(
     trial: Calibration, kind: Pictures, judged: Sequence[tuple[Gallery, Judged]]
 ) -> tuple[Calibration, float]:
-    """Take the geometric mean of the best scales of the sources of a kind; and their surprise."""
+    """Return the geometric mean of the best scales of the sources of a kind; and their surprise."""
     found = [
         _best_scale(replace(gallery, calibration=trial), held_out) for gallery, held_out in judged
     ]

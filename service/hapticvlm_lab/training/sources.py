@@ -1,4 +1,4 @@
-"""Which source teaches and which is held back. The one place that says so.
+"""Which source teaches and which is held back. The one place that decides it.
 
 Sources are split whole, never picture by picture: pictures of one source look alike. What is held
 back is touched by measurements alone, never by training, gallery or calibration. Paths are relative
@@ -41,7 +41,7 @@ SCENERY = "weather"
 # held back to measure it.
 UNLABELLED = ("unlabelled_caltech101", "unlabelled_mini_imagenet")
 UNKNOWN = materials.UNKNOWN
-# Folders of UNLABELLED that show the objects of the held-back caltech101: never looked at.
+# Folders of UNLABELLED that show the objects of the held-back caltech101: never used.
 SAME_AS_HELD_BACK = frozenset(
     "cup euphonium mandolin metronome saxophone scissors umbrella windsor_chair wrench".split()  # noqa: SIM905
 )

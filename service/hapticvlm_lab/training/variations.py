@@ -13,7 +13,7 @@ from torch.nn import functional
 
 MIXED = 0.4  # share of batches whose crops and targets are mixed (Zhang et al. 2018)
 MIX = 0.4  # both parameters of the beta distribution of the mix
-SIDES = (128, 128, 120, 112, 104)  # px of the pool's crops that a batch looks at
+SIDES = (128, 128, 120, 112, 104)  # px of the pool's crops that a batch uses
 
 
 def vary(crops: NDArray[np.uint8], side: int, rng: np.random.Generator) -> Tensor:

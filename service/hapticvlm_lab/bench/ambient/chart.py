@@ -1,4 +1,4 @@
-"""`hapticvlm chart ambient`: error against seconds and memory, every way to read a temperature.
+"""`hapticvlm chart ambient`: error against seconds and memory, every method to read a temperature.
 
 Without a model of the user's the network has random weights: its seconds and memory are those of
 its size, its answers mean nothing, so no error of it is given.
@@ -29,7 +29,7 @@ from hapticvlm_lab.bench.ambient.timing import measure
 NAME = "chart-ambient"
 SYNTHETIC = 5  # pictures without --data
 SIDE = 448  # px, enough for the largest budget
-MOST = 60  # pictures of a CSV that are looked at
+MOST = 60  # pictures of a CSV that are used
 RANDOM = "random weights: times and memory are real, answers mean nothing, so no errors"
 
 Size = Literal["tiny", "full"]
@@ -51,7 +51,7 @@ class Plan:
 
 
 def run(plan: Plan) -> int:
-    """Chart every way that can be run. Raises ShotError."""
+    """Chart every method that can be run. Raises ShotError."""
     pictures, truths = _pictures(plan.data)
     with tempfile.TemporaryDirectory(prefix="hapticvlm-") as folder:
         model = _model(plan, Path(folder))

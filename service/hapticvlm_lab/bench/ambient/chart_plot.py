@@ -79,7 +79,7 @@ def _errors(axes: Axes, rows: Sequence[Row]) -> None:
 
 
 def _without_error(axes: Axes, rows: Sequence[Row]) -> None:
-    """Mark the time of ways whose error means nothing or is not known, at the foot."""
+    """Mark the time of methods whose error means nothing or is not known, at the foot."""
     for row in rows:
         assert row.timed is not None
         colour, marker = STYLE[row.family]

@@ -1,4 +1,4 @@
-"""The ways to ask a vision-language model that the chart compares."""
+"""The methods to ask a vision-language model that the chart compares."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ REPLY = "21"  # of the stand-in endpoint
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way to ask, by what it is called. `settings` of the wire name no url yet."""
+    """A method to ask, by its name. `settings` of the wire name no url yet."""
 
     name: str
     family: Family

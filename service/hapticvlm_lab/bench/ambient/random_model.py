@@ -1,6 +1,6 @@
 """Qwen2-VL of any size with random weights: the real architecture, and nothing it could know.
 
-Times, memory and the agreement of two ways to ask do not depend on the weights; answers do, so none
+Times, memory and the agreement of two methods do not depend on the weights; answers do, so none
 of a random model's is ever reported. The tokenizer is a stand-in made of the words it is given,
 whole as Qwen's own has them, its digits single, so prompts are about as long as with Qwen's.
 """

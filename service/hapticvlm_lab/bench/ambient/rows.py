@@ -1,4 +1,4 @@
-"""One row of the chart: a way, its error and what it costs; and all rows as text."""
+"""One row of the chart: a method, its error and what it costs; and all rows as text."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """What an answer costs in seconds: reading it off one pass against writing it out.
 
-The ways are timed in turn on the same picture, so a busy machine disturbs all alike. Beside the
+The methods are timed in turn on the same picture, so a busy machine disturbs all alike. Beside the
 clock stands the time of the cores, which does not count waiting for other processes. Works with any
 model in process, whatever its weights.
 """
@@ -29,7 +29,7 @@ SENTENCE, SENTENCE_ANEW = "25-token sentence", "25 tokens, head anew"
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Of one way over n turns, s: median and least by the clock, median of the cores' time."""
+    """Of one method over n turns, s: median and least by the clock, median of the cores' time."""
 
     wall: float
     least: float
@@ -38,7 +38,7 @@ class Timing:
 
 
 def methods(network: Network, chat: Chat, picture: Picture) -> dict[str, Callable[[], object]]:
-    """List the ways to answer how warm a picture is, from picture to answer each."""
+    """List the methods to answer how warm a picture is, from picture to answer each."""
     anew = Network(network.model, keeps_heads=False)
     tree = number_tree(chat.encode)
 
@@ -66,7 +66,7 @@ def methods(network: Network, chat: Chat, picture: Picture) -> dict[str, Callabl
 def time_in_turn(
     methods: Mapping[str, Callable[[], object]], most_turns: int, most_s: float
 ) -> dict[str, Timing]:
-    """Time all ways once a turn, after one warm-up of the first; at least one turn."""
+    """Time all methods once a turn, after one warm-up of the first; at least one turn."""
     walls: dict[str, list[float]] = {name: [] for name in methods}
     cores: dict[str, list[float]] = {name: [] for name in methods}
     next(iter(methods.values()))()
@@ -92,7 +92,7 @@ def time_in_turn(
 
 
 def print_table(image_tokens: int, timings: Mapping[str, Timing]) -> None:
-    """Print a row a way, and how many times the readout's time it takes."""
+    """Print a row for each method, and how many times the readout's time it takes."""
     print(f"\n== {image_tokens} image tokens, s")
     print(f"{'way':<26}{'median':>9}{'least':>9}{'cores':>9}{'n':>4}{'x least':>9}{'x cores':>9}")
     base = timings[READ_ONE]
@@ -102,7 +102,7 @@ def print_table(image_tokens: int, timings: Mapping[str, Timing]) -> None:
 
 
 def ratios(timings: Mapping[str, Timing], by: str = "least") -> dict[str, float]:
-    """Say how many times faster a readout is, by `least` or `cores`.
+    """Return how many times faster a readout is, by `least` or `cores`.
 
     Against writing a number or a sentence as `generate` does, and with the head kept as ours does.
     """
@@ -119,7 +119,7 @@ def ratios(timings: Mapping[str, Timing], by: str = "least") -> dict[str, float]
 
 
 def share_saved(timings: Mapping[str, Timing], by: str = "least") -> float:
-    """Say which share of a readout the kept head saves, 0..1."""
+    """Return which share of a readout the kept head saves, 0..1."""
     kept, anew = (float(getattr(timings[name], by)) for name in (READ_ONE, READ_ANEW))
     return round(1.0 - kept / anew, 3)
 

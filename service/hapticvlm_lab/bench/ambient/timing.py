@@ -1,6 +1,6 @@
-"""What one way costs, each in a process of its own: seconds an answer, seconds to load, memory.
+"""What one method costs, each in a process of its own: seconds an answer, seconds to load, memory.
 
-So the peak is that of the way alone, and one that is ended for want of memory ends nothing else.
+So the peak is that of the method alone, and one that is ended for want of memory ends nothing else.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Timed:
 
 
 def measure(method: Method, pictures: Sequence[Picture]) -> Timed | str:
-    """Ask about pictures (H, W, 3) uint8 in a new process; say why where that is not possible."""
+    """Ask about pictures (H, W, 3) uint8 in a new process; return why if that is not possible."""
     context = multiprocessing.get_context("spawn")
     try:
         with ProcessPoolExecutor(1, mp_context=context) as pool, _placed(method) as placed:
@@ -97,7 +97,7 @@ def _peak_mb() -> float | None:
 
 @contextmanager
 def _placed(method: Method) -> Iterator[Method]:
-    """Give the wire's way an endpoint that answers at once, as long as it is asked."""
+    """Run for the wire's method an endpoint that answers at once, as long as it is asked."""
     if method.family != "wire":
         yield method
         return
@@ -112,7 +112,7 @@ def _placed(method: Method) -> Iterator[Method]:
 
 
 class _StandIn(http.server.BaseHTTPRequestHandler):
-    """Says REPLY to every question, and looks at nothing."""
+    """Answers every question with REPLY, whatever the picture."""
 
     def do_POST(self) -> None:
         self.rfile.read(int(self.headers["Content-Length"]))

@@ -1,7 +1,7 @@
-"""The floor of an audio stack: a program that does nothing but play a click when told.
+"""The floor of an audio stack: a program that does nothing but play a click on request.
 
 A bare miniaudio callback in a process of its own, with the block size and priority of the audio
-engine, told by one number in shared memory. It knows no materials, no leases and no rings.
+engine, controlled by one number in shared memory. It knows no materials, no leases and no rings.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Clicker:
     wanted: Clicks
 
     def click(self) -> None:
-        """Have one click played; never blocks."""
+        """Play one click; never blocks."""
         self.wanted[0] += 1
 
 

@@ -40,7 +40,7 @@ def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
 
 
 def line(clock: dict[str, Any]) -> str:
-    """Say it in words."""
+    """Return it in words."""
     ours, bare = clock["underruns"], clock["floor"]["missed"]
     text = f"virtual clock, {clock['seconds']:.0f} s: {ours} underruns; a bare loop missed {bare}"
     stolen = clock["stolen_s"]

@@ -15,7 +15,7 @@ from hapticvlm.commands.local_service import Service, running
 from hapticvlm_lab.bench.audio.sink import Recording, Server
 
 OUR_PRIORITY, SERVER_PRIORITY = 5, 25
-LOAD = ("80.0", "40000", "3")  # frames/s, bytes a frame, scenes: all that are let in
+LOAD = ("80.0", "40000", "3")  # frames/s, bytes a frame, scenes: all that are admitted
 
 
 @contextmanager
@@ -26,7 +26,7 @@ def no_load(seconds: float) -> Iterator[Callable[[], float]]:  # noqa: ARG001 - 
 
 @contextmanager
 def load(seconds: float) -> Iterator[Callable[[], float]]:
-    """Keep the encoder of a service busy; what is yielded tells how long it was, s."""
+    """Keep the encoder of a service busy; what is yielded returns how long it was, s."""
     rate, size, scenes = LOAD
     for_s = str(seconds)
     with running(["--no-realtime"]) as service:
@@ -55,7 +55,7 @@ def _busy_s(service: Service) -> float:
 
 @contextmanager
 def priority(realtime: bool) -> Iterator[None]:
-    """Give this process real-time priority where that is permitted; its children start without."""
+    """Set real-time priority for this process where permitted; its children start without."""
     if not (realtime and _set_priority(0, OUR_PRIORITY)):
         yield
         return
@@ -66,7 +66,7 @@ def priority(realtime: bool) -> Iterator[None]:
 
 
 def stolen_s() -> float | None:
-    """Return how long the host of a virtual machine has kept its processors from it, s, if told.
+    """Return how long the host of a virtual machine has kept its processors from it, s, if known.
 
     No priority helps against that: to everything within, time just jumps.
     """
@@ -78,7 +78,7 @@ def stolen_s() -> float | None:
 
 
 def raise_priority(realtime: bool, server: Server, recording: Recording) -> None:
-    """Give the sound server and the recorder real-time priority too, so that we are measured."""
+    """Set real-time priority for the sound server and the recorder too, so that we are measured."""
     ids = [process.pid for process in (server.process, recording.process) if process is not None]
     if recording.reader is not None and recording.reader.native_id is not None:
         ids.append(recording.reader.native_id)  # a thread of ours, but it does not inherit priority

@@ -1,7 +1,7 @@
 """A sound server of our own with a sink that plays into nothing, and a recorder of what it played.
 
 PulseAudio in a private folder: no system service, no sound card, and nothing of the user's sound
-set-up is read or changed. What is recorded is the sink's monitor, as another program hears it.
+set-up is read or changed. What is recorded is the sink's monitor, as another program receives it.
 """
 
 from __future__ import annotations
@@ -69,17 +69,17 @@ class Server:
             time.sleep(0.05)
 
     def kill(self) -> None:
-        """End the daemon as a crash would: nothing is told to its clients."""
+        """End the daemon as a crash would: its clients are not notified."""
         if self.process is not None:
             self.process.kill()
             self.process.wait()
 
     def unplug(self) -> None:
-        """Take the sink away; the daemon lives on."""
+        """Remove the sink; the daemon goes on."""
         self._control("unload-module", "module-null-sink")
 
     def plug_in(self) -> None:
-        """Bring the sink back."""
+        """Add the sink again."""
         self._control("load-module", "module-null-sink", *_SINK.split(), _CALLED)
 
     def _control(self, *words: str) -> subprocess.CompletedProcess[bytes]:
@@ -115,14 +115,14 @@ def null_sink() -> Iterator[Server]:
 
 @dataclass(slots=True)
 class Recording:
-    """What was heard so far: samples, and when each chunk of them arrived (monotonic clock, s)."""
+    """The recording so far: samples, and when each chunk of them arrived (monotonic clock, s)."""
 
     process: subprocess.Popen[bytes]
     chunks: list[tuple[float, bytes]] = field(default_factory=list)
     reader: threading.Thread | None = None
 
     def samples(self) -> NDArray[np.float32]:
-        """Return all samples heard, (n,) float32."""
+        """Return all samples recorded, (n,) float32."""
         return np.frombuffer(b"".join(data for _, data in self.chunks), np.float32)
 
     def onset_after(self, moment: float, within_s: float) -> float | None:
@@ -136,7 +136,7 @@ class Recording:
         return None
 
     def is_silent_since(self, moment: float) -> bool:
-        """Tell whether everything that arrived after `moment` is exactly 0."""
+        """Return whether everything that arrived after `moment` is exactly 0."""
         return self.onset_after(moment, float("inf")) is None
 
 

@@ -1,4 +1,4 @@
-"""Contact to sound: from a command put in the ring to the first sample heard at a recorded sink.
+"""Contact to sound: from a command put in the ring to the first sample at a recorded sink.
 
 Strikes through the audio engine and clicks of a bare audio program take turns on the same null sink
 of a private PulseAudio, so that the sound server's own delay is measured beside ours, in the same
@@ -60,13 +60,13 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Delays:
-    """Delays in ms of those that were heard, and how many were not."""
+    """Delays in ms of those that arrived, and how many did not."""
 
     delays_ms: NDArray[np.float64]
     missed: int
 
     def summary(self, name: str) -> dict[str, Any]:
-        """Return the figures, None where nothing was heard."""
+        """Return the figures, None where nothing arrived."""
         some = self.delays_ms.size > 0
         return {
             f"{name}_n": self.delays_ms.size,
@@ -122,7 +122,7 @@ def _jack_line(found: dict[str, Any]) -> str:
 def late(chunks: Sequence[tuple[float, bytes]], moments: Sequence[float]) -> Delays:
     """Return how long after each moment the first chunk that is not silent arrived.
 
-    A moment at which something still sounded tells nothing and counts as missed.
+    A moment at which something still sounded shows nothing and counts as missed.
     """
     arrivals = np.array([arrived for arrived, _ in chunks])
     sounds = np.array([np.frombuffer(data, np.float32).any() for _, data in chunks])
@@ -181,7 +181,7 @@ def _alternate(speaker: Speaker, floor: Clicker, seconds: float) -> tuple[list[f
 
 
 def _slide(speaker: Speaker, recorded: Recording) -> NDArray[np.float32]:
-    """Hold a slide, and return what was heard of it."""
+    """Hold a slide, and return what was recorded of it."""
     begun = len(recorded.chunks)
     ends_at = time.monotonic() + SLIDE_S
     while time.monotonic() < ends_at:

@@ -1,4 +1,4 @@
-"""What the simulated scenes look at, and whether an answer is of the gallery it says it is of."""
+"""The crops that simulated scenes send, and whether an answer is of the gallery it names."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def recorded(path: Path, encoder: Encoder) -> RecordedCrops:
 
 
 class Truth:
-    """The galleries by their hash: an answer is right if its own one says that of its embedding."""
+    """The galleries by their hash: an answer is right if its own one gives it for its embedding."""
 
     def __init__(self, galleries: Sequence[Named]) -> None:
         self._galleries: Mapping[str, Named] = {named.identity.hash: named for named in galleries}

@@ -78,7 +78,7 @@ def deployed_gain(batches: Mapping[int, int], used_s: Mapping[int, float]) -> fl
 
 
 def waiting(rate_hz: float, seconds: float) -> float:
-    """Little's law: the mean number of looks in a system of this rate and time in it."""
+    """Little's law: the mean number of recognitions in a system of this rate and time in it."""
     return rate_hz * seconds
 
 

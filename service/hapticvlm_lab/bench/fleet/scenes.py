@@ -1,6 +1,6 @@
-"""N simulated scenes that look at a fixed rate, each with one look under way and the newest next.
+"""N simulated scenes that send at a fixed rate, each with one frame out and the newest next.
 
-A look that cannot be sent before the next is due is superseded; an answer older than its frame may
+A frame that cannot be sent before the next is due is superseded; an answer older than its frame may
 be is stale; both are counted, nothing waits.
 """
 
@@ -23,7 +23,7 @@ from hapticvlm_lab.bench.fleet.crops import RecordedCrops, Truth
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How many scenes look how often and for how long, and how old an answer may be, ms."""
+    """How many scenes send how often and for how long, and how old an answer may be, ms."""
 
     scenes: int
     rate_hz: float
@@ -34,7 +34,7 @@ class Plan:
 
 @dataclass(slots=True)
 class Tally:
-    """What came of the looks of one scene."""
+    """What came of the frames of one scene."""
 
     offered: int = 0
     answered: int = 0

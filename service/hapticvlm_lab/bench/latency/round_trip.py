@@ -50,7 +50,7 @@ async def round_trip(socket: ClientConnection, data: bytes, id: int) -> float:
 
 
 async def introduce(socket: ClientConnection) -> None:
-    """Say hello as a scene with one table of wood."""
+    """Send hello as a scene with one table of wood."""
     client = {"name": "measure latency", "version": __version__}
     protocol = {"major": 1, "minor": 0}
     table = {"object_id": "table", "material": "wood"}
@@ -88,7 +88,7 @@ def priority(realtime: bool) -> Iterator[None]:
 
 
 def is_priority_permitted() -> bool:
-    """Tell whether this system lets us have real-time priority."""
+    """Return whether this system permits real-time priority."""
     if not hasattr(os, "sched_setscheduler"):
         return False
     try:
@@ -99,7 +99,7 @@ def is_priority_permitted() -> bool:
 
 
 def service_status(service: Service) -> dict[str, Any]:
-    """Return what the service's page `/status` says."""
+    """Return the service's page `/status`."""
     with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
         found: dict[str, Any] = json.load(answer)
     return found

@@ -46,7 +46,7 @@ FRAME_BYTES = 40_000
 WARM_UP = 100
 SETTLE_S = 0.5
 MARGIN_S = SETTLE_S + WARM_UP / RATE_HZ + 1.0
-# Scenes that stream, and frames/s of each: two are let in beside an owner, and each is answered
+# Scenes that stream, and frames/s of each: two are admitted beside an owner, and each is answered
 # `skipped` for what is above 90 a second.
 LOADS = {"idle": (0, 0.0), "60 frames/s": (1, 60.0), "2 x 120 frames/s": (2, 120.0)}
 BURNING = "VLM flat out"
@@ -173,7 +173,7 @@ async def start_load(
 
 @contextmanager
 def _burning(seconds: float) -> Iterator[dict[str, Any]]:
-    """Keep a VLM busy on every core meanwhile; what it did is told when the context ends."""
+    """Keep a VLM busy on every core meanwhile; what it did is reported when the context ends."""
     report: dict[str, Any] = {}
     command = [
         sys.executable,

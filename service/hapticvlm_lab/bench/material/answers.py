@@ -1,4 +1,4 @@
-"""What a method says of a source's pictures, or of its objects where views are fused."""
+"""What a method answers on a source's pictures, or of its objects where views are fused."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Answers:
 
 
 def embed(method: Method, source: Source) -> Floats | None:
-    """Embed a source's views: (N, D); None for a method that does not look."""
+    """Embed a source's views: (N, D); None for a method that sees no picture."""
     if method.encoder is None:
         return None
     cut = crops(source, method.cut or source.cut, method.encoder.side)
@@ -72,7 +72,7 @@ def evidence_of(beliefs: NDArray[np.float64], names: Sequence[str]) -> Evidence:
 
 
 def _guess(source: Source) -> Answers:
-    """Say the commonest class always: what any figure has to be held against."""
+    """Answer the commonest class always: what any figure has to be compared with."""
     counts = Counter(source.truth.tolist())
     shape = len(source.views)
     commonest = [max(among, key=lambda name: counts[name]) for among in (FOUR, ELEVEN)]
@@ -107,7 +107,7 @@ def _among(beliefs: Doubles, names: Words, allowed: Collection[str]) -> Words:
 
 
 def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> Answers | None:
-    """Gather evidence per picture, or per object with its views fused, and let the ladder judge.
+    """Gather evidence per picture, or per object with its views fused, and decide by the ladder.
 
     Open answers are fused as the session does; forced ones take the mean of all, since fusing
     forgets the small beliefs.
@@ -141,7 +141,7 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
 
 
 def _encoder_evidence(method: Method, embeddings: Floats | None) -> list[Evidence] | None:
-    """Each view's evidence; empty for a method that does not look, None for one that cannot."""
+    """Each view's evidence; empty for a method that sees no picture, None for one that cannot."""
     if method.encoder is None:
         return []
     if method.head is None or embeddings is None:
@@ -151,7 +151,7 @@ def _encoder_evidence(method: Method, embeddings: Floats | None) -> list[Evidenc
 
 
 def _forced(evidence: Sequence[Evidence], allowed: Sequence[str]) -> str:
-    """Take the likeliest of the allowed; SILENT when the evidence does not tell them apart."""
+    """Return the likeliest of the allowed; SILENT when the evidence does not separate them."""
     if not any(item.beliefs for item in evidence):
         return SILENT
     pooled = pool(evidence)

@@ -1,7 +1,7 @@
 """`hapticvlm chart beliefs`: what beliefs from pictures are worth, as a picture.
 
-Three panels: how much is said against how much of it is right, as the belief asked for rises; the
-mean error of the contact temperature felt when nothing, the best guess or a graded feel is
+Three panels: how much is named against how much of it is right, as the belief asked for rises; the
+mean error of the contact temperature rendered when nothing, the best guess or a graded feel is
 rendered; and what more training brought on the sets that choose. Sets and enrolment as `hapticvlm
 measure beliefs` has them.
 """
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 NAME = "chart-beliefs"
-LEAST_COUNT = 12  # pictures: a share of fewer says nothing
+LEAST_COUNT = 12  # pictures: a share of fewer means nothing
 REFERENCES = 5
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
 METHODS = (("neutral_c", "neutral"), ("guess_c", "best guess"), ("graded_c", "as rendered"))
@@ -40,7 +40,7 @@ Curve = list[tuple[float, float]]
 
 @dataclass(frozen=True, slots=True)
 class Worth:
-    """One set: curves of (share said, share of that right), and mean felt errors in degC."""
+    """One set: curves of (share named, share of that right), and mean errors in degC."""
 
     name: str
     pictures: int
@@ -91,7 +91,7 @@ def worth(seen: beliefs.Seen, gallery: Gallery) -> Worth:
 
 
 def coverage(found: Doubles, truth: NDArray[np.int64]) -> Curve:
-    """Share said and share of that right, of (N, C) beliefs, for every belief asked for."""
+    """Share named and share of that right, of (N, C) beliefs, for every belief asked for."""
     surest = np.argsort(-found.max(axis=1), kind="stable")
     right = (found.argmax(axis=1) == truth)[surest]
     counts = np.arange(1, len(right) + 1)

@@ -1,8 +1,8 @@
 """What beliefs from pictures are worth: `hapticvlm measure beliefs`.
 
 On pictures that taught, chose and calibrated nothing, with wood, glass, fabric and metal admitted:
-how much is said (p > 1/2) and how much of it is right; the same with a few references of the set
-enrolled as `gallery build --base shipped` does; the contact temperature felt, against the best
+how much is named (p > 1/2) and how much of it is right; the same with a few references of the set
+enrolled as `gallery build --base shipped` does; the contact temperature rendered, against the best
 constant; and objects taught by the named ones of their scene. Intervals are 95 % bootstraps over
 objects; references and named objects are never of the object judged.
 """
@@ -65,7 +65,7 @@ def run(
 ) -> int:
     """Print a table for each set as it is ready, or JSON.
 
-    `labels` say what the data folder's labels mean; `path` is a gallery. Raises CaptureError,
+    `labels` give what the data folder's labels mean; `path` is a gallery. Raises CaptureError,
     EncoderError, GalleryError.
     """
     encoder = load_encoder(encoder_name)
@@ -107,9 +107,9 @@ def among(beliefs: Doubles, names: Sequence[str]) -> Doubles:
 def spoken(
     beliefs: Doubles, truth: NDArray[np.int64], objects: NDArray[np.str_]
 ) -> dict[str, object]:
-    """Share said and right of that, and the forced choice with classes alike; with intervals.
+    """Share named and right of that, and the forced choice with classes alike; with intervals.
 
-    Said is what costs 1 when wrong (p > 1/2), `startling` what costs 2 (p > 2/3).
+    Named is what costs 1 when wrong (p > 1/2), `startling` what costs 2 (p > 2/3).
     """
     right = beliefs.argmax(axis=1) == truth
     speaks, startles = beliefs.max(axis=1) > 1 / 2, beliefs.max(axis=1) > 2 / 3

@@ -13,8 +13,8 @@ LEAD = 0.05  # over chance below which there is nothing to lose
 class Step:
     """One severity: balanced accuracy among four with its interval; shares of pictures.
 
-    flips: answers that differ from the clean picture's. wrong_and_sure: said with confidence, and
-    wrong. unknown: not said. enrolled: accuracy with the other objects' clean views as references.
+    flips: answers that differ from the clean picture's. wrong_and_sure: named with confidence, and
+    wrong. unknown: not named. enrolled: accuracy with the other objects' clean views as references.
     """
 
     severity: float
@@ -51,7 +51,7 @@ class Curve:
 
 
 def sentence(curve: Curve) -> str:
-    """Say where a curve breaks, zero-shot and enrolled."""
+    """Return where a curve breaks, zero-shot and enrolled."""
     worst = curve.steps[-1]
     sure = max(step.wrong_and_sure for step in curve.steps)
     return (

@@ -77,7 +77,7 @@ def run(plan: Plan, wiring: Wiring) -> int:
 
 
 def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, Cost]) -> list[Row]:
-    """Ask every method that fits the source; a look is taken once, however often it is used."""
+    """Ask every method that fits the source; pictures are embedded once for all of them."""
     seen: dict[tuple[int, str], Floats | None] = {}
     rows = []
     for method in methods:

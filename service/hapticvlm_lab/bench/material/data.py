@@ -1,7 +1,7 @@
 """Held-back pictures, one `Source` per origin: never mixed, each thinned to a limit the same way.
 
 A source is a capture (frames with object id, truth, mask) or a set of labelled photographs. Which
-pictures teach is told by the caller (`Labels`): this package measures and imports no training.
+pictures teach is given by the caller (`Labels`): this package measures and imports no training.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from hapticvlm.recognition.pictures import Crop, crop
 Cut = Literal["mask", "box", "centre", "whole"]
 
 FOUR = ("wood", "glass", "fabric", "metal")
-VIEWS = 8  # most views looked at per object, evenly over its time
+VIEWS = 8  # most views used per object, evenly over its time
 
 _WHOLE = messages.Region(x=0.0, y=0.0, w=1.0, h=1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """One picture of one object: the encoded frame, and what may say where the object is."""
+    """One picture of one object: the encoded frame, and what may show where the object is."""
 
     frame: messages.Frame
     object_id: str
@@ -56,7 +56,7 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """What the scene says of an object, its material left out."""
+    """What the scene states of an object, its material left out."""
 
     name: str | None = None
     shader: messages.Shader | None = None
@@ -73,7 +73,7 @@ class Source:
 
     @property
     def cut(self) -> Cut:
-        """How objects are cut out unless a method says otherwise."""
+        """How objects are cut out unless a method has its own cut."""
         return "mask" if all(view.mask is not None for view in self.views) else "centre"
 
     @property
@@ -105,7 +105,7 @@ class Labels:
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """Where pictures are looked for, and how many views of one source are looked at (0: all)."""
+    """Where pictures are searched, and how many views of one source are used (0: all)."""
 
     captures: tuple[Path, ...]
     data: Path | None

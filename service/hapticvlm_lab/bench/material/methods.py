@@ -1,8 +1,8 @@
-"""Every way of telling a material that the chart compares, behind one interface.
+"""Every method to recognise a material that the chart compares, behind one interface.
 
 A method has an encoder (crop to embedding), a head (embedding to beliefs without any picture of the
 source: zero-shot), or rungs that read what the scene states; all asked through the product's own
-functions. What cannot be had here is left out and said so.
+functions. What is not available here is left out and reported.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Family = Literal["guess", "stated", "plain", "general", "untrained", "ours", "la
 
 NEAREST = Calibration(64.0, 0.0, 0.0)  # so sharp that the nearest reference decides; uncalibrated
 TEXTURES = "textures, logistic"
-WIDTHS_FROM = 4  # every so many teaching crops say how wide textures spread
+WIDTHS_FROM = 4  # one in so many teaching crops shows how wide textures spread
 
 
 class Head(Protocol):
@@ -140,7 +140,7 @@ class Wiring:
 def assemble(
     wiring: Wiring, data: Path | None, variants: Path | None, teaching: Source | None
 ) -> tuple[list[Method], list[str]]:
-    """List the methods that can be had, and say which cannot. Raises EncoderError, GalleryError."""
+    """List the available methods, and which are not. Raises EncoderError, GalleryError."""
     encoder = load_encoder()
     shipped = GalleryHead(load_gallery(encoder=encoder), speaks=True)
     ours = Method("ours", "ours", encoder, shipped, is_default=True, references="shipped")

@@ -106,14 +106,14 @@ def occlude(picture: Picture, share: float, rng: np.random.Generator) -> Picture
 
 
 def shift_mask(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
-    """Let the mask lie beside the object, by that share of its size."""
+    """Move the mask beside the object, by that share of its size."""
     mask = mask_of(picture)
     angle, size = rng.uniform(0.0, 2.0 * np.pi), share * length_of(mask)
     return picture.over(mask=shifted(mask, np.sin(angle) * size, np.cos(angle) * size))
 
 
 def dilate_mask(picture: Picture, share: float, _: np.random.Generator) -> Picture:
-    """Let the mask reach beyond the object on all sides, by that share of its size."""
+    """Extend the mask beyond the object on all sides, by that share of its size."""
     from scipy.ndimage import distance_transform_edt
 
     mask = mask_of(picture)

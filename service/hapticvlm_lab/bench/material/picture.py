@@ -45,7 +45,7 @@ class Picture:
 def window(view: View) -> Picture:
     """Decode a view, cut to its object with surroundings, and at most OBJECT_PX long.
 
-    Without a mask the whole frame, of which the product looks at the middle half.
+    Without a mask the whole frame, of which the product uses the middle half.
     """
     image = _decoded(view)
     if view.mask is None:
@@ -114,7 +114,7 @@ def mask_of(picture: Picture) -> Pixels:
 
 
 def where_object(picture: Picture) -> NDArray[np.bool_]:
-    """Find the object: under its mask, or in the middle half that the product looks at."""
+    """Find the object: under its mask, or in the middle half that the product uses."""
     if picture.mask is not None:
         return picture.mask > 0
     height, width = picture.image.shape[:2]

@@ -1,6 +1,6 @@
 """Reads the held-back sources, and the teaching pictures for methods that bring no references.
 
-A set that is not there is skipped and said so. Raises CaptureError for one that cannot be read.
+A set that is not there is skipped and reported. Raises CaptureError for one that cannot be read.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def default_captures() -> tuple[Path, ...]:
 
 
 def load_sources(where: Where, labels: Labels) -> tuple[list[Source], list[str]]:
-    """Read what is there; the second list says what is not. Raises CaptureError."""
+    """Read what is there; the second list names what is not. Raises CaptureError."""
     found, skipped = [], []
     for path in where.captures:
         if (path / captures.LINES).is_file():

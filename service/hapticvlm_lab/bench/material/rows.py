@@ -49,7 +49,7 @@ class Row:
 
 
 def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
-    """Find the best zero-shot look at pictures, and the cheapest whose interval reaches it.
+    """Find the best zero-shot method on pictures, and the cheapest whose interval reaches it.
 
     None where nothing was timed and graded.
     """

@@ -18,7 +18,7 @@ from hapticvlm.statistics import wilson
 Words = NDArray[np.str_]
 Doubles = NDArray[np.float64]
 
-SILENT = ""  # an answer that says nothing; counts as wrong
+SILENT = ""  # an answer that names nothing; counts as wrong
 FALSE_REJECTION = 0.05  # of what is known, at the threshold where unknown is counted
 
 

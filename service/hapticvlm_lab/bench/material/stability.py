@@ -55,7 +55,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Default:
-    """The encoder and gallery that the service uses unless told otherwise."""
+    """The encoder and gallery that the service uses by default."""
 
     encoder: Encoder
     gallery: Gallery
@@ -78,7 +78,7 @@ class Predictions:
 
 @dataclass(frozen=True, slots=True)
 class Clean:
-    """The unchanged pictures of a source, their embeddings, and what is said of them."""
+    """The unchanged pictures of a source, their embeddings, and what is predicted of them."""
 
     pictures: tuple[Picture, ...]
     truth: Words
@@ -137,7 +137,7 @@ def predict_clean(source: Source, default: Default) -> Clean:
 
 
 def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
-    """One perturbation over its severities; severity 0 is what was said of the clean pictures."""
+    """One perturbation over its severities; severity 0 is the prediction on the clean pictures."""
     rows = np.flatnonzero(_concerned(clean, shake))
     steps = []
     for severity in shake.severities:

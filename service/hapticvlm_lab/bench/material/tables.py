@@ -41,7 +41,7 @@ def print_source(source: Source, rows: Sequence[Row]) -> None:
 
 
 def knee_sentence(rows: Sequence[Row]) -> str:
-    """Say which method that sees the picture alone is best, and which cheaper one may equal it."""
+    """Return which method by the picture alone is best, and which cheaper one may equal it."""
     found = knee(rows)
     if found is None:
         return "no method was both timed and graded zero-shot"
@@ -53,7 +53,7 @@ def knee_sentence(rows: Sequence[Row]) -> str:
 
 
 def print_end(skipped: Sequence[str], files: Sequence[Path]) -> None:
-    """Say how to read it, what was left out and where the pictures are."""
+    """Print how to read it, what was left out and where the pictures are."""
     print("\nBalanced accuracy, %, 95 % interval over objects; k: references a class from other")
     print(
         "objects of the source, among 4, +- s.d. of 20 draws; probe: logistic regression, 5-fold;"

@@ -1,4 +1,4 @@
-"""Texture statistics: what plain image processing says of the surface under a mask.
+"""Texture statistics: what plain image processing shows of the surface under a mask.
 
 Colour, highlights, contrast to the surroundings, spectrum, and at four levels of a pyramid
 gradients, orientations and local binary patterns. The first encoder was a linear map of these; now

@@ -1,7 +1,7 @@
 """What one answer costs: a crop to its material on one thread, against a floor in the same run.
 
 Time of a core (all threads of this process, so one that waits for others' work is not charged) and
-by the clock, which on a busy machine says more of the machine. The floor, decoding one JPEG frame
+by the clock, which on a busy machine shows the machine. The floor, decoding one JPEG frame
 and nothing else, is timed in turn with every method.
 """
 
@@ -134,7 +134,7 @@ def _once(stage: Callable[[], object]) -> tuple[float, float]:
 
 
 def _with_eager(found: Mapping[str, Cost]) -> dict[str, Cost]:
-    """Say for each encoder how many times slower the same net was in torch eager."""
+    """Print for each encoder how many times slower the same net was in torch eager."""
     rows = {}
     for name, cost in found.items():
         slow = found.get(f"{name}, torch eager")

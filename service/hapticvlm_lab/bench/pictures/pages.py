@@ -69,7 +69,7 @@ def webxr(_: Path, picture: Path) -> None:
 
 
 def study(folder: Path, picture: Path) -> None:
-    """Write the participant's page while a pattern is felt in training."""
+    """Write the participant's page while a pattern is rendered in training."""
     with _studied(folder) as address, _page() as page:
         _train(page, address)
         page.screenshot(path=str(picture))
@@ -103,7 +103,7 @@ def _studied(folder: Path) -> Iterator[str]:
 
 
 def _train(page: Page, address: str) -> None:
-    """Take part until the first pattern is felt."""
+    """Take part until the first pattern is rendered."""
     page.goto(address)
     page.locator("[data-participant=P01]").click()
     page.locator(".agree input").check()

@@ -2,7 +2,7 @@
 
 An owner that touches, in turns with a bare echo; a scene that streams frames; an observer that
 reads and one that never does; a hostile client of each kind in turn; a child killed now and then.
-Memory is what each process holds for itself alone (USS), so that shared pages count for nobody.
+Memory is what each process holds for itself alone (USS), so that shared pages count for none.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Stop, measured at the outputs: until the sink is silent, and until the plate's bridge is open.
 
 A scene touches something cold, so that speaker and plate are both driven; another connection (or
-the dashboard's button) stops at a random moment. Sound is heard at a recorded null sink, with what
+the dashboard's button) stops at a random moment. Sound is recorded at a null sink, with what
 the sound server adds; OFF is seen on the serial line and at a simulated board behind a terminal.
 """
 
@@ -47,7 +47,7 @@ class Outputs:
     board: PtyBoard
 
     def are_driven(self, now: float) -> bool:
-        """Tell whether something was heard just now, and the plate holds a setpoint."""
+        """Return whether something sounded just now, and the plate holds a setpoint."""
         newest = self.recording.chunks[-100:]
         sounds = any(np.frombuffer(data, "f4").any() for at, data in newest if at > now - 0.05)
         return sounds and self.board.state == "HOLDING"
@@ -166,9 +166,9 @@ async def _trial(
 
 
 async def _driven(outputs: Outputs) -> None:
-    """Wait until vibration is heard and the plate is driven."""
+    """Wait until vibration is recorded and the plate is driven."""
     async with asyncio.timeout(DRIVEN_WITHIN_S):
-        while not outputs.are_driven(time.monotonic()):  # noqa: ASYNC110 - nobody tells us
+        while not outputs.are_driven(time.monotonic()):  # noqa: ASYNC110 - there is no event
             await asyncio.sleep(0.01)
 
 
@@ -184,7 +184,7 @@ class _Hand:
         self._sliding = asyncio.create_task(self._slide())
 
     async def lift(self) -> None:
-        """End the touch; the service has heard of it when this returns."""
+        """End the touch; the service has received it when this returns."""
         if self._sliding is None:
             return
         self._sliding.cancel()

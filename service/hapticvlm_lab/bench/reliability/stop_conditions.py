@@ -30,7 +30,7 @@ from hapticvlm_lab.bench.latency.round_trip import service_status
 from hapticvlm_lab.bench.reliability.floods import TINY
 
 LOAD_S = 3600.0  # more than a condition lasts
-LOAD = ("120", "40000", "2")  # frames/s, bytes a frame, scenes: all that are let in
+LOAD = ("120", "40000", "2")  # frames/s, bytes a frame, scenes: all that are admitted
 RECORDINGS, RECORDING_S = 30, 10.0
 PATIENCE_MS = 120_000.0  # of a browser on a busy machine
 FILL_S = 4.0  # some hundred lines a second: more than a pipe of 64 KiB holds
@@ -52,7 +52,7 @@ def _plain(arguments: list[str]) -> Iterator[Service]:
 
 @asynccontextmanager
 async def _observer(service: Service) -> AsyncIterator[Press]:
-    """Stop from another connection; tells when it was sent and when it was answered."""
+    """Stop from another connection; returns when it was sent and when it was answered."""
     async with connect(service.url, name="stops", role="observer") as client:
 
         async def press() -> tuple[float, float]:
@@ -119,7 +119,7 @@ def _unread(arguments: list[str]) -> Iterator[Service]:
 
 @contextmanager
 def _fill(service: Service) -> Iterator[None]:
-    """Have more logged than the pipe holds, and go on with it."""
+    """Log more than the pipe holds, and go on with it."""
     with _process("reliability.floods", service.url, "comings and goings", str(LOAD_S)):
         time.sleep(FILL_S)
         yield

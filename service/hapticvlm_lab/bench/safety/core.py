@@ -46,7 +46,7 @@ class Core:
         self.fault_bits: Callable[[], int] = self._library.core_faults
 
     def start(self) -> None:
-        """Switch on and greet."""
+        """Switch on and send hello."""
         self._library.core_start()
         self.send(plate_protocol.Hello(plate_protocol.MAJOR, plate_protocol.MINOR))
 
@@ -62,7 +62,7 @@ class Core:
 
 
 def build(setting: Setting, place: Path) -> Core:
-    """Compile the core with a setting into a folder. Raises CoreError, saying what is missing."""
+    """Compile the core with a setting into a folder. Raises CoreError, naming what is missing."""
     compiler = shutil.which("g++")
     if compiler is None:
         raise CoreError("the firmware's core is compiled for this chart: install g++")

@@ -1,4 +1,4 @@
-"""What the safety chart says of each setting and each fault."""
+"""What the safety chart shows of each setting and each fault."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Plates as they are built and rooms as they are: seeded scatter around the one plant model.
 
-Every range is ours, an assumption: no series of such plates was measured.
+Every range is an assumption of this project: no series of such plates was measured.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Ways to compute what skin feels, side by side: their cost, their error, where they break."""
+"""Methods to compute skin temperature, side by side: their cost, their error, where they break."""

@@ -1,6 +1,6 @@
-"""The trials of `stability thermal`: small, repeatable, each against what theory says of it. Pure.
+"""The trials of `stability thermal`: small, repeatable, each against its theory. Pure.
 
-Methods are pushed where they fail; the product's own way stands beside them in every group.
+Methods are pushed where they fail; the product's own method stands beside them in every group.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ BULKS = {
 }
 FRAME_S = 1.0 / 90.0
 MOST_TURNS = 3  # of dT/dt: the cells of an object run out of cold once
-LOST_C = 1e6  # degC, an error nobody argues about
+LOST_C = 1e6  # degC, an error beyond any doubt
 STIFF = 1e-5  # m2 K/W, wet or pressed hard
 
 

@@ -128,7 +128,7 @@ def slide_error(method: Method, stages: Sequence[Stage], known: Floats, rate_hz:
 
 
 def sentence(rows: Sequence[Row]) -> str:
-    """Name the cheapest method whose error nobody can feel, and say whether it is ours."""
+    """Name the cheapest method whose error nobody can feel, and whether the product uses it."""
     good = [row for row in rows if _is_below(row.felt_c, FINEST_C)]
     good = [row for row in good if _is_below(row.slide_c, FINEST_C)]
     if not good:

@@ -1,4 +1,4 @@
-"""Skin and object cut into cells: the linear system, and the ways to take a step of it.
+"""Skin and object cut into cells: the linear system, and the methods to step it.
 
 With temperatures T of all cells, skin first and from the core outwards, dT/dt = A T. A step of dt
 is one product with a matrix: exp(A dt) is exact in time; I + A dt is explicit Euler; the inverse of

@@ -1,7 +1,7 @@
-"""Every way to follow the skin, with one interface: touch an object, then step from frame to frame.
+"""All methods to follow the skin, by one interface: touch an object, then step from frame to frame.
 
 A method that keeps no depth can only go on from the surface temperature it had when the hand slides
-to another object; that is what "forgetful" costs. The product's own way is `Closed`.
+to another object; that is what "forgetful" costs. The product's own method is `Closed`.
 """
 
 from __future__ import annotations
@@ -63,20 +63,20 @@ class Closed:
         self._course = self._course.touch(contact, self._count, self._now)
 
     def step(self) -> float:
-        """Ask the course."""
+        """Return the skin temperature of the trajectory."""
         self._now += self._frame_s
         return self._course.skin_c(self._now)
 
 
 class Forgetful:
-    """The closed form begun anew at each contact, as if skin were all as warm as its surface."""
+    """The closed form restarted at each contact, as if skin were all as warm as its surface."""
 
     def __init__(self, frame_s: float) -> None:
         self._frame_s, self._elapsed_s, self._skin_c = frame_s, 0.0, NEUTRAL_C
         self._contact: ThermalContact | None = None
 
     def touch(self, contact: ThermalContact) -> None:
-        """Begin anew from the surface temperature of now."""
+        """Restart from the present surface temperature."""
         self._contact, self._elapsed_s = replace(contact, skin_c=self._skin_c), 0.0
 
     def step(self) -> float:

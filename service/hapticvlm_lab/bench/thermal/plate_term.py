@@ -51,7 +51,7 @@ class PlateRow:
 
 
 def without(course: ThermalTrajectory, resistance: float, now: float) -> float:
-    """Take skin and plate for the same."""
+    """Treat skin and plate as the same."""
     del resistance
     return course.skin_c(now)
 

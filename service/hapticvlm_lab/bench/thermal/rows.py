@@ -1,4 +1,4 @@
-"""What the thermal chart says of each method."""
+"""What the thermal chart shows of each method."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The trial of `stability thermal` that tells memories apart: a slide from metal to aluminium.
+"""The trial of `stability thermal` that separates memories: a slide from metal to aluminium.
 
 What the metal left in the skin fades while the aluminium takes its share of it.
 """

@@ -1,7 +1,7 @@
-"""`hapticvlm stability thermal`: where each way to follow the skin, or the plate, breaks.
+"""`hapticvlm stability thermal`: where each method to follow the skin, or the plate, breaks.
 
-Each row is one trial: what was tried, what the theory says should happen, what did, and whether the
-product's own way survives the same trial (docs/physics.md 1.4). The picture shows four of them.
+Each row is one trial: what was tried, what should happen by theory, what did, and whether the
+product's own method survives the same trial (docs/physics.md 1.4). The picture shows four of them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NAME = "stability-thermal"
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Trials of one kind under the sentence that says what they show."""
+    """Trials of one kind under the sentence on what they show."""
 
     title: str
     trials: tuple[Trial, ...]

@@ -1,4 +1,4 @@
-"""The way not taken to remember contacts: a shape in time for each, and its present height as skin.
+"""A rejected method to remember contacts: a shape in time for each, and its present height as skin.
 
 If a contact raised the surface by D and lasted for L, then s after its end it still raises it by
 
@@ -78,7 +78,7 @@ class Traced:
 
 
 def _bounded(traces: tuple[Trace, ...], now: float) -> tuple[Trace, ...]:
-    """Let the two oldest traces become one that shows as much now, when there are too many."""
+    """Merge the two oldest traces into one that shows as much now, when there are too many."""
     if len(traces) <= MOST_TRACES:
         return traces
     first, second, *others = traces

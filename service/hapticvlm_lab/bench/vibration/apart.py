@@ -32,7 +32,7 @@ from hapticvlm_lab.bench.vibration.event import EIGHT, MOTIONS, SECONDS, SEEDS, 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Measured the same way at 0.2.0 (8facd3e), when all materials were levelled to be equally strong.
+# Measured alike at 0.2.0 (8facd3e), when all materials were levelled to be equally strong.
 BEFORE = {"strike": 0.536, "slide": 0.341}
 SEED = 5
 DPI = 90

@@ -18,7 +18,7 @@ from hapticvlm_lab.bench.vibration import methods, plot
 from hapticvlm_lab.bench.vibration.methods import Row
 
 NAME = "chart-vibration"
-EVEN = 1.1  # what costs so little more costs the same: clocks tell no finer here
+EVEN = 1.1  # what costs so little more costs the same: clocks are no finer here
 NOTICED_MS = 5.5  # of a tap's delay (docs/physics.md 4.4)
 
 
@@ -48,7 +48,7 @@ def run(out: Path, *, as_json: bool) -> int:
 
 
 def sentence(rows: Sequence[Row]) -> str:
-    """Say for each knob which way is the cheapest that no palm tells apart, and if it is ours."""
+    """Return for each knob the cheapest method no palm distinguishes, and if it is the default."""
     parts = []
     for knob in ("modes", "noise"):
         good = [row for row in rows if row.knob == knob and row.error_db <= JND_DB]

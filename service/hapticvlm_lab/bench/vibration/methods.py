@@ -1,6 +1,6 @@
-"""The ways to make vibration that are compared: modes of an impact, orders of noise, block sizes.
+"""The methods to render vibration, compared: modes of an impact, orders of noise, block sizes.
 
-Errors are the largest felt difference, dB (perception.felt_difference_db), over materials and
+Errors are the largest perceived difference, dB (perception.felt_difference_db), over materials and
 strokes; costs are the least of ROUNDS on this process's core, which other work disturbs least.
 """
 
@@ -40,7 +40,7 @@ ROUNDS = 15
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One way: its error in dB, where, and us a strike or a block of 128; `delay_ms` of a block."""
+    """A method: error in dB, where, and us a strike or a block of 128; `delay_ms` of a block."""
 
     knob: str
     value: str

@@ -1,4 +1,4 @@
-"""The chart as a picture: a panel for each knob, felt difference against cost."""
+"""The chart as a picture: a panel for each knob, perceived difference against cost."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def make_set(job: Job, catalogue: Catalogue, out: Path, limit: int | None = None
 
 
 def make_object(plan: Plan, job: Job, catalogue: Catalogue, out: Path) -> dict[str, Any]:
-    """Render one object's pictures and masks; say what it is made of."""
+    """Render one object's pictures and masks; return what it is made of."""
     stage = set_stage(plan, catalogue, circling=job.name == "orbit")
     seed = seed_of(plan.object_id)
     parts = []

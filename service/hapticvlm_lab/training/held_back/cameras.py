@@ -1,4 +1,4 @@
-"""Where the head looks from: a touch approach, and a slow orbit.
+"""Camera positions of the head: a touch approach, and a slow orbit.
 
 Distances are found from the object's own points, so that every object fills the same share of the
 picture. Scene units; y is up. Knows no renderer.

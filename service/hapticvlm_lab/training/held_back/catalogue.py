@@ -24,7 +24,7 @@ Row = Mapping[str, str]
 
 
 class CatalogueError(ValueError):
-    """The data folder lacks what the set is made of: what, and where it was looked for."""
+    """The data folder lacks what the set is made of: what, and where it was searched."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """Surfaces of wood, glass, fabric and metal, drawn by a seeded generator.
 
-Each class is drawn in several ways (`RECIPES`), from held-back textures where there are any, and
+Each class is drawn by several recipes (`RECIPES`), from held-back textures where there are any, and
 from patterns and measured values where there are few. Knows no shape and no renderer.
 """
 

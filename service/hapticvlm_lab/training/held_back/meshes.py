@@ -83,7 +83,7 @@ def outwards(mesh: Mesh) -> Mesh:
 
 
 def join(meshes: list[Mesh]) -> Mesh:
-    """Put meshes into one."""
+    """Join meshes into one."""
     starts = np.cumsum([0, *(len(mesh.points) for mesh in meshes[:-1])])
     return Mesh(
         np.concatenate([mesh.points for mesh in meshes]),
@@ -109,7 +109,7 @@ def fitted(meshes: list[Mesh]) -> list[Mesh]:
 
 
 def box_mapped(mesh: Mesh) -> Mesh:
-    """Give each face the two coordinates it lies along as uv: for models dressed anew."""
+    """Give each face the two coordinates it lies along as uv: for models with a new surface."""
     corners = mesh.points[mesh.faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     axis = np.abs(across).argmax(axis=1)
@@ -135,7 +135,7 @@ def rotation(axis: Array, angle: float) -> Array:
 
 
 def any_rotation(rng: np.random.Generator) -> Array:
-    """Turn anyhow."""
+    """Turn at random."""
     axis = rng.normal(size=3)
     return rotation(axis / np.linalg.norm(axis), rng.uniform(0, 2 * np.pi))
 

@@ -28,7 +28,7 @@ OWN: dict[str, tuple[str, ...]] = {
     "metal": ("Rangehood_01", "Handle_01", "FitnessEquipment_01"),
     "ceramic": ("Tableware_01", "Vase_01"),
 }
-# Models dressed anew, in any class; the first few in classes of few objects.
+# Models with a new surface, of any class; the first few in classes of few objects.
 SHARED = (
     *("Vase_01", "Tableware_01", "Pillow_01", "painted_wooden_stool", "CoffeeTable_01"),
     "ReadingDesk_01",

@@ -33,8 +33,8 @@ from hapticvlm_lab.training.held_back.surfaces import (
     to_linear,
 )
 
-OVERSAMPLING = 2  # film pixels a picture pixel, each way
-HALVES = 2  # a picture is rendered twice, to tell its noise
+OVERSAMPLING = 2  # film pixels a picture pixel, per axis
+HALVES = 2  # a picture is rendered twice, to estimate its noise
 MASK_SAMPLES = 4
 DEPTH = 10  # of a path: a goblet has two walls before and two behind its inside
 _NEARLY_NONE = 1e-4

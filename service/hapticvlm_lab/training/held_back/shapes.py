@@ -94,7 +94,7 @@ def _lump(rng: Rng) -> Mesh:
 
 
 def _cushion(rng: Rng) -> Mesh:
-    """Let a square bulge and draw its edges in: a pillow."""
+    """Bulge a square and draw its edges in: a pillow."""
     flat = rng.uniform(0.28, 0.42)
 
     def warp(p: Array) -> Array:
@@ -119,7 +119,7 @@ def _curtain(rng: Rng) -> Mesh:
 
 
 def _drape(rng: Rng) -> Mesh:
-    """Lay cloth, foil or paper over something round."""
+    """Drape cloth, foil or paper over something round."""
     folds, phase = int(rng.integers(5, 9)), rng.uniform(0, 6.28)
 
     def height(flat: Array) -> Array:

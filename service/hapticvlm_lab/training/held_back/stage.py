@@ -1,6 +1,6 @@
 """Sets the scene round an object: its parts, a table, things behind it, a wall, the light.
 
-What stands around is drawn the same way whatever the object is made of. Knows no renderer.
+What stands around is drawn alike whatever the object is made of. Knows no renderer.
 """
 
 from __future__ import annotations

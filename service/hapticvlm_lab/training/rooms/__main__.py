@@ -23,7 +23,7 @@ from hapticvlm_lab.training.rooms.page import Picture, Rooms, RoomsError, opened
 SIDE = 224
 PER_SHARD = 500
 ROOMS_A_SHARD = 50  # seeds set aside for each shard, so that any may be drawn alone
-SHARDS_A_PAGE = 10  # then the browser starts anew: it keeps some memory of every room
+SHARDS_A_PAGE = 10  # then the browser is restarted: it keeps some memory of every room
 LEAST = 0.05  # share of its crop that a thing must fill
 COLUMNS = 14  # of a sheet
 
