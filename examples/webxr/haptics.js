@@ -101,7 +101,7 @@ export class Haptics extends EventTarget {
   }
 
   #disconnected() {
-    if (this.#isOpen) this.#tell('state', 'disconnected');
+    if (this.#isOpen) this.#notify('state', 'disconnected');
     this.#isOpen = false;
     this.#looking = 0;
     this.#nextFrame = null;
@@ -117,8 +117,8 @@ export class Haptics extends EventTarget {
     }
     if (message.type === 'error' && message.id && message.id === this.#feelId) return; // controllers stay silent
     if (message.type === 'welcome') this.#welcomed(message);
-    else if (message.type === 'error') this.#tell('refused', message);
-    else if (message.type !== 'ok') this.#tell(message.type, message);
+    else if (message.type === 'error') this.#notify('refused', message);
+    else if (message.type !== 'ok') this.#notify(message.type, message);
   }
 
   #welcomed(message) {
@@ -126,8 +126,8 @@ export class Haptics extends EventTarget {
     this.#wait = FIRST_WAIT;
     if (this.#scene) this.#send('scene', this.#scene);
     if (message.owner) this.#askToFeel();
-    this.#tell('welcome', message);
-    this.#tell('state', 'connected');
+    this.#notify('welcome', message);
+    this.#notify('state', 'connected');
   }
 
   #askToFeel() {
@@ -147,7 +147,7 @@ export class Haptics extends EventTarget {
     return id;
   }
 
-  #tell(type, detail) {
+  #notify(type, detail) {
     this.dispatchEvent(new CustomEvent(type, {detail}));
   }
 }

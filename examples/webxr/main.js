@@ -1,9 +1,9 @@
-/** Puts the example together: scene, hands, eyes, the service, and what shows and sounds of a touch. */
+/** Puts the example together: scene, hands, frames, the service, and what shows and sounds of a touch. */
 import * as THREE from 'three';
 import {offerSound, startWithTouch} from '/hear.js';
 import {Surface} from '../captures/make/page/collision.js';
 import {pointingHand} from './bodies.js';
-import {Eyes} from './eyes.js';
+import {FrameCamera} from './frames.js';
 import {Hands} from './hands.js';
 import {Haptics} from './haptics.js';
 import {buildObjects, makeGlass} from './objects.js';
@@ -51,12 +51,12 @@ cursor.visible = false;
 scene.add(readout.mesh, cursor);
 /** What controllers and phones vibrate with. */
 export const pulses = new Pulses();
-/** Takes the pictures; `eyes.look` also for whoever wants one. */
-export const eyes = new Eyes(renderer, scene, objects, (fields) => haptics.frame(fields));
+/** Takes the pictures; `frameCamera.frame` also gives one on request. */
+export const frameCamera = new FrameCamera(renderer, scene, objects, (fields) => haptics.frame(fields));
 /** What is drawn and felt of controllers and tracked hands. */
 export const hands = new Hands(objects.map((object) => new Surface(object)), touched, pulses);
 scene.add(hands.root);
-eyes.overlook(hands.root, board.mesh, readout.mesh, cursor, light);
+frameCamera.exclude(hands.root, board.mesh, readout.mesh, cursor, light);
 const pointer = new Pointer(renderer.domElement, camera, objects, touched);
 resize();
 renderer.render(scene, camera);
@@ -109,11 +109,11 @@ function touched(fields, object, point) {
   const warmth_c = decision?.thermal_cue ? decision.setpoint_c : null;
   light.touch(fields, object, point, {material: decision?.material, warmth_c});
   if (fields.phase !== 'release' && point) readout.show(object, decision, point, performance.now());
-  if (fields.phase !== 'release' && needsLook(object)) eyes.want(object, point);
+  if (fields.phase !== 'release' && needsFrame(object)) frameCamera.want(object, point);
 }
 
-/** A picture is worth its cost only where nothing else has said what the object is. */
-function needsLook({object_id}) {
+/** A picture is worth its cost only where nothing else names the material. */
+function needsFrame({object_id}) {
   const decision = decisions.get(object_id);
   return decision ? decision.material === 'unknown' : mode === 'frames';
 }
@@ -129,8 +129,8 @@ function animate(now, frame) {
   const isDrawn = show(now, elapsed, viewer);
   if (isDrawn) due = DUE;
   if (frame || due-- > 0) draw();
-  if (viewer) eyes.step(viewer.position, now);
-  else if (!frame) eyes.step(camera.position, now);
+  if (viewer) frameCamera.step(viewer.position, now);
+  else if (!frame) frameCamera.step(camera.position, now);
   if (now - shownAt > PANEL_WAIT) explainLast(now);
 }
 
@@ -204,13 +204,13 @@ function service() {
   return query.get('service') ?? `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
 }
 
-function greet({detail: {owner, devices}}) {
+function showWelcome({detail: {owner, devices}}) {
   const {speaker, peltier} = devices;
   const simulated = speaker.simulated && peltier.simulated ? 'Connected; plate and speaker are simulated' : `Connected; plate: ${peltier.name}`;
   part('state').textContent = owner ? simulated : 'Connected; another scene owns the outputs, so nothing here is felt';
 }
 
-haptics.addEventListener('welcome', greet);
+haptics.addEventListener('welcome', showWelcome);
 haptics.addEventListener('state', ({detail}) => {
   if (detail === 'disconnected') part('state').textContent = 'The service is gone; trying again';
 });

@@ -99,12 +99,12 @@ export class Readout {
   }
 
   #warmth(pen, decision) {
-    const felt = decision?.thermal_cue ? decision.setpoint_c : null;
-    pen.fillStyle = felt === null ? '#55636d' : warmthColour(felt);
+    const warmth_c = decision?.thermal_cue ? decision.setpoint_c : null;
+    pen.fillStyle = warmth_c === null ? '#55636d' : warmthColour(warmth_c);
     pen.beginPath();
     pen.arc(22, 72, 6, 0, 7);
     pen.fill();
-    const words = !decision ? 'warmth not known yet' : felt === null ? 'no warmth or cold to be felt' : `${warmthWord(felt)}, the plate goes to ${felt.toFixed(1)} °C`;
+    const words = !decision ? 'warmth not known yet' : warmth_c === null ? 'no warmth or cold to be felt' : `${warmthWord(warmth_c)}, the plate goes to ${warmth_c.toFixed(1)} °C`;
     text(pen, words, 35, 76, '500 12.5px', '#e9eff3');
   }
 

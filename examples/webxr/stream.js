@@ -9,7 +9,7 @@ export class Stream {
   #level = 0;
 
   constructor(url, token) {
-    const onMessage = (message) => this.#take(message);
+    const onMessage = (message) => this.#receive(message);
     const onState = (state) => state === 'gone' && this.silence();
     this.link = new Link(url, {onMessage, onState, token, name: 'webxr sound'});
     this.link.connect();
@@ -28,7 +28,7 @@ export class Stream {
     sound.silence();
   }
 
-  #take(message) {
+  #receive(message) {
     if (message.type === 'welcome') {
       speakerIs(message.devices.speaker);
       this.link.ask({type: 'set', watch: ['waveform']});

@@ -2,7 +2,7 @@
 
     python tests/browser/webxr_frames.py --views 6
 
-The scene takes each picture as it does when a hand is at an object (`eyes.look`); the shipped
+The scene takes each picture as it does when a hand is at an object (`frameCamera`); the shipped
 encoder, gallery and ladder judge it. Viewpoints come from a seed; the scene's looks were chosen on
 those of seed 101 and are reported on those of seed 202. Beside the shipped gallery stand two with
 pictures of this scene from the choosing viewpoints as own references: of the same things, and
@@ -46,7 +46,7 @@ ALIKE_C = 1.0  # degC of contact temperature: wood and fabric differ by 1.3, all
 NEAREST, FARTHEST = (-0.55, 1.15, 0.3), (0.55, 1.7, 0.85)  # m, where the head may be: x, y, z
 LOOK = """async ({main}, [key, x, y, z]) => {
   const object = main.objects.find((one) => one.key === key);
-  const frame = await main.eyes.look(object, {x, y, z});
+  const frame = await main.frameCamera.frame(object, {x, y, z});
   const text = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''));
   return frame && {...frame, image: text(frame.image), mask: text(frame.mask)};
 }"""

@@ -1,5 +1,5 @@
 // How to connect a scene, for as long as none is: the address, a few lines to copy, and a code for a phone.
-import { byId, make, say } from "./dom.js";
+import { byId, make, setText } from "./dom.js";
 
 const SNIPPETS = {
   Python: (url) => `from hapticvlm.client import connect
@@ -26,7 +26,7 @@ export function begin(url) {
     button.addEventListener("click", () => choose(name, url));
     byId("snippets").append(button);
   }
-  say(byId("address"), url);
+  setText(byId("address"), url);
   byId("copy").addEventListener("click", () => copy(byId("snippet").textContent));
 }
 
@@ -37,19 +37,19 @@ export function show({ reach }) {
   byId("reach").dataset.page = String(page);
   byId("qr").hidden = page === null;
   if (page !== null) byId("qr").src = "connect.svg";
-  say(byId("reach-said"), page ? `Open ${page} on a phone or headset of this network.` : (reach?.why ?? ""));
+  setText(byId("reach-said"), page ? `Open ${page} on a phone or headset of this network.` : (reach?.why ?? ""));
 }
 
 function choose(name, url) {
-  say(byId("snippet"), SNIPPETS[name](url));
+  setText(byId("snippet"), SNIPPETS[name](url));
   for (const button of byId("snippets").children) button.ariaPressed = String(button.textContent === name);
 }
 
 async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
-    say(byId("copied"), "Copied.");
+    setText(byId("copied"), "Copied.");
   } catch {
-    say(byId("copied"), "This browser did not copy it: select the text.");
+    setText(byId("copied"), "This browser did not copy it: select the text.");
   }
 }

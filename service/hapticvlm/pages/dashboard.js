@@ -1,7 +1,7 @@
 // The dashboard: watches the service as an observer, and can stop it. Wires the panels together.
 import * as connecting from "./connect.js";
 import * as decisions from "./decisions.js";
-import { byId, clock, say } from "./dom.js";
+import { byId, clock, setText } from "./dom.js";
 import * as faults from "./faults.js";
 import * as frame from "./frame.js";
 import { Link } from "./link.js";
@@ -25,12 +25,12 @@ let faultNames = "";
 let connected = "Connected.";
 const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
 const link = new Link(url, {
-  onMessage: take,
+  onMessage: receive,
   onState: showState,
   token: new URLSearchParams(location.hash.slice(1)).get("token") ?? sessionStorage.getItem(TOKEN_KEY),
 });
 
-function take(message) {
+function receive(message) {
   switch (message.type) {
     case "welcome":
       return welcome(message);
@@ -49,7 +49,7 @@ function take(message) {
 function welcome(message) {
   for (const panel of [plate, speaker, service, trial, teach]) panel.welcome(message);
   connected = `Connected to ${message.service.name} ${message.service.version}.`;
-  say(byId("link"), connected);
+  setText(byId("link"), connected);
   watch();
 }
 
@@ -76,7 +76,7 @@ function showState(state) {
     token: link.token ? "The service wants another token: this one is wrong." : "The service wants its token.",
   };
   document.body.dataset.link = state;
-  say(byId("link"), words[state]);
+  setText(byId("link"), words[state]);
   byId("token-form").hidden = state !== "token";
   if (state !== "open") for (const panel of [plate, speaker, faults]) panel.gap();
 }

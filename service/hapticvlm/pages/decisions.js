@@ -1,7 +1,7 @@
 // What was decided lately, an object a tile; the newest or a chosen one is explained in full, beside its own frame.
 //
 // Tiles stay in place and keep the keyboard's focus when they change; a new object comes first.
-import { byId, eachFrame, make, percent, say } from "./dom.js";
+import { byId, eachFrame, make, percent, setText } from "./dom.js";
 import { materialColour } from "./feel.js";
 import * as frame from "./frame.js";
 import { glyph } from "./study.glyphs.js";
@@ -14,8 +14,8 @@ const NEWS_MS = 2000; // between announcements to a screen reader
 const objects = new Map(); // key -> {decision, tile}, least lately decided first
 let chosen = null; // null = the newest
 let newest = null; // key of the decision that was last of something: a view as a whole never takes its place
-let told = "";
-let toldAt = -Infinity;
+let announced = "";
+let announcedAt = -Infinity;
 let timer = null;
 const paintSoon = eachFrame(paint);
 frame.onFrame((key) => objects.has(key) && picture(key));
@@ -91,9 +91,9 @@ function fill(tile, decision, isChosen, isShown) {
   tile.classList.toggle("unknown", decision.material === "unknown");
   if (tile.dataset.material !== decision.material) drawBody(tile, decision.material);
   const [name, what, sure] = button.lastElementChild.children;
-  say(name, titleOf(decision));
-  say(what, decision.material);
-  say(sure, percent(decision.confidence));
+  setText(name, titleOf(decision));
+  setText(what, decision.material);
+  setText(sure, percent(decision.confidence));
 }
 
 function drawBody(tile, material) {
@@ -108,7 +108,7 @@ function whyNone({ source }) {
 
 // The newest decision for a screen reader, when it differs; never faster than it can be heard.
 function announce() {
-  const waitMs = toldAt + NEWS_MS - performance.now();
+  const waitMs = announcedAt + NEWS_MS - performance.now();
   if (waitMs > 0) {
     timer ??= setTimeout(announce, waitMs);
     return;
@@ -116,9 +116,9 @@ function announce() {
   clearTimeout(timer);
   timer = null;
   const { decision } = objects.get(newest);
-  const news = `${titleOf(decision)} is ${decision.material}, by ${decision.source}`;
-  if (news === told) return;
-  told = news;
-  toldAt = performance.now();
-  say(byId("news"), `${news}, ${percent(decision.confidence)} sure.`);
+  const text = `${titleOf(decision)} is ${decision.material}, by ${decision.source}`;
+  if (text === announced) return;
+  announced = text;
+  announcedAt = performance.now();
+  setText(byId("news"), `${text}, ${percent(decision.confidence)} sure.`);
 }

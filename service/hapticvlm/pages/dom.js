@@ -3,7 +3,7 @@
 export const byId = (id) => document.getElementById(id);
 
 // Sets text only when it differs: ten times a second, most of it does not.
-export function say(element, text) {
+export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
@@ -16,8 +16,8 @@ export function list(dl, entries) {
   while (dl.children.length > entries.length) dl.lastElementChild.remove();
   entries.forEach(([term, text], index) => {
     const row = dl.children[index] ?? dl.appendChild(pair());
-    say(row.firstElementChild, term);
-    say(row.lastElementChild, String(text));
+    setText(row.firstElementChild, term);
+    setText(row.lastElementChild, String(text));
   });
 }
 

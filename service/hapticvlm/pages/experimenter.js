@@ -1,5 +1,5 @@
 // The experimenter's page beside the participant's: what is presented, what the devices do, how long it still takes.
-import { byId, degrees, list, make, named, percent, say } from "./dom.js";
+import { byId, degrees, list, make, named, percent, setText } from "./dom.js";
 
 const PHASES = {
   choosing: "No participant is chosen", consent: "Reads and agrees", questions: "Answers questions", training: "Training",
@@ -11,9 +11,9 @@ let view = null;
 
 function connect() {
   socket = new WebSocket(`ws://${location.host}/experimenter`);
-  socket.onmessage = ({ data }) => take(JSON.parse(data));
+  socket.onmessage = ({ data }) => receive(JSON.parse(data));
   socket.onclose = () => {
-    say(byId("prompt"), "No connection to the study: what is shown is old");
+    setText(byId("prompt"), "No connection to the study: what is shown is old");
     for (const id of ["pause", "go"]) byId(id).disabled = true;
     setTimeout(connect, 500);
   };
@@ -24,7 +24,7 @@ function ask(request) {
   else alarm("NOT SENT: no connection to the study. Switch the devices off by hand.");
 }
 
-function take(message) {
+function receive(message) {
   if (message.texts) return;
   if (message.refused) return alarm(message.refused);
   view = message;
@@ -34,15 +34,15 @@ function take(message) {
 
 function alarm(why) {
   byId("alert").hidden = !why;
-  say(byId("alert"), why ?? "");
+  setText(byId("alert"), why ?? "");
 }
 
 function show() {
-  say(byId("title"), view.participant ? `Experimenter, ${view.participant}` : "Experimenter");
-  say(byId("prompt"), PHASES[view.phase]);
+  setText(byId("title"), view.participant ? `Experimenter, ${view.participant}` : "Experimenter");
+  setText(byId("prompt"), PHASES[view.phase]);
   byId("progress").max = view.trials ?? 1;
   byId("progress").value = view.answered ?? 0;
-  say(byId("left"), view.participant ? `${view.answered} of ${view.trials} trials${left()}` : "");
+  setText(byId("left"), view.participant ? `${view.answered} of ${view.trials} trials${left()}` : "");
   list(byId("now"), now());
   list(byId("outputs"), outputs());
   byId("recent").replaceChildren(...(view.recent ?? []).toReversed().map(answer));
@@ -61,12 +61,12 @@ function left() {
 
 function now() {
   if (!view.participant) return [["participant", "none"]];
-  const felt = Object.values(view.renderings ?? {}).reduce((sum, each) => sum + each, 0);
+  const rendered = Object.values(view.renderings ?? {}).reduce((sum, each) => sum + each, 0);
   return [
     pattern(),
     ["presented", `${view.attempt} time${view.attempt === 1 ? "" : "s"}`],
     ["right so far", view.answered ? `${view.correct} of ${view.answered}, ${percent(view.correct / view.answered)}` : "no answer yet"],
-    ["felt in training", `${felt} of ${view.patterns.length * view.renderings_wanted}`],
+    ["felt in training", `${rendered} of ${view.patterns.length * view.renderings_wanted}`],
     ["language", view.language],
   ];
 }

@@ -1,5 +1,5 @@
 // The frame that a decision was made from, with its object outlined; and thumbnails of it.
-import { byId, say } from "./dom.js";
+import { byId, setText } from "./dom.js";
 
 const MOST_SIDE = 448;
 const THUMB = { width: 168, height: 126 };
@@ -35,7 +35,7 @@ export function show(name, title, why) {
   shown = name;
   byId("frame").hidden = !views.has(name);
   byId("frame-none").hidden = views.has(name);
-  say(byId("frame-why"), why);
+  setText(byId("frame-why"), why);
   byId("frame").dataset.title = title;
   if (!isOther) return;
   clear(byId("frame")); // never another's picture, not even until its own is decoded
@@ -53,7 +53,7 @@ async function paint() {
       describe(view);
     }
   } catch {
-    say(byId("frame-said"), "The last frame could not be shown.");
+    setText(byId("frame-said"), "The last frame could not be shown.");
   } finally {
     isDrawing = false;
   }
@@ -62,7 +62,7 @@ async function paint() {
 
 function clear(canvas) {
   canvas.getContext("2d", { willReadFrequently: true }).clearRect(0, 0, canvas.width, canvas.height);
-  say(byId("frame-said"), "");
+  setText(byId("frame-said"), "");
 }
 
 // A small picture of the object alone, in this canvas; false when there is none.
@@ -179,6 +179,6 @@ const clamp = (value, most) => Math.max(0, Math.min(most, value));
 function describe({ region, mask }) {
   const { title } = byId("frame").dataset;
   const where = mask ? "outlined by its mask" : region ? "the box is the region" : "the whole view";
-  say(byId("frame-said"), `The frame of ${title}; ${where}.`);
+  setText(byId("frame-said"), `The frame of ${title}; ${where}.`);
   byId("frame").ariaLabel = `The frame of ${title}; ${where}`;
 }

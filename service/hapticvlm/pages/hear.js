@@ -1,5 +1,5 @@
 // The sound switch of a page: click to hear the vibration here, its level, and how far it lags.
-import { byId, say } from "./dom.js";
+import { byId, setText } from "./dom.js";
 import { Sound } from "./sound.js";
 
 const KEY = "hapticvlm-sound"; // "off" once it was switched off by hand
@@ -37,16 +37,16 @@ async function start() {
   try {
     await sound.start();
   } catch (error) {
-    say(byId("hear-lag"), `no sound: ${error.message}`);
+    setText(byId("hear-lag"), `no sound: ${error.message}`);
   }
 }
 
 function show() {
   const button = byId("hear");
   const words = sound.isOn ? "Sound on" : "Hear it";
-  say(button, words);
+  setText(button, words);
   button.ariaPressed = String(sound.isOn);
   const lag = sound.lagMs;
   const idle = isReal ? "the palm speaker plays" : "sound is off";
-  say(byId("hear-lag"), sound.isOn ? (lag === null ? "waiting" : `${Math.round(lag / 5) * 5} ms behind`) : idle);
+  setText(byId("hear-lag"), sound.isOn ? (lag === null ? "waiting" : `${Math.round(lag / 5) * 5} ms behind`) : idle);
 }

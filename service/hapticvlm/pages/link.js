@@ -29,7 +29,7 @@ export class Link {
     const socket = new WebSocket(this.url);
     this.socket = socket;
     socket.onopen = () => this.#hello();
-    socket.onmessage = ({ data }) => typeof data === "string" && this.#take(JSON.parse(data));
+    socket.onmessage = ({ data }) => typeof data === "string" && this.#receive(JSON.parse(data));
     socket.onclose = () => this.#lost();
   }
 
@@ -76,7 +76,7 @@ export class Link {
     else this.onMessage({ ...error, id: 0 });
   }
 
-  #take(message) {
+  #receive(message) {
     this.heardAt = performance.now();
     if (this.state === "silent") this.#become("open");
     if (message.id && this.asked.has(message.id)) this.#answer(message);

@@ -1,6 +1,6 @@
 // The plate: how warm it is and shall be, on the scale of warmth, and both over the last minute.
 import { Chart, palette, trace } from "./chart.js";
-import { byId, degrees, named, percent, say } from "./dom.js";
+import { byId, degrees, named, percent, setText } from "./dom.js";
 import { NEUTRAL_C, addScale, warmthColour, warmthWord } from "./feel.js";
 import { Ring } from "./ring.js";
 
@@ -21,18 +21,18 @@ const scale = new Chart(byId("plate-scale"), paintScale, REPAINT_MS);
 
 export function welcome(message) {
   const { peltier } = message.devices;
-  say(byId("plate-name"), named(peltier));
+  setText(byId("plate-name"), named(peltier));
   limits = message.limits.setpoint_c;
 }
 
 export function telemetry(message) {
   newest = message;
-  say(byId("plate"), degrees(message.plate_c));
-  say(byId("plate-word"), warmthWord(message.plate_c));
+  setText(byId("plate"), degrees(message.plate_c));
+  setText(byId("plate-word"), warmthWord(message.plate_c));
   byId("plate-card").style.setProperty("--now", message.plate_c == null ? "transparent" : warmthColour(message.plate_c));
-  say(byId("setpoint"), degrees(message.setpoint_c));
-  say(byId("sink"), degrees(message.sink_c));
-  say(byId("duty"), percent(message.duty));
+  setText(byId("setpoint"), degrees(message.setpoint_c));
+  setText(byId("sink"), degrees(message.sink_c));
+  setText(byId("duty"), percent(message.duty));
   history.push(performance.now() / 1000, message.plate_c, message.setpoint_c);
   chart.change();
   scale.change();
@@ -42,8 +42,8 @@ export function telemetry(message) {
 export function gap() {
   newest = { plate_c: null, setpoint_c: null };
   history.push(performance.now() / 1000, null, null);
-  say(byId("plate"), degrees(null));
-  say(byId("plate-word"), "");
+  setText(byId("plate"), degrees(null));
+  setText(byId("plate-word"), "");
   byId("plate-card").style.setProperty("--now", "transparent");
   chart.change();
   scale.change();

@@ -1,5 +1,5 @@
 // What the service says of itself once a second: owner, models, VLM, drops and refusals.
-import { byId, list, say } from "./dom.js";
+import { byId, list, setText } from "./dom.js";
 
 const IDLE_S = 30; // as long as an owner may touch nothing before another scene may take the outputs
 
@@ -10,7 +10,7 @@ export function welcome(message) {
 }
 
 export function show(status) {
-  say(byId("owner"), ownerWords(status));
+  setText(byId("owner"), ownerWords(status));
   byId("owner").dataset.owned = String(Boolean(status.owner));
   byId("end-owner").hidden = !isIdle(status);
   list(byId("service"), facts(status));
@@ -22,7 +22,7 @@ export function offerEnd(link, whenDone) {
   byId("end-owner").addEventListener("click", async () => {
     const answer = await link.ask({ type: "set", ownership: "end" });
     const ended = answer.type === "ok" ? "Ended." : `Not ended: ${answer.text ?? "no answer"}.`;
-    say(byId("end-owner-told"), ended);
+    setText(byId("end-owner-told"), ended);
     whenDone();
   });
 }
@@ -64,9 +64,9 @@ function vlm(state) {
   if (state.absent) return `absent: ${state.absent}`;
   const where = state.remote ? "remote, frames are sent there" : "on this machine";
   const now = state.name ? (state.busy ? "answering" : "idle") : "loading";
-  const told = `${state.answered} answered, ${state.failed} failed, ${state.dropped} dropped`;
+  const totals = `${state.answered} answered, ${state.failed} failed, ${state.dropped} dropped`;
   const error = state.last_error ? `; last error: ${state.last_error}` : "";
-  return `${state.name ?? "not loaded yet"} (${where}), ${now}; ${told}${error}`;
+  return `${state.name ?? "not loaded yet"} (${where}), ${now}; ${totals}${error}`;
 }
 
 function privacy() {
@@ -88,7 +88,7 @@ function counts(status) {
     ["recogniser restarts", status.recogniser.restarts],
   ];
   if (status.vlm) fixed.push(["vision-language model restarts", status.vlm.restarts]);
-  const counted = Object.entries(status.counts).sort(([one], [other]) => one.localeCompare(other));
+  const counted = Object.entries(status.counts).sort(([a], [b]) => a.localeCompare(b));
   const plate = Object.entries(status.plate.counts ?? {}).map(([name, count]) => [`plate: ${name}`, count]);
   return [...fixed, ...counted, ...plate];
 }

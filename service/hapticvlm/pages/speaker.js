@@ -1,6 +1,6 @@
 // The palm speaker: how strongly it vibrates over the last seconds, the newest tenth of one, and its frequencies.
 import { Chart, palette, rule, trace } from "./chart.js";
-import { byId, eachFrame, named, say } from "./dom.js";
+import { byId, eachFrame, named, setText } from "./dom.js";
 import { sound, speakerIs } from "./hear.js";
 import { Ring } from "./ring.js";
 import { BINS, HIGHEST_HZ, STEP_HZ, decibels, spectrum, strongestHz } from "./spectrum.js";
@@ -25,22 +25,22 @@ let peak = 0;
 const history = new Chart(byId("ribbon-chart"), paintRibbon, REPAINT_MS);
 const wave = new Chart(byId("wave-chart"), paintWave, REPAINT_MS);
 const lines = new Chart(byId("spectrum-chart"), paintSpectrum, 2 * REPAINT_MS);
-const tellStrongest = eachFrame(() => say(byId("strongest"), strongest()));
+const showStrongest = eachFrame(() => setText(byId("strongest"), strongest()));
 
 export function welcome(message) {
   const { speaker } = message.devices;
-  say(byId("speaker-name"), named(speaker));
+  setText(byId("speaker-name"), named(speaker));
   speakerIs(speaker);
 }
 
 export function telemetry(message) {
-  say(byId("level"), message.speaker_level.toFixed(3));
-  tellStrongest();
+  setText(byId("level"), message.speaker_level.toFixed(3));
+  showStrongest();
 }
 
 export function waveform(view) {
   sound.take(view);
-  take(view);
+  receive(view);
   history.change();
   const isSilent = samples.every((sample) => Math.abs(sample) < SILENT);
   if (!(isSilent && wasSilent)) for (const chart of [wave, lines]) chart.change();
@@ -53,13 +53,13 @@ export function gap() {
   samples = [];
   next = amplitudes = null;
   ribbon.push(null);
-  say(byId("level"), "no reading");
+  setText(byId("level"), "no reading");
   for (const chart of [history, wave, lines]) chart.change();
-  tellStrongest();
+  showStrongest();
 }
 
 // Pieces follow each other; one that does not begins anew.
-function take({ samples: newest, rate_hz: hertz, start }) {
+function receive({ samples: newest, rate_hz: hertz, start }) {
   if (start !== next || hertz !== rateHz) samples = [];
   next = start + newest.length;
   rateHz = hertz;

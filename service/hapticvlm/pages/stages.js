@@ -1,5 +1,5 @@
 // How long each stage took: median and 99th percentile of the newest few hundred.
-import { byId, make, say } from "./dom.js";
+import { byId, make, setText } from "./dom.js";
 import { Ring, quantile } from "./ring.js";
 
 const KEPT = 512;
@@ -41,5 +41,5 @@ function addRow(body) {
 
 function fill(row, [name, median, p99, count]) {
   const texts = [name, `${median.toFixed(2)} ms`, `${p99.toFixed(2)} ms`, String(count)];
-  texts.forEach((text, index) => say(row.cells[index], text));
+  texts.forEach((text, index) => setText(row.cells[index], text));
 }

@@ -1,5 +1,5 @@
 // The stop: one button and the Escape key. It says what became of it, above all when nothing did.
-import { byId, clock, say } from "./dom.js";
+import { byId, clock, setText } from "./dom.js";
 import { sound } from "./hear.js";
 
 const BY_HAND = "switch the devices off by hand";
@@ -8,9 +8,9 @@ const BY_HAND = "switch the devices off by hand";
 export function offerStop(link, whenDone) {
   const stop = async () => {
     sound.silence();
-    say(byId("stopped"), "Stopping.");
+    setText(byId("stopped"), "Stopping.");
     const answer = await link.ask({ type: "stop", scope: "all" });
-    say(byId("stopped"), outcome(answer));
+    setText(byId("stopped"), outcome(answer));
     whenDone();
   };
   byId("stop").addEventListener("click", stop);
@@ -22,12 +22,12 @@ export function offerStop(link, whenDone) {
 
 // `held`: the outputs that a stop keeps at rest, for each hand, as the status names them.
 export function showHeld(held) {
-  const said = byId("stopped");
+  const message = byId("stopped");
   const hands = Object.keys(held).filter((hand) => held[hand].length);
-  const isStopped = said.textContent.startsWith("Stopped") && hands.length === Object.keys(held).length;
-  const isTrouble = said.textContent && !/^(Stopped|Held)/.test(said.textContent);
+  const isStopped = message.textContent.startsWith("Stopped") && hands.length === Object.keys(held).length;
+  const isTrouble = message.textContent && !/^(Stopped|Held)/.test(message.textContent);
   if (isStopped || isTrouble) return;
-  say(said, hands.length ? sentence(hands, held) : "");
+  setText(message, hands.length ? sentence(hands, held) : "");
 }
 
 function sentence(hands, held) {

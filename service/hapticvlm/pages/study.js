@@ -17,11 +17,11 @@ let drawn = null; // what the form shows, so that an answer half given stays
 
 function connect() {
   socket = new WebSocket(`ws://${location.host}/`);
-  socket.onmessage = (event) => take(JSON.parse(event.data));
+  socket.onmessage = (event) => receive(JSON.parse(event.data));
   socket.onclose = () => {
     silence();
-    if (study) say(...phase("lost"));
-    else say("No connection", "");
+    if (study) showPrompt(...phase("lost"));
+    else showPrompt("No connection", "");
     for (const button of document.querySelectorAll(".pattern, #go, #pause, #form button")) button.disabled = true;
     drawn = null;
     setTimeout(connect, 500);
@@ -34,10 +34,10 @@ function ask(request) {
   return isOpen;
 }
 
-function take(message) {
+function receive(message) {
   if (message.waveform) return sound.take(message.waveform);
   if (message.refused) return alarm(message.refused);
-  if (message.texts) return greet(message);
+  if (message.texts) return setUp(message);
   if (message.phase === "asking" && view?.phase !== "asking") askedAt = performance.now();
   const before = view?.phase;
   view = message;
@@ -47,7 +47,7 @@ function take(message) {
   show();
 }
 
-function greet({ texts, form }) {
+function setUp({ texts, form }) {
   study = form;
   learn(texts);
 }
@@ -70,7 +70,7 @@ function prompt() {
 }
 
 function show() {
-  say(...prompt());
+  showPrompt(...prompt());
   const { speaker, peltier } = view.devices;
   byId("devices").textContent = [speaker, peltier].map((device) => device.name + (device.simulated && !device.name.includes("simulated") ? ` (${text("page.simulated")})` : "")).join(", ");
   const title = own(study.title) || text("page.study");
@@ -84,7 +84,7 @@ function show() {
   showPatterns();
 }
 
-function say(title, detail) {
+function showPrompt(title, detail) {
   if (byId("prompt").textContent !== title) byId("prompt").textContent = title;
   byId("detail").textContent = detail;
 }
@@ -172,12 +172,12 @@ function showPatterns() {
   byId("patterns").hidden = !view.participant || ["done", ...FORMS].includes(view.phase);
   for (const button of document.querySelectorAll(".pattern")) {
     const name = button.dataset.pattern;
-    const felt = view.renderings?.[name] ?? 0;
+    const rendered = view.renderings?.[name] ?? 0;
     const training = view.phase === "training";
     button.disabled = training ? Boolean(view.busy) : view.phase !== "asking";
     button.classList.toggle("next", training && !view.busy && view.next_to_feel === name);
     button.classList.toggle("playing", view.feeling === name);
-    button.querySelector(".dots").textContent = training ? "●".repeat(felt) + "○".repeat(Math.max(0, view.renderings_wanted - felt)) : "";
+    button.querySelector(".dots").textContent = training ? "●".repeat(rendered) + "○".repeat(Math.max(0, view.renderings_wanted - rendered)) : "";
   }
 }
 

@@ -1,5 +1,5 @@
 // "This is ...": a person says what an object is made of. The one place that asks the service to believe it.
-import { byId, make, say } from "./dom.js";
+import { byId, make, setText } from "./dom.js";
 
 const stated = new Set(); // object ids that this page has said something of: a person may think again
 let link = null;
@@ -25,8 +25,8 @@ export function offer(decision, title) {
   const isSettled = decision.source === "scene" && !stated.has(decision.object_id);
   byId("teach").hidden = !decision.object_id || isSettled;
   if (!isOther) return;
-  say(byId("teach-label"), `${title} is`);
-  say(byId("teach-told"), "");
+  setText(byId("teach-label"), `${title} is`);
+  setText(byId("teach-told"), "");
   const likely = decision.material === "unknown" ? decision.runner_up : decision.material;
   if (likely) byId("teach-material").value = likely;
 }
@@ -37,5 +37,5 @@ async function state(material) {
   stated.add(object_id);
   const answer = await link.ask({ type: "scene", objects: [{ object_id, material }], replace: false });
   if (answer.type !== "ok") stated.delete(object_id);
-  say(byId("teach-told"), answer.type === "ok" ? `Taken: ${material}, until the scene ends.` : (answer.text ?? "The service did not answer."));
+  setText(byId("teach-told"), answer.type === "ok" ? `Taken: ${material}, until the scene ends.` : (answer.text ?? "The service did not answer."));
 }

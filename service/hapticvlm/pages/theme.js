@@ -11,16 +11,16 @@ export function offerThemes() {
     remember(choice.value);
     wear(choice.value);
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", tell);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", notifyChange);
   wear(choice.value);
 }
 
 function wear(name) {
   document.documentElement.dataset.theme = name;
-  tell();
+  notifyChange();
 }
 
-function tell() {
+function notifyChange() {
   document.dispatchEvent(new Event("themechange"));
 }
 

@@ -1,5 +1,5 @@
 // Test touches: the dashboard as a scene of one object, which holds the outputs only while it is used.
-import { byId, make, say } from "./dom.js";
+import { byId, make, setText } from "./dom.js";
 import { materialColour, warmthColour } from "./feel.js";
 import { startWithTouch } from "./hear.js";
 import { Link } from "./link.js";
@@ -105,13 +105,13 @@ function letGo() {
 
 function touch(phase, speed_mps, force_n, interaction = held.interaction) {
   const fields = { phase, hand: "right", speed_mps, force_n, captured_at: performance.now() / 1000 };
-  link.ask({ type: "touch", object_id: OBJECT, ...fields, ...(interaction && { interaction }) }).then(told);
+  link.ask({ type: "touch", object_id: OBJECT, ...fields, ...(interaction && { interaction }) }).then(showError);
 }
 
 // Resolves to whether the outputs are this page's now.
 function own() {
   if (link?.state === "open") return Promise.resolve(true);
-  say(byId("trial-told"), "Asking for the outputs.");
+  setText(byId("trial-told"), "Asking for the outputs.");
   return new Promise((resolve) => {
     const onMessage = async (message) => {
       if (message.type !== "welcome") return;
@@ -123,7 +123,7 @@ function own() {
       await state();
       await setLevel();
       await link.ask({ type: "touch", phase: "release", object_id: OBJECT, hand: "right", speed_mps: 0, force_n: 0, captured_at: performance.now() / 1000 });
-      say(byId("trial-told"), "This page holds the outputs. Keep a button pressed to go on touching.");
+      setText(byId("trial-told"), "This page holds the outputs. Keep a button pressed to go on touching.");
       resolve(true);
     };
     const onState = (now) => {
@@ -137,7 +137,7 @@ function own() {
 }
 
 function refused() {
-  say(byId("trial-told"), "Another scene owns the outputs: test touches work when it has left.");
+  setText(byId("trial-told"), "Another scene owns the outputs: test touches work when it has left.");
   link.close();
   link = null;
 }
@@ -145,11 +145,11 @@ function refused() {
 function giveBack() {
   link?.close();
   link = null;
-  say(byId("trial-told"), "The outputs are free again.");
+  setText(byId("trial-told"), "The outputs are free again.");
 }
 
-function told(answer) {
-  if (answer.type === "error") say(byId("trial-told"), answer.text);
+function showError(answer) {
+  if (answer.type === "error") setText(byId("trial-told"), answer.text);
 }
 
 // States what the test object is made of and how warm it is; resolves when the service has it.
@@ -159,18 +159,18 @@ async function state() {
   const key = JSON.stringify(object);
   if (link?.state !== "open" || key === stated) return;
   stated = key;
-  told(await link.ask({ type: "scene", objects: [object], replace: true }));
+  showError(await link.ask({ type: "scene", objects: [object], replace: true }));
 }
 
 async function setLevel() {
-  if (link?.state === "open") told(await link.ask({ type: "set", vibration_gain: Number(byId("trial-level").value) }));
+  if (link?.state === "open") showError(await link.ask({ type: "set", vibration_gain: Number(byId("trial-level").value) }));
 }
 
 function showSliders() {
   const heat = Number(byId("trial-heat").value);
-  say(byId("trial-heat-said"), `${heat} °C`);
+  setText(byId("trial-heat-said"), `${heat} °C`);
   byId("trial-heat").style.accentColor = warmthColour(heat);
-  say(byId("trial-level-said"), `${Math.round(100 * byId("trial-level").value)} %`);
+  setText(byId("trial-level-said"), `${Math.round(100 * byId("trial-level").value)} %`);
 }
 
 function paintGlyphs() {

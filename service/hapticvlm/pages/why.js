@@ -1,5 +1,5 @@
 // One decision in full: the material, what each rung of the ladder said, and what follows for the plate.
-import { byId, degrees, list, make, percent, say } from "./dom.js";
+import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { NEUTRAL_C, materialColour, warmthColour, warmthWord } from "./feel.js";
 
 const RUNGS = ["scene", "name", "shader", "encoder", "vlm"];
@@ -33,9 +33,9 @@ const BASIS_WORDS = {
 const FEWEST_C = 0.05;
 
 export function explain(decision, title) {
-  say(byId("material"), decision.material);
-  say(byId("object"), title);
-  say(byId("verdict"), verdict(decision));
+  setText(byId("material"), decision.material);
+  setText(byId("object"), title);
+  setText(byId("verdict"), verdict(decision));
   byId("decision-card").style.setProperty("--body", materialColour(decision.material));
   fillFeel(decision);
   RUNGS.forEach((rung, index) => fillRung(rungRow(index), rung, decision));
@@ -53,9 +53,9 @@ function fillFeel({ contact_c, setpoint_c, thermal_cue, pattern, surface_c }) {
   const limited = contact_c != null && Math.abs(setpoint_c - contact_c) > FEWEST_C ? `, the plate goes to ${degrees(setpoint_c)}` : "";
   const words = thermal_cue ? `feels ${warmthWord(setpoint_c)}: skin meets it at ${degrees(contact_c)}${limited}` : "no warmth or cold to be felt";
   byId("feel-warmth").style.setProperty("--now", warmthColour(thermal_cue ? setpoint_c : NEUTRAL_C));
-  say(byId("feel-warmth-words"), words);
-  say(byId("feel-surface"), `its surface is at ${degrees(surface_c)}`);
-  say(byId("feel-pattern"), pattern ?? "not touched now");
+  setText(byId("feel-warmth-words"), words);
+  setText(byId("feel-surface"), `its surface is at ${degrees(surface_c)}`);
+  setText(byId("feel-pattern"), pattern ?? "not touched now");
 }
 
 function rungRow(index) {
@@ -74,7 +74,7 @@ function fillRung(row, rung, { source, evidence = [] }) {
   const key = JSON.stringify(found.map(({ material, confidence }) => [material, percent(confidence)]));
   if (row.dataset.shown === key) return;
   row.dataset.shown = key;
-  say(row.cells[1], found.length ? found.map((item) => item.material).join(", ") : "nothing");
+  setText(row.cells[1], found.length ? found.map((item) => item.material).join(", ") : "nothing");
   row.cells[2].replaceChildren(...found.flatMap((item) => bar(item)));
 }
 

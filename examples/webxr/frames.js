@@ -4,20 +4,20 @@ import {Camera, SIDE} from '../captures/make/page/picture.js';
 import {makeGlass} from './objects.js';
 
 const LEAST_WAIT = 500; // ms between pictures
-const LEAST_SHARE = 0.02; // of the picture; an object hidden so far is not worth a look
-const REACH = 0.2; // m: of larger things only what lies so far round the hand is looked at
+const LEAST_SHARE = 0.02; // of the picture; an object that shows less is not worth a frame
+const REACH = 0.2; // m: of larger things only what lies so far round the hand is in the frame
 const ROOM = 1.1; // the picture's half width over the object's radius
 const WIDEST = 80; // degrees
 
-export class Eyes {
+export class FrameCamera {
   #camera;
   #objects;
-  #overlooked = []; // what pictures leave out
+  #excluded = []; // what pictures leave out
   #send;
   #wanted = null; // {object, point}
   #shotAt = -LEAST_WAIT;
 
-  /** `send` takes the fields of a protocol frame. */
+  /** `send` receives the fields of a protocol frame. */
   constructor(renderer, scene, objects, send) {
     this.#camera = new Camera(renderer, scene, objects);
     this.#objects = objects;
@@ -25,8 +25,8 @@ export class Eyes {
   }
 
   /** Leaves things out of the pictures that are not of the scene: hands before an object, the board. */
-  overlook(...things) {
-    this.#overlooked.push(...things);
+  exclude(...things) {
+    this.#excluded.push(...things);
   }
 
   /** Asks for a picture of this object, touched at `point`, at the next chance. */
@@ -40,15 +40,15 @@ export class Eyes {
     const {object, point} = this.#wanted;
     this.#wanted = null;
     this.#shotAt = now;
-    const fields = await this.look(object, position, point);
+    const fields = await this.frame(object, position, point);
     if (fields) this.#send(fields);
   }
 
   /**
    * The fields of a frame of one object as seen from `position`: the camera turns to the object and zooms until it
-   * fills the picture, for small objects tell little. Null when it is hidden.
+   * fills the picture, for small objects show little. Null when it is hidden.
    */
-  async look(object, position, point = null) {
+  async frame(object, position, point = null) {
     const pose = aim(object.root, position, point);
     const picture = this.#shoot(pose);
     const seen = this.#camera.find(picture, object);
@@ -60,7 +60,7 @@ export class Eyes {
 
   #shoot(pose) {
     const refracts = this.#refracts();
-    const shown = this.#overlooked.filter(({visible}) => visible);
+    const shown = this.#excluded.filter(({visible}) => visible);
     if (!refracts) makeGlass(this.#objects, {refracts: true}); // one picture may cost what 90 a second may not
     for (const thing of shown) thing.visible = false;
     const picture = this.#camera.shoot(pose);
