@@ -35,7 +35,7 @@ DEFECTS = (
     # ownership
     Defect("server/gateway.py", "if idle_s < IDLE_OWNER_S:", "if False:", f"{GATEWAY} -k lately"),
     Defect("server/gateway.py", "owner.session.set_owner(owner=False)", "pass", f"{GATEWAY} -k idle"),
-    Defect("server/gateway.py", "        if asker.session.observer:", "        if False:", f"{GATEWAY} -k never"),
+    Defect("server/gateway.py", "        if requester.session.observer:", "        if False:", f"{GATEWAY} -k never"),
     Defect("server/gateway.py", "            self.owner = None\n", "            pass\n", f"{GATEWAY} -k nobody_owns"),
     Defect("server/gateway.py", "        if connection.session.owner:", "        if True:", f"{GATEWAY} -k first_scene"),
     # fair shares

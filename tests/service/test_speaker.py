@@ -155,7 +155,7 @@ def test_an_output_is_chosen_by_name_or_by_the_only_part_that_fits():
     assert choose(outputs, "default") is None
     assert choose(outputs, "usb speaker") == {"name": "USB Speaker"}
     assert choose(outputs, "hdm") == {"name": "HDMI"}
-    with pytest.raises(OutputError, match="several outputs are so called: USB Speaker, USB"):
+    with pytest.raises(OutputError, match="several outputs match: USB Speaker, USB"):
         choose(outputs, "usb")
     with pytest.raises(OutputError, match="this machine has: none"):
         choose([], "default")

@@ -90,13 +90,14 @@ class _Sending:
         if not is_touched:
             yield
             return
-        stroke = asyncio.create_task(self._stroke())
+        renewing = asyncio.create_task(self._renew_touch())
         try:
             yield
         finally:
-            stroke.cancel()
-            await asyncio.wait({stroke})
-            _ = stroke.cancelled() or stroke.exception()  # a lost link is reported by the frames
+            renewing.cancel()
+            await asyncio.wait({renewing})
+            # a lost link is reported by the frames
+            _ = renewing.cancelled() or renewing.exception()
         await self._touch("release")
 
     async def finish(self) -> Outcome:
@@ -108,7 +109,7 @@ class _Sending:
         self._outcome.seconds = time.monotonic() - self._started
         return self._outcome
 
-    async def _stroke(self) -> None:
+    async def _renew_touch(self) -> None:
         await self._touch("contact")
         while True:
             await asyncio.sleep(RENEW_S)

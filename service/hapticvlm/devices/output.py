@@ -151,7 +151,7 @@ def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | N
         return (exact or partly)[0]
     names = ", ".join(output["name"] for output in partly or outputs) or "none"
     if partly:
-        raise OutputError(f"several outputs are so called: {names}")
+        raise OutputError(f"several outputs match: {names}")
     raise OutputError(f"no such output; this machine has: {names}")
 
 

@@ -161,11 +161,11 @@ class Speaker:
 
     def _watch_output(self) -> str | None:
         """Return that the output went, if it has just gone."""
-        had, has = self._had_output, not self._lacks_output
-        self._had_output = has
-        if has and not had:
+        had_output, has_output = self._had_output, not self._lacks_output
+        self._had_output = has_output
+        if has_output and not had_output:
             logger.warning("the audio output %s is back", self.name)
-        if has or not had:
+        if has_output or not had_output:
             return None
         return f"the audio output {self.name} is gone; vibration rests until it is back"
 

@@ -150,26 +150,26 @@ class Gateway:
             self._outputs.rest()
             self._vibration.end()
 
-    def change_owner(self, asker: Connection, wanted: Set, now: float) -> None:
+    def change_owner(self, requester: Connection, wanted: Set, now: float) -> None:
         """Assign the outputs to the scene that asks, or end their owner. Raises MessageError."""
         if wanted.ownership == "end":
             if self.owner is None:
                 raise MessageError("message", "nobody owns the outputs", path=PATH, id=wanted.id)
-            logger.warning("%s ended by %s", self.owner.name, asker.name)
+            logger.warning("%s ended by %s", self.owner.name, requester.name)
             self.counts["owners ended"] += 1
             self._outputs.rest()
             self.owner.end("ended by an observer")
             return
-        if asker.session.observer:
+        if requester.session.observer:
             text = "an observer owns no outputs: connect as scene"
             raise MessageError("not_owner", text, path=PATH, id=wanted.id)
-        if self.owner is not None and self.owner is not asker:
+        if self.owner is not None and self.owner is not requester:
             self._depose(self.owner, wanted, now)
             self._vibration.rest()
             self._vibration.end()
-        self.owner = asker
+        self.owner = requester
         self._leased_at = now
-        asker.session.set_owner(owner=True, thermal_gain=self.thermal_gain)
+        requester.session.set_owner(owner=True, thermal_gain=self.thermal_gain)
 
     def state_materials(self, observer: Connection, scene: Scene, now: float) -> Ok:
         """Apply to the owner's scene what a person states of it. Raises MessageError."""

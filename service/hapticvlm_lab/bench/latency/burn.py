@@ -1,8 +1,8 @@
-"""Keeps a vision-language model of random weights busy, as the onlooker would at its worst.
+"""Keeps a vision-language model of random weights busy, as the VLM worker would at its worst.
 
 `python -m hapticvlm_lab.bench.latency.burn SECONDS THREADS` builds a Qwen2-VL of a few hundred
-million parameters, prints "burning" after the first pass, reads pictures flat out with the
-onlooker's own priority, and prints one JSON object at the end: passes, and how many cores it really
+million parameters, prints "burning" after the first pass, reads pictures flat out with the VLM
+worker's own priority, and prints one JSON object at the end: passes, and how many cores it really
 used.
 """
 

@@ -112,8 +112,8 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     Open answers are fused as the session does; forced ones take the mean of all, since fusing
     forgets the small beliefs.
     """
-    views = _encoder_evidence(method, embeddings)
-    if views is None:
+    evidence = _encoder_evidence(method, embeddings)
+    if evidence is None:
         return None
     objects = source.objects
     units = [objects == name for name in dict.fromkeys(objects.tolist())]
@@ -121,11 +121,11 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
         units = list(np.eye(len(objects), dtype=np.bool_))
     first = np.array([unit.argmax() for unit in units])
     stated = [object_evidence(method, source, name) for name in objects[first].tolist()]
-    seen = [[views[row] for row in np.flatnonzero(unit)] if views else [] for unit in units]
+    seen = [[evidence[row] for row in np.flatnonzero(unit)] if evidence else [] for unit in units]
     fused = [[fusion.fuse(views)] if views else [] for views in seen]
     means = [[fuse(views)] if views else [] for views in seen]
-    verdicts = [decide([*told, *look]) for told, look in zip(stated, fused, strict=True)]
-    forced = [[*told, *look] for told, look in zip(stated, means, strict=True)]
+    verdicts = [decide([*given, *view]) for given, view in zip(stated, fused, strict=True)]
+    forced = [[*given, *view] for given, view in zip(stated, means, strict=True)]
     spoken = [SILENT if v.material == materials.UNKNOWN else v.material for v in verdicts]
     confidence = np.array([verdict.confidence for verdict in verdicts])
     speaks = method.head is None or method.head.speaks

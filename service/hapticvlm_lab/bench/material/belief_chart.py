@@ -45,7 +45,7 @@ class Worth:
     name: str
     pictures: int
     curves: Mapping[str, Curve]
-    felt: Mapping[str, float]
+    errors_c: Mapping[str, float]
 
 
 def run(data: Path | None, labels: Labels, training: Path, out: Path) -> int:
@@ -81,12 +81,12 @@ def worth(seen: beliefs.Seen, gallery: Gallery) -> Worth:
     drawn = beliefs.drawn(seen, gallery, REFERENCES)
     if drawn is not None:
         curves[f"{REFERENCES} references"] = coverage(drawn[0], seen.truth[drawn[1]])
-    felt = beliefs.contact_error(zero, seen.truth, seen.objects)
+    errors_c = beliefs.contact_error(zero, seen.truth, seen.objects)
     return Worth(
         seen.name,
         len(seen.truth),
         curves,
-        {method: float(str(felt[method])) for method, _ in METHODS},
+        {method: float(str(errors_c[method])) for method, _ in METHODS},
     )
 
 
@@ -140,7 +140,7 @@ def _draw_error(axes: Axes, found: list[Worth]) -> None:
     for number, ((method, title), colour) in enumerate(
         zip(METHODS, (SOFT, *COLOURS), strict=False)
     ):
-        heights = [result.felt[method] for result in found]
+        heights = [result.errors_c[method] for result in found]
         axes.bar(places + (number - 1) * width, heights, width, color=colour, label=title)
     axes.set_xticks(places, [result.name.replace("/", "/\n") for result in found], fontsize=7)
     axes.set(ylabel="mean error of contact temperature, degC", ylim=(0, None))
@@ -170,5 +170,5 @@ def _as_json(result: Worth) -> dict[str, object]:
         "name": result.name,
         "pictures": result.pictures,
         "curves": rounded,
-        "felt_c": result.felt,
+        "felt_c": result.errors_c,
     }

@@ -126,7 +126,7 @@ async def _visit(url: str, role: str | None, data: bytes, counts: Counter[str]) 
     ) as socket:
         counts["connections"] += 1
         if role is not None:
-            await _say_hello(socket, role)
+            await _send_hello(socket, role)
         if not data:
             socket.transport.abort()
             await socket.wait_closed()
@@ -145,7 +145,7 @@ async def _visit(url: str, role: str | None, data: bytes, counts: Counter[str]) 
             counts[f"closed {socket.close_code} {socket.close_reason}"] += 1
 
 
-async def _say_hello(socket: ClientConnection, role: str) -> None:
+async def _send_hello(socket: ClientConnection, role: str) -> None:
     client, protocol = {"name": "flood", "version": "1"}, {"major": 1, "minor": 0}
     await socket.send(_packed(type="hello", client=client, protocol=protocol, role=role))
     await socket.recv()

@@ -36,7 +36,8 @@ LOWEST_C = 1e-3  # what errs by less is drawn there
 MARK_C = 0.3  # RMS of the skin from 1 s on
 ROUNDS, STEPS = 15, 200
 
-Term = Callable[[ThermalTrajectory, float, float], float]  # course, palm resistance, now -> plate
+# trajectory, palm resistance, now -> plate
+Term = Callable[[ThermalTrajectory, float, float], float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,26 +51,26 @@ class PlateRow:
     step_us: float
 
 
-def without(course: ThermalTrajectory, resistance: float, now: float) -> float:
+def without(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
     """Treat skin and plate as the same."""
     del resistance
-    return course.skin_c(now)
+    return trajectory.skin_c(now)
 
 
-def closed(course: ThermalTrajectory, resistance: float, now: float) -> float:
+def closed(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
     """Use the flow of a first contact with a thick body, dT / R'' erfcx(x): knows no past."""
-    contact, begun_at = course.contact, course.begun_at
+    contact, begun_at = trajectory.contact, trajectory.begun_at
     assert contact is not None
     assert begun_at is not None
     drop_c = contact.surface_c - contact.skin_c
     left = float(erfcx(progress(contact, now - begun_at)))
-    return course.skin_c(now) + resistance * drop_c / contact.contact_resistance * left
+    return trajectory.skin_c(now) + resistance * drop_c / contact.contact_resistance * left
 
 
-def product(course: ThermalTrajectory, resistance: float, now: float) -> float:
-    """Ask the product."""
-    del resistance  # its course has it
-    return course.wanted_c(now)
+def product(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
+    """Return what the product drives the plate to."""
+    del resistance  # its trajectory has it
+    return trajectory.wanted_c(now)
 
 
 METHODS: tuple[tuple[str, Term, float | None], ...] = (
@@ -106,13 +107,13 @@ def skin_on_plate(plate_c: Floats, resistance: float) -> Floats:
 
 def error_c(term: Term, palm: float, assumed: float, touched: Sequence[ThermalContact]) -> float:
     """RMS of the skin AFTER_S from the last contact on; the hand slides after SLIDE_S, degC."""
-    course = ThermalTrajectory(lead_s=0.0, plate_resistance=assumed)
+    trajectory = ThermalTrajectory(lead_s=0.0, plate_resistance=assumed)
     plate, wanted = [], []
     for frame in range(round(ENDS_S / FRAME_S)):
         turn = min(int(frame * FRAME_S / SLIDE_S), len(touched) - 1)
-        course = course.touch(touched[turn], turn, frame * FRAME_S)
-        plate.append(term(course, assumed, (frame + 0.5) * FRAME_S))
-        wanted.append(course.skin_c((frame + 1) * FRAME_S))
+        trajectory = trajectory.touch(touched[turn], turn, frame * FRAME_S)
+        plate.append(term(trajectory, assumed, (frame + 0.5) * FRAME_S))
+        wanted.append(trajectory.skin_c((frame + 1) * FRAME_S))
     off = skin_on_plate(np.array(plate), palm) - wanted
     after = round(((len(touched) - 1) * SLIDE_S + AFTER_S) / FRAME_S)
     return float(np.sqrt(np.mean(off[after:] ** 2)))
@@ -140,13 +141,13 @@ def _contacts(names: Sequence[str], room_c: float) -> list[ThermalContact]:
 def _step_us(term: Term) -> float:
     """Core time of a setpoint on glass after metal, median of rounds, us."""
     first, second = _contacts(("metal", "glass"), 22.0)
-    course = ThermalTrajectory(lead_s=0.0, plate_resistance=ASSUMED).touch(first, 1, 0.0)
-    course = course.touch(second, 2, 1.0)
+    trajectory = ThermalTrajectory(lead_s=0.0, plate_resistance=ASSUMED).touch(first, 1, 0.0)
+    trajectory = trajectory.touch(second, 2, 1.0)
     rounds = []
     for _ in range(ROUNDS):
         begun = time.process_time_ns()
         for step in range(STEPS):
-            term(course, ASSUMED, 1.0 + FRAME_S * (step + 1))
+            term(trajectory, ASSUMED, 1.0 + FRAME_S * (step + 1))
         rounds.append((time.process_time_ns() - begun) / 1e3 / STEPS)
     return round(float(np.median(rounds)), 2)
 

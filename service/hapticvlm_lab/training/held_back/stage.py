@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm_lab.training.held_back import classes, further, rooms, shapes, strangers
+from hapticvlm_lab.training.held_back import classes, further, rooms, shapes, unknowns
 from hapticvlm_lab.training.held_back.cameras import Camera, approach, direction, orbit
 from hapticvlm_lab.training.held_back.catalogue import Catalogue
 from hapticvlm_lab.training.held_back.gltf import Part, read_model
@@ -81,9 +81,9 @@ def set_stage(plan: Plan, catalogue: Catalogue, *, circling: bool) -> Stage:
 
 
 def draw(truth: str, number: int, rng: Rng, catalogue: Catalogue) -> Surface:
-    """Draw a surface of a class, or the stranger of a number."""
+    """Draw a surface of a class, or the unknown surface of a number."""
     if truth == materials.UNKNOWN:
-        return strangers.draw(number, rng, catalogue)
+        return unknowns.draw(number, rng, catalogue)
     recipes = _RECIPES[truth]
     return recipes[number % len(recipes)](rng, catalogue)
 

@@ -79,7 +79,7 @@ _EARTH: Triple = (0.12, 0.07, 0.035)
 
 
 def draw(number: int, rng: Rng, catalogue: Catalogue) -> Surface:
-    """Draw the stranger of a number; numbers past the last begin again."""
+    """Draw the unknown surface of a number; numbers past the last begin again."""
     name = NAMES[number % len(NAMES)]
     if name in _OPAQUE:
         substance, appearance = _OPAQUE[name]
