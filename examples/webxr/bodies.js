@@ -68,7 +68,7 @@ export class Glove {
   }
 }
 
-/** A controller as simple as it can be told: grip, face, stick, trigger, and a ring that lights when it vibrates. */
+/** A controller as simple as possible: grip, face, stick, trigger, and a ring that lights when it vibrates. */
 export class Controller {
   root = new THREE.Group();
   #ring;

@@ -1,4 +1,4 @@
-/** Controllers and tracked hands of an XR session: where each fingertip is, drawn and felt. */
+/** Controllers and tracked hands of an XR session: where each fingertip is, drawn and rendered. */
 import * as THREE from 'three';
 import {Controller, Glove} from './bodies.js';
 import {Toucher} from '../captures/make/page/touch.js';

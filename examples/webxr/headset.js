@@ -3,7 +3,7 @@ import {XRDevice, metaQuest3} from 'iwer';
 
 const LOOKS_DOWN = 0.6; // rad, at the table
 
-/** Moves only when told to: `device.position`, `device.controllers.right.position`, ... */
+/** Moves only on request: `device.position`, `device.controllers.right.position`, ... */
 export const device = new XRDevice(metaQuest3, {stereoEnabled: true});
 device.installRuntime({forceInstall: true});
 device.position.set(0, 1.35, 0.5);

@@ -1,4 +1,4 @@
-/** Puts the example together: scene, hands, frames, the service, and what shows and sounds of a touch. */
+/** Puts the example together: scene, hands, frames, the service, and how a touch is shown and heard. */
 import * as THREE from 'three';
 import {offerSound, startWithTouch} from '/hear.js';
 import {Surface} from '../captures/make/page/collision.js';
@@ -53,7 +53,7 @@ scene.add(readout.mesh, cursor);
 export const pulses = new Pulses();
 /** Takes the pictures; `frameCamera.frame` also gives one on request. */
 export const frameCamera = new FrameCamera(renderer, scene, objects, (fields) => haptics.frame(fields));
-/** What is drawn and felt of controllers and tracked hands. */
+/** What is drawn and rendered of controllers and tracked hands. */
 export const hands = new Hands(objects.map((object) => new Surface(object)), touched, pulses);
 scene.add(hands.root);
 frameCamera.exclude(hands.root, board.mesh, readout.mesh, cursor, light);
@@ -72,7 +72,7 @@ export let plate = null; // the newest telemetry
 let steppedAt = 0;
 let shownAt = 0;
 
-/** Says all of what the scene knows ('ids'), or nothing but that there are objects ('frames'). */
+/** Sends all that the scene knows ('ids'), or only that there are objects ('frames'). */
 export function tell(wanted) {
   mode = wanted;
   decisions.clear();
@@ -134,7 +134,7 @@ function animate(now, frame) {
   if (now - shownAt > PANEL_WAIT) explainLast(now);
 }
 
-/** Has the page drawn again although nothing has changed. */
+/** Draws the page again although nothing has changed. */
 export function redraw() {
   due = DUE;
 }

@@ -1,8 +1,8 @@
 /**
- * The things on the table: what they look like, what they truly are, and what the scene says of them.
+ * The things on the table: their appearance, their true material, and what the scene states of them.
  *
- * `says` is all the service is told besides an id; `truth` is for the panel and for grading only. A mixed
- * thing is several objects, one for each part that feels different.
+ * `says` is all that the service is sent besides an id; `truth` is for the panel and for grading only. A mixed
+ * thing is several objects, one for each part of another material.
  */
 import * as THREE from 'three';
 import * as shapes from '../captures/make/page/shapes.js';

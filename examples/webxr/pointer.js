@@ -1,6 +1,6 @@
 /**
  * The mouse or a finger on the screen as the right hand: hover is approach, press is contact (gentle with
- * Shift), drag is slide, let go is release.
+ * Shift), drag is slide, button up is release.
  */
 import * as THREE from 'three';
 

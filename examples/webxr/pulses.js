@@ -9,7 +9,7 @@ const PHONE_WEAKEST = 0.1; // a phone's motor is on or off
 export class Pulses {
   #plans = {left: null, right: null};
 
-  /** Takes in one `vibration` event. */
+  /** Receives one `vibration` event. */
   receive({hand, period_ms: period, amplitude = []}) {
     this.#plans[hand] = amplitude.length ? {from: performance.now(), period, amplitude} : null;
   }

@@ -1,4 +1,4 @@
-/** What the palm speaker plays, heard here and turned into light: a second connection, which only watches. */
+/** What the palm speaker plays, played here and turned into light: a second connection, which only watches. */
 import {sound, speakerIs} from '/hear.js';
 import {Link} from '/link.js';
 

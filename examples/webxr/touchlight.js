@@ -1,5 +1,5 @@
 /**
- * What a touch looks like on the objects themselves: a glow at the fingertip, the warmth round it, a ripple on a
+ * How a touch is shown on the objects themselves: a glow at the fingertip, the warmth round it, a ripple on a
  * strike, and a rim round what the hand is at. Every material of the objects is given these lights once.
  */
 import * as THREE from 'three';

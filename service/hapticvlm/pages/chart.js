@@ -23,8 +23,8 @@ export function palette() {
 
 document.addEventListener("themechange", () => (colours = null));
 
-// A canvas that is painted again when told (every `everyMs` at most), when it changes size and when the
-// theme changes. paint(context, width, height), in CSS pixels. Its size is told to it, never asked for:
+// A canvas that is painted again on request (every `everyMs` at most), when it changes size and when the
+// theme changes. paint(context, width, height), in CSS pixels. Its size is reported to it, never read:
 // asking makes the browser lay the page out there and then.
 export class Chart {
   constructor(canvas, paint, everyMs = 0) {

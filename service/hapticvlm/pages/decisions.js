@@ -106,7 +106,7 @@ function whyNone({ source }) {
   return source === "encoder" || source === "unknown" ? "No frame of it has come here yet." : `No frame was needed: the ${source} was enough.`;
 }
 
-// The newest decision for a screen reader, when it differs; never faster than it can be heard.
+// The newest decision for a screen reader, when it differs; never faster than it can be read out.
 function announce() {
   const waitMs = announcedAt + NEWS_MS - performance.now();
   if (waitMs > 0) {

@@ -37,7 +37,7 @@ export function eachFrame(paint) {
 
 export const degrees = (value) => (value == null ? "no reading" : `${value.toFixed(1)} °C`);
 export const percent = (share) => `${Math.round(100 * share)} %`;
-// A device's name, which says when it is simulated.
+// A device's name, with "simulated" where it is.
 export const named = ({ name, simulated }) => (simulated && !name.includes("simulated") ? `${name}, simulated` : name);
 export const clock = (date = new Date()) => date.toLocaleTimeString("en-GB");
 

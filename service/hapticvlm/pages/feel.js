@@ -1,4 +1,4 @@
-// How warmth and materials look on every page; pure, knows nothing of the page.
+// Colours and words of warmth and materials on every page; pure, knows nothing of the page.
 
 export const NEUTRAL_C = 32; // the plate at rest, and about the palm's skin
 const SCALE = [

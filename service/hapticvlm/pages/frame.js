@@ -29,7 +29,7 @@ export function take(view) {
 
 export const hasFrame = (name) => views.has(name);
 
-// Shows the frame of this object, called `title`; `why` is said where there is none.
+// Shows the frame of this object, called `title`; `why` is shown where there is none.
 export function show(name, title, why) {
   const isOther = name !== shown;
   shown = name;

@@ -22,7 +22,7 @@ export function speakerIs({ simulated }) {
   show();
 }
 
-// For a click on something else that is to be heard: begins, unless a speaker plays or it was switched off.
+// For a click on something else that makes sound: begins, unless a speaker plays or it was switched off.
 export function startWithTouch() {
   if (!sound.isOn && !isReal && localStorage.getItem(KEY) !== "off") start();
 }

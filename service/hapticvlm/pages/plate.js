@@ -38,7 +38,7 @@ export function telemetry(message) {
   scale.change();
 }
 
-// Breaks the lines where the service was not heard.
+// Breaks the lines where the service was not connected.
 export function gap() {
   newest = { plate_c: null, setpoint_c: null };
   history.push(performance.now() / 1000, null, null);

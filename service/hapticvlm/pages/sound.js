@@ -1,7 +1,7 @@
 // The vibration, heard: plays the service's waveform stream in this browser. Knows nothing of the page.
 //
 // A browser lets sound begin only after a click. `take` each waveform view; `silence` at a stop and when the
-// service is gone. `lagMs` is about how long after the palm speaker it is heard.
+// service is gone. `lagMs` is about how long after the palm speaker it sounds.
 
 const PIECE_MS = 10; // half a piece: a sample waits on average so long to be sent
 const GLIDE_S = 0.02;

@@ -47,7 +47,7 @@ export function waveform(view) {
   wasSilent = isSilent;
 }
 
-// Nothing is known of the speaker while the service is not heard.
+// Nothing is known of the speaker while the service is not connected.
 export function gap() {
   sound.silence();
   samples = [];

@@ -1,4 +1,4 @@
-// The stop: one button and the Escape key. It says what became of it, above all when nothing did.
+// The stop: one button and the Escape key. It shows the outcome, above all a failure.
 import { byId, clock, setText } from "./dom.js";
 import { sound } from "./hear.js";
 

@@ -1,7 +1,7 @@
-// "This is ...": a person says what an object is made of. The one place that asks the service to believe it.
+// "This is ...": a person states an object's material. The one place that asks the service to believe it.
 import { byId, make, setText } from "./dom.js";
 
-const stated = new Set(); // object ids that this page has said something of: a person may think again
+const stated = new Set(); // object ids that this page has stated: a person may change it
 let link = null;
 let current = null;
 

@@ -1,4 +1,4 @@
-// Light, dark, or as the system says; remembered in this browser. Says "themechange" when colours change.
+// Light, dark, or as the system is set; remembered in this browser. Dispatches "themechange" when colours change.
 import { byId } from "./dom.js";
 
 const KEY = "hapticvlm-theme";

@@ -1,4 +1,4 @@
-// One decision in full: the material, what each rung of the ladder said, and what follows for the plate.
+// One decision in full: the material, the evidence of each rung of the ladder, and what follows for the plate.
 import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { NEUTRAL_C, materialColour, warmthColour, warmthWord } from "./feel.js";
 
