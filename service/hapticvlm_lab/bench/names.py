@@ -79,8 +79,8 @@ def run(data: Path | None, as_json: bool) -> int:
     timing = _microseconds([name.text for name in read_names(folder, "models")])
     if as_json:
         scores = [asdict(score) for score in report]
-        report = {"measure": "names", "median_us": timing[0], "p99_us": timing[1], "sets": scores}
-        print(json.dumps(report))
+        result = {"measure": "names", "median_us": timing[0], "p99_us": timing[1], "sets": scores}
+        print(json.dumps(result))
     else:
         print(f"one name: median {timing[0]:.0f} us, p99 {timing[1]:.0f} us")
     return 0

@@ -161,7 +161,7 @@ def assemble(
 
     attempt("untrained", lambda: _taught("untrained", "untrained", wiring.untrained(), teaching))
     attempt("general network", lambda: _general(wiring, data, teaching))
-    found += _variants(ours)
+    found += _combinations(ours)
     attempt_eager(None, ours)
     for folder in _variants(variants):
         attempt_eager(folder, attempt(folder.name, partial(_variant, folder, teaching)))
@@ -203,7 +203,7 @@ def _plain(side: int, teaching: Source | None) -> list[Method]:
     return [nearest, Method(TEXTURES, "plain", texture, head, references="teaching")]
 
 
-def _variants(ours: Method) -> list[Method]:
+def _combinations(ours: Method) -> list[Method]:
     """Ours by what is known of the object, how often it was seen, and what the scene states."""
     rungs: frozenset[messages.Rung] = frozenset({"name", "shader"})
     again = replace(ours, is_default=False)
