@@ -39,7 +39,7 @@ _NOBODY = ("nobody", "")
 class ObjectState:
     """One object: what the scene gives, evidence by source, verdict, and the decision kept.
 
-    `make` is what its name gives beyond the material, `table` the materials as it has them.
+    `make` is what its name says beyond the material, `table` the materials as it has them.
     `graded_from` is the verdict of `grading`, `decided_from` are the inputs of `decision`,
     `compared_from` those of the last comparison with what was `announced`, and `met_from` those of
     `contact`.

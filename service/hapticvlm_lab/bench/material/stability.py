@@ -242,8 +242,8 @@ def _figures(
 
 
 def _print_end(blanks: dict[str, str], skipped: Sequence[str], files: Sequence[Path]) -> None:
-    text = ", ".join(f"{name}: {answer}" for name, answer in blanks.items())
-    print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {text}")
+    answers = ", ".join(f"{name}: {answer}" for name, answer in blanks.items())
+    print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {answers}")
     for text in skipped:
         print(f"left out  {text}")
     for path in files:
