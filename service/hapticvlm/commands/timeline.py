@@ -90,9 +90,11 @@ class Timeline:
     def decision_at(self, t_s: float, object_id: str | None) -> Mapping[str, Any] | None:
         """Return the newest decision on an object by this time."""
         made = (
-            one for one in reversed(self.decisions) if one.t_s <= t_s and one.object_id == object_id
+            entry
+            for entry in reversed(self.decisions)
+            if entry.t_s <= t_s and entry.object_id == object_id
         )
-        return next((one.decision for one in made), None)
+        return next((entry.decision for entry in made), None)
 
 
 def read(folder: Path, table: Mapping[str, Material], voices: Voices) -> Timeline:
@@ -152,7 +154,9 @@ class _Gathered:
         message = line["message"]
         match message["type"]:
             case "scene":
-                stated = {one["object_id"]: one.get("name") for one in message["objects"]}
+                stated = {
+                    object_["object_id"]: object_.get("name") for object_ in message["objects"]
+                }
                 self.names |= {key: name for key, name in stated.items() if name}
             case "frame":
                 self._frame(message, line)

@@ -107,8 +107,8 @@ class Recogniser:
         now = time.monotonic()
         job = replies.read_job(await _body(request, self._encoder.side), self._galleries, now)
         waiting = [Waiting(crop, now, job.until) for crop in job.crops]
-        embedded = await asyncio.gather(*(self._embed(one) for one in waiting))
-        self._counts["late"] += sum(one is None for one in embedded)
+        embedded = await asyncio.gather(*(self._embed(item) for item in waiting))
+        self._counts["late"] += sum(result is None for result in embedded)
         answer = replies.write_answer(job, embedded)
         self._counts["crops"] += len(embedded)
         return Response(answer, media_type=contract.MESSAGEPACK)
@@ -117,9 +117,9 @@ class Recogniser:
     async def _embed(self, waiting: list[Waiting]) -> list[Embedded | None]:
         """Embed what waits together, but for what nobody waits for any more."""
         self._began = time.monotonic()
-        wanted = [one for one in waiting if one.until > self._began]
+        wanted = [item for item in waiting if item.until > self._began]
         try:
-            embeddings, cpu_s = await asyncio.to_thread(self._timed, [one.crop for one in wanted])
+            embeddings, cpu_s = await asyncio.to_thread(self._timed, [item.crop for item in wanted])
         finally:
             began, self._began = self._began, None
         took_ms = (time.monotonic() - began) * 1000.0
@@ -127,10 +127,10 @@ class Recogniser:
         self._encode_s[len(wanted)] = self._encode_s.get(len(wanted), 0.0) + cpu_s
         rows = iter(embeddings)
         return [
-            Embedded(next(rows), len(wanted), (began - one.since) * 1000.0, took_ms)
-            if one.until > began
+            Embedded(next(rows), len(wanted), (began - item.since) * 1000.0, took_ms)
+            if item.until > began
             else None
-            for one in waiting
+            for item in waiting
         ]
 
     def _timed(self, crops: Sequence[Crop]) -> tuple[Floats, float]:

@@ -25,4 +25,6 @@ def load_galleries(paths: Mapping[str, str], encoder: Encoder) -> dict[str, Name
     """Load every gallery, the shipped one too. Raises GalleryError and MaterialError."""
     found = {SHIPPED: load_gallery(encoder=encoder)}
     found |= {name: load_gallery(Path(path), encoder=encoder) for name, path in paths.items()}
-    return {name: Named(identify(encoder, one, name), one) for name, one in found.items()}
+    return {
+        name: Named(identify(encoder, gallery, name), gallery) for name, gallery in found.items()
+    }

@@ -83,17 +83,17 @@ def read_job(data: bytes, galleries: Mapping[str, Named], now: float) -> Job:
 
 def write_answer(job: Job, embedded: Sequence[Embedded | None]) -> bytes:
     """Match the embeddings and write the answer. Raises Refusal when one came too late."""
-    done = [one for one in embedded if one is not None]
+    done = [result for result in embedded if result is not None]
     if len(done) < len(embedded):
         raise Refusal(504, "nobody waits for it any more: it was not recognised")
     results = [
-        contract.write_result(Found(job.named.gallery.match(one.embedding), one.embedding))
-        for one in done
+        contract.write_result(Found(job.named.gallery.match(result.embedding), result.embedding))
+        for result in done
     ]
     stages = {
-        "queue": max(one.queue_ms for one in done),
-        "encode": max(one.encode_ms for one in done),
+        "queue": max(result.queue_ms for result in done),
+        "encode": max(result.encode_ms for result in done),
     }
-    identity, batch = job.named.identity, max(one.batch for one in done)
+    identity, batch = job.named.identity, max(result.batch for result in done)
     answer = Answer(identity.gallery, identity.hash, results, batch, stages)
     return msgspec.msgpack.encode(answer)

@@ -120,10 +120,10 @@ def hot_and_cold(vibrations: Iterable[Stimulus]) -> tuple[Stimulus, ...]:
     given = tuple(vibrations)
     return tuple(
         dataclasses.replace(
-            one, name=f"{one.name}-{warmth}", temperature=warmth, setpoint_c=setpoint_c
+            stimulus, name=f"{stimulus.name}-{warmth}", temperature=warmth, setpoint_c=setpoint_c
         )
         for warmth, setpoint_c in zip(TEMPERATURES, (HOT_C, COLD_C), strict=True)
-        for one in given
+        for stimulus in given
     )
 
 

@@ -97,7 +97,7 @@ class Sitting:
         """About how long the remaining trials take at the present pace; None before it shows."""
         if len(self._answered_at) < 2:
             return None
-        each_s = median(later - one for one, later in pairwise(self._answered_at))
+        each_s = median(later - earlier for earlier, later in pairwise(self._answered_at))
         return each_s * (len(self.trials) - self.answered)
 
     @property

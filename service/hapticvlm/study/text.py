@@ -131,7 +131,7 @@ def _ratings(document: Document) -> str:
     rows = []
     for at, name in enumerate(names):
         each = [rating if name == "all" else rating["patterns"][at] for rating in rated]
-        rows.append([name, *(_mean(one) for one in each)])
+        rows.append([name, *(_mean(rating) for rating in each)])
     return (
         "## Ratings\n\nMean of people's means, 95 % interval by person (Student's t), number of "
         "people:\n\n" + table(heads, rows)

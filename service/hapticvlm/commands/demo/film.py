@@ -76,7 +76,7 @@ def _warmth(celsius: float) -> tuple[int, int, int]:
 
 
 def _draw_frame(sheet: Image.Image, timeline: Timeline, t_s: float, touch: Held | None) -> None:
-    shown = [one for one in timeline.pictures if one.t_s <= t_s]
+    shown = [picture for picture in timeline.pictures if picture.t_s <= t_s]
     if not shown:
         return
     newest = shown[-1]
@@ -123,9 +123,13 @@ def _draw_plate(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> No
     draw.rectangle(_PLATE_BOX, CARD)
     draw.line((left, neutral, right, neutral), LINE)
     draw.text((left + 4, neutral - 17), "32 °C, as skin", SOFT, _font(12))
-    recent = [one for one in timeline.plate if t_s - _PLATE_S <= one.t_s <= t_s]
-    asked = [(_across(one.t_s, t_s), _height(one.setpoint_c)) for one in recent]
-    found = [(_across(one.t_s, t_s), one.plate_c) for one in recent if one.plate_c is not None]
+    recent = [sample for sample in timeline.plate if t_s - _PLATE_S <= sample.t_s <= t_s]
+    asked = [(_across(sample.t_s, t_s), _height(sample.setpoint_c)) for sample in recent]
+    found = [
+        (_across(sample.t_s, t_s), sample.plate_c)
+        for sample in recent
+        if sample.plate_c is not None
+    ]
     if len(asked) > 1:
         draw.line(asked, SETPOINT, 1)
     for (from_x, from_c), (to_x, to_c) in itertools.pairwise(found):

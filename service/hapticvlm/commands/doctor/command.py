@@ -44,12 +44,12 @@ def _doctor(options: argparse.Namespace) -> int:
     started = time.monotonic()
     with working("checking this machine"):
         found = _examine(options, started + PATIENCE_S)
-    is_well = all(one.verdict != "wrong" for one in found)
+    is_well = all(finding.verdict != "wrong" for finding in found)
     if options.json:
-        told = [dataclasses.asdict(one) for one in found]
+        findings = [dataclasses.asdict(finding) for finding in found]
         seconds = round(time.monotonic() - started, 2)
         verdict = "ok" if is_well else "wrong"
-        print(json.dumps({"doctor": verdict, "seconds": seconds, "findings": told}))
+        print(json.dumps({"doctor": verdict, "seconds": seconds, "findings": findings}))
     else:
         _print(found)
     return 0 if is_well else 1
@@ -63,7 +63,7 @@ def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     from hapticvlm.commands.serve_config import Serving
 
     first = [machine.python(), *machine.packages()]
-    if any(one.verdict == "wrong" for one in first):
+    if any(finding.verdict == "wrong" for finding in first):
         return first
     from hapticvlm.commands.doctor import devices as devices
     from hapticvlm.commands.doctor import network as network
@@ -81,16 +81,16 @@ def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
 
 
 def _print(found: list[Finding]) -> None:
-    for one in found:
-        cure = f"  -> {one.cure}" if one.cure else ""
-        print(f"{_MARKS[one.verdict]} {one.about:<11} {one.said}{cure}")
+    for finding in found:
+        cure = f"  -> {finding.cure}" if finding.cure else ""
+        print(f"{_MARKS[finding.verdict]} {finding.about:<11} {finding.said}{cure}")
     print(f"\n{sentence(found)}")
 
 
 def sentence(found: list[Finding]) -> str:
     """Sum the findings up for a person."""
-    wrong = [one.about for one in found if one.verdict == "wrong"]
-    notes = sum(one.verdict == "note" for one in found)
+    wrong = [finding.about for finding in found if finding.verdict == "wrong"]
+    notes = sum(finding.verdict == "note" for finding in found)
     if wrong:
         return f"{len(wrong)} wrong ({', '.join(wrong)}): do what stands behind the arrow."
     if notes:

@@ -79,10 +79,12 @@ def plates(serving: Serving) -> list[Finding]:
     except DeviceError as error:
         verdict: Verdict = "wrong" if is_asked else "ok"
         return [Finding("plate", verdict, str(error).split("; plug")[0], "or --peltier simulated")]
-    told = [_judged(place, is_asked) for place in found]
-    if is_asked and any(one.verdict == "ok" for one in told):  # auto takes the one that answers
-        return [one for one in told if one.verdict == "ok"]
-    return told
+    findings = [_judged(place, is_asked) for place in found]
+    if is_asked and any(
+        finding.verdict == "ok" for finding in findings
+    ):  # auto takes the one that answers
+        return [finding for finding in findings if finding.verdict == "ok"]
+    return findings
 
 
 def _judged(place: Place, is_asked: bool) -> Finding:

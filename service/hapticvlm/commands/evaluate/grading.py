@@ -43,9 +43,9 @@ class Outcome:
 
 def grade(answers: Sequence[Answered]) -> Outcome:
     """Grade what was answered."""
-    answered = [(one, one.guess) for one in answers if one.guess is not None]
+    answered = [(answer, answer.guess) for answer in answers if answer.guess is not None]
     guesses = [guess for _, guess in answered]
-    asked = [one.shot for one, _ in answered] or [one.shot for one in answers]
+    asked = [answer.shot for answer, _ in answered] or [answer.shot for answer in answers]
     truths = [shot.truth_c for shot in asked]
     blind: dict[Rule, list[Guess]] = {}
     for rule in get_args(Rule):
@@ -55,7 +55,7 @@ def grade(answers: Sequence[Answered]) -> Outcome:
     graded = {rule: _graded(found, truths) for rule, found in blind.items()}
     best = min(graded, key=lambda rule: graded[rule].mae_c)
     sources = {}
-    for source in dict.fromkeys(one.shot.source for one, _ in answered):
+    for source in dict.fromkeys(answer.shot.source for answer, _ in answered):
         at = [place for place, shot in enumerate(asked) if shot.source == source]
         true = [truths[place] for place in at]
         ours, theirs = ([all_[place] for place in at] for all_ in (guesses, blind[best]))
@@ -80,7 +80,7 @@ def figures(outcome: Outcome, method: str) -> dict[str, Any]:
         "asked": len(outcome.answers),
         **_flat(outcome.score),
         "constant": {"guess": outcome.best, **_flat(outcome.constants[outcome.best])},
-        "constants": {rule: _flat(one) for rule, one in outcome.constants.items()},
+        "constants": {rule: _flat(graded) for rule, graded in outcome.constants.items()},
         "gain_c": outcome.gain_c,
         "calibration": outcome.calibration,
         "sources": {
@@ -88,7 +88,7 @@ def figures(outcome: Outcome, method: str) -> dict[str, Any]:
             for name, (ours, theirs) in outcome.sources.items()
         },
         "paper": {"n": PAPER[1], "within_8c": asdict(share(*PAPER))},
-        "images": [_image(one) for one in outcome.answers],
+        "images": [_image(answer) for answer in outcome.answers],
     }
 
 
@@ -98,12 +98,12 @@ def _graded(guesses: Sequence[Guess], truths: Sequence[float]) -> Score:
     return found
 
 
-def _flat(one: Score | None) -> dict[str, Any]:
+def _flat(score: Score | None) -> dict[str, Any]:
     """Spell a score with plain shares, their intervals beside them."""
-    if one is None:
+    if score is None:
         return {"n": 0, "mae_c": None, "within_8c": None, "interval_coverage": None}
-    within, coverage = one.within_8c, one.interval_coverage
-    return asdict(one) | {
+    within, coverage = score.within_8c, score.interval_coverage
+    return asdict(score) | {
         "within_8c": within.share,
         "within_8c_interval": (within.low, within.high),
         "interval_coverage": coverage.share,
@@ -111,13 +111,15 @@ def _flat(one: Score | None) -> dict[str, Any]:
     }
 
 
-def _image(one: Answered) -> dict[str, Any]:
-    guess = asdict(one.guess) if one.guess else {"value_c": None, "low_c": None, "high_c": None}
+def _image(answer: Answered) -> dict[str, Any]:
+    guess = (
+        asdict(answer.guess) if answer.guess else {"value_c": None, "low_c": None, "high_c": None}
+    )
     return {
-        "image": one.shot.path.name,
-        "source": one.shot.source,
-        "temperature_c": one.shot.truth_c,
+        "image": answer.shot.path.name,
+        "source": answer.shot.source,
+        "temperature_c": answer.shot.truth_c,
         **guess,
-        "seconds": round(one.seconds, 4),
-        "why_not": one.why_not or None,
+        "seconds": round(answer.seconds, 4),
+        "why_not": answer.why_not or None,
     }

@@ -55,7 +55,9 @@ def _title(outcome: Outcome, method: str) -> str:
 
 
 def _scatter(axes: Axes, outcome: Outcome) -> None:
-    answered = [(one.shot, one.guess) for one in outcome.answers if one.guess is not None]
+    answered = [
+        (answer.shot, answer.guess) for answer in outcome.answers if answer.guess is not None
+    ]
     temperatures = [
         t for shot, guess in answered for t in (shot.truth_c, guess.low_c, guess.high_c)
     ]

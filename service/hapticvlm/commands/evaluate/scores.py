@@ -149,5 +149,5 @@ def calibration(guesses: Sequence[Guess], truths: Sequence[float]) -> list[tuple
 
 
 def _columns(guesses: Sequence[Guess]) -> tuple[Doubles, Doubles, Doubles]:
-    table = np.array([(one.value_c, one.low_c, one.high_c) for one in guesses])
+    table = np.array([(guess.value_c, guess.low_c, guess.high_c) for guess in guesses])
     return table[:, 0], table[:, 1], table[:, 2]

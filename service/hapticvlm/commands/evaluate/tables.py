@@ -17,9 +17,9 @@ def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
     _print_pictures(outcome)
     print(f"\n{'':<34}{'n':>5}  {'MAE, degC':<20}{'within 8 degC':<18}{'interval holds':<18}width")
     _print_score(method, outcome.score)
-    for rule, one in outcome.constants.items():
+    for rule, score in outcome.constants.items():
         mark = " (best)" if rule == outcome.best else ""
-        _print_score(f"constant: {rule}{mark}", one)
+        _print_score(f"constant: {rule}{mark}", score)
     paper = share(*PAPER)
     print(
         f"{'the paper, on its own pictures':<34}{PAPER[1]:>5}  {'not stated':<20}{_percent(paper)}"
@@ -34,29 +34,29 @@ def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
 
 def _print_pictures(outcome: Outcome) -> None:
     print(f"\n{'picture':<34}{'truth':>7}{'said':>7}  {'interval':<16}{'error':>7}")
-    for one in outcome.answers[:MOST_LINES]:
-        name, truth = one.shot.path.name[-33:], one.shot.truth_c
-        if one.guess is None:
-            print(f"{name:<34}{truth:>7.1f}{'-':>7}  {one.why_not}")
+    for answer in outcome.answers[:MOST_LINES]:
+        name, truth = answer.shot.path.name[-33:], answer.shot.truth_c
+        if answer.guess is None:
+            print(f"{name:<34}{truth:>7.1f}{'-':>7}  {answer.why_not}")
             continue
-        ends = f"{one.guess.low_c:.1f} to {one.guess.high_c:.1f}"
-        said = f"{one.guess.value_c:>7.1f}  {ends:<16}{one.guess.value_c - truth:>+7.1f}"
-        print(f"{name:<34}{truth:>7.1f}{said}")
+        ends = f"{answer.guess.low_c:.1f} to {answer.guess.high_c:.1f}"
+        columns = f"{answer.guess.value_c:>7.1f}  {ends:<16}{answer.guess.value_c - truth:>+7.1f}"
+        print(f"{name:<34}{truth:>7.1f}{columns}")
     if len(outcome.answers) > MOST_LINES:
         print(f"... and {len(outcome.answers) - MOST_LINES} more, all in the JSON line")
 
 
-def _print_score(title: str, one: Score | None) -> None:
-    if one is None:
+def _print_score(title: str, score: Score | None) -> None:
+    if score is None:
         print(f"{title:<34}{0:>5}  nothing was answered")
         return
-    mean = f"{one.mae_c:.1f} [{one.mae_low_c:.1f}, {one.mae_high_c:.1f}]"
-    shares = f"{_percent(one.within_8c):<18}{_percent(one.interval_coverage):<18}"
-    print(f"{title:<34}{one.n:>5}  {mean:<20}{shares}{one.interval_width_c:.0f}")
+    mean = f"{score.mae_c:.1f} [{score.mae_low_c:.1f}, {score.mae_high_c:.1f}]"
+    shares = f"{_percent(score.within_8c):<18}{_percent(score.interval_coverage):<18}"
+    print(f"{title:<34}{score.n:>5}  {mean:<20}{shares}{score.interval_width_c:.0f}")
 
 
-def _percent(one: Share) -> str:
-    return f"{100 * one.share:.0f} % [{100 * one.low:.0f}, {100 * one.high:.0f}]"
+def _percent(rate: Share) -> str:
+    return f"{100 * rate.share:.0f} % [{100 * rate.low:.0f}, {100 * rate.high:.0f}]"
 
 
 def _verdict(outcome: Outcome, method: str) -> str:

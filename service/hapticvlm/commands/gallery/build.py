@@ -53,9 +53,9 @@ def build(options: argparse.Namespace) -> int:
     own = read_folder(file.parent) if file.name == FILE_NAME else ()
     found = find_pictures(options.folder, table_with(own))
     encoder = load_encoder(options.encoder)
-    for one in own:
-        if one.encoder is not None:
-            require_encoder(file.parent / f"{one.material.name}.toml", one.encoder, encoder)
+    for entry in own:
+        if entry.encoder is not None:
+            require_encoder(file.parent / f"{entry.material.name}.toml", entry.encoder, encoder)
     base = _require_shipped(encoder) if options.base == "shipped" else None
     enrolled = enrol(found, encoder)
     gallery, origin = _gallery_of(enrolled, encoder, base)
@@ -102,8 +102,10 @@ def show(path: Path | None) -> int:
     for label, name in enumerate(gallery.own.materials if gallery.own else ()):
         assert gallery.own is not None
         print(f"  {name:<20} {int((gallery.own.labels == label).sum()):>6}  your pictures")
-    for one in own:
-        print(f"  {one.material.name:<20} {len(one.references):>6}  your own: {_details(one)}")
+    for entry in own:
+        print(
+            f"  {entry.material.name:<20} {len(entry.references):>6}  your own: {_details(entry)}"
+        )
     return 0
 
 
@@ -178,16 +180,16 @@ def _facts(settings: Sequence[str]) -> dict[str, object]:
     return dict(facts)
 
 
-def _details(one: UserMaterial) -> str:
+def _details(entry: UserMaterial) -> str:
     facts = [
         f"{part}.{fact}={value}"
-        for part, changed in one.facts.items()
+        for part, changed in entry.facts.items()
         if isinstance(changed, dict)
         for fact, value in changed.items()
     ]
-    made_with = f"encoder {one.encoder}" if one.encoder else "no pictures"
-    words = "words " + (", ".join(one.material.words) or "none")
-    return "; ".join([f"like {one.like}", made_with, words, *facts])
+    made_with = f"encoder {entry.encoder}" if entry.encoder else "no pictures"
+    words = "words " + (", ".join(entry.material.words) or "none")
+    return "; ".join([f"like {entry.like}", made_with, words, *facts])
 
 
 def _say_enrolled(enrolled: Enrolled, checked: LeaveOneOut, found: int) -> None:

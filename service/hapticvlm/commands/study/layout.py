@@ -90,7 +90,7 @@ def _difference(begun: Design, made: Design) -> str:
         *((name, begun, made) for name in ("stimuli", "participants", "repeats", "renderings")),
         *((name, begun, made) for name in ("order", "seed")),
     ]
-    found = [name for name, one, other in parts if getattr(one, name) != getattr(other, name)]
+    found = [name for name, first, second in parts if getattr(first, name) != getattr(second, name)]
     return ", ".join(found) or "trials"
 
 

@@ -223,8 +223,8 @@ def _search(options: argparse.Namespace) -> None:
         print(json.dumps({"what": WHAT, "nearest_two_steps": nearest, "vibrations": rows}))
         return
     print(f"{WHAT}; nearest two: {nearest:.1f} Weber steps, each level up to 6 dB off")
-    for one in chosen:
+    for stimulus in chosen:
         print(
-            f"  {one.vibration:<16} {one.speed_mps:>5g} m/s {one.force_n:>4g} N, "
-            f"{one.repeats} in {one.seconds:g} s"
+            f"  {stimulus.vibration:<16} {stimulus.speed_mps:>5g} m/s {stimulus.force_n:>4g} N, "
+            f"{stimulus.repeats} in {stimulus.seconds:g} s"
         )

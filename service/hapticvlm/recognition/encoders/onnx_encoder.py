@@ -60,7 +60,7 @@ class OnnxEncoder:
         # Singly: int8 takes one activation scale for all of a batch, so an answer would hang on
         # what else is asked; and on one core a batch saves nothing.
         singles = (pixels[row : row + 1] for row in range(len(pixels)))
-        return np.concatenate([self.session.run([OUTPUT], {INPUT: one})[0] for one in singles])
+        return np.concatenate([self.session.run([OUTPUT], {INPUT: crop})[0] for crop in singles])
 
 
 def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:

@@ -33,9 +33,9 @@ class LeaveOneOut:
         said = [guess for truth, guess in self._pairs() if truth == material]
         return said.count(material), len(said)
 
-    def taken(self, one: str, other: str) -> int:
+    def taken(self, material: str, other: str) -> int:
         """How many pictures of one material were taken for the other."""
-        return self._pairs().count((one, other))
+        return self._pairs().count((material, other))
 
     def _pairs(self) -> list[tuple[str, str]]:
         pairs = zip(self.truth, self.guess, strict=True)
@@ -78,30 +78,30 @@ def find_confusable_pairs(enrolled: Enrolled, checked: LeaveOneOut) -> list[Conf
     found = []
     guessed = {guess for guess in checked.guess if guess not in (None, UNKNOWN)}
     shown = enrolled.materials
-    for one, other in combinations((*shown, *sorted(guessed - set(shown))), 2):
-        confused = checked.taken(one, other) + checked.taken(other, one)
-        count = checked.counts(one)[1] + checked.counts(other)[1]
+    for material, other in combinations((*shown, *sorted(guessed - set(shown))), 2):
+        confused = checked.taken(material, other) + checked.taken(other, material)
+        count = checked.counts(material)[1] + checked.counts(other)[1]
         mixed = count > 0 and confused / count >= CONFUSED
-        if mixed or (other in shown and _is_nearer(enrolled, one, other)):
-            found.append(ConfusablePair(one, other, confused, count))
+        if mixed or (other in shown and _is_nearer(enrolled, material, other)):
+            found.append(ConfusablePair(material, other, confused, count))
     return found
 
 
-def _is_nearer(enrolled: Enrolled, one: str, other: str) -> bool:
+def _is_nearer(enrolled: Enrolled, material: str, other: str) -> bool:
     """Whether on average the nearest reference is nearer across two materials than within them."""
-    across = _likeness(enrolled, one, other) + _likeness(enrolled, other, one)
-    return across >= _likeness(enrolled, one, one) + _likeness(enrolled, other, other)
+    across = _likeness(enrolled, material, other) + _likeness(enrolled, other, material)
+    return across >= _likeness(enrolled, material, material) + _likeness(enrolled, other, other)
 
 
-def _likeness(enrolled: Enrolled, one: str, other: str) -> float:
+def _likeness(enrolled: Enrolled, material: str, other: str) -> float:
     """Mean similarity of a material's pictures to the nearest reference of the other's pictures.
 
     Within a material with one picture: to that picture's own variations.
     """
     shown = np.array([picture.material for picture in enrolled.pictures])
-    is_lone = one == other and (shown == one).sum() == 1
+    is_lone = material == other and (shown == material).sum() == 1
     nearest, firsts = [], enrolled.firsts
-    for place in np.flatnonzero(shown == one):
+    for place in np.flatnonzero(shown == material):
         first = firsts[place]
         eligible = shown[enrolled.places] == other
         eligible &= enrolled.places != place if not is_lone else np.ones(len(eligible), np.bool_)

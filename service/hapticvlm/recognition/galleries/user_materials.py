@@ -57,7 +57,7 @@ class UserMaterial:
 
 def table_with(own: Sequence[UserMaterial]) -> Mapping[str, Material]:
     """Return the built-in table with these materials after it."""
-    return {**MATERIALS, **{one.material.name: one.material for one in own}}
+    return {**MATERIALS, **{item.material.name: item.material for item in own}}
 
 
 def read_folder(folder: Path | None) -> tuple[UserMaterial, ...]:
@@ -172,7 +172,7 @@ def _text(own: UserMaterial) -> str:
 def _value(value: object) -> str:
     """Write a number, a string, a list or a map of them as TOML."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {_value(one)}" for key, one in value.items()) + " }"
+        return "{ " + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + " }"
     if isinstance(value, list):
-        return "[" + ", ".join(_value(one) for one in value) + "]"
+        return "[" + ", ".join(_value(item) for item in value) + "]"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -69,7 +69,9 @@ class Chat:
     def _wholes(
         self, asked: Asked, images: Sequence[Any]
     ) -> tuple[list[list[int]], Mapping[str, Any]]:
-        texts = [self._render(asked.instruction, one, len(images)) for one in asked.questions]
+        texts = [
+            self._render(asked.instruction, question, len(images)) for question in asked.questions
+        ]
         if self.processor is None:
             return self._by_grid(texts, images)
         return self._by_processor(texts, images)

@@ -78,7 +78,7 @@ def model_names(answer: Json) -> list[str]:
     listed = answer.get("data")
     if not isinstance(listed, list):
         return []
-    names = [one.get("id") for one in listed if isinstance(one, dict)]
+    names = [model.get("id") for model in listed if isinstance(model, dict)]
     return [name for name in names if isinstance(name, str)]
 
 
@@ -111,11 +111,11 @@ SAID_BELIEF = 0.6
 def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | None:
     """Read a temperature off the log-probabilities, one choice a wording; None without them."""
     replies = [_reply(choice, fit_number) for choice in choices]
-    known = [one for one in replies if one is not None]
+    known = [reply for reply in replies if reply is not None]
     if len(known) < len(replies):
         return None
-    value = spread([one.seen for one in known])
-    ends = spread([one.seen + one.unseen for one in known])
+    value = spread([reply.seen for reply in known])
+    ends = spread([reply.seen + reply.unseen for reply in known])
     low_c, high_c = min(ends.low_c, value.value_c), max(ends.high_c, value.value_c)
     deviation = value.prompt_sd_c
     return Reading(value.value_c, low_c, high_c, deviation, "logprobs", seconds, value.share)
@@ -127,8 +127,8 @@ def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
     The interval holds those of all wordings.
     """
     stated = [read_celsius(text_of(choice)) for choice in choices]
-    lows, highs = zip(*(interval(one) for one in stated), strict=True)
-    values = [one.value_c for one in stated]
+    lows, highs = zip(*(interval(reading) for reading in stated), strict=True)
+    values = [reading.value_c for reading in stated]
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     return Reading(float(np.mean(values)), min(lows), max(highs), deviation, "text", seconds)
 

@@ -88,11 +88,11 @@ class _Found:
 def read_celsius(text: str) -> Stated:
     """Read the one temperature that a text states. Raises VlmError where there is none."""
     found = _quantities(_in_digits(text))
-    united = [one for one in found if one.unit in ("c", "f")]
-    celsius = [one for one in united if one.unit == "c"]
-    degrees = [one for one in found if one.unit == "degrees"]
-    telling = celsius or united or degrees or (found if _is_bare(text) else [])
-    stated = {_in_celsius(one) for one in telling if one.unit != "k"}
+    united = [quantity for quantity in found if quantity.unit in ("c", "f")]
+    celsius = [quantity for quantity in united if quantity.unit == "c"]
+    degrees = [quantity for quantity in found if quantity.unit == "degrees"]
+    chosen = celsius or united or degrees or (found if _is_bare(text) else [])
+    stated = {_in_celsius(quantity) for quantity in chosen if quantity.unit != "k"}
     if len(stated) != 1:
         raise _nonsense(text, "several temperatures" if stated else "no temperature")
     low, high = stated.pop()
@@ -144,10 +144,10 @@ def _value(number: str) -> float:
     return float(number.replace(",", "."))
 
 
-def _in_celsius(one: _Found) -> tuple[float, float]:
-    if one.unit != "f":
-        return one.low, one.high
-    return round((one.low - 32.0) / 1.8, 1), round((one.high - 32.0) / 1.8, 1)
+def _in_celsius(quantity: _Found) -> tuple[float, float]:
+    if quantity.unit != "f":
+        return quantity.low, quantity.high
+    return round((quantity.low - 32.0) / 1.8, 1), round((quantity.high - 32.0) / 1.8, 1)
 
 
 def _nonsense(text: str, what: str) -> VlmError:

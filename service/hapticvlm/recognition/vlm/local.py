@@ -61,7 +61,7 @@ class LocalVlm:
             return self._written(picture, start)
         asked = prompts.about_ambient(self.settings.wordings)
         log_probs = self.network.readout(self.chat.prompt(asked, [picture]), self.numbers)
-        found = spread([beliefs(self.numbers, one) for one in log_probs])
+        found = spread([beliefs(self.numbers, row) for row in log_probs])
         return Reading(
             value_c=found.value_c,
             low_c=found.low_c,

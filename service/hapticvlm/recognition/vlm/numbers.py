@@ -122,11 +122,11 @@ def spread(wordings: Sequence[Beliefs]) -> Spread:
 
     Each wording counts the same, whatever its share. Raises VlmError where no number is believed.
     """
-    shares = [float(one.sum()) for one in wordings]
+    shares = [float(wording.sum()) for wording in wordings]
     if not min(shares, default=0.0) >= LEAST_SHARE:
         raise VlmError("the model's answer begins with no number: is it an instruct model?")
-    normal = [one / share for one, share in zip(wordings, shares, strict=True)]
-    means = [float(one @ CANDIDATES_C) for one in normal]
+    normal = [wording / share for wording, share in zip(wordings, shares, strict=True)]
+    means = [float(wording @ CANDIDATES_C) for wording in normal]
     mixed: Beliefs = np.mean(normal, axis=0)
     tail, value_c = (1.0 - COVERAGE) / 2, float(np.mean(means))
     return Spread(

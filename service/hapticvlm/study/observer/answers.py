@@ -132,7 +132,7 @@ def _one_way(moved: _Floats, fixed: _Floats) -> _Floats:
 
 def _felt(row: Sequence[Stimulus]) -> list[tuple[Stimulus, _Floats]]:
     """Levels of those candidates that are felt well; of all where none is."""
-    found = [(one, _levels(one)) for one in row]
+    found = [(stimulus, _levels(stimulus)) for stimulus in row]
     return [pair for pair in found if pair[1].max() >= FELT_DB] or found
 
 

@@ -227,6 +227,6 @@ def guess(rng: np.random.Generator) -> tuple[Stimulus, ...]:
     ten = patterns.hot_and_cold(strokes)
     setpoints = {"hot": hot_c, "cold": cold_c}
     return checked(
-        dataclasses.replace(one, setpoint_c=setpoints[one.temperature], lead_s=lead_s)
-        for one in ten
+        dataclasses.replace(stimulus, setpoint_c=setpoints[stimulus.temperature], lead_s=lead_s)
+        for stimulus in ten
     )
