@@ -252,7 +252,7 @@ def test_the_bench_cools_for_a_touch_and_rests_the_plate_at_the_end():
     while not plate.setpoints or plate.setpoints[-1] > 31.5:
         assert len(plate.setpoints) < 3000
         time.sleep(0.01)
-    bench.let_go()
+    bench.release()
     bench.close()
 
     assert plate.rested

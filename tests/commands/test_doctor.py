@@ -138,7 +138,7 @@ def test_a_certificate_is_told_with_names_and_days(tmp_path):
 def test_a_plate_that_answers_is_named_and_never_told_a_setpoint():
     cable = Cable()
     plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
-    found = devices.greeted("cable", plate, is_asked=True)
+    found = devices.check_plate("cable", plate, is_asked=True)
     assert found.verdict == "ok"
     assert "answers" in found.said
     kinds = {type(message) for message in cable.sent}
@@ -151,7 +151,7 @@ def test_a_plate_that_is_silent_is_wrong_only_if_it_was_asked_for():
         cable = Cable()
         cable.is_mute = True
         plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
-        found = devices.greeted("cable", plate, is_asked)
+        found = devices.check_plate("cable", plate, is_asked)
         assert found.verdict == verdict
         assert "nothing understandable" in found.said
 

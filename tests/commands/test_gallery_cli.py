@@ -418,7 +418,7 @@ def test_left_out_in_turn_a_picture_is_not_compared_with_itself() -> None:
     checked = leave_one_out(enrolled)
     assert checked.guess == ("glass", "glass", "wood", "glass")
     assert (checked.counts("wood"), checked.counts("glass")) == ((0, 2), (1, 2))
-    assert checked.taken("wood", "glass") == 2
+    assert checked.mistaken("wood", "glass") == 2
     (pair,) = find_confusable_pairs(enrolled, checked)
     assert (pair.confused, pair.checked) == (3, 4)
 

@@ -48,7 +48,7 @@ def tried(asked: RemoteRecogniser, *, until_used: bool = True) -> RemoteRecognis
 
 @pytest.mark.parametrize("format", ["rgba8", "jpeg"])
 def test_what_is_answered_there_is_what_would_be_answered_here(shared: Shared, format: str) -> None:
-    found = tried(remote(shared, format=format)).look(crop(1))
+    found = tried(remote(shared, format=format)).recognise(crop(1))
     assert found is not None
     embedding = shared.encoder.embed([crop(1)])[0]
     here = shared.galleries["shipped"].gallery.match(embedding)
@@ -62,7 +62,7 @@ def test_what_is_answered_there_is_what_would_be_answered_here(shared: Shared, f
 def test_before_it_has_answered_once_every_look_is_local_at_once(shared: Shared) -> None:
     asked = remote(shared)
     started = time.monotonic()
-    assert asked.look(crop()) is None
+    assert asked.recognise(crop()) is None
     assert time.monotonic() - started < NOTHING_S
     assert (asked.state.is_used, asked.state.local) == (False, 1)
 
@@ -75,37 +75,37 @@ def test_a_fault_costs_one_look_its_share_and_the_next_ones_nothing(
     shared.fault = fault
     try:
         started = time.monotonic()
-        assert asked.look(crop()) is None
+        assert asked.recognise(crop()) is None
         assert time.monotonic() - started < 0.75 * DEADLINE_S + SLACK_S
         for _ in range(5):
             started = time.monotonic()
             asked.probe()
-            assert asked.look(crop()) is None
+            assert asked.recognise(crop()) is None
             assert time.monotonic() - started < NOTHING_S
         assert asked.state.reason
         assert (asked.state.is_used, asked.state.local) == (False, 6)
     finally:
         shared.fault = None
-    assert tried(asked).look(crop()) is not None
+    assert tried(asked).recognise(crop()) is not None
 
 
 def test_a_recogniser_that_is_gone_is_found_again_when_it_is_back() -> None:
     with shared_recogniser() as served:
         asked = tried(remote(served))
-        assert asked.look(crop()) is not None
+        assert asked.recognise(crop()) is not None
         port = served.server_port
-    assert asked.look(crop()) is None
+    assert asked.recognise(crop()) is None
     assert str(port) in asked.state.reason
     with shared_recogniser(port):
-        assert tried(asked).look(crop()) is not None
+        assert tried(asked).recognise(crop()) is not None
 
 
 def test_only_the_identity_that_was_demanded_is_asked(shared: Shared) -> None:
     wanted = shared.galleries["shipped"].identity.hash
-    assert tried(remote(shared, hash=wanted)).look(crop()) is not None
+    assert tried(remote(shared, hash=wanted)).recognise(crop()) is not None
     before = len(shared.asked)
     other = tried(remote(shared, hash="0" * 16), until_used=False)
-    assert other.look(crop()) is None
+    assert other.recognise(crop()) is None
     assert wanted in other.state.reason
     assert len(shared.asked) == before, "no crop goes to a recogniser that is another"
 
@@ -120,7 +120,7 @@ def test_materials_that_the_service_does_not_know_are_not_asked_for(shared: Shar
 def test_a_token_is_sent_and_never_said(shared: Shared) -> None:
     shared.token = "sesame-open-now"
     try:
-        assert tried(remote(shared, token="sesame-open-now")).look(crop()) is not None
+        assert tried(remote(shared, token="sesame-open-now")).recognise(crop()) is not None
         refused = tried(remote(shared, token="wrong-and-secret"), until_used=False)
         assert "401" in refused.state.reason
         assert "wrong-and-secret" not in repr(refused.state)

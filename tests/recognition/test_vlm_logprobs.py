@@ -9,7 +9,7 @@ import pytest
 
 from hapticvlm.recognition.vlm.endpoint import EndpointError
 from hapticvlm.recognition.vlm.logprobs import (
-    Told,
+    CandidateMass,
     fit_number,
     fit_word,
     follow,
@@ -37,7 +37,7 @@ def choice(*places: tuple[str, Mapping[str, float]]) -> dict[str, Any]:
     }
 
 
-def told(*places: tuple[str, Mapping[str, float]], is_whole: bool = True) -> Told:
+def told(*places: tuple[str, Mapping[str, float]], is_whole: bool = True) -> CandidateMass:
     return follow(read_places(choice(*places)), fit_number, is_whole=is_whole)
 
 

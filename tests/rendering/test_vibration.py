@@ -13,7 +13,7 @@ from hapticvlm.materials import MATERIALS, Vibration
 from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.impacts import hardness
 from hapticvlm.rendering.textures import catching
-from hapticvlm.rendering.transposition import GLASS_HZ, GLASS_LOWEST_HZ, felt_hz, transpose
+from hapticvlm.rendering.transposition import GLASS_HZ, GLASS_LOWEST_HZ, rendered_hz, transpose
 from hapticvlm.rendering.vibration import (
     IMPACTS,
     RATE_HZ,
@@ -208,11 +208,11 @@ def test_glass_rings_as_real_glass_moved_into_the_band() -> None:
 
 
 def test_a_frequency_below_the_best_is_left_alone_and_above_it_keeps_its_order() -> None:
-    assert [felt_hz(hz) for hz in (0.0, 20.0, 250.0)] == [0.0, 20.0, 250.0]
-    moved = [felt_hz(hz) for hz in (250.0, 300.0, 400.0, 800.0, 1600.0)]
+    assert [rendered_hz(hz) for hz in (0.0, 20.0, 250.0)] == [0.0, 20.0, 250.0]
+    moved = [rendered_hz(hz) for hz in (250.0, 300.0, 400.0, 800.0, 1600.0)]
     assert moved == sorted(moved)
     assert len(set(moved)) == len(moved)
-    assert felt_hz(1e9) <= 360.0
+    assert rendered_hz(1e9) <= 360.0
 
 
 def test_the_loudest_impact_uses_the_range_it_has() -> None:
@@ -241,7 +241,7 @@ def test_each_material_rubs_at_its_own_pitch() -> None:
     for name in FOUR:
         vibration = MATERIALS[name].vibration
         wave = rub(vibration, "slide", Motion(0.2, 0.0), 4.0)
-        assert centroid_hz(wave) == pytest.approx(felt_hz(0.2 / vibration.pitch_m), rel=0.1)
+        assert centroid_hz(wave) == pytest.approx(rendered_hz(0.2 / vibration.pitch_m), rel=0.1)
 
 
 def test_the_pitch_of_rubbing_stops_at_its_limits() -> None:

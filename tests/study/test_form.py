@@ -150,17 +150,17 @@ def test_a_participant_goes_from_consent_by_questions_and_ratings_to_the_end(for
     stages = [sitting.stage]
     told = ({"event": "agreed", "language": "de"}, {"event": "told", "when": "begin"})
     for event in (*told, {"event": "trained"}):
-        sitting.take(event)
+        sitting.apply(event)
         stages.append(sitting.stage)
     for trial, name in enumerate(made.trials["ann"]):
         head = {"trial": trial, "pattern": name}
-        sitting.take({"event": "answered", **head, "answered": name, "t_s": 10.0 * trial})
+        sitting.apply({"event": "answered", **head, "answered": name, "t_s": 10.0 * trial})
         assert sitting.to_rate == trial
         assert not sitting.is_done
-        sitting.take({"event": "rated", **head})
+        sitting.apply({"event": "rated", **head})
     stages.append(sitting.stage)
     assert (sitting.questions, sitting.language, sitting.seconds_left) == ("end", "de", 0.0)
-    sitting.take({"event": "told", "when": "end"})
+    sitting.apply({"event": "told", "when": "end"})
     stages.append(sitting.stage)
     assert stages == ["consent", "questions", "training", "ready", "questions", "done"]
 
@@ -169,9 +169,9 @@ def test_the_time_left_is_the_pace_of_this_run_times_what_is_left() -> None:
     made = designs.design(ours(), ["ann"], Plan(repeats=1))
     sitting = Sitting(made, "ann")
     for t_s in (3.0, 15.0, 27.0, 900.0, 912.0):  # with a long pause
-        sitting.take({"event": "answered", "pattern": "x", "answered": "x", "t_s": t_s})
+        sitting.apply({"event": "answered", "pattern": "x", "answered": "x", "t_s": t_s})
     assert sitting.seconds_left == 12.0 * 5
-    sitting.take({"event": "opened"})
+    sitting.apply({"event": "opened"})
     assert sitting.seconds_left is None
 
 

@@ -144,12 +144,12 @@ def test_a_trial_counts_once_answered_and_is_presented_again_otherwise(
 ) -> None:
     sitting = Sitting(design, "ann")
     head = {"trial": 0, "pattern": design.trials["ann"][0]}
-    sitting.take({"event": "presented", **head})
-    sitting.take({"event": "spoiled", **head})
+    sitting.apply({"event": "presented", **head})
+    sitting.apply({"event": "spoiled", **head})
     assert sitting.next_trial == design.trials["ann"][0]
-    sitting.take({"event": "presented", **head})
+    sitting.apply({"event": "presented", **head})
     assert sitting.attempts == 2
-    sitting.take({"event": "answered", "answered": head["pattern"], **head})
+    sitting.apply({"event": "answered", "answered": head["pattern"], **head})
     assert (sitting.answered, sitting.correct, sitting.attempts) == (1, 1, 0)
     assert sitting.next_trial == design.trials["ann"][1]
 
@@ -161,7 +161,7 @@ def test_training_asks_for_the_pattern_felt_least_until_all_were_felt_enough(
     felt = []
     while (name := sitting.next_to_feel) is not None:
         felt.append(name)
-        sitting.take({"event": "felt", "pattern": name})
+        sitting.apply({"event": "felt", "pattern": name})
     assert Counter(felt) == dict.fromkeys(NAMES, 3)
     assert felt[:10] == NAMES
 

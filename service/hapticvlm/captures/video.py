@@ -104,10 +104,10 @@ def _time(video: cv2.VideoCapture, number: int, rate: float, before_s: float) ->
     """
     import cv2
 
-    told_s = round(video.get(cv2.CAP_PROP_POS_MSEC) / 1000.0, 6)
-    if number and told_s <= before_s:
+    reported_s = round(video.get(cv2.CAP_PROP_POS_MSEC) / 1000.0, 6)
+    if number and reported_s <= before_s:
         return before_s + 1.0 / rate
-    return max(0.0, told_s)
+    return max(0.0, reported_s)
 
 
 def _seen(picture: Picture, view: View, path: Path) -> Picture:

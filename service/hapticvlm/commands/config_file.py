@@ -141,7 +141,7 @@ def _read(option: Option, file: Path) -> float:
     value: float = option.details.read(str(file))
     low, high = option.details.range
     if not low <= value <= high:
-        raise argparse.ArgumentTypeError(f"{option.name}: {file} says {value:g}: {option.takes}")
+        raise argparse.ArgumentTypeError(f"{option.name}: {file} says {value:g}: {option.accepted}")
     return value
 
 
@@ -153,7 +153,7 @@ def _explain(reason: str) -> str:
     if unknown is not None:
         return _explain_unknown(unknown[1], where)
     option = _BY_NAME.get(where.rpartition(".")[2])
-    cure = f"a table, as in [{where}]" if option is None else option.takes
+    cure = f"a table, as in [{where}]" if option is None else option.accepted
     return f"{where}: {text[0].lower()}{text[1:]}; give {cure}"
 
 

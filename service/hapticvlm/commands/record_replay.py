@@ -101,7 +101,7 @@ def _replay(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(_fields(outcome)))
     else:
-        _say(outcome, recognised=options.recognise)
+        _print(outcome, recognised=options.recognise)
     return 0 if outcome.is_same or options.recognise else 1
 
 
@@ -135,7 +135,7 @@ def _recogniser(options: argparse.Namespace) -> FrameRecogniser:
     return FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
 
 
-def _say(outcome: Replayed, *, recognised: bool) -> None:
+def _print(outcome: Replayed, *, recognised: bool) -> None:
     counts = ", ".join(f"{count} {name}" for name, count in sorted(outcome.counts.items()))
     print(f"{outcome.lines} lines: {counts}")
     if outcome.missing:

@@ -172,9 +172,9 @@ class _Player:
         self._folder = folder
         self._recogniser = recogniser
         self._hold = Hold()
-        self._heard: list[Line] = []
+        self._written: list[Line] = []
         self._session = RecordedSession(
-            write_line=lambda line, _: self._heard.append(line),
+            write_line=lambda line, _: self._written.append(line),
             owner=head["owner"],
             hold=self._hold,
             reading=msgspec.convert(head["reading"], PlateReading),
@@ -204,11 +204,11 @@ class _Player:
         self._now = line.get("now", self._now)
         self.outcome.counts[line["in"]] += 1
         play = getattr(self, f"_play_{line['in']}")
-        self._take(play(line))
+        self._apply(play(line))
 
-    def _take(self, actions: list[Action]) -> None:
-        outs = [line["out"] for line in self._heard if "out" in line]
-        self._heard.clear()
+    def _apply(self, actions: list[Action]) -> None:
+        outs = [line["out"] for line in self._written if "out" in line]
+        self._written.clear()
         self._outputs = outs[0] if outs else []
         for action in actions:
             match action:
@@ -246,20 +246,20 @@ class _Player:
             return []
 
     def _play_look(self, line: Line) -> list[Action]:
-        look = self._recognitions.pop(line["number"])
+        request = self._recognitions.pop(line["number"])
         evidence = None
         if line["evidence"] is not None:
             evidence = msgspec.convert(line["evidence"], Evidence)
         if self._recogniser is not None and evidence is not None:
-            evidence = self._look_again(look, evidence)
-        return self._session.recognised(look, evidence, line["stages_ms"], line["now"])
+            evidence = self._recognise_anew(request, evidence)
+        return self._session.recognised(request, evidence, line["stages_ms"], line["now"])
 
     def _play_sight(self, line: Line) -> list[Action]:
-        look, seen = self._recognitions.pop(line["number"]), line["sight"]
-        sight = None
+        request, seen = self._recognitions.pop(line["number"]), line["sight"]
+        view = None
         if seen is not None:
-            sight = SceneView(np.array(seen["embedding"], np.float32), seen["brightness"])
-        return self._session.scene_view_received(look, sight, line["now"])
+            view = SceneView(np.array(seen["embedding"], np.float32), seen["brightness"])
+        return self._session.scene_view_received(request, view, line["now"])
 
     def _play_answer(self, line: Line) -> list[Action]:
         ask, kinds = self._asks.pop(line["number"]), {"reading": Reading, "evidence": Evidence}
@@ -301,14 +301,14 @@ class _Player:
         self._blanks.add(blank)
         return blank
 
-    def _look_again(self, look: RecogniseFrame, before: Evidence) -> Evidence:
+    def _recognise_anew(self, request: RecogniseFrame, before: Evidence) -> Evidence:
         assert self._recogniser is not None
-        if look.frame.image in self._blanks:
+        if request.frame.image in self._blanks:
             self.outcome.counts["picture not kept"] += 1
             return before
-        frame: Frame = msgspec.structs.replace(look.frame, id=1)
+        frame: Frame = msgspec.structs.replace(request.frame, id=1)
         seen = self._recogniser.recognise(
-            msgspec.msgpack.encode(frame), str(look.key), 0.0, anew=True
+            msgspec.msgpack.encode(frame), str(request.key), 0.0, anew=True
         )
         if seen.evidence is None:
             raise SessionLogError(

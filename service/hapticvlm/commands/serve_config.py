@@ -373,17 +373,17 @@ class Option:
         return get_args(self.kind) if get_origin(self.kind) is Literal else ()
 
     @property
-    def takes(self) -> str:
+    def accepted(self) -> str:
         """What value it wants, for people."""
         if self.details.range is not None:
             low, high = self.details.range
             return f"a {'whole ' if self.kind is int else ''}number, {low:g}..{high:g}"
         if self.choices:
             return f"one of {', '.join(self.choices)}"
-        return _TAKES.get(self.kind, "a text in quotes")
+        return _ACCEPTED.get(self.kind, "a text in quotes")
 
 
-_TAKES = {bool: "true or false", tuple[str, ...]: 'a list of texts, as in ["..."]'}
+_ACCEPTED = {bool: "true or false", tuple[str, ...]: 'a list of texts, as in ["..."]'}
 
 
 def _options() -> tuple[Option, ...]:

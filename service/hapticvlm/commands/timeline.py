@@ -101,7 +101,7 @@ def read(folder: Path, table: Mapping[str, Material], voices: Voices) -> Timelin
     """Read a session as `record` made it. Raises SessionLogError."""
     gathered = _Gathered(folder)
     for line in read_session_log(folder):
-        gathered.take(line)
+        gathered.add(line)
     if gathered.started is None:
         raise SessionLogError(f"{folder}: nothing was sent in this session")
     return gathered.timeline(replay(folder, table), voices)
@@ -121,7 +121,7 @@ class _Gathered:
     plate: list[PlatePoint] = field(default_factory=list)
     open: dict[str, tuple[str | None, float]] = field(default_factory=dict)
 
-    def take(self, line: Mapping[str, Any]) -> None:
+    def add(self, line: Mapping[str, Any]) -> None:
         now = line.get("now")
         if now is not None:
             if self.started is None and line["in"] == "message":

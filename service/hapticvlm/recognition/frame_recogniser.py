@@ -150,7 +150,7 @@ class FrameRecogniser:
         identity = remote.identity
         if identity is not None and identity.side != self._encoder.side:
             crop = pictures.crop(frame, identity.side)
-        found = remote.look(crop)
+        found = remote.recognise(crop)
         if found is None:
             self._answered_by = ""
         return found

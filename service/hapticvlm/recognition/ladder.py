@@ -83,21 +83,21 @@ def restrict(item: Evidence, among: Collection[str] | None) -> Evidence:
 
 def is_sure(evidence: Sequence[Evidence]) -> bool:
     """Whether climbing can stop: the scene spoke, a rung is sure, or all together are."""
-    spoken = _statement(_telling(evidence))
-    return spoken is not None or max(pool(evidence).values()) >= SURE
+    statement = _statement(_informative(evidence))
+    return statement is not None or max(pool(evidence).values()) >= SURE
 
 
 def decide(evidence: Sequence[Evidence]) -> Verdict:
     """Judge what was gathered so far; unknown when nothing is believed enough."""
-    telling = _telling(evidence)
-    if not telling:
+    informative = _informative(evidence)
+    if not informative:
         return Verdict(materials.UNKNOWN, 0.0, None, "unknown", tuple(evidence))
     posterior = pool(evidence)
     best, second = sorted(posterior, key=lambda name: -posterior[name])[:2]
-    spoken, confidence = _statement(telling), posterior[best]
-    if spoken is None and confidence < KNOWN:
+    statement, confidence = _statement(informative), posterior[best]
+    if statement is None and confidence < KNOWN:
         return Verdict(materials.UNKNOWN, confidence, best, "unknown", tuple(evidence))
-    source = spoken.rung if spoken is not None else _heaviest(telling, best)
+    source = statement.rung if statement is not None else _heaviest(informative, best)
     runner_up = second if posterior[second] > FLOOR else None
     return Verdict(best, confidence, runner_up, source, tuple(evidence))
 
@@ -132,39 +132,43 @@ def fuse(views: Sequence[Evidence]) -> Evidence:
 
 def pool(evidence: Sequence[Evidence]) -> dict[str, float]:
     """Belief in every class after all evidence: the posterior; what it lacks to 1 is unknown."""
-    telling = _telling(evidence)
-    spoken = _statement(telling)
-    if spoken is None:
-        return _product(telling)
-    if spoken.rung == "scene":
-        telling = [spoken]
-    return _speak(_product(telling), spoken.material or "", telling)
+    informative = _informative(evidence)
+    statement = _statement(informative)
+    if statement is None:
+        return _product(informative)
+    if statement.rung == "scene":
+        informative = [statement]
+    return _with_statement(_product(informative), statement.material or "", informative)
 
 
 def beliefs(evidence: Sequence[Evidence]) -> dict[str, float]:
     """Return `pool`, or nothing where no rung believes anything."""
-    return pool(evidence) if _telling(evidence) else {}
+    return pool(evidence) if _informative(evidence) else {}
 
 
-def _telling(evidence: Sequence[Evidence]) -> list[Evidence]:
+def _informative(evidence: Sequence[Evidence]) -> list[Evidence]:
     """Keep the rungs that believe anything, in one order: sums and ties must not hang on theirs."""
     found = [item for item in evidence if any(belief > 0.0 for _, belief in item.beliefs)]
     return sorted(found, key=lambda item: (_ORDER.index(item.rung), item.beliefs))
 
 
-def _statement(telling: Sequence[Evidence]) -> Evidence | None:
+def _statement(informative: Sequence[Evidence]) -> Evidence | None:
     """Find the scene's word, else the first rung in order of cost that is sure by itself."""
-    for item in telling:
+    for item in informative:
         if item.rung == "scene" or item.confidence >= SURE:
             return item
     return None
 
 
-def _product(telling: Sequence[Evidence]) -> dict[str, float]:
-    classes = _classes(telling)
+def _product(informative: Sequence[Evidence]) -> dict[str, float]:
+    classes = _classes(informative)
     logs, nobody_knows = dict.fromkeys(classes, 0.0), 0.0
-    for item in telling:
-        weight, beliefs, share = _weight(item, telling), dict(item.beliefs), _share(item, classes)
+    for item in informative:
+        weight, beliefs, share = (
+            _weight(item, informative),
+            dict(item.beliefs),
+            _share(item, classes),
+        )
         nobody_knows += weight * math.log(max(share, sys.float_info.min))
         for name in classes:
             logs[name] += weight * math.log(max(beliefs.get(name, 0.0) + share, FLOOR))
@@ -174,24 +178,24 @@ def _product(telling: Sequence[Evidence]) -> dict[str, float]:
     return {name: max(0.0, power - rest) / total for name, power in powers.items()}
 
 
-def _speak(
-    posterior: Mapping[str, float], material: str, telling: Sequence[Evidence]
+def _with_statement(
+    posterior: Mapping[str, float], material: str, informative: Sequence[Evidence]
 ) -> dict[str, float]:
     """Believe what a sure rung says at least as much as any rung that says it, others in scale."""
-    said = [item.confidence for item in telling if item.material == material]
-    belief = min(1.0, max(posterior[material], *said))
+    confidences = [item.confidence for item in informative if item.material == material]
+    belief = min(1.0, max(posterior[material], *confidences))
     others = sum(posterior.values()) - posterior[material]
     scale = min(1.0, (1.0 - belief) / others) if others > 0.0 else 0.0
     return {name: belief if name == material else p * scale for name, p in posterior.items()}
 
 
-def _weight(item: Evidence, telling: Sequence[Evidence]) -> float:
+def _weight(item: Evidence, informative: Sequence[Evidence]) -> float:
     if item.rung == "unknown":
         return 0.0
     if item.rung != "shader":
         return 1.0
     named = [
-        sum(belief for _, belief in other.beliefs) for other in telling if other.rung == "name"
+        sum(belief for _, belief in other.beliefs) for other in informative if other.rung == "name"
     ]
     return 1.0 - SHARED_HINTS * min(1.0, max(named, default=0.0))
 
@@ -204,18 +208,18 @@ def _share(item: Evidence, classes: Sequence[str]) -> float:
     return max(0.0, 1.0 - sum(belief for _, belief in item.beliefs)) / len(classes)
 
 
-def _classes(telling: Sequence[Evidence]) -> tuple[str, ...]:
+def _classes(informative: Sequence[Evidence]) -> tuple[str, ...]:
     """Every class of the table, and those a user's gallery or scene adds."""
-    named = [name for item in telling for name, _ in item.beliefs]
+    named = [name for item in informative for name, _ in item.beliefs]
     return tuple(dict.fromkeys((*materials.MATERIALS, *named)))
 
 
-def _heaviest(telling: Sequence[Evidence], material: str) -> Rung:
+def _heaviest(informative: Sequence[Evidence], material: str) -> Rung:
     """Find the rung that speaks most for the material, against knowing nothing."""
-    classes = _classes(telling)
+    classes = _classes(informative)
 
     def weight(item: Evidence) -> float:
         belief = dict(item.beliefs).get(material, 0.0) + _share(item, classes)
-        return _weight(item, telling) * math.log(max(belief, FLOOR) * len(classes))
+        return _weight(item, informative) * math.log(max(belief, FLOOR) * len(classes))
 
-    return max(telling, key=weight).rung
+    return max(informative, key=weight).rung

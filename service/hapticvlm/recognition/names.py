@@ -261,13 +261,13 @@ def _lexicon(stuff: tuple[Material, ...]) -> Lexicon:
             kind: Kind = "form" if word in forms else "word"
             items[word] = _Item(kind, {material.name: WORD_BELIEF})
     own = [m for m in stuff if m.words and m.name not in materials.MATERIALS]
-    said = _entries("word", {f"{m.name}:{WORD_BELIEF}": ",".join(m.words) for m in own}, ",")
+    user_words = _entries("word", {f"{m.name}:{WORD_BELIEF}": ",".join(m.words) for m in own}, ",")
     marks: tuple[Kind, ...] = ("part", "tail", "not", "fake", "look")
     for mark in marks:
         items |= {word: _Item(mark, {}) for word in table["grammar"][mark].split()}
     runs = _entries("word", table["stuffs"], ",") | _entries("phrase", table["phrases"], ",")
-    phrases = {tuple(run.split()): item for run, item in (runs | said).items()}
-    items |= {word: item for word, item in said.items() if " " not in word}
+    phrases = {tuple(run.split()): item for run, item in (runs | user_words).items()}
+    items |= {word: item for word, item in user_words.items() if " " not in word}
     vocabulary = frozenset(items) | {word for phrase in phrases for word in phrase}
     noise = frozenset(table["grammar"]["noise"].split())
     return Lexicon(items, phrases, noise, vocabulary | noise, max(map(len, phrases)))

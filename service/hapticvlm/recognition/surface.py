@@ -101,12 +101,12 @@ def named(facts: SurfaceFacts, ambient: Ambient) -> Surface | None:
     In hot air nothing hot is colder than the air, in cold air nothing cold is warmer.
     """
     name = facts.name or facts.object_id
-    said = temperature_words.from_name(name) if name else None
-    if said is None or (said.is_supposed_on and ambient.value_c > HEATED_ROOM_C):
+    found = temperature_words.from_name(name) if name else None
+    if found is None or (found.is_supposed_on and ambient.value_c > HEATED_ROOM_C):
         return None
-    heat = said.heat
+    heat = found.heat
     bound = max if heat.is_hot else min
-    why = f"`{said.thing}` {said.state}".rstrip() + f": {heat.source}"
+    why = f"`{found.thing}` {found.state}".rstrip() + f": {heat.source}"
     return _limited(
         Surface(
             bound(heat.value_c, ambient.value_c),
@@ -159,6 +159,6 @@ def _limited(found: Surface) -> Surface:
     )
     if (value, low, high) == (found.value_c, found.low_c, found.high_c):
         return found
-    said = f"{found.value_c:g} ({found.low_c:g} to {found.high_c:g}) degC"
-    why = f"{found.why}; {said} clamped to {LEAST_C:g}..{MOST_C:g}"
+    unclamped = f"{found.value_c:g} ({found.low_c:g} to {found.high_c:g}) degC"
+    why = f"{found.why}; {unclamped} clamped to {LEAST_C:g}..{MOST_C:g}"
     return replace(found, value_c=value, low_c=low, high_c=high, why=why)

@@ -59,7 +59,7 @@ def from_name(name: str) -> HotName | None:
     figures = temperature_table.THINGS[head.run]
     if _is_imitation(main, figures):
         return None
-    state = _agreed(_said(main, heads[-1]) | aside)
+    state = _agreed(_named_states(main, heads[-1]) | aside)
     heat = None if state is None else figures.get(state)
     return HotName(" ".join(head.run), state or "", heat) if heat else None
 
@@ -72,7 +72,7 @@ def _is_imitation(main: Sequence[_Token], figures: Mapping[State, Heat]) -> bool
     return bool(roles & {"fake", "not"}) or (is_ice and is_stuff)
 
 
-def _said(main: Sequence[_Token], head: int) -> frozenset[State]:
+def _named_states(main: Sequence[_Token], head: int) -> frozenset[State]:
     """States named after the thing, or before it with no unknown word between."""
     before = takewhile(lambda token: token.role != "other", reversed(main[:head]))
     return frozenset(token.state for token in (*before, *main[head + 1 :]) if token.state)

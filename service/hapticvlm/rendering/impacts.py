@@ -30,7 +30,7 @@ from scipy import signal
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering.equaliser import NOMINAL, Playback
 from hapticvlm.rendering.interactions import RATE_HZ, Motion
-from hapticvlm.rendering.perceived_level import felt
+from hapticvlm.rendering.perceived_level import perceived_amplitude
 
 BAND_END_HZ = 1050.0
 BAND_DB = -50.5  # of an event's energy may lie above; half a dB for what a seed varies
@@ -179,4 +179,4 @@ def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
 def _log_gains(vibration: Vibration, damping: float) -> _Floats:
     limits = leaves_band(vibration, damping)
     waves = (struck(vibration.modes, s, damping, RATE_HZ, limits=limits) for s in _LENGTHS_S)
-    return np.asarray(-np.log(np.array([felt(wave) for wave in waves])))
+    return np.asarray(-np.log(np.array([perceived_amplitude(wave) for wave in waves])))

@@ -58,14 +58,14 @@ class Limiter:
         size = np.abs(line[self.delay :])
         if float(size.max()) <= CEILING and not known.any():
             return
-        wanted = np.concatenate((known, self._let_go(size, float(known[-1]))))
+        wanted = np.concatenate((known, self._release(size, float(known[-1]))))
         self._reductions = wanted[-known.size :]
         if float(self._reductions.max()) < _NONE:
             self._reductions = np.zeros_like(known)
         highest = np.lib.stride_tricks.sliding_window_view(wanted, self.delay + 1).max(axis=1)
         part *= (1.0 - np.convolve(highest, self._window, "valid")).astype(np.float32)
 
-    def _let_go(self, size: _Floats, before: float) -> _Floats:
+    def _release(self, size: _Floats, before: float) -> _Floats:
         """Reduction that each sample of this size (N,) needs, or what is left of earlier ones."""
         needed = 1.0 - CEILING / np.maximum(size.astype(np.float64), CEILING)
         fallen = self._fall ** np.arange(1.0, size.size + 1.0)

@@ -94,6 +94,6 @@ def _within(wave: _Floats, gains: _Floats | NDArray[np.bool_]) -> _Floats:
 def _loop(wave: _Floats, samples: int, highest: float) -> Loop:
     power = np.abs(np.fft.rfft(wave)) ** 2
     cycles = np.arange(power.size) * (samples / wave.size)
-    heard = (power > 1e-9 * power.max()) & (cycles <= highest)
-    drive = drive_needed(cycles[heard], power[heard])
+    rendered = (power > 1e-9 * power.max()) & (cycles <= highest)
+    drive = drive_needed(cycles[rendered], power[rendered])
     return Loop(np.append(wave, wave[0]), samples, highest, drive)

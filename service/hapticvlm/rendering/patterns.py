@@ -20,7 +20,7 @@ from hapticvlm.materials import MATERIALS, Material, Vibration
 from hapticvlm.rendering import impacts, textures
 from hapticvlm.rendering.equaliser import Correction
 from hapticvlm.rendering.interactions import IMPACTS, RATE_HZ, TEXTURES, Motion
-from hapticvlm.rendering.perceived_level import felt
+from hapticvlm.rendering.perceived_level import perceived_amplitude
 from hapticvlm.rendering.smoothing import SmoothedValue
 
 _Floats = NDArray[np.float64]
@@ -131,8 +131,8 @@ def pattern(
     mono = _checked(samples, rate_hz, interaction)
     whole = resampled(mono, rate_hz)
     wave = _within_band(whole, correction)
-    felt_rms, rms = (float(np.sqrt(np.mean(samples**2))) for samples in (wave, whole))
-    if felt_rms < max(_SILENT, _LEAST_SHARE * rms):
+    within_rms, rms = (float(np.sqrt(np.mean(samples**2))) for samples in (wave, whole))
+    if within_rms < max(_SILENT, _LEAST_SHARE * rms):
         raise PatternError("nothing to feel within 10-1000 Hz; choose another recording")
     wave = _faded(wave) if interaction in IMPACTS else _joined(wave)
     wave *= _level(wave, interaction, table[material].vibration)
@@ -197,8 +197,8 @@ def _level(wave: _Floats, interaction: str, replaced: Vibration) -> float:
     """Gain that makes it as strong as what it replaces, if its peaks allow."""
     if interaction in IMPACTS:
         full = impacts.full_strength(interaction) * impacts.hardness(replaced)
-        wanted = full / felt(wave)
+        wanted = full / perceived_amplitude(wave)
     else:
         full = textures.RMS * (1.0 if interaction == "swing" else replaced.roughness)
-        wanted = full * float(np.sqrt(wave.size)) / felt(wave)
+        wanted = full * float(np.sqrt(wave.size)) / perceived_amplitude(wave)
     return float(min(wanted, _PEAK / np.abs(wave).max()))

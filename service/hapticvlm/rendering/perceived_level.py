@@ -16,7 +16,7 @@ MOST_BOOST = 10.0 ** (12.0 / 20.0)  # more would only drive the amplifier into i
 GRID_HZ = np.geomspace(20.0, 400.0, 40)  # centres at which textures are levelled
 
 
-def felt(wave: NDArray[np.float64]) -> float:
+def perceived_amplitude(wave: NDArray[np.float64]) -> float:
     """Strength of an event (N,) at RATE_HZ: root of its summed energy, relative to 250 Hz."""
     power = np.abs(np.fft.rfft(wave)) ** 2
     hertz = np.arange(float(power.size)) * (RATE_HZ / wave.size)

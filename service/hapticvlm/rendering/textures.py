@@ -25,9 +25,9 @@ from hapticvlm.rendering import impacts, loops
 from hapticvlm.rendering.equaliser import NOMINAL, Playback
 from hapticvlm.rendering.interactions import Motion
 from hapticvlm.rendering.loops import Loop
-from hapticvlm.rendering.perceived_level import GRID_HZ, felt
+from hapticvlm.rendering.perceived_level import GRID_HZ, perceived_amplitude
 from hapticvlm.rendering.smoothing import SmoothedValue
-from hapticvlm.rendering.transposition import felt_hz
+from hapticvlm.rendering.transposition import rendered_hz
 
 _Floats = NDArray[np.float64]
 
@@ -141,7 +141,7 @@ class Texture:
 
     def _centre_hz(self, speed_mps: float) -> float:
         period_m = self._swung_m / STROUHAL if self._in_air else self._vibration.pitch_m
-        return max(felt_hz(speed_mps / period_m), _LOWEST_HZ)
+        return max(rendered_hz(speed_mps / period_m), _LOWEST_HZ)
 
 
 def share(interaction: str, motion: Motion) -> float:
@@ -225,6 +225,8 @@ def _grain(vibration: Vibration, playback: Playback) -> _Floats:
     decay = max(mode.decay_per_s, _GRAIN_DECAY)
     modes = (Mode(frequency_hz, decay, 1.0),)
     wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
-    wave = playback.correction.apply(_GRAIN_FELT / felt(wave) * wave, playback.rate_hz)
+    wave = playback.correction.apply(
+        _GRAIN_FELT / perceived_amplitude(wave) * wave, playback.rate_hz
+    )
     wave = wave[: int(_GRAIN_S * playback.rate_hz)]
     return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))

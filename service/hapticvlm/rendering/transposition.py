@@ -31,7 +31,7 @@ def transpose(modes_hz: Sequence[float], lowest_hz: float) -> tuple[float, ...]:
     return tuple(mode_hz for mode_hz in moved if mode_hz <= BAND_END_HZ)
 
 
-def felt_hz(frequency_hz: float) -> float:
+def rendered_hz(frequency_hz: float) -> float:
     """Bend a texture's frequency into 0..HIGHEST_HZ; strictly rising."""
     if frequency_hz <= BEST_HZ:
         return frequency_hz

@@ -76,12 +76,12 @@ def _effects(document: Document) -> Iterator[str]:
             )
     if not document["complete"]:
         return
-    told = [pair for pair in document["pairwise"] if pair["p_holm"] < ALPHA]
-    for pair in told[:_PAIRS_NAMED]:
+    significant = [pair for pair in document["pairwise"] if pair["p_holm"] < ALPHA]
+    for pair in significant[:_PAIRS_NAMED]:
         more, less = (pair["first"], pair["second"])[:: 1 if pair["difference"] > 0 else -1]
         yield f"{more} is recognised more often than {less} ({_p(pair['p_holm'])} after Holm)."
-    if len(told) > _PAIRS_NAMED:
-        yield f"{len(told) - _PAIRS_NAMED} more pairs differ; they stand in the table."
+    if len(significant) > _PAIRS_NAMED:
+        yield f"{len(significant) - _PAIRS_NAMED} more pairs differ; they stand in the table."
 
 
 def _may_not(document: Document) -> Iterator[str]:

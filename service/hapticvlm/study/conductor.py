@@ -35,7 +35,7 @@ class Conductor:
     """The study's present state; `tell` is called whenever the view has changed."""
 
     def __init__(self, design: Design, folder: Path, player: Player, pace: Pace) -> None:
-        self.tell: Callable[[], None] = lambda: None
+        self.notify: Callable[[], None] = lambda: None
         self.phase: Phase = "choosing"
         self._design = design
         self._player = player
@@ -91,12 +91,12 @@ class Conductor:
                 await self.leave()
             case _:
                 self._do_at_once(command)
-        self.tell()
+        self.notify()
 
     def _do_at_once(self, command: dict[str, Any]) -> None:
         match command:
             case {"do": "feel", "pattern": str(name)}:
-                self._feel(name)
+                self._train(name)
             case {"do": "begin"}:
                 self._begin()
             case {"do": "answer", "trial": int(trial), "pattern": str(name)}:
@@ -106,7 +106,7 @@ class Conductor:
             case {"do": "agree", "language": str(language)}:
                 self._agree(language)
             case {"do": "tell", "answers": dict(answers)}:
-                self._tell_answers(answers)
+                self._record_answers(answers)
             case {"do": "masking", "on": bool(on)}:
                 self._record.note({"event": "masking", "on": on})
             case _:
@@ -124,8 +124,8 @@ class Conductor:
             raise StudyError(f"no participant {code!r}")
         await self.leave()
         self._record.open(code)
-        said = {"run": self._run, "version": __version__, "devices": self._player.devices}
-        self._record.note({"event": "opened", **said, **self._pace.noted()})
+        opening = {"run": self._run, "version": __version__, "devices": self._player.devices}
+        self._record.note({"event": "opened", **opening, **self._pace.noted()})
         self.phase = self._standing()
 
     def _standing(self) -> Phase:
@@ -139,7 +139,7 @@ class Conductor:
         self._record.note({"event": "agreed", "language": language})
         self.phase = self._standing()
 
-    def _tell_answers(self, given: dict[str, Any]) -> None:
+    def _record_answers(self, given: dict[str, Any]) -> None:
         sitting = self._record.sitting
         if self.phase != "questions" or sitting is None:
             raise StudyError("no question is open")
@@ -148,7 +148,7 @@ class Conductor:
         self._record.note({"event": "told", "when": when, "answers": answers})
         self.phase = self._standing()
 
-    def _feel(self, name: str) -> None:
+    def _train(self, name: str) -> None:
         self._design.stimulus(name)
         if self.phase != "training" or self._work is not None:
             raise StudyError("one pattern at a time, and only in training")
@@ -157,11 +157,11 @@ class Conductor:
     async def _render(self, name: str) -> None:
         """Play one pattern of training, by its name."""
         self._playing = name
-        self.tell()
+        self.notify()
         played = await self._player.play(self._design.stimulus(name), lambda: None)
         self._record.note({"event": "felt", "pattern": name, **asdict(played)})
         self._playing = None
-        self.tell()
+        self.notify()
         await self._player.settle(self._pace.rest_s, self._pace.settle_s)
 
     def _begin(self) -> None:
@@ -222,8 +222,8 @@ class Conductor:
             self._playing = None
             if self._work is asyncio.current_task():
                 self._work = None
-        self.tell()
+        self.notify()
 
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
-        self.tell()
+        self.notify()

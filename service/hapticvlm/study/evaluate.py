@@ -35,7 +35,7 @@ def evaluate(found: Results) -> Document:
     document["silent"] = found.silent
     document["recognition"] = asdict(statistics.share_by_person(*_all(by_person)))
     for at, pattern in enumerate(document["patterns"]):
-        pattern |= asdict(statistics.share_by_person(*_one(by_person, at)))
+        pattern |= asdict(statistics.share_by_person(*_of_pattern(by_person, at)))
     for part in document["axes"]:
         part |= asdict(statistics.share_by_person(*_level_rights(found, part["factor"])))
     document["reaction"] = [_reaction(found, name) for name in names]
@@ -92,14 +92,14 @@ def _people(found: Results) -> list[Document]:
     summed = []
     for question in found.form.question:
         given = [person.answers[question.name] for person in found.people]
-        told = [answer for answer in given if answer is not None]
-        about: Document = {"name": question.name, "kind": question.kind, "answers": len(told)}
-        if question.kind == "number" and told:
-            values = np.array(told, dtype=np.float64)
+        answered = [answer for answer in given if answer is not None]
+        about: Document = {"name": question.name, "kind": question.kind, "answers": len(answered)}
+        if question.kind == "number" and answered:
+            values = np.array(answered, dtype=np.float64)
             about["mean"], about["ends"] = float(values.mean()), [values.min(), values.max()]
-            about["sd"] = float(values.std(ddof=1)) if len(told) > 1 else None
+            about["sd"] = float(values.std(ddof=1)) if len(answered) > 1 else None
         if question.kind == "choice":
-            about["counts"] = {each.value: told.count(each.value) for each in question.choice}
+            about["counts"] = {each.value: answered.count(each.value) for each in question.choice}
         summed.append(about)
     return summed
 
@@ -227,7 +227,7 @@ def _level_rights(found: Results, factor: str) -> tuple[list[int], list[int]]:
     return [sum(each) for each in rights], [len(each) for each in rights]
 
 
-def _one(table: list[list[tuple[int, int]]], at: int) -> tuple[list[int], list[int]]:
+def _of_pattern(table: list[list[tuple[int, int]]], at: int) -> tuple[list[int], list[int]]:
     return [person[at][0] for person in table], [person[at][1] for person in table]
 
 
@@ -246,5 +246,5 @@ def _reaction(found: Results, name: str) -> Document:
 
 
 def _mean(values: Iterable[float | None]) -> float | None:
-    said = [value for value in values if value is not None]
-    return float(np.mean(said)) if said else None
+    known = [value for value in values if value is not None]
+    return float(np.mean(known)) if known else None

@@ -108,7 +108,7 @@ class Player:
                 await self._touch("slide", _NEUTRAL)
                 await asyncio.sleep(TOUCH_S)
         except (Refused, *_GONE) as error:
-            raise Trouble(_said(error)) from None
+            raise Trouble(_cause(error)) from None
 
     def _unrest(self) -> str | None:
         """Say why no pattern can be presented now; None if one can."""
@@ -138,7 +138,7 @@ class Player:
             await self.release()
             await self._hear()
         except (Refused, *_GONE) as error:
-            raise Trouble(_said(error)) from None
+            raise Trouble(_cause(error)) from None
         finally:
             await self.release()
         if self._level == 0.0:
@@ -209,7 +209,7 @@ class Player:
         )
 
 
-def _said(error: Exception) -> str:
+def _cause(error: Exception) -> str:
     again = "" if isinstance(error, Refused) else "; nothing is lost: start `study run` again"
     return f"{error}{again}"
 

@@ -121,7 +121,7 @@ class Record:
         at = datetime.now(UTC).isoformat(timespec="milliseconds")
         stamped = {**event, "at": at, "t_s": round(time.monotonic(), 4)}
         self._log.add(stamped)
-        self.sitting.take(stamped)
+        self.sitting.apply(stamped)
 
     def participants(self) -> list[View]:
         """Tell how far each participant came."""
@@ -170,7 +170,7 @@ class Record:
     def _recall(self, code: str) -> Sitting:
         sitting = Sitting(self.design, code)
         for event in events(self._folder, code):
-            sitting.take(event)
+            sitting.apply(event)
         return sitting
 
 

@@ -108,10 +108,10 @@ def read(folder: Path) -> Results:
         for file in files.values()
         for event in file
     )
-    told = tuple(_person(design, code, files[code]) for code in present)
+    people = tuple(_person(design, code, files[code]) for code in present)
     heard = any(e["event"] == "opened" and e.get("hear") for f in files.values() for e in f)
     return Results(
-        design.stimuli, tuple(rows), present, planned, simulated, silent, design.form, told, heard
+        design.stimuli, tuple(rows), present, planned, simulated, silent, design.form, people, heard
     )
 
 
@@ -134,9 +134,9 @@ def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
         if event["event"] == "answered":
             rows[event["trial"]] = _row(design, code, event)
         elif event["event"] == "played" and trial in rows:
-            said = ("onset_plate_c", "plate_c", "setpoint_c", "limited_by")
-            told: Event = {name: event.get(name) for name in said}
-            rows[trial] = replace(rows[trial], **told)
+            names = ("onset_plate_c", "plate_c", "setpoint_c", "limited_by")
+            reported: Event = {name: event.get(name) for name in names}
+            rows[trial] = replace(rows[trial], **reported)
         elif event["event"] == "rated" and trial in rows:
             rows[trial] = replace(rows[trial], ratings=event["ratings"])
         elif event["event"] == "spoiled" and trial in rows:

@@ -57,23 +57,23 @@ class Room:
         self._conductor = conductor
         self._greeting = json.dumps(greeting)
         self._pages: set[ServerConnection] = set()
-        self._desks: set[ServerConnection] = set()
+        self._experimenters: set[ServerConnection] = set()
         self._turn = asyncio.Lock()
-        conductor.tell = self._tell
+        conductor.notify = self._notify
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         broadcast(self._pages, json.dumps(self._conductor.view()))
-        self._tell_desks()
+        self._notify_experimenters()
 
-    def _tell_desks(self) -> None:
-        broadcast(self._desks, json.dumps(self._conductor.overview()))
+    def _notify_experimenters(self) -> None:
+        broadcast(self._experimenters, json.dumps(self._conductor.overview()))
 
     async def report_outputs(self) -> None:
         """Keep the experimenter's pages informed, until cancelled."""
         while True:
             await asyncio.sleep(DESK_S)
-            if self._desks:
-                self._tell_desks()
+            if self._experimenters:
+                self._notify_experimenters()
 
     def play(self, waveform: dict[str, Any]) -> None:
         """Have the participant's pages play what the speaker plays."""
@@ -81,21 +81,21 @@ class Room:
 
     async def attend(self, socket: ServerConnection) -> None:
         """Talk with one page until it leaves."""
-        is_desk = socket.request is not None and socket.request.path == DESK
-        pages = self._desks if is_desk else self._pages
-        shown = self._conductor.overview() if is_desk else self._conductor.view()
+        is_experimenter = socket.request is not None and socket.request.path == DESK
+        pages = self._experimenters if is_experimenter else self._pages
+        shown = self._conductor.overview() if is_experimenter else self._conductor.view()
         try:
             await socket.send(self._greeting)
             pages.add(socket)
             await socket.send(json.dumps(shown))
             async for data in socket:
-                await self._take(socket, data)
+                await self._receive(socket, data)
         except ConnectionClosed:
             pass
         finally:
             pages.discard(socket)
 
-    async def _take(self, socket: ServerConnection, data: bytes | str) -> None:
+    async def _receive(self, socket: ServerConnection, data: bytes | str) -> None:
         try:
             command = documents.parse_json(data)
             if not isinstance(command, dict):
@@ -125,8 +125,10 @@ async def run(design: Design, setting: Setting, ready: Callable[[str], None]) ->
         conductor = Conductor(design, setting.folder, player, setting.pace)
         room = Room(conductor, greeting)
         if setting.pace.hear:
-            ears = connect(setting.url, name="study, heard", role="observer", token=setting.token)
-            _beside(stack, _hear(await stack.enter_async_context(ears), room))
+            observer = connect(
+                setting.url, name="study, heard", role="observer", token=setting.token
+            )
+            _beside(stack, _relay_waveform(await stack.enter_async_context(observer), room))
         _beside(stack, room.report_outputs())
         port = await stack.enter_async_context(_listening(room, setting.port))
         stack.push_async_callback(conductor.leave)
@@ -134,11 +136,11 @@ async def run(design: Design, setting: Setting, ready: Callable[[str], None]) ->
         await _until_gone(client)
 
 
-async def _hear(ears: Client, room: Room) -> None:
+async def _relay_waveform(observer: Client, room: Room) -> None:
     """Pass on the service's stream of what the speaker plays, as its dashboard has it."""
-    await ears.set(watch=["waveform"])
+    await observer.set(watch=["waveform"])
     while True:
-        event = await ears.events.get()
+        event = await observer.events.get()
         if event["type"] == "view" and event["kind"] == "waveform":
             room.play({name: event[name] for name in ("start", "samples", "rate_hz")})
 

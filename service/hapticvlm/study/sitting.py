@@ -32,14 +32,14 @@ class Sitting:
         self.language = design.form.languages[0]
         self._form = design.form
         self._has_agreed = not design.form.has_welcome
-        self._told = {when for when in ("begin", "end") if not design.form.asks(when)}
+        self._answered_forms = {when for when in ("begin", "end") if not design.form.asks(when)}
         self.recent: deque[Event] = deque(maxlen=_PACED)  # answers, the newest last
         self._answered_at: deque[float] = deque(maxlen=_PACED)
         self._names = [stimulus.name for stimulus in design.stimuli]
         self._wanted = design.renderings
         self._is_trained = False
 
-    def take(self, event: Event) -> None:
+    def apply(self, event: Event) -> None:
         """Take in one event."""
         match event["event"]:
             case "opened":
@@ -48,15 +48,15 @@ class Sitting:
                 self._has_agreed = True
                 self.language = event["language"]
             case "told":
-                self._told.add(event["when"])
+                self._answered_forms.add(event["when"])
             case "felt":
                 self.renderings[event["pattern"]] += 1
             case "trained":
                 self._is_trained = True
             case _:
-                self._take_trial(event)
+                self._apply_trial(event)
 
-    def _take_trial(self, event: Event) -> None:
+    def _apply_trial(self, event: Event) -> None:
         match event["event"]:
             case "presented":
                 self.attempts += 1
@@ -79,18 +79,18 @@ class Sitting:
         """What comes next for a participant who does nothing just now."""
         if not self._has_agreed:
             return "consent"
-        if "begin" not in self._told:
+        if "begin" not in self._answered_forms:
             return "questions"
         if not self._is_trained:
             return "training"
         if not self.is_done:
             return "ready"
-        return "done" if "end" in self._told else "questions"
+        return "done" if "end" in self._answered_forms else "questions"
 
     @property
     def questions(self) -> str:
         """Which questions are open at the stage `questions`."""
-        return "end" if "begin" in self._told else "begin"
+        return "end" if "begin" in self._answered_forms else "begin"
 
     @property
     def seconds_left(self) -> float | None:

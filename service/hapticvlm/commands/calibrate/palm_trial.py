@@ -43,7 +43,7 @@ class Bench:
         with self._lock:
             self._course = self._course.touch(self._contact, "plate", time.monotonic())
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Return to neutral and forget the touch."""
         with self._lock:
             self._course = self._resting

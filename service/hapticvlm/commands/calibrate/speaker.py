@@ -141,10 +141,10 @@ def _report(found: SpeakerResponse, options: argparse.Namespace) -> int:
         if options.out is not None:
             print(f"use it: hapticvlm serve --speaker-response {options.out}")
         return 0
-    told = {"calibrate": "speaker", "simulated": found.simulated}
-    told |= {"frequency_hz": [round(hz, 2) for hz in found.frequency_hz]}
-    told |= {"response_db": [round(db, 2) for db in found.response_db]}
-    print(json.dumps(told))
+    result = {"calibrate": "speaker", "simulated": found.simulated}
+    result |= {"frequency_hz": [round(hz, 2) for hz in found.frequency_hz]}
+    result |= {"response_db": [round(db, 2) for db in found.response_db]}
+    print(json.dumps(result))
     return 0
 
 

@@ -52,9 +52,9 @@ def response(
     wave = _checked(recorded, rate_hz)
     played = sweep().astype(np.float64)
     size = 1 << (wave.size + played.size - 1).bit_length()
-    given, heard = np.fft.rfft(played, size), np.fft.rfft(wave, size)
+    given, received = np.fft.rfft(played, size), np.fft.rfft(wave, size)
     power = np.abs(given) ** 2
-    impulse = np.fft.irfft(heard * np.conj(given) / (power + 1e-4 * power.max()), size)
+    impulse = np.fft.irfft(received * np.conj(given) / (power + 1e-4 * power.max()), size)
     gated = _gated(impulse)
     hertz = np.arange(size // 2 + 1) * (RATE_HZ / size)
     transfer = np.abs(np.fft.rfft(gated)) * hertz ** QUANTITIES[quantity]

@@ -192,7 +192,7 @@ def _person(bench: Bench, calibration: Calibration, tried: float, name: str) -> 
     input("  B: press Enter and lay your palm on the plate at once ")
     bench.touch()
     time.sleep(TOUCH_S)
-    bench.let_go()
+    bench.release()
     while True:
         answer = input("  lift it. Which felt colder, a or b (q to stop)? ").strip().lower()
         if answer in ("a", "b", "q"):
@@ -204,10 +204,10 @@ def _report(calibration: Calibration, options: argparse.Namespace) -> int:
     if found.trials == 0:
         print("hapticvlm calibrate thermal: no trial was answered", file=sys.stderr)
         return 1
-    told = {"calibrate": "thermal", "object": options.object, "ambient_c": options.ambient_c}
-    told |= {"plate_resistance": options.plate_resistance}
-    told |= {"simulated": options.simulate is not None, **asdict(found)}
-    line = json.dumps(told)
+    result = {"calibrate": "thermal", "object": options.object, "ambient_c": options.ambient_c}
+    result |= {"plate_resistance": options.plate_resistance}
+    result |= {"simulated": options.simulate is not None, **asdict(found)}
+    line = json.dumps(result)
     if options.out is not None:
         options.out.write_text(line + "\n", encoding="utf-8")
     if options.json:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageChops, ImageDraw, ImageFilter, ImageFont
 
-from hapticvlm.commands.demo.words import degrees, told_by
+from hapticvlm.commands.demo.words import confidence_text, degrees
 from hapticvlm.commands.timeline import Held, Timeline
 from hapticvlm.rendering.vibration import RATE_HZ
 
@@ -112,7 +112,7 @@ def _draw_decision(
     if decision is None:
         return
     draw.text((_LEFT, 92), str(decision["material"]), WAVE, _font(54))
-    draw.text((_LEFT, 160), told_by(decision), INK, _font(18))
+    draw.text((_LEFT, 160), confidence_text(decision), INK, _font(18))
     draw.text((_LEFT, 186), degrees(decision), SOFT, _font(18))
 
 
@@ -191,12 +191,12 @@ def _draw_bar(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> None
     for touch in timeline.touches:
         decision = timeline.decision_at(touch.to_s, touch.object_id)
         begin, end = left + touch.from_s * scale, left + touch.to_s * scale
-        draw.rectangle((begin, _BAR_Y, end, _BAR_Y + 18), _felt(decision))
+        draw.rectangle((begin, _BAR_Y, end, _BAR_Y + 18), _setpoint_colour(decision))
     x = left + t_s * scale
     draw.line((x, _BAR_Y - 5, x, _BAR_Y + 23), INK, 2)
 
 
-def _felt(decision: Mapping[str, Any] | None) -> tuple[int, int, int]:
+def _setpoint_colour(decision: Mapping[str, Any] | None) -> tuple[int, int, int]:
     return warmth(_NEUTRAL_C if decision is None else decision["setpoint_c"])
 
 

@@ -43,10 +43,10 @@ class Contact:
     @property
     def outcome(self) -> str:
         """right, unknown (said so) or wrong; against the capture's truth."""
-        said = self.decision["material"] if self.decision else "unknown"
-        if said == self.truth:
+        material = self.decision["material"] if self.decision else "unknown"
+        if material == self.truth:
             return "right"
-        return "unknown" if said == "unknown" else "wrong"
+        return "unknown" if material == "unknown" else "wrong"
 
 
 def write(
@@ -111,11 +111,11 @@ def draw_plate(telemetry: Timed, touches: list[Contact], path: Path) -> None:
     for number, touch in enumerate(touches):
         for axis in (heat, sound):
             axis.axvspan(touch.started_s, touch.ended_s, color=SETPOINT, alpha=0.10)
-        said = touch.decision["material"] if touch.decision else "unknown"
+        material = touch.decision["material"] if touch.decision else "unknown"
         heat.text(
             touch.started_s,
             high + (0.13 if number % 2 else 0.02) * (high - low),
-            f"{touch.name}\n{said}",
+            f"{touch.name}\n{material}",
             fontsize=6.5,
             color=_colour(touch),
             va="bottom",
@@ -198,14 +198,14 @@ def _contact(
     first: Line, ended_s: float, frame: Line | None, names: dict[str, str], decisions: Timed
 ) -> Contact:
     object_id = first.fields.get("object_id", "")
-    heard = [d for at, d in decisions if d.get("object_id") == object_id and at <= ended_s]
+    made = [d for at, d in decisions if d.get("object_id") == object_id and at <= ended_s]
     return Contact(
         object_id=object_id,
         name=names.get(object_id, object_id),
         truth=first.truth,
         started_s=first.t_s,
         ended_s=ended_s,
-        decision=heard[-1] if heard else None,
+        decision=made[-1] if made else None,
         frame=frame,
     )
 
@@ -232,11 +232,13 @@ def _thumbnail(touch: Contact) -> Image.Image:
 
 def _caption(draw: ImageDraw.ImageDraw, touch: Contact, x: int, y: int) -> None:
     draw.text((x, y), touch.name, INK, ImageFont.load_default(14))
-    draw.text((x, y + 19), _said(touch.decision), _colour(touch), ImageFont.load_default(13))
+    draw.text(
+        (x, y + 19), _decision_text(touch.decision), _colour(touch), ImageFont.load_default(13)
+    )
     draw.text((x, y + 36), f"truth: {touch.truth}", SOFT, ImageFont.load_default(13))
 
 
-def _said(decision: Message | None) -> str:
+def _decision_text(decision: Message | None) -> str:
     if decision is None:
         return "decided: nothing"
     if decision["material"] == "unknown":

@@ -73,7 +73,7 @@ async def _perform(capture: Capture, service: Service, console: Console) -> tupl
         connect(service.url, name="demo observer", role="observer") as observer,
         connect(service.url, name="demo scene") as scene,
     ):
-        with show.telling():
+        with show.running():
             listening = asyncio.create_task(_listen(observer, show))
             touching = asyncio.create_task(_follow(capture, show))
             outcome = await stream(scene, capture, seen=_ignore)
@@ -87,15 +87,18 @@ async def _perform(capture: Capture, service: Service, console: Console) -> tupl
 
 async def _listen(observer: Client, show: Show) -> None:
     while True:
-        show.take(await observer.events.get())
+        show.receive(await observer.events.get())
 
 
 async def _follow(capture: Capture, show: Show) -> None:
     """Tell each touch when it begins and ends, at the pace of the stream."""
     for touch in report.contacts(capture, []):
-        for at_s, tell in ((touch.started_s, show.begin_touch), (touch.ended_s, show.end_touch)):
+        for at_s, on_touch in (
+            (touch.started_s, show.begin_touch),
+            (touch.ended_s, show.end_touch),
+        ):
             await asyncio.sleep(max(0.0, at_s - show.now_s))
-            tell(touch)
+            on_touch(touch)
 
 
 def _ignore(line: Line, answer: Message) -> None:

@@ -31,15 +31,15 @@ _LEGEND = (
 
 
 @contextmanager
-def waiting(console: Console, say: Callable[[float], str]) -> Iterator[None]:
+def waiting(console: Console, text: Callable[[float], str]) -> Iterator[None]:
     """Print a line every SILENCE_S while something takes long; `say` is given the seconds."""
     began, ended = time.monotonic(), threading.Event()
 
-    def tell() -> None:
+    def report_progress() -> None:
         while not ended.wait(SILENCE_S):
-            console.print(f"  {say(time.monotonic() - began)}")
+            console.print(f"  {text(time.monotonic() - began)}")
 
-    thread = threading.Thread(target=tell, daemon=True)
+    thread = threading.Thread(target=report_progress, daemon=True)
     thread.start()
     try:
         yield
@@ -54,7 +54,7 @@ class Show:
     def __init__(self, console: Console, capture: Capture) -> None:
         self._console = console
         self._duration_s = capture.duration_s
-        self._started = self._spoken = time.monotonic()
+        self._started = self._printed_at = time.monotonic()
         self._newest: dict[str, Message] = {}
         self._touched: str | None = None
         self.decisions: list[tuple[float, Message]] = []
@@ -66,10 +66,10 @@ class Show:
         return time.monotonic() - self._started
 
     @contextmanager
-    def telling(self) -> Iterator[None]:
+    def running(self) -> Iterator[None]:
         """Count time from now, and keep the moving line until the end."""
         self._started = time.monotonic()
-        self._say(_HEAD)
+        self._print(_HEAD)
         with Live(
             get_renderable=self._status,
             console=self._console,
@@ -77,14 +77,14 @@ class Show:
             transient=True,
         ):
             yield
-        self._say(_LEGEND)
+        self._print(_LEGEND)
 
-    def take(self, event: Message) -> None:
+    def receive(self, event: Message) -> None:
         """Keep one event of the service."""
         if event["type"] == "telemetry":
             self.telemetry.append((self.now_s, event))
-            if not self._console.is_terminal and time.monotonic() - self._spoken > SILENCE_S:
-                self._say(f"{self._status()}")
+            if not self._console.is_terminal and time.monotonic() - self._printed_at > SILENCE_S:
+                self._print(f"{self._status()}")
         elif event["type"] == "decision":
             self.decisions.append((self.now_s, event))
             if event.get("object_id") is not None:
@@ -99,10 +99,10 @@ class Show:
         self._touched = None
         decision = self._newest.get(touch.object_id)
         newest = self.telemetry[-1][1] if self.telemetry else {}
-        self._say(row(touch, decision, newest))
+        self._print(row(touch, decision, newest))
 
-    def _say(self, text: str) -> None:
-        self._spoken = time.monotonic()
+    def _print(self, text: str) -> None:
+        self._printed_at = time.monotonic()
         self._console.print(text)
 
     def _status(self) -> Text:

@@ -15,7 +15,7 @@ SOURCES = {
 }
 
 
-def told_by(decision: Mapping[str, Any]) -> str:
+def confidence_text(decision: Mapping[str, Any]) -> str:
     """Say how sure, and by what: `97 % sure, by its name`."""
     source = SOURCES[decision["source"]]
     if decision["source"] == "scene":

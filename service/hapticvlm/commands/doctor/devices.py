@@ -31,9 +31,9 @@ def audio(serving: Serving) -> list[Finding]:
     try:
         return [found_audio(serving, _names())]
     except subprocess.TimeoutExpired:
-        said = f"the sound system did not answer within {AUDIO_S:g} s"
+        text = f"the sound system did not answer within {AUDIO_S:g} s"
         verdict: Verdict = "note" if serving.speaker == "simulated" else "wrong"
-        return [Finding("audio", verdict, said, "is a sound server running? try again")]
+        return [Finding("audio", verdict, text, "is a sound server running? try again")]
 
 
 def has_output() -> bool:
@@ -59,16 +59,16 @@ def _names() -> list[str]:
 
 def found_audio(serving: Serving, names: list[str]) -> Finding:
     """Judge the outputs' names by what was asked for."""
-    said = f"outputs: {', '.join(names) or 'none'}"
+    text = f"outputs: {', '.join(names) or 'none'}"
     if serving.speaker == "simulated":
         cure = "--speaker default, or part of a name, plays on one" if names else None
-        return Finding("audio", "ok", f"{said}; simulated is asked for", cure)
+        return Finding("audio", "ok", f"{text}; simulated is asked for", cure)
     try:
         choose([{"name": name} for name in names], serving.speaker)
     except OutputError as error:
         cure = "plug one in, start the sound server, or --speaker simulated"
         return Finding("audio", "wrong", f"--speaker {serving.speaker}: {error}", cure)
-    return Finding("audio", "ok", f"{said}; {serving.speaker} is asked for")
+    return Finding("audio", "ok", f"{text}; {serving.speaker} is asked for")
 
 
 def plates(serving: Serving) -> list[Finding]:
@@ -90,23 +90,23 @@ def plates(serving: Serving) -> list[Finding]:
 def _judged(place: Place, is_asked: bool) -> Finding:
     if Path(place.url).exists() and not os.access(place.url, os.R_OK | os.W_OK):
         verdict: Verdict = "wrong" if is_asked else "note"
-        said = f"{place.text}: may not be opened by you"
-        return Finding("plate", verdict, said, _join_group(Path(place.url)))
-    return greeted(place.text, Peltier(place.url), is_asked)
+        text = f"{place.text}: may not be opened by you"
+        return Finding("plate", verdict, text, _join_group(Path(place.url)))
+    return check_plate(place.text, Peltier(place.url), is_asked)
 
 
 def _join_group(port: Path) -> str:
     return f"sudo usermod -aG {port.group()} $USER, then log in again"
 
 
-def greeted(text: str, plate: Peltier, is_asked: bool) -> Finding:
+def check_plate(address: str, plate: Peltier, is_asked: bool) -> Finding:
     """Say hello to what may be a plate and let go of it; it is never told a setpoint."""
     try:
         plate.connect()
     except DeviceError as error:
-        said = str(error).removeprefix("no plate answered; ")
+        reason = str(error).removeprefix("no plate answered; ")
         cure = "another port, the board's cable, or no firmware yet: hapticvlm plate flash"
-        return Finding("plate", "wrong" if is_asked else "note", said or text, cure)
+        return Finding("plate", "wrong" if is_asked else "note", reason or address, cure)
     finally:
         plate.close()
     return Finding("plate", "ok", f"{plate.name} answers")

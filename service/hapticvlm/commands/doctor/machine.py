@@ -37,12 +37,12 @@ _REQUIREMENT = re.compile(
 
 def python() -> Finding:
     """Tell which Python runs this and whether the package knows it."""
-    said = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
+    text = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
     if sys.maxsize < 2**32:
-        return Finding("python", "wrong", f"{said}, 32 bits", "install a 64-bit Python 3.11-3.13")
+        return Finding("python", "wrong", f"{text}, 32 bits", "install a 64-bit Python 3.11-3.13")
     if sys.version_info[:2] >= NEWEST_UNTRIED:
-        return Finding("python", "note", f"{said}, newer than any tried here")
-    return Finding("python", "ok", f"{said}, hapticvlm {__version__}")
+        return Finding("python", "note", f"{text}, newer than any tried here")
+    return Finding("python", "ok", f"{text}, hapticvlm {__version__}")
 
 
 def packages() -> list[Finding]:
@@ -95,29 +95,29 @@ def _count(stated: Sequence[str]) -> int:
 def _extras(lacking: dict[str, list[str]]) -> Finding:
     missing = [name for name in EXTRAS if lacking.get(name)]
     there = [name for name in EXTRAS if name not in missing]
-    said = f"installed: {', '.join(there) or 'none'}"
+    text = f"installed: {', '.join(there) or 'none'}"
     if not missing:
-        return Finding("extras", "ok", said)
+        return Finding("extras", "ok", text)
     wanted = " ".join(EXTRAS[name] for name in missing)
     cure = f"if you need them: {installing(wanted)}"
-    return Finding("extras", "ok", f"{said}; not: {', '.join(missing)}", cure)
+    return Finding("extras", "ok", f"{text}; not: {', '.join(missing)}", cure)
 
 
 def clock() -> Finding:
     """Tell whether waits are as short as asked for and the date can be right."""
     if time.time() < BUILT_AT:
-        said = time.strftime("the date is %Y-%m-%d", time.gmtime())
-        return Finding("clock", "wrong", said, "set the clock: certificates need it")
+        text = time.strftime("the date is %Y-%m-%d", time.gmtime())
+        return Finding("clock", "wrong", text, "set the clock: certificates need it")
     waits = []
     for _ in range(9):
         started = time.perf_counter()
         time.sleep(0.001)
         waits.append(time.perf_counter() - started)
     waited = statistics.median(waits)
-    said = f"a wait of 1 ms takes {1000.0 * waited:.1f} ms"
+    text = f"a wait of 1 ms takes {1000.0 * waited:.1f} ms"
     if waited > COARSE_SLEEP_S:
-        return Finding("clock", "note", said, "a busy machine, or a coarse system timer")
-    return Finding("clock", "ok", said)
+        return Finding("clock", "note", text, "a busy machine, or a coarse system timer")
+    return Finding("clock", "ok", text)
 
 
 def priority(serving: Serving) -> Finding:
@@ -131,8 +131,8 @@ def priority(serving: Serving) -> Finding:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
     except OSError:
         cure = "put '@audio - rtprio 95' into /etc/security/limits.d/audio.conf, join the group"
-        said = "normal only: sound may break off when the machine is busy"
-        return Finding(about, "note", said, f"{cure} audio, log in again")
+        text = "normal only: sound may break off when the machine is busy"
+        return Finding(about, "note", text, f"{cure} audio, log in again")
     with contextlib.suppress(OSError):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     return Finding(about, "ok", "real-time is permitted")
@@ -150,10 +150,10 @@ def encoder(serving: Serving) -> Finding:
         name, took_ms = _inference(serving)
     except (EncoderError, GalleryError, OSError, ValueError) as error:
         return Finding(about, "wrong", str(error), "install hapticvlm anew, or see --encoder")
-    said = f"{name}: {took_ms:.1f} ms an inference"
+    text = f"{name}: {took_ms:.1f} ms an inference"
     if took_ms > SLOW_MS:
-        return Finding(about, "note", said, "a busy machine? frames will be decided late")
-    return Finding(about, "ok", said)
+        return Finding(about, "note", text, "a busy machine? frames will be decided late")
+    return Finding(about, "ok", text)
 
 
 def _inference(serving: Serving) -> tuple[str, float]:

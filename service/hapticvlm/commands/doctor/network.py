@@ -28,27 +28,27 @@ def address(serving: Serving) -> list[Finding]:
     if where.certificate is None:
         return []
     days = (where.certificate.ends_at - time.time()) / 86400.0
-    said = f"for {', '.join(sorted(where.certificate.names)) or 'no name'}, {days:.0f} days left"
+    text = f"for {', '.join(sorted(where.certificate.names)) or 'no name'}, {days:.0f} days left"
     if days < SOON_DAYS:
-        return [Finding("certificate", "note", said, "make a new one soon")]
-    return [Finding("certificate", "ok", said)]
+        return [Finding("certificate", "note", text, "make a new one soon")]
+    return [Finding("certificate", "ok", text)]
 
 
 def port(serving: Serving) -> Finding:
     """Tell whether the port is free, or who answers there."""
-    text = f"{serving.host}:{serving.port}"
+    address = f"{serving.host}:{serving.port}"
     family = socket.AF_INET6 if ":" in serving.host else socket.AF_INET
     try:
         with socket.create_server((serving.host, serving.port), family=family):
-            return Finding("port", "ok", f"{text} is free")
+            return Finding("port", "ok", f"{address} is free")
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
-            return asyncio.run(_who(serving, text))
-        said, cure = f"{text}: {error.strerror}", "another --host or --port"
-        return Finding("port", "wrong", said, cure)
+            return asyncio.run(_who(serving, address))
+        reason, cure = f"{address}: {error.strerror}", "another --host or --port"
+        return Finding("port", "wrong", reason, cure)
 
 
-async def _who(serving: Serving, text: str) -> Finding:
+async def _who(serving: Serving, address: str) -> Finding:
     """Greet what listens at the port as an observer would."""
     host = _ANY.get(serving.host, serving.host)
     tls = None
@@ -64,10 +64,10 @@ async def _who(serving: Serving, text: str) -> Finding:
             connect(url, name="doctor", role="observer", token=serving.token, tls=tls) as client,
         ):
             version = client.welcome["service"]["version"]
-            return Finding("port", "note", f"{text}: hapticvlm {version} runs there", cure)
+            return Finding("port", "note", f"{address}: hapticvlm {version} runs there", cure)
     except Refused:
-        said = f"{text}: a hapticvlm runs there, with another token or protocol"
-        return Finding("port", "note", said, cure)
+        reason = f"{address}: a hapticvlm runs there, with another token or protocol"
+        return Finding("port", "note", reason, cure)
     except Exception as error:  # noqa: BLE001 - a stranger may answer anything
-        said = f"{text}: another program has it ({type(error).__name__})"
-        return Finding("port", "wrong", said, "take another --port")
+        reason = f"{address}: another program has it ({type(error).__name__})"
+        return Finding("port", "wrong", reason, "take another --port")

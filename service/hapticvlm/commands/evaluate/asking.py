@@ -81,6 +81,6 @@ def _patiently(vlm: Vlm, picture: Picture) -> Reading:
 
 
 def _line(answer: Answered) -> str:
-    said = answer.why_not if answer.guess is None else f"{answer.guess.value_c:.1f} degC"
+    outcome = answer.why_not if answer.guess is None else f"{answer.guess.value_c:.1f} degC"
     truth = f"truth {answer.shot.truth_c:.1f}, {answer.seconds:.1f} s"
-    return f"{answer.shot.path.name}: {said} ({truth})"
+    return f"{answer.shot.path.name}: {outcome} ({truth})"

@@ -19,7 +19,7 @@ from hapticvlm.materials import Material
 from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.movement import SWEEP_S, motion_at
 from hapticvlm.rendering.textures import STROUHAL
-from hapticvlm.rendering.transposition import felt_hz
+from hapticvlm.rendering.transposition import rendered_hz
 from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
 from hapticvlm.rendering.voices import FADE_S, Command, Voices
 
@@ -57,7 +57,7 @@ class Sound:
             "stick": facts.stick,
             "swung_m": self._swung_m,
             "sweep_s": SWEEP_S.get(self.interaction or "slide"),
-            "texture_hz": felt_hz(self.motion.speed_mps / self._period_m),
+            "texture_hz": rendered_hz(self.motion.speed_mps / self._period_m),
             "peak": float(np.abs(self.wave).max()),
             "rms": float(np.sqrt(np.mean(np.square(self.wave, dtype=np.float64)))),
             "share_1_to_1000_hz": inside,

@@ -61,7 +61,7 @@ def build(options: argparse.Namespace) -> int:
     gallery, origin = _gallery_of(enrolled, encoder, base)
     file.parent.mkdir(parents=True, exist_ok=True)
     save_gallery(gallery, file)
-    _say_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
+    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
     print(f"calibration: {origin}")
     count = f"{len(enrolled.places)} references of {len(enrolled.materials)} materials"
     count += " beside the shipped ones" if base is not None else ""
@@ -85,7 +85,7 @@ def add(options: argparse.Namespace) -> int:
     views = tuple(np.bincount(enrolled.places).tolist())
     made = UserMaterial(material, options.like, facts, encoder.name, enrolled.embeddings, views)
     path = write_material(made, folder)
-    _say_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
+    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
     named = f"like {options.like}, encoder {encoder.name}"
     print(f"{path}: {named}; use it: serve --gallery {folder}")
     return 0
@@ -192,16 +192,16 @@ def _details(entry: UserMaterial) -> str:
     return "; ".join([f"like {entry.like}", made_with, words, *facts])
 
 
-def _say_enrolled(enrolled: Enrolled, checked: LeaveOneOut, found: int) -> None:
+def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, found: int) -> None:
     """Print what became of the pictures, and what they are worth left out in turn."""
     if found > len(enrolled.pictures):
         print(f"{found - len(enrolled.pictures)} of {found} pictures are copies and count once")
     print(f"{'material':<20} {'pictures':>8} {'references':>10}  nearest is right when left out")
     for name in enrolled.materials:
         right, count = checked.counts(name)
-        said = f"{right} of {count}" if count else "nothing else shows it: cannot be checked"
+        checks = f"{right} of {count}" if count else "nothing else shows it: cannot be checked"
         pictures = sum(picture.material == name for picture in enrolled.pictures)
-        print(f"{name:<20} {pictures:>8} {len(enrolled.references(name)):>10}  {said}")
+        print(f"{name:<20} {pictures:>8} {len(enrolled.references(name)):>10}  {checks}")
     for pair in find_confusable_pairs(enrolled, checked):
         why = "as near to each other's pictures as to their own"
         if pair.confused:

@@ -66,24 +66,26 @@ def embed(found: Iterable[Picture], encoder: Encoder) -> NDArray[np.float32]:
 
 def figures_of(confusion: Confusion) -> dict[str, object]:
     """Accuracy with its 95 % interval and unknown rate, per material and of all."""
-    rows = {truth: _row(said[truth], said) for truth, said in sorted(confusion.items())}
+    rows = {truth: _row(guesses[truth], guesses) for truth, guesses in sorted(confusion.items())}
     everything = sum(confusion.values(), Counter[str]())
-    right = sum(said[truth] for truth, said in confusion.items())
+    right = sum(guesses[truth] for truth, guesses in confusion.items())
     return {
         **_row(right, everything),
         "materials": rows,
-        "confusion": {truth: dict(said.most_common()) for truth, said in sorted(confusion.items())},
+        "confusion": {
+            truth: dict(guesses.most_common()) for truth, guesses in sorted(confusion.items())
+        },
     }
 
 
-def _row(right: int, said: Counter[str]) -> dict[str, object]:
-    count = said.total()
+def _row(right: int, guesses: Counter[str]) -> dict[str, object]:
+    count = guesses.total()
     return {
         "pictures": count,
         "right": right,
         "accuracy": round(right / count, 4),
         "interval": [round(edge, 4) for edge in wilson(right, count)],
-        "unknown_rate": round(said[UNKNOWN] / count, 4),
+        "unknown_rate": round(guesses[UNKNOWN] / count, 4),
     }
 
 
@@ -96,10 +98,10 @@ def _print_table(figures: dict[str, object]) -> None:
     )
     for name, row in [*rows.items(), ("all", figures)]:
         low, high = row["interval"]
-        said = ", ".join(f"{other} {n}" for other, n in confusion.get(name, {}).items())
+        guesses = ", ".join(f"{other} {n}" for other, n in confusion.get(name, {}).items())
         share, unknown = f"{row['accuracy']:.0%}", f"{row['unknown_rate']:.0%}"
         interval = f"{low:.0%} to {high:.0%}"
-        print(f"{name:<20} {row['pictures']:>8} {share:>7}  {interval:<15} {unknown:>7}  {said}")
+        print(f"{name:<20} {row['pictures']:>8} {share:>7}  {interval:<15} {unknown:>7}  {guesses}")
     if figures["enrolled"]:
         text = "are references of the gallery themselves: test with others"
         print(f"WARNING: {figures['enrolled']} of {figures['pictures']} pictures {text}")

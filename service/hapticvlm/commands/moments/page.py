@@ -77,18 +77,18 @@ def page(session: dict[str, Any]) -> str:
     text = (HERE / "moments.html").read_text(encoding="utf-8")
     for file in (PAGES / "palette.css", HERE / "moments.css"):
         style = f"<style>\n{file.read_text(encoding='utf-8')}</style>"
-        text = _put(text, f'<link rel="stylesheet" href="{file.name}">', style)
+        text = _replace(text, f'<link rel="stylesheet" href="{file.name}">', style)
     for file in (PAGES / "feel.js", HERE / "outline.js"):
         address = _address("text/javascript", file.read_bytes())
-        text = _put(text, f'"{file.name}"', f'"{address}"')
+        text = _replace(text, f'"{file.name}"', f'"{address}"')
     script = (HERE / "moments.js").read_text(encoding="utf-8")
     tag = '<script type="module" src="moments.js"></script>'
-    text = _put(text, tag, f'<script type="module">\n{script}</script>')
+    text = _replace(text, tag, f'<script type="module">\n{script}</script>')
     data = json.dumps(session, allow_nan=False).replace("<", "\\u003c")
-    return _put(text, ">null</script>", f">{data}</script>")
+    return _replace(text, ">null</script>", f">{data}</script>")
 
 
-def _put(text: str, place: str, what: str) -> str:
+def _replace(text: str, place: str, what: str) -> str:
     assert text.count(place) == 1, place
     return text.replace(place, what)
 

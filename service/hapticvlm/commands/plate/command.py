@@ -112,8 +112,8 @@ def _status(plate: Peltier, options: argparse.Namespace) -> None:
         plate.turn()
     reading = plate.advance(time.monotonic())
     if options.json:
-        told = {"plate": plate.name, "simulated": plate.simulated}
-        print(json.dumps({**told, **dataclasses.asdict(reading), "counts": plate.counts}))
+        report = {"plate": plate.name, "simulated": plate.simulated}
+        print(json.dumps({**report, **dataclasses.asdict(reading), "counts": plate.counts}))
         return
     print(f"{plate.name}{' (simulated)' if plate.simulated else ''}")
     print(f"  plate {_degrees(reading.plate_c)}, sink {_degrees(reading.sink_c)}")

@@ -70,7 +70,7 @@ def flash(asked: str, path: Path | None) -> int:
     with working("writing"):
         _run(avrdude, place, image)
     with working("asking the board for its version"):
-        written = _told(place)
+        written = _firmware(place)
     if written is None:
         raise FlashError(f"{image.path.name} was written, but the board does not answer as a plate")
     if image.version is not None and written.split()[0] != image.version:
@@ -117,7 +117,7 @@ def _found(asked: str) -> tuple[Place, str]:
     if asked != ports.AUTO:
         _open_once(found[0])  # else silence and no port look alike
         return found[0], _on_it(found[0])
-    answering = [(place, told) for place in found if (told := _told(place)) is not None]
+    answering = [(place, firmware) for place in found if (firmware := _firmware(place)) is not None]
     if len(answering) == 1:
         return answering[0][0], f"firmware {answering[0][1]} now"
     names = ", ".join(place.text for place in found)
@@ -137,11 +137,11 @@ def _open_once(place: Place) -> None:
 
 
 def _on_it(place: Place) -> str:
-    told = _told(place)
-    return "nothing that answers as a plate now" if told is None else f"firmware {told} now"
+    firmware = _firmware(place)
+    return "nothing that answers as a plate now" if firmware is None else f"firmware {firmware} now"
 
 
-def _told(place: Place) -> str | None:
+def _firmware(place: Place) -> str | None:
     """Greet a board and let go of it, told no setpoint; who answers, None without an answer."""
     plate = Peltier(place.url)
     try:
@@ -169,6 +169,6 @@ def _reason(text: str) -> str:
     """Return the line of avrdude's output that says most, without its own name."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     for word in ("not responding", "cannot open", "verif", "error"):
-        if told := [line for line in lines if word in line.lower()]:
-            return re.sub(r"^avrdude(?: OS)?(?: error)?: ", "", told[0])
+        if causes := [line for line in lines if word in line.lower()]:
+            return re.sub(r"^avrdude(?: OS)?(?: error)?: ", "", causes[0])
     return "it failed and did not say why"

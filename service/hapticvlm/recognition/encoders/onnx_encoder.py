@@ -124,9 +124,13 @@ def _require_fit(session: Any, card: Card, folder: Path) -> None:  # noqa: ANN40
     )
     found = (session.get_inputs(), session.get_outputs())
     for (name, type_, shape), ports in zip(wanted, found, strict=True):
-        said = [(port.name, port.type, port.shape) for port in ports]
-        if len(ports) != 1 or said[0][:2] != (name, type_) or not _fits(said[0][2], shape):
-            text = f"{folder / GRAPH} has {said} where {CARD} wants {name}, {type_} of (N, "
+        described = [(port.name, port.type, port.shape) for port in ports]
+        if (
+            len(ports) != 1
+            or described[0][:2] != (name, type_)
+            or not _fits(described[0][2], shape)
+        ):
+            text = f"{folder / GRAPH} has {described} where {CARD} wants {name}, {type_} of (N, "
             raise EncoderError(f"{text}{', '.join(map(str, shape))}); {_cure(folder)}")
 
 

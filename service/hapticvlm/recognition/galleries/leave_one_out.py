@@ -30,10 +30,10 @@ class LeaveOneOut:
 
     def counts(self, material: str) -> tuple[int, int]:
         """How many pictures of a material were right, and how many could be checked."""
-        said = [guess for truth, guess in self._pairs() if truth == material]
-        return said.count(material), len(said)
+        guesses = [guess for truth, guess in self._pairs() if truth == material]
+        return guesses.count(material), len(guesses)
 
-    def taken(self, material: str, other: str) -> int:
+    def mistaken(self, material: str, other: str) -> int:
         """How many pictures of one material were taken for the other."""
         return self._pairs().count((material, other))
 
@@ -79,7 +79,7 @@ def find_confusable_pairs(enrolled: Enrolled, checked: LeaveOneOut) -> list[Conf
     guessed = {guess for guess in checked.guess if guess not in (None, UNKNOWN)}
     shown = enrolled.materials
     for material, other in combinations((*shown, *sorted(guessed - set(shown))), 2):
-        confused = checked.taken(material, other) + checked.taken(other, material)
+        confused = checked.mistaken(material, other) + checked.mistaken(other, material)
         count = checked.counts(material)[1] + checked.counts(other)[1]
         mixed = count > 0 and confused / count >= CONFUSED
         if mixed or (other in shown and _is_nearer(enrolled, material, other)):

@@ -90,14 +90,14 @@ class RemoteRecogniser:
             if pending.crop is None:
                 self._judge(pending.outcome)
         if self._identity is None and self._breaker.rest_s(time.monotonic()) <= 0.0:
-            self._put(None, time.monotonic() + PROBE_S)
+            self._submit(None, time.monotonic() + PROBE_S)
 
-    def look(self, crop: Crop) -> Found | None:
+    def recognise(self, crop: Crop) -> Found | None:
         """Have a crop of the identity's side recognised; None: do it locally."""
         if self._identity is None:
             self._local += 1
             return None
-        job = self._put(crop, time.monotonic() + self._settings.remote_s)
+        job = self._submit(crop, time.monotonic() + self._settings.remote_s)
         if job.done.wait(self._settings.remote_s):
             self._pending = None
             outcome = job.outcome
@@ -110,7 +110,7 @@ class RemoteRecogniser:
             self._answered += 1
         return outcome.found
 
-    def _put(self, crop: Crop | None, until: float) -> _Job:
+    def _submit(self, crop: Crop | None, until: float) -> _Job:
         self._pending = job = _Job(crop, self._identity, until)
         self._jobs.put(job)
         return job

@@ -23,8 +23,8 @@ from hapticvlm.recognition.vlm.endpoint import EndpointError, Json
 from hapticvlm.recognition.vlm.generation import MOST_TOKENS, interval, read_celsius
 from hapticvlm.recognition.vlm.logprobs import (
     TOP,
+    CandidateMass,
     Fits,
-    Told,
     fit_number,
     fit_word,
     follow,
@@ -102,10 +102,10 @@ def _shown(picture: Picture) -> Json:
     return {"type": "image_url", "image_url": {"url": url}}
 
 
-LEAST_TOLD = 0.5  # share of candidates below which log-probabilities are left for the text
+LEAST_KNOWN = 0.5  # share of candidates below which log-probabilities are left for the text
 # Belief in a material that was said without a probability: enough to be felt (ladder.KNOWN), not
 # to end the climb (ladder.SURE). Set, not measured.
-SAID_BELIEF = 0.6
+TEXT_BELIEF = 0.6
 
 
 def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | None:
@@ -147,17 +147,17 @@ def material_by_text(choice: Json, names: Sequence[str]) -> Evidence:
     """Take the one material that a text names, or none where it says unknown. Raises VlmError."""
     text = text_of(choice)
     words = set(re.findall(r"\w+", text.lower()))
-    said = [name for name in (*names, UNKNOWN) if name.lower() in words]
-    if len(said) != 1:
+    named = [name for name in (*names, UNKNOWN) if name.lower() in words]
+    if len(named) != 1:
         excerpt = " ".join(text.split())[:80]
-        raise VlmError(f"the model's answer names {len(said)} materials: `{excerpt}`")
-    return Evidence("vlm", () if said == [UNKNOWN] else ((said[0], SAID_BELIEF),))
+        raise VlmError(f"the model's answer names {len(named)} materials: `{excerpt}`")
+    return Evidence("vlm", () if named == [UNKNOWN] else ((named[0], TEXT_BELIEF),))
 
 
-def _reply(choice: Json, fits: Fits) -> Told | None:
+def _reply(choice: Json, fits: Fits) -> CandidateMass | None:
     """Follow the log-probabilities; None without them, or where most are of no candidate."""
     places = read_places(choice)
     if not places:
         return None
     reply = follow(places, fits, is_whole=choice.get("finish_reason") == "stop")
-    return reply if reply.seen.sum() >= LEAST_TOLD else None
+    return reply if reply.seen.sum() >= LEAST_KNOWN else None

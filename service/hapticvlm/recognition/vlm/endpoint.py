@@ -56,12 +56,12 @@ def _own_words(data: bytes) -> str:
     """Find the message of an error body, as OpenAI's and FastAPI's endpoints spell it."""
     try:
         found = json.loads(data)
-        said = found.get("error") or found.get("detail") or found.get("message")
+        message = found.get("error") or found.get("detail") or found.get("message")
     except (ValueError, RecursionError, AttributeError):
         return _decoded(data)
-    if isinstance(said, dict):
-        said = said.get("message", said)
-    return printable(str(said)) if said else _decoded(data)
+    if isinstance(message, dict):
+        message = message.get("message", message)
+    return printable(str(message)) if message else _decoded(data)
 
 
 def _wait_s(retry_after: str | None) -> float | None:

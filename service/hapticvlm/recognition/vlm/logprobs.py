@@ -33,12 +33,12 @@ Fits = Callable[[str, bool], NDArray[np.bool_]]  # (text, whether it ends there)
 class Place:
     """A token of the answer, and what else could have stood there with its probability."""
 
-    said: str
+    token: str
     likely: tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class CandidateMass:
     """Mass on each candidate, (n,) float64: `seen` was told, `unseen` spreads what was not.
 
     What both lack to 1 went to answers that are no candidate.
@@ -59,24 +59,24 @@ def read_places(choice: Json) -> tuple[Place, ...]:
         raise EndpointError("the endpoint's log-probabilities have no known form") from None
 
 
-def follow(places: Sequence[Place], fits: Fits, *, is_whole: bool) -> Told:
+def follow(places: Sequence[Place], fits: Fits, *, is_whole: bool) -> CandidateMass:
     """Follow an answer through its places. `is_whole`: it ended by itself and was not cut."""
     count = fits("", False).size
     seen, unseen = np.zeros(count), np.zeros(count)
     text, mass, has_ended = "", 1.0, False
     for place in places:
         for token, probability in place.likely:
-            if token != place.said:
+            if token != place.token:
                 seen += mass * probability * _even(_after(fits, text, token))
         left = max(0.0, 1.0 - sum(probability for _, probability in place.likely))
         unseen += mass * left * _even(fits(text, False))
-        mass *= dict(place.likely)[place.said]
-        has_ended = _ends(place.said)
+        mass *= dict(place.likely)[place.token]
+        has_ended = _ends(place.token)
         if has_ended:
             break
-        text += place.said
+        text += place.token
     seen += mass * _even(fits(text, has_ended or is_whole))
-    return Told(seen, unseen)
+    return CandidateMass(seen, unseen)
 
 
 def fit_number(text: str, has_ended: bool) -> NDArray[np.bool_]:
@@ -97,23 +97,23 @@ def fit_word(words: Sequence[str]) -> Fits:
 
     def fits(text: str, has_ended: bool) -> NDArray[np.bool_]:
         begun = text.strip().lower()
-        said = max((w for w in words if begun.startswith(w.lower())), key=len, default=None)
+        complete = max((w for w in words if begun.startswith(w.lower())), key=len, default=None)
         longer = [not has_ended and word.lower().startswith(begun) for word in words]
-        is_said = np.array([word == said for word in words])
-        fitting: NDArray[np.bool_] = np.logical_or(is_said, longer)
+        is_complete = np.array([word == complete for word in words])
+        fitting: NDArray[np.bool_] = np.logical_or(is_complete, longer)
         return fitting
 
     return fits
 
 
 def _place(entry: Json) -> Place:
-    said = (str(entry["token"]), _probability(entry["logprob"]))
+    answered = (str(entry["token"]), _probability(entry["logprob"]))
     likely = {str(e["token"]): _probability(e["logprob"]) for e in entry.get("top_logprobs") or ()}
-    likely.setdefault(*said)
+    likely.setdefault(*answered)
     total = sum(likely.values())
     if total > 1.0 + SLACK:
         raise EndpointError(f"the endpoint's probabilities of one place sum to {total:.3g}")
-    return Place(said[0], tuple(likely.items()))
+    return Place(answered[0], tuple(likely.items()))
 
 
 def _probability(logprob: object) -> float:

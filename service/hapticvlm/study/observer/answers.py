@@ -50,8 +50,8 @@ def confusion(percepts: Percepts, noise: float, seed: int, trials: int = TRIALS)
     counts = np.zeros((count, count), dtype=np.int64)
     for presented, renderings in enumerate(percepts.steps):
         chosen = renderings[rng.integers(len(renderings), size=trials)]
-        felt = chosen + noise * rng.standard_normal(chosen.shape)
-        counts[presented] = np.bincount(_nearest(felt, templates, rng), minlength=count)
+        observed = chosen + noise * rng.standard_normal(chosen.shape)
+        counts[presented] = np.bincount(_nearest(observed, templates, rng), minlength=count)
     return counts
 
 
@@ -93,9 +93,9 @@ def distances(percepts: Percepts) -> _Floats:
     return np.asarray(np.sqrt((apart**2).sum(axis=2)))
 
 
-def _nearest(felt: _Floats, templates: _Floats, rng: np.random.Generator) -> NDArray[np.intp]:
+def _nearest(observed: _Floats, templates: _Floats, rng: np.random.Generator) -> NDArray[np.intp]:
     """Place of the nearest template for each (trials, features); ties fall by lot."""
-    squares = (templates**2).sum(axis=1) - 2.0 * felt @ templates.T
+    squares = (templates**2).sum(axis=1) - 2.0 * observed @ templates.T
     squares += _TIE * (1.0 + np.abs(squares).max()) * rng.random(squares.shape)
     return np.asarray(squares.argmin(axis=1))
 
@@ -105,7 +105,7 @@ def choose(candidates: Sequence[Sequence[Stimulus]]) -> tuple[tuple[Stimulus, ..
 
     A row of one candidate is kept as it is. Every combination is looked at.
     """
-    rows = [_felt(row) for row in candidates]
+    rows = [_well_perceived(row) for row in candidates]
     levels = [np.array([level for _, level in row]) for row in rows]
     errors = np.zeros([len(row) for row in rows])
     for i, j in itertools.combinations(range(len(rows)), 2):
@@ -130,7 +130,7 @@ def _one_way(moved: _Floats, fixed: _Floats) -> _Floats:
     return np.asarray(np.sqrt((between**2).sum(axis=3)).min(axis=2))
 
 
-def _felt(row: Sequence[Stimulus]) -> list[tuple[Stimulus, _Floats]]:
+def _well_perceived(row: Sequence[Stimulus]) -> list[tuple[Stimulus, _Floats]]:
     """Levels of those candidates that are felt well; of all where none is."""
     found = [(stimulus, _levels(stimulus)) for stimulus in row]
     return [pair for pair in found if pair[1].max() >= FELT_DB] or found

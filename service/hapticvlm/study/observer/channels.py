@@ -91,12 +91,12 @@ def levels_db(wave: NDArray[np.floating], rate_hz: int) -> _Floats:
     `wave` is (N,), 1 being full scale; what comes after its end is silence.
     """
     frequency_hz, power = _spectra(wave, rate_hz)
-    felt = np.zeros_like(power)
+    unmasked = np.zeros_like(power)
     for frame, spectrum in enumerate(power):
         level_db = 10.0 * np.log10(np.maximum(spectrum, _QUIET))
-        felt[frame] = np.where(level_db > masked_db(level_db, frequency_hz), spectrum, 0.0)
+        unmasked[frame] = np.where(level_db > masked_db(level_db, frequency_hz), spectrum, 0.0)
     over_db = displacement_db(frequency_hz) - channel_threshold_db(frequency_hz)
-    energy = felt @ (10.0 ** (over_db / 10.0)).T
+    energy = unmasked @ (10.0 ** (over_db / 10.0)).T
     return np.array([_window(energy, *window) for window in WINDOWS_S]).T
 
 

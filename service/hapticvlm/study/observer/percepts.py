@@ -90,12 +90,12 @@ def touch(stimulus: Stimulus, seed: int) -> NDArray[np.float64]:
     return _touch(dataclasses.replace(same, **strokes), seed)
 
 
-def weighed(felt: Percepts, noise: Noise) -> Percepts:
+def weighed(features: Percepts, noise: Noise) -> Percepts:
     """Put features in units of their noise, so that each has a noise of 1."""
     units = np.empty(len(FEATURES))
     units[TOUCH], units[HEAT] = noise.touch, noise.heat
     units = np.maximum(units, _LEAST_NOISE)
-    return Percepts(felt.names, felt.steps / units)
+    return Percepts(features.names, features.steps / units)
 
 
 def palm_c(stimulus: Stimulus) -> tuple[float, float]:

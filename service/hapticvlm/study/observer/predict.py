@@ -101,18 +101,18 @@ def calibrated(guess: Sequence[Stimulus], trials: int) -> Noise:
 
     Raises ValueError when no noise does that.
     """
-    felt = percepts(guess, RECORDED)
+    features = percepts(guess, RECORDED)
     seed = CALIBRATION_SEED
-    warm = felt.only(HEAT)
+    warm = features.only(HEAT)
 
-    def told_warm(heat: float) -> float:
+    def warmth_recognised(heat: float) -> float:
         return 1.0 - _slips(answers.confusion(warm, heat, seed, trials))
 
-    heat = answers.solve(told_warm, 1.0 - _slips(paper.confusion()))
+    heat = answers.solve(warmth_recognised, 1.0 - _slips(paper.confusion()))
 
     def recognised(touch: float) -> float:
-        weighed_felt = weighed(felt, Noise(touch, heat))
-        return answers.recognised(answers.confusion(weighed_felt, 1.0, seed, trials))
+        scaled = weighed(features, Noise(touch, heat))
+        return answers.recognised(answers.confusion(scaled, 1.0, seed, trials))
 
     return Noise(answers.solve(recognised, paper.RECOGNISED), heat)
 
@@ -120,18 +120,18 @@ def calibrated(guess: Sequence[Stimulus], trials: int) -> Noise:
 def predict(stimuli: Sequence[Stimulus], noise: Noise) -> Prediction:
     """Predict how a set would be recognised and confused, with baselines beside it."""
     raw = percepts(stimuli)
-    felt = weighed(raw, noise)
-    counts = answers.confusion(felt, 1.0, REPORT_SEED)
+    features = weighed(raw, noise)
+    counts = answers.confusion(features, 1.0, REPORT_SEED)
     return Prediction(
-        felt.names,
+        features.names,
         noise,
         answers.recognised(counts),
         counts,
-        confused(counts, felt.names),
-        1.0 / len(felt.names),
-        _best_feature(felt),
-        _share(felt.only(TOUCH)),
-        _share(felt.only(HEAT)),
+        confused(counts, features.names),
+        1.0 / len(features.names),
+        _best_feature(features),
+        _share(features.only(TOUCH)),
+        _share(features.only(HEAT)),
         tuple((factor, _share(weighed(raw, noise.scaled(factor)))) for factor in FACTORS),
         tuple(palm_c(stimulus) for stimulus in stimuli),
     )
@@ -150,8 +150,8 @@ def confused(counts: _Counts, names: Sequence[str]) -> tuple[Pair, ...]:
 
 def check(noise: Noise) -> PaperCheck:
     """Put the observer's confusions of the set like the paper's beside the people's."""
-    felt = weighed(percepts(paper_like(), RECORDED), noise)
-    counts = answers.confusion(felt, 1.0, REPORT_SEED)
+    features = weighed(percepts(paper_like(), RECORDED), noise)
+    counts = answers.confusion(features, 1.0, REPORT_SEED)
     people, machine = _by_pair(paper.confusion()), _by_pair(counts)
     rank = float(spearmanr(list(people.values()), list(machine.values())).statistic)
     rows = sorted(((name, people[name], machine[name]) for name in people), key=lambda row: -row[1])
@@ -175,15 +175,15 @@ def _slips(counts: _Counts) -> float:
     return float(1.0 - np.trace(by_temperature) / counts.sum())
 
 
-def _best_feature(felt: Percepts) -> tuple[str, float]:
-    shares = [_share(felt.only([column])) for column in range(len(FEATURES))]
+def _best_feature(features: Percepts) -> tuple[str, float]:
+    shares = [_share(features.only([column])) for column in range(len(FEATURES))]
     best = int(np.argmax(shares))
     return FEATURES[best], shares[best]
 
 
-def _share(felt: Percepts) -> float:
+def _share(features: Percepts) -> float:
     """Share recognised of patterns in units of the noise."""
-    return answers.recognised(answers.confusion(felt, 1.0, REPORT_SEED))
+    return answers.recognised(answers.confusion(features, 1.0, REPORT_SEED))
 
 
 @dataclass(frozen=True, slots=True)
