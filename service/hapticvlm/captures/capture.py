@@ -53,7 +53,7 @@ class Capture:
 def read(path: Path, view: View = AS_RECORDED, touched: Touched | None = None) -> Capture:
     """Open a capture folder or a video. Raises CaptureError.
 
-    A video without a .jsonl beside it is touched in the middle, as large as `touched` says.
+    A video without a .jsonl beside it is touched in the middle, as large as `touched` states.
     """
     if path.is_dir():
         if view.eye or touched:

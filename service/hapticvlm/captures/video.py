@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 VIDEO_SUFFIXES = frozenset({".mp4", ".mkv", ".webm", ".mov", ".avi"})
 JPEG_QUALITY = 80
-USUAL_RATE_HZ = 30.0  # of a file that tells neither its rate nor the times of its frames
+USUAL_RATE_HZ = 30.0  # of a file that gives neither its rate nor the times of its frames
 MAX_SIDE = 4096  # pixels; protocol v1's default limit
 # One eye's picture of two side by side is about square; half of a plain one is far narrower.
 NARROWEST_EYE = 0.6  # width over height
@@ -42,9 +42,9 @@ AS_RECORDED = View()
 
 
 def size(path: Path, view: View) -> tuple[float, int]:
-    """Return a video's length in seconds and its frames, as its header says. Raises CaptureError.
+    """Return a video's length in seconds and its frames, as its header states. Raises CaptureError.
 
-    The first frame is decoded and looked at, so that a file that shows nothing is found at once.
+    The first frame is decoded and checked, so that a file that shows nothing is found at once.
     """
     with _opened(path) as video:
         import cv2
@@ -73,7 +73,7 @@ def lines(path: Path, view: View, fields: dict[str, Any]) -> Iterator[Line]:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
-    # A broken file is told in our words, once; both are read when OpenCV is first used.
+    # A broken file is reported in our words, once; both are read when OpenCV is first used.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")
     try:

@@ -210,7 +210,7 @@ async def _close(parts: Parts) -> None:
 def _on_loop(
     loop: asyncio.AbstractEventLoop, receive: Callable[[Answered[T]], None], answered: Answered[T]
 ) -> None:
-    """Pass a worker's answer from its reader thread to the event loop."""
+    """Forward a worker's answer from its reader thread to the event loop."""
     with contextlib.suppress(RuntimeError):  # the loop has closed
         loop.call_soon_threadsafe(receive, answered)
 
@@ -269,7 +269,7 @@ def print_ready(serving: Serving, port: int, devices: Devices, *, has_priority: 
 
 
 def _network(serving: Serving, scheme: str, port: int) -> Iterator[str]:
-    """Say what others on the network use, how they see pages, and who can read along."""
+    """Yield what others on the network use, how they see pages, and who can read along."""
     if is_loopback(serving.host):
         return
     own = _own_address() if serving.host in ("0.0.0.0", "::") else None

@@ -89,7 +89,7 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def _renamed(stated: Mapping[str, Any]) -> dict[str, Any]:
-    """Give options that stand under an older name the one they have now."""
+    """Rename options that stand under an older name to the one they have now."""
     return {
         _FORMER.get(name, name): _renamed(value)
         if name in GROUPS and isinstance(value, dict)
@@ -99,7 +99,7 @@ def _renamed(stated: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _flat(path: Path, checked: msgspec.Struct) -> dict[str, Any]:
-    """Return names and values, whichever table they stood in. Raises ValueError for twins."""
+    """Return names and values, whichever table they stood in. Raises ValueError for duplicates."""
     found: dict[str, Any] = {}
     tables = [getattr(checked, group) for group in GROUPS]
     for part in (checked, *(table for table in tables if table is not UNSET)):
@@ -135,7 +135,7 @@ def _value(option: Option, value: Any, folder: Path) -> Any:  # noqa: ANN401 - o
 
 
 def _read(option: Option, file: Path) -> float:
-    """Take from a file the number that the option wants. Raises ArgumentTypeError."""
+    """Read from a file the number of the option. Raises ArgumentTypeError."""
     assert option.details.read is not None
     assert option.details.range is not None
     value: float = option.details.read(str(file))
@@ -146,7 +146,7 @@ def _read(option: Option, file: Path) -> float:
 
 
 def _explain(reason: str) -> str:
-    """Turn what the validator says into field, fault, what is allowed."""
+    """Convert the validator's message to field, fault and what is allowed."""
     text, _, place = reason.partition(" - at ")
     where = re.sub(r"\[\d+\]", "", place.strip("`").removeprefix("$").removeprefix("."))
     unknown = re.fullmatch(r"Object contains unknown field `(.*)`", text)

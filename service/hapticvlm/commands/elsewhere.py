@@ -38,7 +38,7 @@ def _require_models() -> None:
 
 
 def remote_settings(serving: Serving) -> RemoteSettings | None:
-    """Say which shared recogniser is asked, if one is named. Raises LineError."""
+    """Return which shared recogniser is asked, if one is named. Raises LineError."""
     if serving.recogniser_url is None:
         return None
     settings = RemoteSettings(

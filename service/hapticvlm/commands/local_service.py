@@ -84,7 +84,7 @@ def running(
 
 @contextmanager
 def ending_on_sigterm() -> Iterator[None]:
-    """Let SIGTERM unwind this process, as Ctrl-C does, so that its service is stopped too."""
+    """Unwind this process on SIGTERM, as on Ctrl-C, so that its service is stopped too."""
 
     def leave(*_: object) -> None:
         raise SystemExit(143)
@@ -97,12 +97,12 @@ def ending_on_sigterm() -> Iterator[None]:
 
 
 def _stop_when_parent_ends() -> None:
-    """Have Linux send SIGTERM when the thread that started this process ends."""
+    """Ask Linux to send SIGTERM when the thread that started this process ends."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def _read(service: Service, ready: threading.Event) -> None:
-    """Keep what the service prints, until it ends."""
+    """Collect what the service prints, until it ends."""
     assert service.process.stdout is not None
     with contextlib.suppress(ValueError):
         for line in service.process.stdout:

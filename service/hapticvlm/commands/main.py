@@ -137,7 +137,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_lab(commands: Commands) -> None:
-    """Declare the laboratory's commands; without it, each says where it is to be had."""
+    """Declare the laboratory's commands; without it, each names where to get it."""
     if importlib.util.find_spec(LAB) is not None:
         importlib.import_module(f"{LAB}.commands").add(commands)
         return

@@ -45,7 +45,7 @@ def target(options: argparse.Namespace) -> Target:
 
 @contextlib.contextmanager
 def port_errors(port: int) -> Iterator[None]:
-    """Make a port that another program has an error of usage with its cure."""
+    """Turn a port that another program uses into an error of usage with its cure."""
     try:
         yield
     except OSError as error:

@@ -32,7 +32,7 @@ could not be read; 2: no picture was found, or an option is wrong.
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What one picture shows, or why it cannot be told."""
+    """What one picture shows, or why that is not known."""
 
     path: Path
     verdict: Verdict | None = None

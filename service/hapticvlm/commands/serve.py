@@ -39,7 +39,7 @@ def add(commands: Commands) -> None:
 
 
 def add_options(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:
-    """Have the command run the service, with all options `but` those it declares itself."""
+    """Make the command run the service, with all options `but` those it declares itself."""
     parser.set_defaults(run=_serve)
     add_flags(parser, but=but)
 

@@ -17,7 +17,7 @@ def contact_resistance(text: str) -> float:
     """Read a contact resistance in m2 K/W, of any range; an argparse type.
 
     `text` is a number, or the file that `hapticvlm calibrate thermal --out FILE` wrote. Raises
-    ArgumentTypeError that says what to give.
+    ArgumentTypeError that names what to give.
     """
     try:
         return float(text)
@@ -67,7 +67,7 @@ GROUPS = {
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """What is said of an option: its group, its help, least and most of a number.
+    """The description of an option: its group, its help, least and most of a number.
 
     `bare` is what the flag without a value means; `names_path`: a name that may also be a folder;
     `env`: the variable that a secret may come from; `read`: what takes the flag's text if not its
@@ -87,7 +87,7 @@ class Flag:
 
 @dataclass(frozen=True, slots=True)
 class Serving:
-    """Everything that running the service can be told."""
+    """Every setting of the running service."""
 
     record: Annotated[
         Path | None,

@@ -24,7 +24,7 @@ PLATE_STEP_S = 0.04  # a plate needs a second for what an eye can see
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One frame that was kept: when it came, its files, and what it was said to show."""
+    """One frame that was kept: when it came, its files, and what it was sent to show."""
 
     t_s: float
     file: Path
@@ -59,7 +59,7 @@ class Held:
 
 @dataclass(frozen=True, slots=True)
 class PlatePoint:
-    """What the plate said of itself; None is no reading."""
+    """What the plate reported of itself; None is no reading."""
 
     t_s: float
     setpoint_c: float
@@ -109,7 +109,7 @@ def read(folder: Path, table: Mapping[str, Material], voices: Voices) -> Timelin
 
 @dataclass(slots=True)
 class _Gathered:
-    """What the lines of a session log have said so far."""
+    """What the lines of a session log have given so far."""
 
     folder: Path
     started: float | None = None

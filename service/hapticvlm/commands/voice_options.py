@@ -31,7 +31,7 @@ def add_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> No
 
 
 def voices(options: argparse.Namespace, table: Mapping[str, Material]) -> Voices:
-    """Make the mixer that plays as the options say. Raises OSError, ValueError."""
+    """Make the mixer that the options describe. Raises OSError, ValueError."""
     from hapticvlm.devices.pattern_folder import read_patterns
     from hapticvlm.devices.response import read_response
     from hapticvlm.rendering.equaliser import Correction, Playback

@@ -63,7 +63,7 @@ class Recogniser:
         self._encode_s: dict[int, float] = {}
 
     async def reconfigure(self, live: dict[str, Any]) -> None:
-        """Take over other galleries or another batching, all of it or nothing, while answering."""
+        """Apply other galleries or another batching, all of it or nothing, while answering."""
         wanted = Live(**live)
         self._galleries = await asyncio.to_thread(load_galleries, wanted.galleries, self._encoder)
         self._embed.set_max_batch_size(wanted.batch)
@@ -71,7 +71,7 @@ class Recogniser:
         self._embed.set_batch_wait_timeout_s(wait_s)
 
     def check_health(self) -> None:
-        """Have this replica replaced when a batch hangs. Raises RuntimeError."""
+        """Raise RuntimeError when a batch hangs, so that this replica is replaced."""
         if self._began is not None and time.monotonic() - self._began > HUNG_S:
             raise RuntimeError("a batch hangs")
 

@@ -31,7 +31,7 @@ class RayError(HapticVLMError):
 @contextmanager
 def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
     """Run the recogniser until the block ends. `http` are Serve's http options."""
-    # Ray listens on every interface and runs what it is told to: with a token that nobody else has.
+    # Ray listens on every interface and runs what it is sent: with a token that nobody else has.
     os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_SERVE_THROUGHPUT_OPTIMIZED", "1")

@@ -48,7 +48,7 @@ class Embedded:
 
 
 def check_token(token: str | None, header: str | None) -> None:
-    """Let in who knows the token; None: everybody. Raises Refusal."""
+    """Admit who knows the token; None: everybody. Raises Refusal."""
     if token is None:
         return
     scheme, _, given = (header or "").partition(" ")

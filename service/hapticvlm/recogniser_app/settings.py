@@ -1,4 +1,4 @@
-"""How a shared recogniser is run, and the Serve config that says so. Pure; knows no Ray."""
+"""How a shared recogniser is run, and the Serve config of it. Pure; knows no Ray."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Scale:
 
 @dataclass(frozen=True, slots=True)
 class AppSettings:
-    """Everything a shared recogniser can be told."""
+    """Every setting of a shared recogniser."""
 
     model: Model = field(default_factory=Model)
     live: Live = field(default_factory=Live)

@@ -19,11 +19,11 @@ from hapticvlm.recognition.vlm.answers import Reading
 
 DEFAULT_C = 22.0  # degC, middle of heated and cooled rooms (docs/physics.md 7.1)
 # Indoor comfort bands run from 18 (WHO's least for healthy homes) to 26 degC (upper end of the
-# ASHRAE 55 summer band; physics.md 7.1); a scene that says nothing is taken to be a room. An
+# ASHRAE 55 summer band; physics.md 7.1); a scene that states nothing is assumed to be a room. An
 # outdoor scene may lie far outside, which is why the value always carries its source.
 DEFAULT_LOW_C = 18.0
 DEFAULT_HIGH_C = 26.0
-WIDEST_C = 40.0  # degC, an interval wider than this tells no climate from another; our choice
+WIDEST_C = 40.0  # degC, an interval wider than this separates no climates; our choice
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """Picture and mask files to frames, upright, as a scene would send them; knows no material.
 
 A plain JPEG is handed on as it is, so that it is decoded as the service decodes it. What else is
-turned as its EXIF says, brought to 8 bits RGB on a grey ground and shrunk to what a frame may be.
-Animations are refused: which of their pictures is meant is for the user to say.
+turned as its EXIF states, brought to 8 bits RGB on a grey ground and shrunk to what a frame may be.
+Animations are refused: the user has to choose which of their pictures is meant.
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ def _rgb(image: Image.Image) -> Image.Image:
 
 
 def _without_alpha(image: Image.Image) -> Image.Image:
-    """Keep what a mask is drawn in: grey, or the colours of a palette."""
+    """Return the levels a mask is drawn in: grey, or the colours of a palette."""
     if image.mode == "LA":
         return image.convert("L")
     return image.convert("RGB") if image.mode in ("P", "PA", "RGBA") else image

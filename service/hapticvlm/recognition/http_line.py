@@ -1,7 +1,7 @@
 """One HTTP connection to a machine that the user named: address, token, one deadline, bounded size.
 
 The standard library's client, because it follows no redirect and reads no proxy from the
-environment: a picture goes where the user said and nowhere else. One deadline holds for a whole
+environment: a picture goes where the user chose and nowhere else. One deadline holds for a whole
 exchange, so that a peer which dribbles a byte a second is cut off like one which is silent. Knows
 no question and no answer.
 """
@@ -115,7 +115,7 @@ class Line:
         return io.BufferedReader(_Reader(self._sock, self.deadline))
 
     def close(self) -> None:
-        """Leave the socket to its owner: http.client lets go of it before the body is read."""
+        """Leave the socket to its owner: http.client drops it before the body is read."""
 
 
 class _Reader(io.RawIOBase):

@@ -1,8 +1,8 @@
-"""The ladder: evidence in order of cost, when to stop climbing, and what to say. Pure.
+"""The ladder: evidence in order of cost, when to stop climbing, and the verdict. Pure.
 
-Rung r believes b_r(m) of each of C materials and leaves open u_r = 1 - sum b_r. Rungs look at
+Rung r believes b_r(m) of each of C materials and leaves open u_r = 1 - sum b_r. Rungs use
 different things (a name, a shader, pixels), so they are pooled log-linearly with what they leave
-open spread evenly; that no rung knows stays open, so one rung alone is believed as it says:
+open spread evenly; that no rung knows stays open, so one rung alone is believed as it is:
   p(m) ~ prod_r (b_r(m) + u_r / C)^w_r - prod_r (u_r / C)^w_r,
 where w_r < 1 discounts a rung for leaning on the same hints as the others. Hence a rung that knows
 nothing changes nothing, and one that agrees never lowers a belief. Knows neither pictures nor
@@ -22,7 +22,7 @@ Rung = messages.Rung
 
 SURE = 0.8  # belief at which a rung, or the pool, needs no further rung
 KNOWN = 0.5  # pooled belief below which the answer is unknown: more likely wrong than right
-FLIP_MARGIN = 0.15  # lead in belief a new material needs over the one already felt
+FLIP_MARGIN = 0.15  # lead in belief a new material needs over the one already rendered
 FLOOR = 1e-4  # least belief any rung may hold: no rung can veto a material for good
 
 # Names and shaders come from the same person: what of a shader's exponent a name takes away that
@@ -34,7 +34,7 @@ _ORDER: tuple[Rung, ...] = ("scene", "name", "shader", "encoder", "vlm", "unknow
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What one rung says: (material, probability) best first, summing to at most 1.
+    """What one rung believes: (material, probability) best first, summing to at most 1.
 
     The mass the beliefs leave open belongs to no class: it is what the rung does not know.
     """
@@ -44,12 +44,12 @@ class Evidence:
 
     @property
     def material(self) -> str | None:
-        """The most probable material, None when the rung says nothing."""
+        """The most probable material, None when the rung believes nothing."""
         return self.beliefs[0][0] if self.beliefs else None
 
     @property
     def confidence(self) -> float:
-        """Belief in `material`, 0..1; 0 when the rung says nothing."""
+        """Belief in `material`, 0..1; 0 when the rung believes nothing."""
         return self.beliefs[0][1] if self.beliefs else 0.0
 
 
@@ -57,7 +57,7 @@ class Evidence:
 class Verdict:
     """What the ladder decided. An unknown material still names its best guess as `runner_up`.
 
-    `confidence` is the posterior of the best material, also where that was not enough to say it.
+    `confidence` is the posterior of the best material, also where that was not enough to name it.
     """
 
     material: str
@@ -68,7 +68,7 @@ class Verdict:
 
 
 def restrict(item: Evidence, among: Collection[str] | None) -> Evidence:
-    """Leave only these materials possible (None: all): the mass of others goes to them in scale.
+    """Restrict beliefs to these materials (None: all): the mass of others goes to them in scale.
 
     What the evidence left open counts as one more candidate and grows alike.
     """
@@ -82,7 +82,7 @@ def restrict(item: Evidence, among: Collection[str] | None) -> Evidence:
 
 
 def is_sure(evidence: Sequence[Evidence]) -> bool:
-    """Whether climbing can stop: the scene spoke, a rung is sure, or all together are."""
+    """Whether climbing can stop: the scene stated it, a rung is sure, or all together are."""
     statement = _statement(_informative(evidence))
     return statement is not None or max(pool(evidence).values()) >= SURE
 
@@ -103,7 +103,7 @@ def decide(evidence: Sequence[Evidence]) -> Verdict:
 
 
 def prefer(previous: Verdict | None, new: Verdict) -> Verdict:
-    """Hysteresis: the material already felt stays unless the new one leads it by FLIP_MARGIN."""
+    """Hysteresis: the material in use stays unless the new one leads it by FLIP_MARGIN."""
     if previous is None or previous.material == new.material or new.source == "scene":
         return new
     if previous.material == materials.UNKNOWN:
@@ -119,7 +119,7 @@ def prefer(previous: Verdict | None, new: Verdict) -> Verdict:
 
 
 def fuse(views: Sequence[Evidence]) -> Evidence:
-    """Several looks at one object as one encoder evidence: the mean of their beliefs.
+    """Several views of one object as one encoder evidence: the mean of their beliefs.
 
     The mean, not the product: views of one object repeat each other's errors.
     """
@@ -147,13 +147,13 @@ def beliefs(evidence: Sequence[Evidence]) -> dict[str, float]:
 
 
 def _informative(evidence: Sequence[Evidence]) -> list[Evidence]:
-    """Keep the rungs that believe anything, in one order: sums and ties must not hang on theirs."""
+    """Return the rungs that believe anything, in one order, so that sums and ties are the same."""
     found = [item for item in evidence if any(belief > 0.0 for _, belief in item.beliefs)]
     return sorted(found, key=lambda item: (_ORDER.index(item.rung), item.beliefs))
 
 
 def _statement(informative: Sequence[Evidence]) -> Evidence | None:
-    """Find the scene's word, else the first rung in order of cost that is sure by itself."""
+    """Find the scene's statement, else the first rung in order of cost that is sure by itself."""
     for item in informative:
         if item.rung == "scene" or item.confidence >= SURE:
             return item
@@ -181,7 +181,7 @@ def _product(informative: Sequence[Evidence]) -> dict[str, float]:
 def _with_statement(
     posterior: Mapping[str, float], material: str, informative: Sequence[Evidence]
 ) -> dict[str, float]:
-    """Believe what a sure rung says at least as much as any rung that says it, others in scale."""
+    """Believe a sure rung's material at least as much as any rung does, others in scale."""
     confidences = [item.confidence for item in informative if item.material == material]
     belief = min(1.0, max(posterior[material], *confidences))
     others = sum(posterior.values()) - posterior[material]
@@ -203,7 +203,7 @@ def _weight(item: Evidence, informative: Sequence[Evidence]) -> float:
 def _share(item: Evidence, classes: Sequence[str]) -> float:
     """Spread what the beliefs leave open: to all classes alike, also to those named.
 
-    A rung that believes its own best guess at 2 % and nothing else does not speak against it.
+    A rung that believes its own best guess at 2 % and nothing else is no evidence against it.
     """
     return max(0.0, 1.0 - sum(belief for _, belief in item.beliefs)) / len(classes)
 
@@ -215,7 +215,7 @@ def _classes(informative: Sequence[Evidence]) -> tuple[str, ...]:
 
 
 def _heaviest(informative: Sequence[Evidence], material: str) -> Rung:
-    """Find the rung that speaks most for the material, against knowing nothing."""
+    """Find the rung that supports the material most, against knowing nothing."""
     classes = _classes(informative)
 
     def weight(item: Evidence) -> float:

@@ -3,7 +3,7 @@
 A name is cut into words (CamelCase, snake, kebab, digits, engine noise). Each word is looked up in
 materials.py (class words) and names.toml (things, finishes, phrases). Words are read the way
 English builds compounds: the last thing named is the head, words before it modify it, so
-"wooden handle steel pan" is a steel pan with a wooden handle. Other languages say nothing. Knows
+"wooden handle steel pan" is a steel pan with a wooden handle. Other languages give nothing. Knows
 no picture; how often it is right is measured by `hapticvlm_lab/bench/names.py`.
 """
 
@@ -41,12 +41,12 @@ class _Item:
     kind: Kind
     beliefs: Distribution
     weight: float = 1.0
-    words: tuple[str, ...] = ()  # of the name; none where it says that they are not so
+    words: tuple[str, ...] = ()  # of the name; none where the name denies them
 
 
 @dataclass(frozen=True, slots=True)
 class Lexicon:
-    """The words that say something: of a material table and of names.toml; see `read_lexicon`."""
+    """The words with a meaning: of a material table and of names.toml; see `read_lexicon`."""
 
     items: Mapping[str, _Item]
     phrases: Mapping[tuple[str, ...], _Item]
@@ -86,10 +86,10 @@ def from_shader(
     transmission: float | None,
     base_color: tuple[float, float, float] | None,
 ) -> Evidence | None:
-    """Read physically based parameters (0..1); None when they say nothing.
+    """Read physically based parameters (0..1); None when they are no evidence.
 
     metallic 1 with roughness 1 or unstated is glTF's default, found on textured wood as often as on
-    metal: it says nothing.
+    metal: it is no evidence.
     """
     if (transmission or 0.0) >= TRANSMISSIVE and (metallic or 0.0) < METALLIC:
         clear = {"glass": 0.75, "plastic": 0.15}  # not sure by itself: acrylic and water are clear
@@ -172,7 +172,7 @@ def _split(word: str, lexicon: Lexicon) -> tuple[str, ...]:
 
 
 def _tone(items: Iterable[_Item]) -> list[_Item]:
-    """Apply "not", "faux" and "look" to their neighbours, and drop what says nothing."""
+    """Apply "not", "faux" and "look" to their neighbours, and drop what is no evidence."""
     kept: list[_Item] = []
     pending: Kind = ""
     for item in items:

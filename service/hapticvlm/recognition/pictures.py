@@ -25,7 +25,7 @@ Box = tuple[
     int, int, int, int
 ]  # left, top, right, bottom in px of the frame, the last two exclusive
 
-CENTRE = 0.5  # share of the frame's sides looked at when nothing says where the object is
+CENTRE = 0.5  # share of the frame's sides cropped when nothing gives the object's place
 CENTRAL_DISC = 0.8  # diameter of the central mask over the crop's side
 MARGIN = 0.05  # of the mask's bounding box, kept around it: surroundings tell glass from paint
 REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than none

@@ -5,7 +5,7 @@ other objects of the scene alone:
 
     p'(m) ~ p(m) exp(w s_m),   s_m = log(mean_r exp(k x.r)) / k over the references r of m,
 
-with cosines centred on the mean of all references, so that a scene's own look cancels; a material
+with cosines centred on the mean of all references, so that a scene's own style cancels; a material
 without references has s_m = 0. A few references know less than the shipped gallery, so w grows with
 the number of objects that teach. A scene's references are forgotten with the scene.
 """
@@ -24,7 +24,7 @@ Floats = NDArray[np.float32]
 
 MAX_OBJECTS = 64  # that teach in one scene; the oldest makes room
 MAX_VIEWS = 4  # of each
-LEAST_OBJECTS = 2  # of one thing nothing can be told apart
+LEAST_OBJECTS = 2  # one object has nothing to be compared with
 FEW, MANY = 5, 20  # objects; between them the weight grows
 WEIGHTS = (2.0, 5.0)  # of few and of many: an independent study's choice, not fitted here
 SHARPNESS = 8.0  # k

@@ -1,8 +1,8 @@
-"""What a name says of a thing beyond its material: its sub-material and its thickness. Pure.
+"""What a name gives of a thing beyond its material: its sub-material and its thickness. Pure.
 
 A material's bulk is that of its usual kind: plastic is solid, stone is granite, foliage is thick.
 Styrofoam, brick or a leaf differ from that by more than skin can feel, so their words lead to bulk
-values and a thickness of their own (sub_materials.toml; docs/physics.md 1.5). What the name says
+values and a thickness of their own (sub_materials.toml; docs/physics.md 1.5). What the name gives
 counts only for the material that the ladder decided on, and the scene's own thickness outranks it.
 """
 
@@ -46,7 +46,7 @@ class Thickness:
 
 @dataclass(frozen=True, slots=True)
 class Make:
-    """What a name says, by the material that the thing may turn out to be."""
+    """What a name gives, by the material that the thing may turn out to be."""
 
     sub_materials: Mapping[str, SubMaterial]
     thickness_m: Mapping[str, float]
@@ -72,7 +72,7 @@ PLAIN = Make(MappingProxyType({}), MappingProxyType({}))
 
 
 def from_name(name: str, lexicon: Lexicon) -> Make:
-    """Read a name; PLAIN where it says nothing beyond the material.
+    """Read a name; PLAIN where it gives nothing beyond the material.
 
     Of several sub-materials of a material the first named counts: "brick concrete" is brick.
     """

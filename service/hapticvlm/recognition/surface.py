@@ -1,6 +1,6 @@
-"""Surface temperature of an object: the scene's word, its name, the sun on it, the ambient. Pure.
+"""Surface temperature of an object: stated by the scene, its name, sun, the ambient. Pure.
 
-The rungs are climbed in that order and each may say nothing (None); the last always speaks, so that
+The rungs are climbed in that order and each may give None; the last always gives a value, so that
 an object of which nothing is known is as warm as its surroundings. In the sun an object is warmer
 than the air by the sol-air rule (ASHRAE Handbook of Fundamentals; docs/physics.md 7.2):
     rise = a G / (h + k) - s
@@ -18,7 +18,7 @@ from hapticvlm.recognition import names, temperature_words
 from hapticvlm.recognition.ambient import Ambient
 
 LEAST_C, MOST_C = -100.0, 400.0  # what `temperature_c` may be on the wire; a test compares them
-HEATED_ROOM_C = 25.0  # above this nobody heats: a radiator says nothing; our choice
+HEATED_ROOM_C = 25.0  # above this nobody heats: a radiator gives nothing; our choice
 
 SUN_W_M2 = (400.0, 800.0, 1000.0)  # low sun, usual clear day, at right angles (physics.md 7.2)
 AIR_W_M2_K = 17.0  # h of the sol-air rule in a light wind (3.4 m/s); calm air gives about 10
@@ -29,7 +29,7 @@ Source = Literal["scene", "name", "sun", "ambient"]
 
 @dataclass(frozen=True, slots=True)
 class SurfaceFacts:
-    """What is known of an object: `stated_c` in degC; `sunlit` None when nobody said."""
+    """What is known of an object: `stated_c` in degC; `sunlit` None when not stated."""
 
     name: str | None = None
     object_id: str | None = None
@@ -40,7 +40,7 @@ class SurfaceFacts:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """A surface temperature, the interval it is believed to lie in, who says so and why; degC."""
+    """A surface temperature, the interval it is believed to lie in, its source and why; degC."""
 
     value_c: float
     low_c: float
@@ -76,7 +76,7 @@ _PALE = frozenset(("white", "pale", "ivory", "cream", "whitewashed", "limewashed
 
 
 def surface(facts: SurfaceFacts, ambient: Ambient) -> Surface:
-    """Return how warm an object's surface is, by the first rung that says so."""
+    """Return how warm an object's surface is, by the first rung that gives a value."""
     found = stated(facts) or named(facts, ambient) or sunned(facts, ambient)
     return found or Surface(
         ambient.value_c,
@@ -88,7 +88,7 @@ def surface(facts: SurfaceFacts, ambient: Ambient) -> Surface:
 
 
 def stated(facts: SurfaceFacts) -> Surface | None:
-    """Take the scene at its word."""
+    """Return the temperature that the scene stated; None: none stated."""
     if facts.stated_c is None:
         return None
     value = facts.stated_c
@@ -96,7 +96,7 @@ def stated(facts: SurfaceFacts) -> Surface | None:
 
 
 def named(facts: SurfaceFacts, ambient: Ambient) -> Surface | None:
-    """Return what the name says, or the object id where there is no name; None: nothing.
+    """Return what the name gives, or the object id where there is no name; None: nothing.
 
     In hot air nothing hot is colder than the air, in cold air nothing cold is warmer.
     """
@@ -153,7 +153,7 @@ def _shaded(
 
 
 def _limited(found: Surface) -> Surface:
-    """Clamp to what the wire declares, and say so."""
+    """Clamp to what the wire declares, and note it in `why`."""
     value, low, high = (
         min(max(figure, LEAST_C), MOST_C) for figure in (found.value_c, found.low_c, found.high_c)
     )

@@ -1,6 +1,6 @@
-"""Words of names that say how hot or cold a thing is: reads temperature_words.toml. Pure.
+"""Words of names that give how hot or cold a thing is: reads temperature_words.toml. Pure.
 
-A thing either says so by itself or only in a state; the state of the bare name is "". Reads no
+A thing is hot or cold by itself or only in a state; the state of the bare name is "". Reads no
 name; that is `temperature_words`.
 """
 

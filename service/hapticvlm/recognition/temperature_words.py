@@ -1,9 +1,9 @@
-"""How hot or cold a thing is, as far as its name says so. Pure.
+"""How hot or cold a thing is, as far as its name gives it. Pure.
 
 Names are cut into words as names.py cuts them. The last thing named is what is touched: a "radiator
-grille" is a grille, an "ice blue sofa" a sofa, and neither says anything; nor does a thing that may
-be on or off, until a word next to it says which. Better silent than wrong: a word this reader does
-not know, between a state and a thing or after the thing, silences it. Knows no ambient and no sun.
+grille" is a grille, an "ice blue sofa" a sofa, and neither has a temperature; nor has one that may
+be on or off, until a word next to it names a state. Better none than wrong: a word this reader does
+not know, between a state and a thing or after the thing, gives none. Knows no ambient and no sun.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _HEATING: tuple[State, ...] = ("boiling", "hot", "on")  # agree with each other;
 
 @dataclass(frozen=True, slots=True)
 class HotName:
-    """What a name says: the thing, its state ("" when the thing says it alone), the figures."""
+    """What a name gives: the thing, its state ("" when the thing needs none), the figures."""
 
     thing: str
     state: State
@@ -37,7 +37,7 @@ class HotName:
 
     @property
     def is_supposed_on(self) -> bool:
-        """Whether it is a heater that nobody said is on: a radiator."""
+        """Whether it is a heater without the word "on": a radiator."""
         return self.heat is temperature_table.RADIATOR and not self.state
 
 
@@ -50,7 +50,7 @@ class _Token:
 
 @lru_cache(maxsize=8192)
 def from_name(name: str) -> HotName | None:
-    """Read a name; None when it says nothing of the temperature."""
+    """Read a name; None when it gives no temperature."""
     main, aside = _clauses(_without_colours(_tokens(name)))
     heads = [at for at, token in enumerate(main) if token.role not in ("state", "colour")]
     if not heads or main[heads[-1]].role != "thing":
@@ -65,7 +65,7 @@ def from_name(name: str) -> HotName | None:
 
 
 def _is_imitation(main: Sequence[_Token], figures: Mapping[State, Heat]) -> bool:
-    """Whether a word says it is none: a toy stove, an icicle of glass, no fire."""
+    """Whether a word denies it: a toy stove, an icicle of glass, no fire."""
     roles = {token.role for token in main}
     is_ice = figures.get("") is temperature_table.MELTING
     is_stuff = "stuff" in roles or any(token.run == _GLASS for token in main)
@@ -79,7 +79,7 @@ def _named_states(main: Sequence[_Token], head: int) -> frozenset[State]:
 
 
 def _agreed(states: frozenset[State]) -> State | None:
-    """Return the one state said, "" when none is, None when they contradict each other."""
+    """Return the one state named, "" when none is, None when they contradict each other."""
     if len(states) <= 1:
         return next(iter(states), "")
     if states <= set(_HEATING):
@@ -88,7 +88,7 @@ def _agreed(states: frozenset[State]) -> State | None:
 
 
 def _clauses(tokens: Sequence[_Token]) -> tuple[list[_Token], frozenset[State]]:
-    """Split at the first preposition: what is named, and the states said of it after "with"."""
+    """Split at the first preposition: what is named, and its states after "with"."""
     for at, token in enumerate(tokens):
         if token.role == "tail" or (token.run == ("on",) and _is_followed(tokens[at + 1 :])):
             return list(tokens[:at]), _had(tokens[at:])
@@ -96,7 +96,7 @@ def _clauses(tokens: Sequence[_Token]) -> tuple[list[_Token], frozenset[State]]:
 
 
 def _is_followed(rest: Sequence[_Token]) -> bool:
-    """Whether something stands after "on": then it says where, else that the thing runs."""
+    """Whether something stands after "on": then it is a place, else the thing runs."""
     return any(token.role not in ("state", "colour") for token in rest)
 
 
@@ -137,7 +137,7 @@ def _runs_at(words: Sequence[str], at: int) -> Iterator[Run]:
 
 
 def _token(run: Run, lexicon: Lexicon) -> _Token | None:
-    """Say what a run is; None for a run of several words that is nothing known."""
+    """Classify a run; None for a run of several words that is not known."""
     if run in temperature_table.FALSE_FRIENDS:
         return _Token("other", run)
     if run in temperature_table.THINGS:
@@ -152,7 +152,7 @@ def _token(run: Run, lexicon: Lexicon) -> _Token | None:
 
 
 def _of_grammar(run: Run, lexicon: Lexicon) -> _Token | None:
-    """Say what a run is to names.py: noise, preposition, "not", "faux", class word, phrase."""
+    """Classify a run as names.py does: noise, preposition, "not", "faux", class word, phrase."""
     if len(run) > 1:
         return _Token("other", run) if run in lexicon.phrases else None
     word = run[0]

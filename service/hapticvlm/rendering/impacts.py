@@ -48,7 +48,7 @@ _HARD_N = 10.0  # N; a hit of this force is 7 % shorter
 _DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and damps the modes
 _LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
 HARDNESS, HARDEST_HZ = 0.75, 350.0  # exponent of the lowest mode; full level (physics.md 4.3)
-_FELT_STRIKE = 5.9  # lets the hardest strike of glass, the neediest material, peak at 0.9
+_STRIKE_AMPLITUDE = 5.9  # lets the hardest strike of glass, the neediest material, peak at 0.9
 _LOUD_SPEED_MPS = 0.5  # m/s, an impact reaches 63 % of its level here
 _LOUD_FORCE_N = 3.0  # N, the same for a press
 _LONGEST_IMPACT_S, _END_FADE_S = 0.48, 0.01
@@ -119,7 +119,7 @@ def hardness(vibration: Vibration) -> float:
 
 def full_strength(interaction: str) -> float:
     """Return what the hardest impact is levelled to, as perceived_level.felt has it."""
-    return _LEVEL[interaction] * _FELT_STRIKE
+    return _LEVEL[interaction] * _STRIKE_AMPLITUDE
 
 
 @lru_cache(maxsize=256)
@@ -172,7 +172,7 @@ def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
     """Gain that makes all equally strong to the palm; the neediest material peaks highest."""
     log_gains = _log_gains(vibration, _DAMPING[interaction])
     at = np.interp(math.log(contact_s), np.log(_LENGTHS_S), log_gains)
-    return _FELT_STRIKE * math.exp(at)
+    return _STRIKE_AMPLITUDE * math.exp(at)
 
 
 @lru_cache(maxsize=256)

@@ -1,4 +1,4 @@
-"""A limiter that looks ahead: what would leave [-1, 1] is turned down smoothly beforehand. Pure.
+"""A look-ahead limiter: what would leave [-1, 1] is turned down smoothly beforehand. Pure.
 
 Bending peaks sample by sample would put energy above the band of touch. Here the sound waits
 DELAY_S and the gain it needs is known that much earlier: the largest reduction of the last DELAY_S,

@@ -19,7 +19,7 @@ _Floats = NDArray[np.float64]
 
 PERIODS, SAMPLES = 512, 64  # of noise; 64 keep linear reading 60 dB clean
 SLIPS, SLIP_SAMPLES, SLIP_CYCLES = 128, 256, 6.0
-_SLIP_JITTER = 0.15  # of a slip's length, our choice: without it the palm hears a note
+_SLIP_JITTER = 0.15  # of a slip's length, our choice: without it the palm perceives a note
 _PATCH_CYCLES = 1.0 / 8.0  # surface changes over eight periods and more
 _PATCHY = 0.7  # how unlike patches of a fully rough surface are
 _CLIP = 2.2  # of the rms: peaks beyond are taken down, and the band is restored

@@ -104,7 +104,7 @@ class PatternTexture:
 
 
 def named(stem: str, materials: Iterable[str]) -> tuple[str, str]:
-    """Tell what a file of this name replaces, (material, interaction). Raises PatternError."""
+    """Return what a file of this name replaces, (material, interaction). Raises PatternError."""
     known = tuple(materials)
     for preset in PRESETS:
         if stem == preset.name:

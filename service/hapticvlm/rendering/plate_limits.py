@@ -1,6 +1,6 @@
 """The limits of a plate: setpoint band, slew, current, sink and dose. Pure.
 
-Limits are part of the model: every answer says what physics asked for, what may be sent, and which
+Limits are part of the model: each answer gives what physics asked for, what may be sent, and which
 limit stands between the two. They are asked for before the plate; the firmware has its own.
 """
 
@@ -38,7 +38,7 @@ class Limited:
 
 @dataclass(frozen=True, slots=True)
 class PlateReading:
-    """What a plate last said of itself; None is no reading, duty is -1 (cool) to 1 (heat)."""
+    """What a plate last reported of itself; None is no reading, duty is -1 (cool) to 1 (heat)."""
 
     plate_c: float | None
     sink_c: float | None

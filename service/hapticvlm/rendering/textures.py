@@ -42,7 +42,7 @@ STROUHAL, _SWING_SPEED_MPS = 0.2, 2.5  # physics.md 4.3
 _SWING_BANDWIDTH = (0.4, 1.0)  # of something smooth, of something fully rough
 _BREAK_SPACING_M, _BREAKS_HZ = 4e-3, (10.0, 60.0)  # fibre breaks per second (physics.md 4.3)
 _GRAIN_HZ, _GRAIN_DECAY, _GRAIN_S = (80.0, 250.0), 120.0, 0.04
-_GRAIN_CONTACT_S, _GRAIN_FELT, _GRAIN_PEAK = 2.4e-3, 7.0, 0.85
+_GRAIN_CONTACT_S, _GRAIN_AMPLITUDE, _GRAIN_PEAK = 2.4e-3, 7.0, 0.85
 _CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
 
 
@@ -226,7 +226,7 @@ def _grain(vibration: Vibration, playback: Playback) -> _Floats:
     modes = (Mode(frequency_hz, decay, 1.0),)
     wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
     wave = playback.correction.apply(
-        _GRAIN_FELT / perceived_amplitude(wave) * wave, playback.rate_hz
+        _GRAIN_AMPLITUDE / perceived_amplitude(wave) * wave, playback.rate_hz
     )
     wave = wave[: int(_GRAIN_S * playback.rate_hz)]
     return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))

@@ -102,7 +102,7 @@ def progress(contact: ThermalContact, elapsed_s: float) -> float:
 
 
 def carries_cue(contact: ThermalContact) -> bool:
-    """Tell whether the object differs enough from skin to be felt as warm or cold at all."""
+    """Whether the object differs enough from skin to be perceived as warm or cold at all."""
     return abs(contact_temperature_c(contact) - contact.skin_c) > THERMAL_FLOOR_C
 
 

@@ -68,7 +68,7 @@ def fading(past: Past, contact: ThermalContact) -> Fading:
 
 
 def faded_c(table: Fading, elapsed_s: float) -> float:
-    """Look up what is left so long after the contact began, degC."""
+    """Return what is left so long after the contact began, degC."""
     if not table:
         return 0.0
     if not elapsed_s > 0.0:

@@ -66,7 +66,7 @@ class ThermalTrajectory:
         return replace(self.release(now), contact=contact if leads else None)
 
     def touch(self, contact: ThermalContact | None, key: Hashable, now: float) -> ThermalTrajectory:
-        """Be in contact with the object `key`; call as often as you like.
+        """Record contact with the object `key`; call as often as you like.
 
         A new key is a slide to another object; the same key with another contact is a belief that
         changed, not a touch, so the contact goes on under the new belief. None: material unknown;
@@ -126,7 +126,7 @@ class ThermalTrajectory:
         return flow_w_per_m2(self.past, contact, now - self.begun_at)
 
     def _believing(self, contact: ThermalContact | None) -> ThermalTrajectory:
-        """Go on under another belief of what is touched."""
+        """Continue under another belief of what is touched."""
         fades = () if contact is None else fading(self.past, contact)
         return replace(self, contact=contact, fading=fades)
 

@@ -1,7 +1,7 @@
 """What lies above the band of touch, moved into it. Pure.
 
 Struck glass and small struck metal ring above 1 kHz, where a palm feels nothing (docs/physics.md
-4.3). `transpose` slows such a row of modes down as a whole, like a tape: the ratios between them,
+4.3). `transpose` scales such a row of modes down as a whole: the ratios between them,
 by which one ringing thing differs from another, stay. The same is done to textures: a hand that
 crosses 0.5 mm of weave at 1 m/s makes 2 kHz, which nobody feels, so `felt_hz` bends what exceeds
 the best frequency of touch towards an upper end instead of cutting it off. Faster stays higher, and

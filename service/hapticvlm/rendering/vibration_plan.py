@@ -61,7 +61,7 @@ class VibrationPlanner:
     def __init__(
         self, table: Mapping[str, Material], patterns: Iterable[Pattern] = (), gain: float = 1.0
     ) -> None:
-        """Take as long as it needs to fill the caches of all materials."""
+        """Fill the caches of all materials, which takes a while."""
         slowed = [_at_plan_rate(pattern) for pattern in patterns]
         self._table = table
         self._voices = Voices(gain, table, Playback(PLAN_HZ), slowed)

@@ -1,7 +1,7 @@
 """Both hands' impacts and textures, mixed into blocks. Pure: time and commands are arguments.
 
 Knows commands and samples, no sound card and no scene. A hand sounds only while its lease runs: a
-command says until when, and past that the hand fades by itself. Every change of voice is a linear
+command sets its end, and past that the hand fades by itself. Every change of voice is a linear
 fade of FADE_S, so whatever ends is silent within 20 ms at any block size. The limiter of the whole
 delays it by limiter.DELAY_S.
 """
@@ -152,7 +152,7 @@ class Voices:
         return forked
 
     def silence(self) -> None:
-        """Drop everything at once, without a fade: for a copy that nobody hears."""
+        """Drop everything at once, without a fade: for a copy that is not played."""
         for hand in self._hands:
             hand.rest()
             hand.voices.clear()
@@ -174,7 +174,7 @@ class Voices:
         ]
 
     def obey(self, command: Command) -> None:
-        """Take a command in; it is heard from the next block on."""
+        """Apply a command from the next block on."""
         numbers = (command.motion.speed_mps, command.motion.force_n, command.gain)
         if not all(map(math.isfinite, numbers)):
             self.scrubbed += 1

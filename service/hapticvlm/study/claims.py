@@ -1,4 +1,4 @@
-"""What a study's figures allow one to say of people, and what they do not. Pure."""
+"""What a study's figures allow to claim of people, and what they do not. Pure."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _may_not(document: Document) -> Iterator[str]:
 
 
 def _too_few(document: Document) -> Iterator[str]:
-    """Say what more people or trials would be needed for."""
+    """Yield what more people or trials would be needed for."""
     people, whole = document["participants"], document["recognition"]
     if people < 2:
         yield "Anything about people in general: one person took part."
@@ -129,7 +129,7 @@ def _too_few(document: Document) -> Iterator[str]:
 
 
 def _not_equal(document: Document) -> Iterator[str]:
-    """Say that no difference found is not none, and how large one had to be to be found."""
+    """Yield what finding no difference means, and how large one had to be to be found."""
     text = "That patterns are recognised alike: no difference found is not no difference."
     people, pairs = document["complete"] or 0, len(document["pairwise"])
     if people < FEWEST_COMPARED:

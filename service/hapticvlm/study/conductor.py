@@ -1,6 +1,6 @@
 """Leads one participant after the other through a study: what a page asks for, what it may show.
 
-A page is told everything by one `view`, which never names the pattern of an open trial. Each trial
+A page is sent everything in one `view`, which never names the pattern of an open trial. Each trial
 rests, plays and waits for the answer; pause, stop and trouble leave it unanswered, so it is
 presented again. Knows no socket.
 """
@@ -32,7 +32,7 @@ ANSWER_S = 3.0  # of a participant whose own pace is not known yet
 
 
 class Conductor:
-    """The study's present state; `tell` is called whenever the view has changed."""
+    """The study's present state; `notify` is called whenever the view has changed."""
 
     def __init__(self, design: Design, folder: Path, player: Player, pace: Pace) -> None:
         self.notify: Callable[[], None] = lambda: None
@@ -113,7 +113,7 @@ class Conductor:
                 raise StudyError("this page is of another version; reload it")
 
     async def leave(self) -> None:
-        """End the sitting, to be gone on with at any time."""
+        """End the sitting; it can be resumed at any time."""
         await self._cease()
         self._record.close()
         self._trouble = None
@@ -129,7 +129,7 @@ class Conductor:
         self.phase = self._standing()
 
     def _standing(self) -> Phase:
-        """Where a participant is who does nothing just now."""
+        """Return the phase of a participant who does nothing just now."""
         sitting = self._record.sitting
         return "choosing" if sitting is None else sitting.stage
 

@@ -1,4 +1,4 @@
-"""What a study presents to whom, and in which order; study.json, which is said once.
+"""What a study presents to whom, and in which order; study.json, which is written once.
 
 Orders are balanced blocks or free. Balanced: Latin squares in which every pattern follows every
 other equally often. Williams (1949): the rows of a square of even order n can be chosen so that

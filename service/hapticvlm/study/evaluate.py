@@ -13,7 +13,7 @@ from hapticvlm.study import claims, paper, results, statistics
 from hapticvlm.study.results import Cells, Results
 
 Document = dict[str, Any]
-FORMAT = 2  # of report.json: 2 has ratings, what people told, and claims
+FORMAT = 2  # of report.json: 2 has ratings, people's answers, and claims
 PAPER_TITLE = "The study of the HapticVLM paper, evaluated anew"
 
 
@@ -88,7 +88,7 @@ def _claimed(document: Document) -> Document:
 
 
 def _people(found: Results) -> list[Document]:
-    """Sum up what people told of themselves; free answers are only counted."""
+    """Sum up people's answers on themselves; free answers are only counted."""
     summed = []
     for question in found.form.question:
         given = [person.answers[question.name] for person in found.people]
@@ -157,7 +157,7 @@ def evaluate_paper() -> Document:
 def _of_counts(
     counts: statistics.Counts, names: list[str], factors: tuple[list[str], list[str]]
 ) -> Document:
-    """Tell what a confusion matrix tells by itself, trials taken for independent."""
+    """Return what a confusion matrix alone shows, trials taken for independent."""
     right, of = np.diag(counts).tolist(), counts.sum(axis=1).tolist()
     bits, bias = statistics.information_bits(counts)
     parts = []

@@ -1,4 +1,4 @@
-"""What a study says and asks beside its patterns: consent, instructions, questions and ratings.
+"""What a study shows and asks beside its patterns: consent, instructions, questions and ratings.
 
 All of it comes from study.toml, every text once for each language of the study. Knows no page and
 no device.
@@ -60,7 +60,7 @@ class Rating(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Form(Struct, frozen=True, forbid_unknown_fields=True):
-    """All that a study says and asks; the first language is the one a page begins with.
+    """All that a study shows and asks; the first language is the one a page begins with.
 
     `names` translates words of patterns (vibrations and temperatures), by language.
     """
@@ -107,7 +107,7 @@ class Form(Struct, frozen=True, forbid_unknown_fields=True):
         return found
 
 
-NOTHING = Form()  # what a study without a file of its own says and asks
+NOTHING = Form()  # what a study without a file of its own shows and asks
 
 
 class StudyFile(Struct, frozen=True, forbid_unknown_fields=True):
@@ -159,7 +159,7 @@ def revive(table: object) -> Form:
 
 
 def _faults(form: Form) -> list[str]:
-    """Say what is wrong with a form."""
+    """Return what is wrong with a form."""
     names = [question.name for question in form.question] + [each.name for each in form.rating]
     found = [f"two questions or ratings are named {n!r}" for n in names if names.count(n) > 1]
     found += [f"name {n!r}: needs letters, digits and _" for n in names if not n.isidentifier()]

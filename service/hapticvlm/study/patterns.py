@@ -1,4 +1,4 @@
-"""The patterns this project proposes, and the wider set to try how many more can be told apart.
+"""The patterns this project proposes, and the wider set to try how many more can be distinguished.
 
 The five vibrations are the paper's. Their strokes were picked by `hapticvlm study choose` among
 `candidates()` as those the machine observer would mistake least, with a level error of 6 dB allowed
@@ -7,7 +7,7 @@ pitch). Nobody has felt them yet. The plate: the heating current warms the palm 
 2.4 s of a stroke, whatever is asked for, so the palm rests on the object for PALM_LEAD_S before it;
 then HOT_C is the mildest setpoint that gets all of what the current gives. COLD_C is as far below
 neutral as the strongest thermal icons people told the direction of in 94 % of cases (6 degC;
-Wilson, Brewster). All patterns wait alike, so that waiting tells nothing.
+Wilson, Brewster). All patterns wait alike, so that waiting gives no hint.
 """
 
 from __future__ import annotations

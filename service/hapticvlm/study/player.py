@@ -1,6 +1,6 @@
 """Plays patterns through a running service, as the scene that owns its outputs.
 
-The hand does what stimuli.py says, each touch renewed while it lasts. Between patterns the palm
+The hand does what stimuli.py states, each touch renewed while it lasts. Between patterns the palm
 lies on metal at neutral, which brings plate and modelled skin back sooner than letting go. Knows no
 study.
 """
@@ -32,12 +32,12 @@ _GONE = (ConnectionError, ConnectionClosed)  # a service that answers no more
 
 
 class Trouble(Exception):
-    """The devices cannot present a pattern now; the text tells the experimenter why."""
+    """The devices cannot present a pattern now; the text gives the experimenter the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What the service said while it played: at the end of the stroke, or worst during it.
+    """What the service reported while it played: at the end of the stroke, or worst during it.
 
     `onset_plate_c` is the plate as the first stroke began. No level: no telemetry came meanwhile.
     """
@@ -57,10 +57,10 @@ class Player:
         self._client = client
         self._settle_c = settle_c
         self._telemetry: dict[str, Any] = {}
-        self._heard_at = float("-inf")
+        self._received_at = float("-inf")
         self._limited_by: str | None = None
         self._level: float | None = None
-        self._news = asyncio.Event()
+        self._telemetry_arrived = asyncio.Event()
 
     @property
     def devices(self) -> dict[str, Any]:
@@ -70,7 +70,7 @@ class Player:
 
     @property
     def outputs(self) -> dict[str, Any]:
-        """What the service said last of plate and speaker; empty before it said anything."""
+        """What the service last reported of plate and speaker; empty before its first report."""
         shown = ("plate_c", "setpoint_c", "speaker_level", "faults", "underruns")
         return {name: self._telemetry[name] for name in shown if name in self._telemetry}
 
@@ -85,13 +85,13 @@ class Player:
         await self._client.scene(objects, ambient_c=AMBIENT_C)
 
     async def listen(self) -> None:
-        """Keep what the service tells of its outputs."""
+        """Receive what the service reports of its outputs, until cancelled."""
         while True:
             event = await self._client.events.get()
             if event["type"] == "telemetry":
                 self._telemetry = event
-                self._heard_at = time.monotonic()
-                self._news.set()
+                self._received_at = time.monotonic()
+                self._telemetry_arrived.set()
                 self._level = max(self._level or 0.0, event["speaker_level"])
             elif event["type"] == "decision" and event.get("limited_by"):
                 self._limited_by = event["limited_by"]
@@ -111,8 +111,8 @@ class Player:
             raise Trouble(_cause(error)) from None
 
     def _unrest(self) -> str | None:
-        """Say why no pattern can be presented now; None if one can."""
-        if time.monotonic() - self._heard_at > TELEMETRY_S:
+        """Return why no pattern can be presented now; None if one can."""
+        if time.monotonic() - self._received_at > TELEMETRY_S:
             return "the service is silent: no telemetry"
         if self._telemetry["faults"]:
             return f"device at fault: {', '.join(self._telemetry['faults'])}"
@@ -136,7 +136,7 @@ class Player:
             self._check()
             plate_c, setpoint_c = (self._telemetry.get(k) for k in ("plate_c", "setpoint_c"))
             await self.release()
-            await self._hear()
+            await self._wait_for_telemetry()
         except (Refused, *_GONE) as error:
             raise Trouble(_cause(error)) from None
         finally:
@@ -165,13 +165,13 @@ class Player:
             await self._hold(part, stimulus)
         return onset_plate_c
 
-    async def _hear(self) -> None:
+    async def _wait_for_telemetry(self) -> None:
         """Wait for the telemetry that covers the end of a stroke; the next but one surely does."""
         for _ in range(2):
-            self._news.clear()
+            self._telemetry_arrived.clear()
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(TELEMETRY_S):
-                    await self._news.wait()
+                    await self._telemetry_arrived.wait()
 
     def _check(self) -> None:
         """Raise Trouble when the pattern cannot be what it should be."""
@@ -182,11 +182,11 @@ class Player:
             raise Trouble(f"device at fault: {', '.join(self._telemetry['faults'])}")
 
     async def stop(self) -> None:
-        """Put all outputs to rest at once, and hold them there."""
+        """Bring all outputs to rest at once, and hold them there."""
         await self._client.stop()
 
     async def release(self) -> None:
-        """Let go; also ends a hold, once a new pattern is played."""
+        """Release the hand; also ends a hold, once a new pattern is played."""
         try:
             await self._client.send("touch", **_TOUCH, phase="release", captured_at=_now())
         except _GONE:

@@ -20,7 +20,7 @@ Matrix = tuple[list[str], NDArray[np.int64]]
 DPI = 110
 _BY_PERSON: Any = {"color": BLUE, "linewidth": 3.0, "solid_capstyle": "butt"}
 _WILSON: Any = {"color": GREY, "linewidth": 1.5}
-LEAST_BOXED, LEAST_SURE = 5, 10  # answers: for quartiles; below it a share says little
+LEAST_BOXED, LEAST_SURE = 5, 10  # answers: for quartiles; below it a share means little
 
 
 def confusion(path: Path, title: str, whole: Matrix, parts: Sequence[tuple[str, Matrix]]) -> None:
@@ -129,7 +129,7 @@ def _draw_times(axes: Axes, times: Sequence[NDArray[np.float64]]) -> None:
 
 
 def _dot(axes: Axes, value: float, row: float, count: int) -> None:
-    """Mark a value; hollow where so few are behind it that it says little."""
+    """Mark a value; hollow where so few are behind it that it means little."""
     fill = "full" if count >= LEAST_SURE else "none"
     axes.plot(value, row, "o", color=INK, markersize=6, fillstyle=fill)
 

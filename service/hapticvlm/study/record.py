@@ -1,7 +1,7 @@
 """What a participant did so far, kept on the disk: their file of events, only added to.
 
 An event is on the disk (fsync) before anybody acts on it, so a crash loses at most the event that
-was being written; its torn line is cut off when the file is opened again.
+was being written; its incomplete line is cut off when the file is opened again.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ View = dict[str, Any]
 
 
 def events(folder: Path, participant: str) -> list[Event]:
-    """Read a participant's events; the torn end of a crash is left out. Raises StudyError."""
+    """Read a participant's events; the cut line of a crash is left out. Raises StudyError."""
     path = _path(folder, participant)
     if not path.exists():
         return []
@@ -52,7 +52,7 @@ class Log:
         os.fsync(self._file.fileno())
 
     def add(self, event: Event) -> None:
-        """Have one event on the disk before this returns."""
+        """Write one event; it is on the disk when this returns."""
         self._file.write(json.dumps(event, ensure_ascii=False).encode() + b"\n")
         os.fsync(self._file.fileno())
 
@@ -63,7 +63,7 @@ class Log:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Keep a second program from adding to the same study. Raises StudyError."""
+    """Lock the study, so that no second program adds to it. Raises StudyError."""
     with (folder / ".lock").open("w") as file:
         try:
             import fcntl
@@ -78,7 +78,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """Rest between patterns and the longest wait for the plate, s; what the page lets be heard."""
+    """Rest between patterns and the longest wait for the plate, s; `hear`: pages play sound."""
 
     rest_s: float = 3.0
     settle_s: float = 60.0
@@ -86,7 +86,7 @@ class Pace:
     hear: bool = False
 
     def noted(self) -> Event:
-        """Return it as an event tells it."""
+        """Return it as an event records it."""
         return asdict(self)
 
 
@@ -101,7 +101,7 @@ class Record:
         self._answered: dict[str, int] = {}  # trials of those whose file is not open
 
     def open(self, code: str) -> None:
-        """Go on with this participant of the design. Raises StudyError."""
+        """Open or resume this participant of the design. Raises StudyError."""
         self.close()
         self._log = Log(self._folder, code)
         self.sitting = self._recall(code)
@@ -115,7 +115,7 @@ class Record:
         self._log = self.sitting = None
 
     def note(self, event: Event) -> None:
-        """Put an event on the disk, then count it. Raises StudyError when nobody's file is open."""
+        """Write an event to the disk, then count it. Raises StudyError when no file is open."""
         if self._log is None or self.sitting is None:
             raise StudyError("choose a participant first")
         at = datetime.now(UTC).isoformat(timespec="milliseconds")
@@ -124,11 +124,11 @@ class Record:
         self.sitting.apply(stamped)
 
     def participants(self) -> list[View]:
-        """Tell how far each participant came."""
+        """Return how far each participant came."""
         return [self._progress(code) for code in self.design.participants]
 
     def view(self) -> View:
-        """Tell a page of the open sitting; nothing when there is none."""
+        """Describe the open sitting to a page; nothing when there is none."""
         sitting = self.sitting
         if sitting is None:
             return {}
@@ -145,7 +145,7 @@ class Record:
         }
 
     def overview(self) -> View:
-        """Tell the experimenter what no participant may see; nothing when no file is open."""
+        """Return what only the experimenter may see; nothing when no file is open."""
         sitting = self.sitting
         if sitting is None:
             return {}

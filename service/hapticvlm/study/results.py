@@ -1,7 +1,7 @@
-"""What a study's folder tells: one row per answered trial, and how rows become counts. No figures.
+"""What a study's folder holds: one row per answered trial, and how rows become counts. No figures.
 
 Rows carry participants' codes only, so the CSV of trials may be published as it is. What people
-told of themselves is kept apart from it.
+answer on themselves is kept apart from it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ INTERRUPTED = "interrupted"  # by pause or stop, after the answer: the trial cou
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One answered trial; times in s, plate in degC, None = not said.
+    """One answered trial; times in s, plate in degC, None = not known.
 
     `onset_plate_c` is the plate as the first stroke began, `plate_c` as the last ended.
     """
@@ -58,7 +58,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """What one participant told beside the trials; an answer that was not given is None."""
+    """What one participant answered beside the trials; an answer that was not given is None."""
 
     participant: str
     language: str
@@ -127,7 +127,7 @@ def _person(design: Design, code: str, file: Iterable[Event]) -> Person:
 
 
 def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
-    """Join each answer with what the devices said of its pattern."""
+    """Join each answer with what the devices reported of its pattern."""
     rows: dict[int, Row] = {}
     for event in file:
         trial = event.get("trial")
@@ -175,7 +175,7 @@ def write_csv(path: Path, found: Results) -> None:
 
 
 def write_people(path: Path, found: Results) -> None:
-    """Write a line per participant, with what they told of themselves."""
+    """Write a line per participant, with their answers on themselves."""
     names = [question.name for question in found.form.question]
     rows = [
         [person.participant, person.language, *(person.answers[name] for name in names)]

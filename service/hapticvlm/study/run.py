@@ -2,7 +2,7 @@
 
 A page is sent the texts of all languages once, then the whole view after every change. It sends
 what is to be done ({"do": ...}); what cannot be done is answered with {"refused": why}. The
-participant's page is at `/`, the experimenter's at `/experimenter`: only that one is told which
+participant's page is at `/`, the experimenter's at `/experimenter`: only that one is sent which
 pattern was presented. Pages of other origins are refused, as by the service itself.
 """
 
@@ -33,8 +33,8 @@ from hapticvlm.study.stimuli import StudyError
 
 HOST = "127.0.0.1"
 PAGE, EXPERIMENTER = http.STUDY_PAGES
-DESK = "/experimenter"  # the WebSocket of the experimenter's page
-DESK_S = 0.5  # how often that page is told of the outputs
+EXPERIMENTER_SOCKET = "/experimenter"  # the WebSocket of the experimenter's page
+OUTPUTS_EVERY_S = 0.5  # how often that page is sent the outputs
 MAX_COMMAND_BYTES = 32_768
 
 
@@ -51,7 +51,7 @@ class Setting:
 
 
 class Room:
-    """The pages that look at one study, and what they ask of it."""
+    """The pages that show one study, and what they ask of it."""
 
     def __init__(self, conductor: Conductor, greeting: dict[str, Any]) -> None:
         self._conductor = conductor
@@ -69,19 +69,19 @@ class Room:
         broadcast(self._experimenters, json.dumps(self._conductor.overview()))
 
     async def report_outputs(self) -> None:
-        """Keep the experimenter's pages informed, until cancelled."""
+        """Send the outputs to the experimenter's pages, until cancelled."""
         while True:
-            await asyncio.sleep(DESK_S)
+            await asyncio.sleep(OUTPUTS_EVERY_S)
             if self._experimenters:
                 self._notify_experimenters()
 
     def play(self, waveform: dict[str, Any]) -> None:
-        """Have the participant's pages play what the speaker plays."""
+        """Send the speaker's waveform to the participant's pages, which play it."""
         broadcast(self._pages, json.dumps({"waveform": waveform}))
 
     async def attend(self, socket: ServerConnection) -> None:
-        """Talk with one page until it leaves."""
-        is_experimenter = socket.request is not None and socket.request.path == DESK
+        """Serve one page until it leaves."""
+        is_experimenter = socket.request is not None and socket.request.path == EXPERIMENTER_SOCKET
         pages = self._experimenters if is_experimenter else self._pages
         shown = self._conductor.overview() if is_experimenter else self._conductor.view()
         try:
@@ -107,7 +107,7 @@ class Room:
 
 
 async def run(design: Design, setting: Setting, ready: Callable[[str], None]) -> None:
-    """Run a study until cancelled or until the service goes; `ready` is told the page's address.
+    """Run a study until cancelled or until the service goes; `ready` is given the page's address.
 
     Raises StudyError, Refused or OSError.
     """
@@ -137,7 +137,7 @@ async def run(design: Design, setting: Setting, ready: Callable[[str], None]) ->
 
 
 async def _relay_waveform(observer: Client, room: Room) -> None:
-    """Pass on the service's stream of what the speaker plays, as its dashboard has it."""
+    """Relay the service's stream of what the speaker plays, as its dashboard has it."""
     await observer.set(watch=["waveform"])
     while True:
         event = await observer.events.get()
@@ -151,7 +151,7 @@ async def _until_gone(client: Client) -> None:
 
 
 def _beside(stack: AsyncExitStack, work: Coroutine[Any, Any, None]) -> None:
-    """Have work done until the study ends."""
+    """Run `work` until the study ends."""
     stack.push_async_callback(_cancel, asyncio.create_task(work))
 
 

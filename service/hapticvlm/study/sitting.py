@@ -40,7 +40,7 @@ class Sitting:
         self._is_trained = False
 
     def apply(self, event: Event) -> None:
-        """Take in one event."""
+        """Apply one event."""
         match event["event"]:
             case "opened":
                 self._answered_at.clear()
@@ -102,7 +102,7 @@ class Sitting:
 
     @property
     def next_to_feel(self) -> str | None:
-        """The pattern felt least often in training so far; None when all were felt enough."""
+        """The pattern rendered least often in training; None when all were rendered enough."""
         due = min(self._names, key=lambda name: self.renderings[name])
         return due if self.renderings[due] < self._wanted else None
 

@@ -1,7 +1,7 @@
 """The patterns a study presents: a vibration and a temperature each. Knows no device.
 
 A file of patterns holds one `[[pattern]]` table each, with the fields of `Stimulus`. The plate's
-setpoint is given as such; what is told to the service is the object that would bring skin there
+setpoint is given as such; what is sent to the service is the object that would bring skin there
 by the stimulus's end, so that the contact model, its lead and its limits stay in force.
 
 A hand presents it: it approaches, rests on the object without rubbing until the plate has brought
@@ -86,7 +86,7 @@ class Stimulus:
         )
 
     def described(self) -> dict[str, str]:
-        """Tell what a page shows of it."""
+        """Return what a page shows of it."""
         return {
             "name": self.name,
             "vibration": self.vibration,
@@ -120,7 +120,7 @@ def read(path: Path) -> tuple[Stimulus, ...]:
 
 
 def checked(stimuli: Iterable[Stimulus]) -> tuple[Stimulus, ...]:
-    """Check that the patterns can be told apart by name and by factors. Raises StudyError."""
+    """Check that the patterns differ in name and in factors. Raises StudyError."""
     found = tuple(stimuli)
     if not 2 <= len(found) <= MOST_PATTERNS:
         raise StudyError(f"{len(found)} patterns: a study needs 2 to {MOST_PATTERNS}")

@@ -27,7 +27,7 @@ def text_of(document: Document, pictures: Path | None = None) -> str:
 
 
 def people(count: int) -> str:
-    """Say how many took part."""
+    """Return how many took part."""
     return f"{count} participant{'' if count == 1 else 's'}"
 
 
@@ -60,7 +60,7 @@ def _claims(document: Document) -> str:
 
 
 def _shown(folder: Path | None, *names: str) -> str:
-    """Put those pictures in that the folder has."""
+    """Include those pictures that the folder has."""
     if folder is None:
         return ""
     there = [name for name in names if (folder / f"{name}.png").exists()]

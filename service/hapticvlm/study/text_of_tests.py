@@ -23,7 +23,7 @@ def anova(document: Document) -> str:
 
 
 def _complete(document: Document) -> str:
-    """Say who is left out of the tests within people."""
+    """Return who is left out of the tests within people."""
     left_out = document["incomplete"]
     if not left_out:
         return ""

@@ -31,7 +31,7 @@ class _Asked:
 
 
 class Trials:
-    """Presents trials and takes their answers; `enter` is told when it asks and when it rests."""
+    """Presents trials and takes their answers; `enter` is called when it asks and when it rests."""
 
     def __init__(self, record: Record, player: Player, enter: Callable[[Step], None]) -> None:
         self._record = record
@@ -61,7 +61,7 @@ class Trials:
                 await playing
 
     def answer(self, trial: int, name: str, seen_ms: object) -> None:
-        """Take the answer to the open trial; a second one, or one to another trial, is refused."""
+        """Record the answer to the open trial; a second one, or to another trial, is refused."""
         asked = self._asked
         self._record.design.stimulus(name)
         if asked is None or asked.onset is None or asked.answered.done():
@@ -90,7 +90,7 @@ class Trials:
             self._rated = None
 
     def rate(self, trial: int, given: dict[str, Any]) -> None:
-        """Take the ratings of the trial just answered. Raises StudyError."""
+        """Record the ratings of the trial just answered. Raises StudyError."""
         sitting = self._record.sitting
         if self._rated is None or sitting is None or trial != sitting.to_rate:
             raise StudyError("no rating is open")

@@ -18,7 +18,7 @@ TICK_S, TTL_S = 0.02, 0.25
 
 
 class Bench:
-    """Renews one plate's command at 50 Hz from its own thread; neutral until told otherwise.
+    """Renews one plate's command at 50 Hz from its own thread; neutral until it gets another.
 
     The plate goes ahead of the skin by `plate_resistance` (m2 K/W), as in the service.
     """
@@ -39,7 +39,7 @@ class Bench:
             self._course = self._resting.approach(contact, time.monotonic())
 
     def touch(self) -> None:
-        """Go on as if the object just prepared were touched now."""
+        """Act as if the object just prepared were touched now."""
         with self._lock:
             self._course = self._course.touch(self._contact, "plate", time.monotonic())
 

@@ -48,7 +48,7 @@ def sweep() -> NDArray[np.float32]:
 def response(
     recorded: _Floats, rate_hz: float, quantity: str = "acceleration", *, simulated: bool = False
 ) -> SpeakerResponse:
-    """Take the response from a recording (N,) of the sweep. Raises ValueError."""
+    """Compute the response from a recording (N,) of the sweep. Raises ValueError."""
     wave = _checked(recorded, rate_hz)
     played = sweep().astype(np.float64)
     size = 1 << (wave.size + played.size - 1).bit_length()
@@ -69,7 +69,7 @@ def response(
 def read_csv(path: Path) -> tuple[_Floats, float]:
     """Read an accelerometer's time in s and value: (N,) evenly spaced, and its rate, Hz.
 
-    A first line of names is skipped; further columns are not looked at. Raises OSError, ValueError.
+    A first line of names is skipped; further columns are ignored. Raises OSError, ValueError.
     """
     with path.open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.reader(file) if len(row) >= 2]
@@ -99,7 +99,7 @@ def simulated_speaker(played: _Floats) -> _Floats:
 
 
 def _header(rows: list[list[str]]) -> int:
-    """Tell how many first rows are names: none or one."""
+    """Return how many first rows are names: none or one."""
     try:
         float(rows[0][0])
     except (ValueError, IndexError):
@@ -126,7 +126,7 @@ def _checked(recorded: _Floats, rate_hz: float) -> _Floats:
 
 
 def _gated(impulse: _Floats) -> _Floats:
-    """Keep what lies around the peak. Raises ValueError where nothing stands out."""
+    """Return what lies around the peak. Raises ValueError where nothing stands out."""
     peak = int(np.argmax(np.abs(impulse)))
     rolled = np.roll(impulse, impulse.size // 2 - peak)
     away_s = np.abs(np.arange(impulse.size) - impulse.size // 2) / RATE_HZ

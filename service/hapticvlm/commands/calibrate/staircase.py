@@ -7,10 +7,10 @@ with a trial value of R''. The answer to "which felt colder" is A with the proba
 
 where T is the skin surface JUDGED_S after contact. R'' and the noise of the person, whom nobody has
 measured either, are learned together on a grid; the next trial is the one whose answer is expected
-to tell most about both. The plate makes up for its own contact with the palm, whose resistance is
+to inform most about both. The plate makes up for its own contact with the palm, whose resistance is
 taken as known: 15 answers of a simulated palm on the plant find R'' within 11 % where it is right,
 and 0.3 to 0.7 of R'' where the palm has 5e-4 m2 K/W and is taken for 2e-4. A second
-comparison, on wood of 5 degC, tells both only if R'' is the same on wood and metal, which the fit
+comparison, on wood of 5 degC, gives both only if R'' is the same on wood and metal, which the fit
 of Ho and Jones denies; metal felt for longer leaves them mixed up (simulated). So it is not asked.
 
 Fifteen answers of a simulated palm with 0.3 degC of noise on metal at 22 degC find R'' within 30 %
@@ -65,20 +65,20 @@ class Calibration:
         self._trials = 0
 
     def next_resistance(self) -> float:
-        """Choose the R'' for B whose answer is expected to tell most."""
+        """Choose the R'' for B whose answer is expected to inform most."""
         doubt = _entropy(np.tensordot(self._chances, self._belief))
         gains = doubt - np.tensordot(self._doubts, self._belief)
         return float(TRIED[int(np.argmax(gains))])
 
     def learn(self, resistance: float, *, real_was_colder: bool) -> None:
-        """Take in one answer to a B with this R''."""
+        """Add one answer to a B with this R''."""
         chance = self._chance(self._skin_c(resistance))
         belief = self._belief * (chance if real_was_colder else 1.0 - chance)
         self._belief = belief / belief.sum()
         self._trials += 1
 
     def estimate(self) -> Estimate:
-        """Say what is believed now: median and interval over R'', mean noise."""
+        """Return what is believed now: median and interval over R'', mean noise."""
         below = np.cumsum(self._belief.sum(axis=1))
         tail = (1.0 - INTERVAL) / 2.0
         low, middle, high = np.interp([tail, 0.5, 1.0 - tail], below, np.log(RESISTANCES))

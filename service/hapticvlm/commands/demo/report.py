@@ -42,7 +42,7 @@ class Contact:
 
     @property
     def outcome(self) -> str:
-        """right, unknown (said so) or wrong; against the capture's truth."""
+        """right, unknown (decided so) or wrong; against the capture's truth."""
         material = self.decision["material"] if self.decision else "unknown"
         if material == self.truth:
             return "right"
@@ -52,7 +52,7 @@ class Contact:
 def write(
     capture: Capture, outcome: Outcome, decisions: Timed, telemetry: Timed, out: Path
 ) -> list[Path]:
-    """Write the keepsakes into `out`; return the files a person may open."""
+    """Write the report's files into `out`; return the files a person may open."""
     touches = contacts(capture, decisions)
     plot, strip = out / "plate.png", out / "touches.png"
     draw_plate(telemetry, touches, plot)

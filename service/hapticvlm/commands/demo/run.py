@@ -1,6 +1,6 @@
 """The main job, end to end, on simulated devices: a recorded headset capture becomes touch.
 
-Starts the service in a process of its own, streams the capture to it as a scene would, tells each
+Starts the service in a process of its own, streams the capture to it as a scene would, reports each
 touch while it happens, and leaves a film, a folder to look at and the recorded session.
 """
 
@@ -91,7 +91,7 @@ async def _listen(observer: Client, show: Show) -> None:
 
 
 async def _follow(capture: Capture, show: Show) -> None:
-    """Tell each touch when it begins and ends, at the pace of the stream."""
+    """Report each touch when it begins and ends, at the pace of the stream."""
     for touch in report.contacts(capture, []):
         for at_s, on_touch in (
             (touch.started_s, show.begin_touch),
@@ -102,7 +102,7 @@ async def _follow(capture: Capture, show: Show) -> None:
 
 
 def _ignore(line: Line, answer: Message) -> None:
-    """Leave the scene's own answers to their count: the observer hears everything."""
+    """Ignore the scene's own answers: the observer receives everything."""
 
 
 def _record(show: Show, path: Path) -> None:
@@ -119,7 +119,7 @@ def _remembered(sessions: Path, console: Console) -> Timeline:
 
 
 def _film(what: Timeline, path: Path, console: Console) -> list[Path]:
-    """Draw the film, say how far it is, and return its path; none without the package for it."""
+    """Draw the film with its progress, and return its path; none without the package for it."""
     if find_spec("av") is None:
         console.print("No film: `pip install av` lets the demo draw one.")
         return []

@@ -1,4 +1,4 @@
-"""Tells what the service decides while it decides it: a line a touch, and a line that moves."""
+"""Shows what the service decides while it decides it: a line a touch, and a line that moves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hapticvlm.commands.demo.report import Contact
 from hapticvlm.commands.demo.words import SOURCES
 
 REFRESH_HZ = 8
-SILENCE_S = 2.0  # of a text that is not a terminal, before it says how far it is
+SILENCE_S = 2.0  # of a text that is not a terminal, before it reports progress
 _COLUMNS = "{:>5}  {:<21} {:<13} {:<16} {:>5} {:>5} {:>5}"
 _HEAD = (
     _COLUMNS.format("time", "touched", "is", "told", "feel", "asked", "plate")
@@ -32,7 +32,7 @@ _LEGEND = (
 
 @contextmanager
 def waiting(console: Console, text: Callable[[float], str]) -> Iterator[None]:
-    """Print a line every SILENCE_S while something takes long; `say` is given the seconds."""
+    """Print a line every SILENCE_S while something takes long; `text` is given the seconds."""
     began, ended = time.monotonic(), threading.Event()
 
     def report_progress() -> None:
@@ -49,7 +49,7 @@ def waiting(console: Console, text: Callable[[float], str]) -> Iterator[None]:
 
 
 class Show:
-    """What the observer has heard so far, and the touches that were told."""
+    """What the observer has received so far, and the touches that were printed."""
 
     def __init__(self, console: Console, capture: Capture) -> None:
         self._console = console
@@ -80,7 +80,7 @@ class Show:
         self._print(_LEGEND)
 
     def receive(self, event: Message) -> None:
-        """Keep one event of the service."""
+        """Record one event of the service."""
         if event["type"] == "telemetry":
             self.telemetry.append((self.now_s, event))
             if not self._console.is_terminal and time.monotonic() - self._printed_at > SILENCE_S:
@@ -91,7 +91,7 @@ class Show:
                 self._newest[event["object_id"]] = event
 
     def begin_touch(self, touch: Contact) -> None:
-        """Say in the moving line what is touched."""
+        """Show in the moving line what is touched."""
         self._touched = touch.name
 
     def end_touch(self, touch: Contact) -> None:

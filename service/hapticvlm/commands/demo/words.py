@@ -1,4 +1,4 @@
-"""How a decision is told in a few plain words, in the terminal and in the film."""
+"""A decision in a few plain words, for the terminal and for the film."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SOURCES = {
 
 
 def confidence_text(decision: Mapping[str, Any]) -> str:
-    """Say how sure, and by what: `97 % sure, by its name`."""
+    """Return how sure, and by what: `97 % sure, by its name`."""
     source = SOURCES[decision["source"]]
     if decision["source"] == "scene":
         return source
@@ -27,6 +27,6 @@ def confidence_text(decision: Mapping[str, Any]) -> str:
 
 
 def degrees(decision: Mapping[str, Any]) -> str:
-    """Say what skin is to feel: `should feel like 23.9 °C`."""
+    """Return what skin is to feel: `skin should feel 23.9 °C`."""
     contact_c = decision.get("contact_c")
     return "" if contact_c is None else f"skin should feel {contact_c:.1f} °C"

@@ -1,6 +1,6 @@
-"""What `hapticvlm doctor` looks at on cables: audio outputs and plates; none is played or heated.
+"""What `hapticvlm doctor` checks on cables: audio outputs and plates; none is played or heated.
 
-A plate is only greeted, which opening resets, and told to stay off.
+A plate only exchanges hello, which opening resets, and stays off.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _LIST = (
 
 
 def audio(serving: Serving) -> list[Finding]:
-    """Tell the outputs there are, and whether the one asked for is among them."""
+    """Find the outputs, and whether the one asked for is among them."""
     try:
         return [found_audio(serving, _names())]
     except subprocess.TimeoutExpired:
@@ -37,7 +37,7 @@ def audio(serving: Serving) -> list[Finding]:
 
 
 def has_output() -> bool:
-    """Return whether this machine has an audio output that tells so within AUDIO_S."""
+    """Return whether this machine lists an audio output within AUDIO_S."""
     try:
         return bool(_names())
     except subprocess.TimeoutExpired:
@@ -72,7 +72,7 @@ def found_audio(serving: Serving, names: list[str]) -> Finding:
 
 
 def plates(serving: Serving) -> list[Finding]:
-    """Tell which serial ports may be a plate, whether they may be opened, and which answers."""
+    """Find which serial ports may be a plate, whether they may be opened, and which answers."""
     is_asked = serving.peltier != "simulated"
     try:
         found = ports.places(serving.peltier if is_asked else ports.AUTO)
@@ -100,7 +100,7 @@ def _join_group(port: Path) -> str:
 
 
 def check_plate(address: str, plate: Peltier, is_asked: bool) -> Finding:
-    """Say hello to what may be a plate and let go of it; it is never told a setpoint."""
+    """Connect to what may be a plate and close it; no setpoint is sent."""
     try:
         plate.connect()
     except DeviceError as error:

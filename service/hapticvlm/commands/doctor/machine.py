@@ -1,4 +1,4 @@
-"""What `hapticvlm doctor` looks at in this machine: Python, packages, clock, priority, encoder."""
+"""What `hapticvlm doctor` checks in this machine: Python, packages, clock, priority, encoder."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _REQUIREMENT = re.compile(
 
 
 def python() -> Finding:
-    """Tell which Python runs this and whether the package knows it."""
+    """Check which Python runs this and whether the package supports it."""
     text = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
     if sys.maxsize < 2**32:
         return Finding("python", "wrong", f"{text}, 32 bits", "install a 64-bit Python 3.11-3.13")
@@ -46,7 +46,7 @@ def python() -> Finding:
 
 
 def packages() -> list[Finding]:
-    """Tell what is missing or too old of what the package needs, and which extras are there."""
+    """Check what is missing or too old of what the package needs, and which extras are there."""
     try:
         return judged(metadata.requires("hapticvlm") or [])
     except metadata.PackageNotFoundError:
@@ -104,7 +104,7 @@ def _extras(lacking: dict[str, list[str]]) -> Finding:
 
 
 def clock() -> Finding:
-    """Tell whether waits are as short as asked for and the date can be right."""
+    """Check whether waits are as short as asked for and the date can be right."""
     if time.time() < BUILT_AT:
         text = time.strftime("the date is %Y-%m-%d", time.gmtime())
         return Finding("clock", "wrong", text, "set the clock: certificates need it")
@@ -121,7 +121,7 @@ def clock() -> Finding:
 
 
 def priority(serving: Serving) -> Finding:
-    """Tell whether real-time priority is permitted; it is handed back at once."""
+    """Check whether real-time priority is permitted; it is given back at once."""
     about = "priority"
     if serving.no_realtime:
         return Finding(about, "ok", "normal, as asked for")
@@ -139,7 +139,7 @@ def priority(serving: Serving) -> Finding:
 
 
 def encoder(serving: Serving) -> Finding:
-    """Load the encoder and gallery and look once. One of transformers is left alone: it is slow."""
+    """Load the encoder and gallery and recognise once. A transformers encoder is skipped: slow."""
     from hapticvlm.recognition.encoders.encoder import EncoderError
     from hapticvlm.recognition.galleries.storage import GalleryError
 

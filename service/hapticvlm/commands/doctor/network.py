@@ -1,4 +1,4 @@
-"""What `hapticvlm doctor` looks at on the network: the port, who has it, the certificate."""
+"""What `hapticvlm doctor` checks on the network: the port, who has it, the certificate."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ANY = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where to ask, not where to liste
 
 
 def address(serving: Serving) -> list[Finding]:
-    """Tell whether the service would listen as asked, and how long its certificate lasts."""
+    """Check whether the service would listen as asked, and how long its certificate lasts."""
     from hapticvlm.commands import assemble
 
     try:
@@ -35,7 +35,7 @@ def address(serving: Serving) -> list[Finding]:
 
 
 def port(serving: Serving) -> Finding:
-    """Tell whether the port is free, or who answers there."""
+    """Check whether the port is free, or who answers there."""
     address = f"{serving.host}:{serving.port}"
     family = socket.AF_INET6 if ":" in serving.host else socket.AF_INET
     try:
@@ -49,7 +49,7 @@ def port(serving: Serving) -> Finding:
 
 
 async def _who(serving: Serving, address: str) -> Finding:
-    """Greet what listens at the port as an observer would."""
+    """Connect to what listens at the port, as an observer would."""
     host = _ANY.get(serving.host, serving.host)
     tls = None
     if serving.tls_cert is not None:
@@ -68,6 +68,6 @@ async def _who(serving: Serving, address: str) -> Finding:
     except Refused:
         reason = f"{address}: a hapticvlm runs there, with another token or protocol"
         return Finding("port", "note", reason, cure)
-    except Exception as error:  # noqa: BLE001 - a stranger may answer anything
+    except Exception as error:  # noqa: BLE001 - an unknown program may answer anything
         reason = f"{address}: another program has it ({type(error).__name__})"
         return Finding("port", "wrong", reason, "take another --port")

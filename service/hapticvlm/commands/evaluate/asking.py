@@ -1,4 +1,4 @@
-"""The ways to judge a picture's temperature, and asking one of them about every picture."""
+"""The methods to judge a picture's temperature, and asking one of them about every picture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hapticvlm.recognition.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW
 from hapticvlm.recognition.vlm.answers import Picture, Reading, Vlm, VlmError
 from hapticvlm.recognition.vlm.remote import RestingError
 
-Way = Literal["default", "vlm"]
+Method = Literal["default", "vlm"]
 Ask = Callable[[Picture], Guess | None]
 
 PATIENCE_S = 60.0  # waited for an endpoint that rests after a failure, before a picture is given up
@@ -22,7 +22,7 @@ PATIENCE_S = 60.0  # waited for an endpoint that rests after a failure, before a
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """What was said of a shot: a guess, or None and why; and the seconds it took."""
+    """The answer on a shot: a guess, or None and why; and the seconds it took."""
 
     shot: Shot
     guess: Guess | None
@@ -31,7 +31,7 @@ class Answered:
 
 
 def by_default(_picture: Picture) -> Guess:
-    """Say the default of every picture."""
+    """Return the default for every picture."""
     return Guess(DEFAULT_C, DEFAULT_LOW_C, DEFAULT_HIGH_C)
 
 
@@ -45,12 +45,12 @@ def by_vlm(vlm: Vlm) -> Ask:
 
 
 def guess_of(reading: Reading) -> Guess:
-    """Keep of a reading what is graded."""
+    """Return the part of a reading that is graded."""
     return Guess(reading.value_c, reading.low_c, reading.high_c)
 
 
 def ask_all(ask: Ask, shots: Sequence[Shot]) -> list[Answered]:
-    """Ask about every shot, telling on standard error how far it is. Raises ShotError."""
+    """Ask about every shot, with progress on standard error. Raises ShotError."""
     answers = []
     for count, shot in enumerate(shots, 1):
         answers.append(_answer(ask, shot))

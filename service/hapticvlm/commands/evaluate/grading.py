@@ -72,7 +72,7 @@ def grade(answers: Sequence[Answered]) -> Outcome:
 
 
 def figures(outcome: Outcome, method: str) -> dict[str, Any]:
-    """Say everything in one JSON object; figures that there are none of are null."""
+    """Return everything as one JSON object; figures that there are none of are null."""
     return {
         "evaluate": "ambient",
         "version": __version__,

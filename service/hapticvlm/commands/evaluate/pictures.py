@@ -23,7 +23,7 @@ MOST_PIXELS = 64_000_000
 
 
 class ShotError(HapticVLMError, ValueError):
-    """A CSV or a picture of it cannot be used; the text says which row and column."""
+    """A CSV or a picture of it cannot be used; the text names row and column."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Shot:
 
 
 def read_shots(file: Path) -> list[Shot]:
-    """Read a CSV, all of it, before any picture is looked at. Raises ShotError."""
+    """Read a CSV, all of it, before any picture is opened. Raises ShotError."""
     try:
         with file.open(newline="", encoding="utf-8-sig") as lines:
             reader = csv.DictReader(lines, strict=True)

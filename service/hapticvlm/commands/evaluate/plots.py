@@ -1,4 +1,4 @@
-"""The evaluation as a picture: said against true, and how many truths intervals really hold."""
+"""The evaluation as a picture: estimate against truth, and how many truths intervals hold."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""What temperatures with intervals are worth, beside a guess that looks at nothing. Pure.
+"""What temperatures with intervals are worth, beside a guess that uses no picture. Pure.
 
-A picture tells a climate rather than a number, so a method is only worth what it is better by than
-one number said of every picture: the default, or the median of the other pictures' truths.
+A picture shows a climate rather than a number, so a method is only worth what it is better by than
+one number for every picture: the default, or the median of the other pictures' truths.
 Intervals of figures are 95 %: by bootstrap over pictures for means, exact (Clopper and Pearson) for
-shares. Pictures of one place are not told apart, which makes them too narrow where there are any.
+shares. Pictures of one place count as independent, which makes them too narrow where there are any.
 """
 
 from __future__ import annotations

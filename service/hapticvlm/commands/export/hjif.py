@@ -1,7 +1,7 @@
 """`.hjif` of MPEG haptics (ISO/IEC 23090-31): vibration in hertz, the plate's temperature. Pure.
 
 Field names and rules: MPEGGroup/HapticReferenceSoftware, whose JSON schema is not public. The Main
-profile is the one that has temperature. Its scale is not fixed there, so the description says it.
+profile is the one that has temperature. Its scale is not fixed there, so the description states it.
 """
 
 from __future__ import annotations

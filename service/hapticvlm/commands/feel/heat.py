@@ -1,4 +1,4 @@
-"""The thermal half of a touch: what physics says skin does, and what the plate would be told. Pure.
+"""The thermal half of a touch: what skin does by physics, and what the plate would be sent. Pure.
 
 The hand approaches for APPROACH_S, then touches. The plate starts neutral, leads by the product's
 own trajectory and keeps the product's own limits; nothing here computes heat by itself.
@@ -96,7 +96,7 @@ def _contact(material: Material, warmth: Warmth) -> ThermalContact:
 def _plate(
     contact: ThermalContact, ambient_c: float, seconds: float
 ) -> tuple[list[float], list[tuple[float, Limit | None]]]:
-    """Let the plate lead, then follow: what is wanted and what is sent, from contact on."""
+    """Return what is wanted and what is sent from contact on: the plate leads, then follows."""
     reading = PlateReading(
         plate_c=NEUTRAL_C,
         sink_c=ambient_c,

@@ -24,7 +24,7 @@ LOWEST_DB = -90.0
 
 
 def draw(heat: Heat, sound: Sound, path: Path) -> None:
-    """Write the picture; the ending of `path` says in which format. Raises OSError, ValueError."""
+    """Write the picture; the ending of `path` gives the format. Raises OSError, ValueError."""
     import matplotlib as mpl
 
     mpl.use("Agg")

@@ -110,7 +110,7 @@ def show(path: Path | None) -> int:
 
 
 def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> tuple[Gallery, str]:
-    """Put references together and say where the calibration comes from."""
+    """Join references; return the gallery and where its calibration comes from."""
     labels = enrolled.labels[enrolled.places]
     own = Gallery(
         encoder.name,
@@ -125,7 +125,7 @@ def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> t
 
 
 def _origin(own: Gallery, encoder: Encoder) -> str:
-    """Say how references are calibrated. Raises EnrolError where they cannot be."""
+    """Return how references are calibrated. Raises EnrolError where they cannot be."""
     if calibration.is_enough(own):
         count = len(np.unique(np.stack([own.labels, calibration.places_of(own)]), axis=1).T)
         return f"fitted on these {count} pictures left out in turn; few make it rough"
@@ -206,4 +206,4 @@ def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, found: int) -> Non
         why = "as near to each other's pictures as to their own"
         if pair.confused:
             why = f"{pair.confused} of {pair.checked} pictures taken for the other"
-        print(f"WARNING: {pair.one} and {pair.other} cannot be told apart: {why}")
+        print(f"WARNING: {pair.material} and {pair.other} cannot be told apart: {why}")

@@ -26,7 +26,7 @@ from hapticvlm.statistics import wilson
 
 SAME = 0.9999  # similarity from which a picture is one of the references: rounding takes the rest
 
-Confusion = dict[str, Counter[str]]  # truth -> what was said -> how often
+Confusion = dict[str, Counter[str]]  # truth -> guess -> how often
 
 
 def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) -> int:

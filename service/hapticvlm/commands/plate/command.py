@@ -1,4 +1,4 @@
-"""`hapticvlm plate`: what a plate on a serial port says, clearing its faults, its firmware."""
+"""`hapticvlm plate`: what a plate on a serial port reports, clearing its faults, its firmware."""
 
 from __future__ import annotations
 

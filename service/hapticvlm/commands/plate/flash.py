@@ -40,7 +40,7 @@ class FlashError(HapticVLMError):
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """A program for the board; no version where nobody says which it is."""
+    """A program for the board; no version where it is not known."""
 
     path: Path
     version: str | None
@@ -142,7 +142,7 @@ def _on_it(place: Place) -> str:
 
 
 def _firmware(place: Place) -> str | None:
-    """Greet a board and let go of it, told no setpoint; who answers, None without an answer."""
+    """Return the firmware that answers; None without an answer. No setpoint is sent."""
     plate = Peltier(place.url)
     try:
         plate.connect()
@@ -166,7 +166,7 @@ def _run(avrdude: str, place: Place, image: Image) -> None:
 
 
 def _reason(text: str) -> str:
-    """Return the line of avrdude's output that says most, without its own name."""
+    """Return the line of avrdude's output that names the cause, without its own name."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     for word in ("not responding", "cannot open", "verif", "error"):
         if causes := [line for line in lines if word in line.lower()]:

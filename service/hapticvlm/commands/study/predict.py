@@ -191,7 +191,7 @@ def _print(found: Prediction, spread: Spread | None) -> None:
 
 
 def _range(spread: Spread | None) -> str:
-    """Say how much of the figure hangs on the guess of the paper's stimuli."""
+    """Return how much of the figure depends on the guess of the paper's stimuli."""
     if spread is None:
         return ""
     return (

@@ -57,7 +57,7 @@ class NetworkEncoder(Encoder, Protocol):
 
     @property
     def revision(self) -> str:
-        """What tells its weights from others of the same name."""
+        """What distinguishes its weights from others of the same name."""
 
     @property
     def beliefs(self) -> bool:
@@ -67,7 +67,7 @@ class NetworkEncoder(Encoder, Protocol):
 def embed_all(
     crops: Sequence[Crop], encoder: Encoder, run: Callable[[Pixels], NDArray[np.generic]]
 ) -> Floats:
-    """Let `run` map (n, S, S, 4) uint8, RGB and mask (0 or 255), to (n, D), BATCH crops at most.
+    """Embed crops by `run`: (n, S, S, 4) uint8, RGB and mask (0 or 255), to (n, D), n <= BATCH.
 
     Returns (N, D) float32, finite and of unit norm. Raises EncoderError.
     """

@@ -3,7 +3,7 @@
 The features are the input of the network's last mean over places, averaged under the mask; where
 there is no such mean, what its last layer is given, of the whole crop. The class scores of an
 ImageNet classifier are read as materials. Colours are prepared as a preprocessor_config.json beside
-the file says; without one, bytes are given as they are, and floats as most exports want them, which
+the file has; without one, bytes are given as they are, and floats as most exports want them, which
 is logged. Knows no gallery.
 """
 
@@ -30,7 +30,7 @@ from hapticvlm.recognition.pictures import Crop
 IMAGENET_MEAN, IMAGENET_DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 SETTINGS = {
     "INFERENCE_PRECISION_HINT": "f32",  # half precision elsewhere would be another network
-    "ENABLE_CPU_PINNING": False,  # else every process that looks crowds onto the first core
+    "ENABLE_CPU_PINNING": False,  # else every process that recognises crowds onto the first core
 }
 _POOLING = ("ReduceMean", "AvgPool")
 _DENSE = ("MatMul", "Convolution")

@@ -34,7 +34,7 @@ def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int =
 
 
 def _find(name: str | None, device: str, threads: int) -> Encoder:
-    """Load what `name` says; torch is imported only for a network of transformers."""
+    """Load what `name` names; torch is imported only for a network of transformers."""
     shipped = name is None or name == read_card(SHIPPED).name
     folder = SHIPPED if shipped else Path(str(name)).expanduser()
     is_file = not shipped and folder.suffix.lower() in FILES

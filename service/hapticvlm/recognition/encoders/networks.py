@@ -31,7 +31,7 @@ WEIGHTS = ".safetensors"
 PICKLED = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")
 CLASSIFIER = "ForImageClassification"
 FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in a folder's label
-HUB_S = 10.0  # for the hub to say whether it has a network
+HUB_S = 10.0  # for the hub to answer whether it has a network
 HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
 PACKAGES = "torch transformers safetensors"
 FOLDER = "give a folder that save_pretrained wrote, with network and image processor"
@@ -102,7 +102,7 @@ def label(source: Path | str) -> str:
 
 
 def line(error: Exception) -> str:
-    """Put an error's text on one line of bounded length."""
+    """Shorten an error's text to one line of bounded length."""
     return (" ".join(str(error).split()) or type(error).__name__)[:160]
 
 
@@ -114,7 +114,7 @@ def _require_preprocessing(folder: Path) -> Path:
 
 
 def _require_reachable(name: str) -> None:
-    """Ask the hub once for a network that is not in the cache; downloads would retry for long."""
+    """Ask the hub once for a network that is not cached; downloads would retry for long."""
     try:
         import huggingface_hub
     except ImportError as error:

@@ -1,7 +1,7 @@
 """An encoder on onnxruntime: a folder with encoder.json and encoder.onnx, no torch.
 
 The graph holds the preprocessing: it takes "crops" (N, S, S, 4) uint8, RGB and mask (0 or 255), and
-gives "embeddings" (N, D) float32 of unit norm. encoder.json says name, side, dimension and the
+gives "embeddings" (N, D) float32 of unit norm. encoder.json gives name, side, dimension and the
 SHA-256 of each file. One thread that does not spin while it waits, so that a busy recogniser leaves
 the other cores to touch. Knows no gallery.
 """
@@ -34,7 +34,7 @@ SILENT = 4  # onnxruntime's log level "fatal": what goes wrong arrives as an exc
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """What encoder.json says; sha256 maps file names to hexadecimal digests."""
+    """The content of encoder.json; sha256 maps file names to hexadecimal digests."""
 
     name: str
     side: int

@@ -165,7 +165,7 @@ def _read_words(network: Network, device: str) -> Tensor:
 
 
 def _cells(features: Tensor) -> Tensor | None:
-    """Make a spatial map (N, D, h, w) of a map, or of tokens whose last ones are a square."""
+    """Return a spatial map (N, D, h, w) of a map, or of tokens whose last ones are a square."""
     if features.ndim == 4:
         return features
     if features.ndim != 3:

@@ -24,7 +24,7 @@ Floats = NDArray[np.float32]
 BELIEFS = len(materials.MATERIALS) + 1  # the materials in the order of their table, and the rest
 ADDED = BELIEFS + 1  # numbers that an embedding has beyond its features: the levels, and r
 SHARE = 0.5  # s: both parts alike, our choice
-FLOOR = 1e-3  # e: less belief than this says nothing, our choice
+FLOOR = 1e-3  # e: less belief than this is no evidence, our choice
 _SHORTEST = 1e-12
 _SCALE = math.sqrt(SHARE / BELIEFS) / -math.log(FLOOR)  # of log p in the embedding
 

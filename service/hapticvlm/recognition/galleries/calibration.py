@@ -1,12 +1,12 @@
 """What own references are worth: a calibration by leaving each picture out in turn. Pure.
 
 First sharpness, weight and share are chosen, under which the pictures left out are least
-surprising; then slope and threshold of p(known), on these pictures against strangers: pictures
+surprising; then slope and threshold of p(known), on these pictures against unknowns: pictures
 whose material is left out whole, and shipped references of other materials. Surprise is the
 negative log probability of the truth. Left out with a picture are those of its material that are
 as near to it as its own variations, and the nearest ALIKE of the rest: other views of the same
-thing, which a user enrols without saying so. Always done anew on what is enrolled, for the cosines
-of one set say little of those of another.
+thing, which a user enrols unmarked. Always done anew on what is enrolled, for the cosines
+of one set predict little of those of another.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SCALES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 16.0, 23.0, 32.0)  # of the scores
 SHARES = (SHIPPED_SHARE, 0.6, 1.0)  # of the shipped beliefs beside them
 SLOPES = (2.0, 4.0, 8.0, 16.0, 32.0)
 THRESHOLDS = tuple(np.arange(-0.6, 1.01, 0.1).tolist())
-STRANGERS = 0.1  # share of what a hand touches that nobody enrolled: our choice
+UNKNOWN_SHARE = 0.1  # share of what a hand touches that nobody enrolled: our choice
 ALIKE = 0.1  # share of a material's other pictures; chosen on own renders and choose_web
 MOST_PICTURES = 400  # left out in turn; more change nothing and take seconds
 # Too few pictures to fit anything: as sharp as fits of five a material on fresh renders, and sure
@@ -48,8 +48,8 @@ def calibrate(own: Gallery, shipped: Gallery | None = None) -> Calibration:
         fitted = _sharpen(left_out, None if shipped is None else _shipped(left_out, shipped))
     if not left_out.has_others.any():
         return fitted
-    strange = [] if shipped is None else [_strangers(own, shipped)]
-    return _know(left_out, fitted, strange)
+    unknown_scores = [] if shipped is None else [_unknown_scores(own, shipped)]
+    return _know(left_out, fitted, unknown_scores)
 
 
 def is_enough(own: Gallery) -> bool:
@@ -107,9 +107,9 @@ class _LeftOut:
         nearest = others[np.argsort(nearness)[::-1][: int(len(others) * ALIKE)]]
         return is_other & np.isin(pictures, nearest)
 
-    def scores(self, sharpness: float, *, strangers: bool = False) -> Doubles:
+    def scores(self, sharpness: float, *, unknowns: bool = False) -> Doubles:
         """Scores (P, C) without the picture itself, or without all of its material."""
-        counted = self.others & ~(self.members[:, self.truth].T > 0) if strangers else self.others
+        counted = self.others & ~(self.members[:, self.truth].T > 0) if unknowns else self.others
         powers = np.where(counted, np.exp(sharpness * (self.cosines - 1.0)), 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             means = (powers @ self.members) / (counted @ self.members)
@@ -139,24 +139,24 @@ def _shipped(left_out: _LeftOut, shipped: Gallery) -> Doubles:
     return log_softmax(shipped.shipped_logits(left_out.embeddings, left_out.materials))
 
 
-def _know(left_out: _LeftOut, fitted: Calibration, strange: list[Doubles]) -> Calibration:
-    """Fit slope and threshold: pictures left out are known, strangers are not."""
+def _know(left_out: _LeftOut, fitted: Calibration, unknown_scores: list[Doubles]) -> Calibration:
+    """Fit slope and threshold: pictures left out are known, unknowns are not."""
     familiar = left_out.scores(fitted.sharpness)[left_out.has_others].max(axis=1)
     if len(left_out.materials) > 1:
-        strange.append(left_out.scores(fitted.sharpness, strangers=True).max(axis=1))
-    if not strange:
+        unknown_scores.append(left_out.scores(fitted.sharpness, unknowns=True).max(axis=1))
+    if not unknown_scores:
         return fitted
     best, least = (2.0, THRESHOLDS[0]), np.inf
     for slope, threshold in product(SLOPES, THRESHOLDS):
         known = _surprise_of(familiar, slope, threshold)
-        unknown = np.mean([_surprise_of(part, -slope, threshold) for part in strange])
-        found = (1.0 - STRANGERS) * known + STRANGERS * float(unknown)
+        unknown = np.mean([_surprise_of(part, -slope, threshold) for part in unknown_scores])
+        found = (1.0 - UNKNOWN_SHARE) * known + UNKNOWN_SHARE * float(unknown)
         if found < least:
             best, least = (slope, threshold), found
     return replace(fitted, slope=best[0], threshold=best[1])
 
 
-def _strangers(own: Gallery, shipped: Gallery) -> Doubles:
+def _unknown_scores(own: Gallery, shipped: Gallery) -> Doubles:
     """Best cosine (S,) of each shipped reference of another material to any own reference."""
     parents = {shipped.parent(name) for name in own.materials}
     others = [at for at, name in enumerate(shipped.materials) if name not in parents]

@@ -119,7 +119,7 @@ def enrol(found: Sequence[Picture], encoder: Encoder) -> Enrolled:
         seen = views(picture, frame, encoder.side)
         places += [len(kept)] * len(seen)
         kept.append(picture)
-        # One by one, as the service looks: int8 networks scale by all that is in a batch.
+        # One by one, as the service recognises: int8 networks scale by all that is in a batch.
         rows.append(np.concatenate([encoder.embed([view]) for view in seen]))
         if not np.isfinite(rows[-1]).all() or not rows[-1].any(axis=1).all():
             text = f"`{encoder.name}` makes nothing of it; take it out"

@@ -22,7 +22,7 @@ CONFUSED = 0.25  # of two materials' pictures taken for the other: they cannot b
 class LeaveOneOut:
     """Of P pictures left out one by one: what each shows, and whose reference is nearest.
 
-    No guess where nothing else shows that material: there the check says nothing.
+    No guess where nothing else shows that material: there nothing can be checked.
     """
 
     truth: tuple[str, ...]
@@ -46,14 +46,14 @@ class LeaveOneOut:
 class ConfusablePair:
     """Two materials that cannot be told apart, and how many pictures show it."""
 
-    one: str
+    material: str
     other: str
     confused: int
     checked: int
 
 
 def leave_one_out(enrolled: Enrolled, base: Gallery | None = None) -> LeaveOneOut:
-    """Look every picture up among all others, and among the references of `base`."""
+    """Match every picture with all others, and with the references of `base`."""
     owners = [enrolled.pictures[place].material for place in enrolled.places]
     references = enrolled.embeddings
     if base is not None:

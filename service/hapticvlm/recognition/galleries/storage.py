@@ -185,7 +185,7 @@ def read_gallery(path: Path) -> Gallery:
 
 
 def _check_unfolded(data: bytes) -> None:
-    """Refuse a file that says it unfolds to more than any gallery has. Raises ValueError."""
+    """Refuse a file that declares more unfolded than any gallery has. Raises ValueError."""
     with ZipFile(BytesIO(data)) as archive:
         unfolded = sum(entry.file_size for entry in archive.infolist())
     if unfolded > MAX_UNFOLDED_BYTES:

@@ -36,7 +36,7 @@ Floats = NDArray[np.float32]
 MAX_USER_MATERIALS = 48  # with the built-in classes what the audio engine keeps warm
 MAX_FILE_BYTES = 16 * 1024 * 1024
 _FIELDS = ("like", "words", "thermal", "vibration", "references")
-VIEWS = 4  # references that a picture gives, if a file does not say
+VIEWS = 4  # references that a picture gives, if a file gives no number
 SHORTEST = 0.5  # norm of a reference: one that is not about 1 is none
 
 
@@ -44,7 +44,7 @@ SHORTEST = 0.5  # norm of a reference: one that is not about 1 is none
 class UserMaterial:
     """One of the user's materials; references (N, D) float32 of unit norm, made with `encoder`.
 
-    `pictures` says how many of them, one after the other, are views of one picture.
+    `pictures` counts how many of them, one after the other, are views of one picture.
     """
 
     material: Material
@@ -145,7 +145,7 @@ def _references(table: object) -> tuple[str | None, Floats]:
 
 
 def _pictures(table: object, count: int) -> tuple[int, ...]:
-    """Read how many references each picture gave, VIEWS where nothing says so."""
+    """Read how many references each picture gave, VIEWS where it is not given."""
     given = table.get("pictures") if isinstance(table, Mapping) else None
     if given is None:
         return (*([VIEWS] * (count // VIEWS)), *([count % VIEWS] if count % VIEWS else []))

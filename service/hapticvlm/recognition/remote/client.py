@@ -1,9 +1,9 @@
-"""A shared recogniser as the local one sees it: asked within a time, left alone when it fails.
+"""A shared recogniser as the local one sees it: asked within a time, not asked while it fails.
 
-A thread asks, so that nothing, not even a name that cannot be looked up, holds up a look for longer
-than its share of the deadline. After a failure every look is local at once; a grey crop is sent now
-and then, and only when that is answered in time are looks sent again. So a fault costs one look its
-share of the deadline, and recovery none.
+A thread asks, so that nothing, not even a name that cannot be looked up, holds up a recognition
+for longer than its share of the deadline. After a failure every crop is recognised locally at once;
+a grey crop is sent now and then, and only when that is answered in time are crops sent again. So a
+fault costs one crop its share of the deadline, and recovery none.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from hapticvlm.recognition.remote.exchange import Exchange
 from hapticvlm.recognition.remote.settings import RemoteSettings
 from hapticvlm.recognition.remote.state import RemoteState
 
-OPEN_S = 5.0  # rest of an open circuit: a probe costs no look anything
-PROBE_S = 5.0  # to open a connection and tell an identity
+OPEN_S = 5.0  # rest of an open circuit: a probe delays no crop
+PROBE_S = 5.0  # to open a connection and get an identity
 
 logger = logging.getLogger(__name__)
 
@@ -41,7 +41,7 @@ class _Outcome:
 
 
 class _Job:
-    """One look (`crop`), or a probe without; `outcome` is there once `done` is set."""
+    """One request for a `crop`, or a probe without; `outcome` is there once `done` is set."""
 
     def __init__(self, crop: Crop | None, identity: Identity | None, until: float) -> None:
         self.crop, self.identity, self.until = crop, identity, until
@@ -53,7 +53,7 @@ class RemoteRecogniser:
     """Asks a shared recogniser. For one thread; `known` are the materials the service has."""
 
     def __init__(self, settings: RemoteSettings, known: Collection[str]) -> None:
-        """Check url and token; nothing is sent before the first look. Raises LineError."""
+        """Check url and token; nothing is sent before the first crop. Raises LineError."""
         self._address = settings.address()
         self._settings, self._known = settings, frozenset(known)
         self._breaker = Breaker(open_s=OPEN_S)
@@ -66,12 +66,12 @@ class RemoteRecogniser:
 
     @property
     def identity(self) -> Identity | None:
-        """What answers, while looks are sent to it."""
+        """The identity that answers while crops are sent to it."""
         return self._identity
 
     @property
     def state(self) -> RemoteState:
-        """Tell how it stands."""
+        """Return its state."""
         identity, place = self._identity, self._address.name
         counts = self._answered, self._failed, self._local
         if identity is None:
@@ -81,7 +81,7 @@ class RemoteRecogniser:
         return RemoteState(True, "", named, *counts)
 
     def probe(self) -> None:
-        """Try it unless it rests or is being tried; take in what an earlier try found."""
+        """Try it unless it rests or is being tried; use what an earlier try found."""
         pending = self._pending
         if pending is not None:
             if not pending.done.is_set():
@@ -93,7 +93,7 @@ class RemoteRecogniser:
             self._submit(None, time.monotonic() + PROBE_S)
 
     def recognise(self, crop: Crop) -> Found | None:
-        """Have a crop of the identity's side recognised; None: do it locally."""
+        """Recognise a crop of the identity's side; None: do it locally."""
         if self._identity is None:
             self._local += 1
             return None

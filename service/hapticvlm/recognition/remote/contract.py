@@ -67,7 +67,7 @@ class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Identity(msgspec.Struct, frozen=True):
-    """What answers: `hash` tells this encoder with this gallery from any other."""
+    """What answers: `hash` identifies this encoder with this gallery."""
 
     contract: int
     service: str
@@ -142,7 +142,7 @@ def write_result(found: Found) -> Result:
 
 
 def read_identity(data: bytes) -> Identity:
-    """Read what a recogniser says it is. Raises ContractError."""
+    """Read the identity that a recogniser gives. Raises ContractError."""
     try:
         identity = msgspec.json.decode(data, type=Identity)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:

@@ -1,4 +1,4 @@
-"""What tells one encoder with one gallery from any other: a hash over all that decides."""
+"""What identifies one encoder with one gallery: a hash over all that decides."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ DIGITS = 16  # hexadecimal, of SHA-256: mistakes are to be noticed, not forgerie
 
 
 def identify(encoder: Encoder, gallery: Gallery, name: str) -> Identity:
-    """Tell what recognises with this encoder and the gallery of this name.
+    """Return the identity of this encoder with the gallery of this name.
 
-    A network in a folder has no revision: its name and shape alone tell it from others.
+    A network in a folder has no revision: only its name and shape identify it.
     """
     revision = encoder.revision if isinstance(encoder, OnnxEncoder | NetworkEncoder) else ""
     model = [encoder.name, revision, encoder.side, encoder.dimension]

@@ -16,9 +16,9 @@ REMOTE_SHARE = 0.75  # of the deadline; the rest is for the embedded encoder: ou
 
 @dataclass(frozen=True, slots=True)
 class RemoteSettings:
-    """What to ask. A look has an answer within `deadline_s`, remote or local.
+    """What to ask. A crop has an answer within `deadline_s`, remote or local.
 
-    `hash`: the identity it must have, None = whichever it tells. `may_be_clear`: plain http may
+    `hash`: the identity it must have, None = whichever it reports. `may_be_clear`: plain http may
     leave this machine.
     """
 

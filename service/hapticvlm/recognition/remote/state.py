@@ -1,4 +1,4 @@
-"""How a shared recogniser stands, as the local one reports it."""
+"""The state of a shared recogniser, as the local one reports it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class RemoteState:
-    """Whether looks are sent; why not ("": not tried yet); to what; looks answered there and here.
+    """Whether crops are sent; why not ("": not tried yet); to what; crops answered there and here.
 
-    `failed` counts looks and probes without an answer of use.
+    `failed` counts crops and probes without an answer of use.
     """
 
     is_used: bool

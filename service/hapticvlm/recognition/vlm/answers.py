@@ -22,7 +22,7 @@ Picture = NDArray[np.uint8]
 
 
 class VlmError(HapticVLMError):
-    """The model cannot be loaded or asked, or its answer is of no use; the text says why."""
+    """The model cannot be loaded or asked, or its answer is of no use; the text is the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +80,10 @@ class Vlm(Protocol):
         """Read the ambient temperature off a picture (H, W, 3) uint8 RGB. Raises VlmError."""
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
-        """Say what the object is made of, as evidence of rung vlm over `names`. Raises VlmError.
+        """Ask what the object is made of; evidence of rung vlm over `names`. Raises VlmError.
 
         `context` is the frame with the object outlined, `crop` the object, both (H, W, 3) uint8.
         """
 
     def close(self) -> None:
-        """Let go of the model or the connection."""
+        """Release the model or the connection."""

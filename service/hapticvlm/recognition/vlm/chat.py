@@ -36,7 +36,7 @@ class Prompt:
 class Chat:
     """A model's tokenizer with what prepares its pictures, and the token that stands for one.
 
-    `processor` is the model's whole processor where `images` alone cannot say how many tokens a
+    `processor` is the model's whole processor where `images` alone cannot give how many tokens a
     picture becomes, else None.
     """
 
@@ -46,7 +46,7 @@ class Chat:
     image_id: int
 
     def prompt(self, asked: Asked, pictures: Sequence[Picture]) -> Prompt:
-        """Put the question to pictures (H, W, 3) uint8. Raises VlmError."""
+        """Build the question on pictures (H, W, 3) uint8. Raises VlmError."""
         try:
             wholes, tensors = self._wholes(asked, _as_images(pictures))
         except VlmError:
@@ -57,12 +57,12 @@ class Chat:
         return split(wholes, self.image_id, tensors)
 
     def encode(self, text: str) -> list[int]:
-        """Give the tokens of an answer's text."""
+        """Return the tokens of an answer's text."""
         tokens: list[int] = self.tokenizer.encode(text, add_special_tokens=False)
         return tokens
 
     def decode(self, tokens: Sequence[int]) -> str:
-        """Give the text of an answer's tokens, without special ones."""
+        """Return the text of an answer's tokens, without special ones."""
         text: str = self.tokenizer.decode(list(tokens), skip_special_tokens=True)
         return text
 

@@ -1,6 +1,6 @@
 """The OpenAI chat protocol: a question on the wire, and its choices as a reading or evidence. Pure.
 
-vLLM, `transformers serve` and others speak it. The instruction comes before the pictures, so that
+vLLM, `transformers serve` and others use it. The instruction comes before the pictures, so that
 an endpoint which caches prefixes computes it once. A reply is read by log-probabilities where they
 are given and are mostly of candidates, else by its text. The value is the expectation over what was
 given; the interval also counts what was not, evenly spread, and reaches to the value where a long
@@ -56,7 +56,7 @@ def with_logprobs(body: Json) -> Json:
 
 
 def first_choice(answer: Json) -> Json:
-    """Take the answer's one choice. Raises EndpointError."""
+    """Return the answer's one choice. Raises EndpointError."""
     choices = answer.get("choices")
     first = choices[0] if isinstance(choices, list) and choices else None
     if not isinstance(first, dict):
@@ -65,7 +65,7 @@ def first_choice(answer: Json) -> Json:
 
 
 def text_of(choice: Json) -> str:
-    """Take a choice's text. Raises EndpointError."""
+    """Return a choice's text. Raises EndpointError."""
     message = choice.get("message")
     text = message.get("content") if isinstance(message, dict) else None
     if not isinstance(text, str):
@@ -74,7 +74,7 @@ def text_of(choice: Json) -> str:
 
 
 def model_names(answer: Json) -> list[str]:
-    """List the models that an endpoint says it has; [] where it says it in no known form."""
+    """List the models that an endpoint offers; [] where the list has no known form."""
     listed = answer.get("data")
     if not isinstance(listed, list):
         return []
@@ -103,7 +103,7 @@ def _shown(picture: Picture) -> Json:
 
 
 LEAST_KNOWN = 0.5  # share of candidates below which log-probabilities are left for the text
-# Belief in a material that was said without a probability: enough to be felt (ladder.KNOWN), not
+# Belief in a material named without a probability: enough to be rendered (ladder.KNOWN), not
 # to end the climb (ladder.SURE). Set, not measured.
 TEXT_BELIEF = 0.6
 
@@ -144,7 +144,7 @@ def material_by_logprobs(choice: Json, names: Sequence[str]) -> Evidence | None:
 
 
 def material_by_text(choice: Json, names: Sequence[str]) -> Evidence:
-    """Take the one material that a text names, or none where it says unknown. Raises VlmError."""
+    """Read the one material that a text names, or none where it names unknown. Raises VlmError."""
     text = text_of(choice)
     words = set(re.findall(r"\w+", text.lower()))
     named = [name for name in (*names, UNKNOWN) if name.lower() in words]

@@ -1,6 +1,6 @@
 """One question to a chat endpoint and its answer, within a time and a size. Knows no model.
 
-Plain http is taken as far as the user's own url says so: pictures then travel in clear text. A
+Plain http is used only where the user's own url has it: pictures then travel in clear text. A
 token does not, except to this machine.
 """
 
@@ -34,11 +34,11 @@ class EndpointError(VlmError):
 
 
 def judge(status: int, retry_after: str | None, data: bytes) -> Json:
-    """Take the JSON object out of a reply. Raises EndpointError."""
+    """Read the JSON object of a reply. Raises EndpointError."""
     if 300 <= status < 400:
         raise EndpointError(f"the endpoint redirects (HTTP {status}): name its goal", status)
     if status != http.HTTPStatus.OK:
-        text = f"the endpoint answers HTTP {status}: {_own_words(data) or 'no word why'}"
+        text = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no word why'}"
         raise EndpointError(text, status, _wait_s(retry_after))
     try:
         answer = json.loads(data, parse_constant=_refuse)
@@ -48,11 +48,11 @@ def judge(status: int, retry_after: str | None, data: bytes) -> Json:
     if not isinstance(answer, dict):
         raise EndpointError("the endpoint's answer is JSON, but no object", status)
     if answer.get("error"):
-        raise EndpointError(f"the endpoint says: {_own_words(data)}", status)
+        raise EndpointError(f"the endpoint says: {_error_text(data)}", status)
     return answer
 
 
-def _own_words(data: bytes) -> str:
+def _error_text(data: bytes) -> str:
     """Find the message of an error body, as OpenAI's and FastAPI's endpoints spell it."""
     try:
         found = json.loads(data)
@@ -122,8 +122,8 @@ class Endpoint:
         except EndpointError as error:
             raise self._error(str(error), error) from None
         except (OSError, http.client.HTTPException, LineError) as error:
-            said = printable(str(error)) or type(error).__name__
-            raise self._error(f"{self.address.name}: {said}") from None
+            reason = printable(str(error)) or type(error).__name__
+            raise self._error(f"{self.address.name}: {reason}") from None
 
     def _exchange(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
         with http_line.connect(self.address, deadline) as sock:

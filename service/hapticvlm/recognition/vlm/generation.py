@@ -102,7 +102,7 @@ def read_celsius(text: str) -> Stated:
 
 
 def interval(stated: Stated) -> tuple[float, float]:
-    """Give the interval to believe of what was stated: at least HALF_WIDTH_C each way, degC."""
+    """Return the interval to believe of what was stated: at least HALF_WIDTH_C each way, degC."""
     low = min(stated.low_c, stated.value_c - HALF_WIDTH_C)
     return low, max(stated.high_c, stated.value_c + HALF_WIDTH_C)
 

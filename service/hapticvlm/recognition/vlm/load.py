@@ -13,7 +13,7 @@ PASSIVE = {"OMP_WAIT_POLICY": "PASSIVE", "GOMP_SPINCOUNT": "0"}
 
 
 def prepare_process(threads: int) -> bool:
-    """Let waiting threads sleep in this process; False when torch was imported and it is too late.
+    """Make waiting threads sleep in this process; False when torch was imported before: too late.
 
     OpenMP reads these when torch is imported, so a process that is to load a model calls this, or
     load_vlm, first.

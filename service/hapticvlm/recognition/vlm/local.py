@@ -22,7 +22,7 @@ from hapticvlm.recognition.vlm.network import Network
 from hapticvlm.recognition.vlm.numbers import ChoiceTree, beliefs, choice_tree, number_tree, spread
 
 METHODS: tuple[Method, ...] = ("readout", "generation")
-# What a model says of materials is not calibrated, so it never reaches the ladder's SURE by itself;
+# A model's beliefs in materials are not calibrated: it never reaches the ladder's SURE by itself;
 # the rest stays open.
 TRUST = 0.75
 CHECK_SIDE = 56  # px, the grey picture of the check at loading
@@ -73,7 +73,7 @@ class LocalVlm:
         )
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
-        """Say what the outlined object is made of, from one pass. Raises VlmError.
+        """Ask what the outlined object is made of, in one pass. Raises VlmError.
 
         What the model leaves to `unknown` and to words that are no name stays open.
         """
@@ -84,7 +84,7 @@ class LocalVlm:
         return Evidence("vlm", tuple(ranked))
 
     def close(self) -> None:
-        """Let go of the model."""
+        """Release the model."""
         self._network = None
         gc.collect()
 

@@ -1,8 +1,8 @@
 """Belief over candidate answers from the log-probabilities a chat endpoint offers. Pure.
 
-An endpoint tells, token by token along the one answer it gave, the few likeliest tokens of each
+An endpoint gives, token by token along the one answer it gave, the few likeliest tokens of each
 place. So the tree of answers is known along that answer and at its first branchings: after "2" was
-said, how likely "21" or "22" was, but of the "1" that was not said only that it was likely. What is
+chosen, how likely "21" or "22" was, but of the "1" not chosen only that it was likely. What is
 not known is not guessed away: a branch not followed is spread evenly over the candidates that begin
 like it, and what the likeliest tokens leave of 1 over all that were still possible there.
 """
@@ -39,7 +39,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class CandidateMass:
-    """Mass on each candidate, (n,) float64: `seen` was told, `unseen` spreads what was not.
+    """Mass on each candidate, (n,) float64: `seen` was given, `unseen` spreads what was not.
 
     What both lack to 1 went to answers that are no candidate.
     """
@@ -80,7 +80,7 @@ def follow(places: Sequence[Place], fits: Fits, *, is_whole: bool) -> CandidateM
 
 
 def fit_number(text: str, has_ended: bool) -> NDArray[np.bool_]:
-    """Say which of CANDIDATES_C an answer that begins with `text` may be: (91,)."""
+    """Return which of CANDIDATES_C an answer that begins with `text` may be: (91,)."""
     parts = _NUMBER.match(text.strip().replace("\N{MINUS SIGN}", "-"))
     sign, digits, rest = parts.groups() if parts is not None else ("", "", text)
     if not rest and not has_ended:
@@ -93,7 +93,7 @@ def fit_number(text: str, has_ended: bool) -> NDArray[np.bool_]:
 
 
 def fit_word(words: Sequence[str]) -> Fits:
-    """Say which of some words an answer that begins with a text may be."""
+    """Return a test of which words an answer that begins with a text may be."""
 
     def fits(text: str, has_ended: bool) -> NDArray[np.bool_]:
         begun = text.strip().lower()
@@ -129,7 +129,7 @@ def _after(fits: Fits, text: str, token: str) -> NDArray[np.bool_]:
 
 
 def _ends(token: str) -> bool:
-    """Whether a token ends an answer: special ones are told as such or as nothing at all."""
+    """Whether a token ends an answer: special ones are given as such or as nothing at all."""
     return not token or token.startswith(("<|", "</"))
 
 

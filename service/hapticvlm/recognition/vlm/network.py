@@ -88,7 +88,7 @@ class Network:
         self.ends = frozenset([given] if isinstance(given, int) else given or [])
 
     def readout(self, prompt: Prompt, tree: ChoiceTree) -> NDArray[np.float32]:
-        """Give log-probabilities (wordings, nodes, vocabulary) in one pass. Raises VlmError."""
+        """Return log-probabilities (wordings, nodes, vocabulary) of one pass. Raises VlmError."""
         with guarded("the model's pass"):
             packed = pack(prompt.tails, tree)
             rows = len(self._new(prompt)) + packed.rows.ravel()
@@ -97,7 +97,7 @@ class Network:
             return flat.reshape((*packed.rows.shape, flat.shape[-1]))
 
     def following(self, prompt: Prompt, tokens: Sequence[int] = ()) -> NDArray[np.float32]:
-        """Give log-probabilities (vocabulary,) of what follows the first wording and `tokens`.
+        """Return log-probabilities (vocabulary,) of what follows the first wording and `tokens`.
 
         Nothing is kept from other questions nor packed: what a readout is checked against.
         """
@@ -192,7 +192,7 @@ class Network:
         return positions.to(self.model.device)
 
     def _flat(self, places: NDArray[np.int64]) -> Tensor:
-        """Give text positions the form the network wants: (3, 1, L) or (1, L)."""
+        """Return text positions in the form the network expects: (3, 1, L) or (1, L)."""
         import torch
 
         flat = torch.from_numpy(places).to(self.model.device)[None]
@@ -252,7 +252,7 @@ def guarded(doing: str) -> Iterator[None]:
     except (MemoryError, torch.OutOfMemoryError) as error:
         raise VlmError(f"{doing} ran out of memory ({line(error)}): {CURE_MEMORY}") from None
     except (RuntimeError, ValueError, TypeError, LookupError, AttributeError) as error:
-        if "alloc" in str(error):  # how torch says it of the cpu's memory
+        if "alloc" in str(error):  # torch's word for a lack of the cpu's memory
             raise VlmError(f"{doing} ran out of memory ({line(error)}): {CURE_MEMORY}") from None
         raise VlmError(f"{doing} failed ({type(error).__name__}: {line(error)})") from error
 

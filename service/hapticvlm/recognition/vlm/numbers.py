@@ -131,7 +131,7 @@ def spread(wordings: Sequence[Beliefs]) -> Spread:
     tail, value_c = (1.0 - COVERAGE) / 2, float(np.mean(means))
     return Spread(
         value_c=value_c,
-        low_c=min(quantile(mixed, tail), value_c),  # a far second opinion draws the mean outside
+        low_c=min(quantile(mixed, tail), value_c),  # a far second mode draws the mean outside
         high_c=max(quantile(mixed, 1.0 - tail), value_c),
         prompt_sd_c=float(np.std(means, ddof=1)) if len(means) > 1 else None,
         share=float(np.mean(shares)),

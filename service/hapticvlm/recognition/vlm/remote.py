@@ -55,7 +55,7 @@ class RemoteVlm:
         self._settings, self._now = settings, now
         self._endpoint = Endpoint(address, check_token(settings.token, address))
         self._model = None if settings.model == DEFAULT_MODEL else settings.model
-        self._tells_logprobs = settings.method != "text"
+        self._gives_logprobs = settings.method != "text"
         self._breaker, self._asking = Breaker(), threading.Lock()
 
     @property
@@ -84,7 +84,7 @@ class RemoteVlm:
         return self._guarded(ask)
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
-        """Say what the outlined object is made of, as evidence over `names`. Raises VlmError."""
+        """Ask what the outlined object is made of; evidence over `names`. Raises VlmError."""
         body = chat_protocol.question(
             about_material(names), 0, (context, crop), self._settings.image_tokens
         )
@@ -136,7 +136,7 @@ class RemoteVlm:
         """Ask once, without log-probabilities where the endpoint does not know them."""
         deadline = begun + self._settings.timeout_s
         body = {"model": self._asked_model(deadline), **body}
-        if self._tells_logprobs:
+        if self._gives_logprobs:
             try:
                 asked = chat_protocol.with_logprobs(body)
                 return chat_protocol.first_choice(self._endpoint.post(CHAT, asked, deadline))
@@ -144,7 +144,7 @@ class RemoteVlm:
                 if error.status not in _NO_SUCH_FIELD or self._settings.method == "logprobs":
                     raise
         choice = chat_protocol.first_choice(self._endpoint.post(CHAT, body, deadline))
-        self._tells_logprobs = False
+        self._gives_logprobs = False
         return choice
 
     def _asked_model(self, deadline: float) -> str:

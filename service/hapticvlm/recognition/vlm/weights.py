@@ -97,7 +97,7 @@ def find(name: str) -> Path:
 
 
 def free_bytes() -> int | None:
-    """Say how much memory a new process may take, None where the system does not tell."""
+    """Return how much memory a new process may take, None where the system does not report it."""
     if not MEMINFO.is_file():
         return None
     memory = dict(row.split(":", 1) for row in MEMINFO.read_text().splitlines() if ":" in row)

@@ -1,4 +1,4 @@
-"""What the study page says, a TOML file for each language; a study may bring its own."""
+"""The texts of the study page, a TOML file for each language; a study may bring its own."""
 
 from __future__ import annotations
 

@@ -6,10 +6,10 @@ that: with equal noise, the nearest. Features are in Weber steps (channels.py, w
 free numbers are noises in Weber steps. Everything is seeded; equal arguments, equal answers.
 
 `choose` searches for the strokes that it would confuse least. Every combination of candidates is
-looked at; the one in which the fewest pairs would be mistaken, each taken alone at NOISE, wins. Two
+tried; the one in which the fewest pairs would be mistaken, each taken alone at NOISE, wins. Two
 vibrations count as far apart as they are when the level of one is off by whatever up to
-LEVEL_OFF_DB brings them nearest: no speaker has been measured, and what is told apart by loudness
-alone is lost with the next one. Seeds must be none of those reported.
+LEVEL_OFF_DB brings them nearest: no speaker has been measured, and what only differs in loudness
+is lost with the next one. Seeds must be none of those reported.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ _NOISE_RANGE = (1e-3, 1e3)
 _HALVINGS = 16  # within 0.02 % of noise
 _TIE = 1e-9
 
-SEEDS = (1001, 1002)  # renderings looked at, disjoint from percepts.RENDERINGS
+SEEDS = (1001, 1002)  # renderings compared, disjoint from percepts.RENDERINGS
 NOISE = 2.0  # Weber steps, about what the paper's people had
 LEVEL_OFF_DB = 6.0
-FELT_DB = 10.0  # above threshold somewhere, or it is no candidate; about half of the palm's range
+LEAST_LEVEL_DB = 10.0  # above threshold somewhere, or no candidate; about half of the palm's range
 _GAINS_DB = np.linspace(-LEVEL_OFF_DB, LEVEL_OFF_DB, 9)
 _STEP_DB = np.repeat(WEBER_DB, len(WINDOWS_S))
 
@@ -103,7 +103,7 @@ def _nearest(observed: _Floats, templates: _Floats, rng: np.random.Generator) ->
 def choose(candidates: Sequence[Sequence[Stimulus]]) -> tuple[tuple[Stimulus, ...], float]:
     """Pick one candidate of each row; return them and the nearest two's distance in Weber steps.
 
-    A row of one candidate is kept as it is. Every combination is looked at.
+    A row of one candidate is kept as it is. Every combination is tried.
     """
     rows = [_well_perceived(row) for row in candidates]
     levels = [np.array([level for _, level in row]) for row in rows]
@@ -121,19 +121,19 @@ def choose(candidates: Sequence[Sequence[Stimulus]]) -> tuple[tuple[Stimulus, ..
 
 def apart(first: _Floats, second: _Floats) -> _Floats:
     """Weber steps between levels (n, features) and (m, features), as above, (n, m)."""
-    return np.minimum(_one_way(first, second), _one_way(second, first).T)
+    return np.minimum(_nearest_level(first, second), _nearest_level(second, first).T)
 
 
-def _one_way(moved: _Floats, fixed: _Floats) -> _Floats:
+def _nearest_level(moved: _Floats, fixed: _Floats) -> _Floats:
     louder = louder_db(moved[:, None, :], _GAINS_DB[:, None])
     between = (louder[:, None, :, :] - fixed[None, :, None, :]) / _STEP_DB
     return np.asarray(np.sqrt((between**2).sum(axis=3)).min(axis=2))
 
 
 def _well_perceived(row: Sequence[Stimulus]) -> list[tuple[Stimulus, _Floats]]:
-    """Levels of those candidates that are felt well; of all where none is."""
+    """Levels of those candidates that are perceived well; of all where none is."""
     found = [(stimulus, _levels(stimulus)) for stimulus in row]
-    return [pair for pair in found if pair[1].max() >= FELT_DB] or found
+    return [pair for pair in found if pair[1].max() >= LEAST_LEVEL_DB] or found
 
 
 def _levels(stimulus: Stimulus) -> _Floats:

@@ -2,7 +2,7 @@
 
 The four channels (Gescheider, Bolanowski) are told apart by frequency: P (Pacinian), NP I, NP II
 and NP III. The best of them at each frequency is the palm's own threshold (perception.py). What a
-channel hears of a moment is its power over that threshold, summed over what is not masked, in dB
+channel receives of a moment is its power over that threshold, summed over what is not masked, in dB
 above a floor of 0 dB, below which differences vanish as they do near threshold; P sums time up to
 SUMMATION_S. Levels are then counted in Weber steps, so that 1 is a difference just noticed.
 
@@ -86,7 +86,7 @@ def masked_db(level_db: _Floats, frequency_hz: _Floats) -> _Floats:
 
 
 def levels_db(wave: NDArray[np.floating], rate_hz: int) -> _Floats:
-    """Felt level of each channel in each window, dB above its floor, (4, windows), from 0 up.
+    """Perceived level of each channel in each window, dB above its floor, (4, windows), from 0 up.
 
     `wave` is (N,), 1 being full scale; what comes after its end is silence.
     """

@@ -43,7 +43,7 @@ class Percepts:
     steps: _Floats
 
     def only(self, columns: slice | list[int]) -> Percepts:
-        """Keep some features."""
+        """Return some features only."""
         return Percepts(self.names, self.steps[:, :, columns])
 
     @property
@@ -91,7 +91,7 @@ def touch(stimulus: Stimulus, seed: int) -> NDArray[np.float64]:
 
 
 def weighed(features: Percepts, noise: Noise) -> Percepts:
-    """Put features in units of their noise, so that each has a noise of 1."""
+    """Convert features to units of their noise, so that each has a noise of 1."""
     units = np.empty(len(FEATURES))
     units[TOUCH], units[HEAT] = noise.touch, noise.heat
     units = np.maximum(units, _LEAST_NOISE)

@@ -138,7 +138,7 @@ def predict(stimuli: Sequence[Stimulus], noise: Noise) -> Prediction:
 
 
 def confused(counts: _Counts, names: Sequence[str]) -> tuple[Pair, ...]:
-    """List the pairs that are confused at all, most first."""
+    """Return the pairs that are confused at all, most first."""
     share = counts / counts.sum(axis=1, keepdims=True)
     pairs = [
         Pair(names[i], names[j], float(share[i, j]))
@@ -149,7 +149,7 @@ def confused(counts: _Counts, names: Sequence[str]) -> tuple[Pair, ...]:
 
 
 def check(noise: Noise) -> PaperCheck:
-    """Put the observer's confusions of the set like the paper's beside the people's."""
+    """Compare the observer's confusions of the set like the paper's with the people's."""
     features = weighed(percepts(paper_like(), RECORDED), noise)
     counts = answers.confusion(features, 1.0, REPORT_SEED)
     people, machine = _by_pair(paper.confusion()), _by_pair(counts)

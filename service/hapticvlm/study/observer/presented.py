@@ -1,6 +1,6 @@
 """What a palm would get of a pattern: the product's own session, voices and simulated plate. Pure.
 
-A hand does what stimuli.py says, in virtual time, and lets go. Whatever the session asks for is
+A hand does what stimuli.py states, in virtual time, and releases. Whatever the session asks for is
 rendered, so that limits, leads, levels and the plate's sloth are those of the service.
 """
 
@@ -104,7 +104,7 @@ def _touch(stimulus: Stimulus, part: Part | None, motion: Motion, now: float) ->
 
 
 def _sound(voices: Voices, action: Action, seed: int) -> None:
-    """Have the speaker's voices obey; an impact that is held does not rub."""
+    """Apply a command to the speaker's voices; an impact that is held does not rub."""
     if isinstance(action, ReleaseHand):
         voices.release(action.hand)
     elif isinstance(action, PlayVibration):
