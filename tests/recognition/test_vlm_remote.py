@@ -86,7 +86,7 @@ def test_text_alone_or_log_probabilities_alone_can_be_asked_for() -> None:
         assert vlm(served.url, method="text").ambient(PICTURE).value_c == 21.0
         assert "logprobs" not in served.questions[-1]
         assert vlm(served.url, method="logprobs").ambient(PICTURE).value_c == pytest.approx(17.0)
-    assert "tells no log-probabilities" in refused(says("21"), method="logprobs")
+    assert "gives no log-probabilities" in refused(says("21"), method="logprobs")
 
 
 def test_an_endpoint_that_knows_no_log_probabilities_is_asked_without_from_then_on() -> None:

@@ -86,7 +86,7 @@ async def run(serving: Serving, where: Address) -> None:
     try:
         await _start(parts, gateway)
         server = WebSocketServer(where, gateway, _offer(serving, parts), time.monotonic)
-        has_priority = not serving.no_realtime and _take_priority()
+        has_priority = not serving.no_realtime and _raise_priority()
         sys.setswitchinterval(SWITCH_S)
         async with server.listen() as port, asyncio.TaskGroup() as tasks:
             running = [
@@ -113,12 +113,12 @@ async def run(serving: Serving, where: Address) -> None:
 def _make(serving: Serving) -> Parts:
     """Make every part, none of it started. Raises ValueError and OSError."""
     vlm = elsewhere.vlm_worker(serving)  # first: what is refused here leaves nothing half made
-    own = read_folder(serving.gallery)
-    table = table_with(own)
+    user_materials = read_folder(serving.gallery)
+    table = table_with(user_materials)
     settings = RecogniserSettings(
         serving.encoder,
         serving.gallery,
-        own,
+        user_materials,
         serving.encoder_device,
         serving.threads,
         elsewhere.remote_settings(serving),
@@ -239,7 +239,7 @@ def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> Non
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(stop))
 
 
-def _take_priority() -> bool:
+def _raise_priority() -> bool:
     if not hasattr(os, "sched_setscheduler"):
         return False
     with contextlib.suppress(OSError):
@@ -272,9 +272,9 @@ def _network(serving: Serving, scheme: str, port: int) -> Iterator[str]:
     """Yield what others on the network use, how they see pages, and who can read along."""
     if is_loopback(serving.host):
         return
-    own = _own_address() if serving.host in ("0.0.0.0", "::") else None
-    if own is not None:
-        yield f"  from others  {scheme}://{own}:{port}/"
+    address = _own_address() if serving.host in ("0.0.0.0", "::") else None
+    if address is not None:
+        yield f"  from others  {scheme}://{address}:{port}/"
     if serving.pages_from == "lan":
         yield "  pages        for the local network too: any name, the token as password"
     if serving.tls_cert is None:

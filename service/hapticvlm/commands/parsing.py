@@ -68,7 +68,7 @@ def add_json(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
 def add_former(
     parser: argparse.ArgumentParser | argparse._ArgumentGroup, flag: str, dest: str
 ) -> None:
-    """Keep taking an older name of the path option `dest`, without showing it."""
+    """Accept an older name of the path option `dest`, without showing it."""
     parser.add_argument(
         flag, dest=dest, type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS
     )

@@ -115,10 +115,10 @@ def _view(options: argparse.Namespace) -> int:
 
     with usage_errors():
         table = table_with(read_folder(options.gallery))
-        what = timeline.read(options.folder, table, voice_options.voices(options, table))
+        session = timeline.read(options.folder, table, voice_options.voices(options, table))
     is_named = options.view != Path("session.html")
     path = options.view if is_named else options.folder / options.view
-    page.write(what, page.safe_name(options.folder), path)
+    page.write(session, page.safe_name(options.folder), path)
     address = page.at(path, options.at)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB\n{address}", flush=True)
     if not options.no_open and not webbrowser.open(address):

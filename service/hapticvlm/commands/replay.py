@@ -82,7 +82,7 @@ def read_session_log(folder: Path) -> Iterator[Line]:
             try:
                 line = documents.parse_json(text)
             except ValueError:
-                raise SessionLogError(f"{path}:{number}: torn or no JSON") from None
+                raise SessionLogError(f"{path}:{number}: incomplete, or no JSON") from None
             if not isinstance(line, dict):
                 raise SessionLogError(f"{path}:{number}: not a line of a session log")
             yield line
@@ -151,14 +151,14 @@ def waveform(
     return np.concatenate(blocks)
 
 
-def _sound(voices: Voices, what: Command | ReleaseHand | SetGain) -> None:
-    match what:
+def _sound(voices: Voices, action: Command | ReleaseHand | SetGain) -> None:
+    match action:
         case Command():
-            voices.obey(what)
+            voices.obey(action)
         case ReleaseHand():
-            voices.release(what.hand)
+            voices.release(action.hand)
         case SetGain():
-            voices.gain = what.gain
+            voices.gain = action.gain
 
 
 class _Player:
@@ -233,10 +233,10 @@ class _Player:
             self._differ(line, f"not recorded, now {_short(self._outputs)}")
             self._outputs = []
 
-    def _differ(self, line: Line, what: str) -> None:
+    def _differ(self, line: Line, difference: str) -> None:
         self.outcome.differing += 1
         if self.outcome.first_difference is None:
-            self.outcome.first_difference = f"line {line['line']}: {what}"
+            self.outcome.first_difference = f"line {line['line']}: {difference}"
 
     def _play_message(self, line: Line) -> list[Action]:
         message = self._message(line)

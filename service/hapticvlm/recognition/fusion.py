@@ -19,7 +19,7 @@ from hapticvlm.recognition.ladder import FLOOR, KNOWN, Evidence
 
 # Chosen on drifting crops of teaching sources, never on what is held back.
 MEMORY = 32  # recognitions; so far back each counts alike, older ones fade
-CHANGE = 4  # in a row: fewer flip with a blurred stretch, more delay what is felt
+CHANGE = 4  # in a row: fewer flip with a blurred stretch, more delay what is rendered
 
 
 @dataclass(frozen=True, slots=True)

@@ -250,8 +250,8 @@ def _evidence(rung: Literal["name", "shader"], beliefs: Distribution) -> Evidenc
 
 
 @lru_cache(maxsize=4)
-def _lexicon(stuff: tuple[Material, ...]) -> Lexicon:
-    """Class words of the table and names.toml; the words of a user's materials come before both."""
+def _lexicon(known: tuple[Material, ...]) -> Lexicon:
+    """Class words of the materials and names.toml; the words of a user's materials come before both."""
     with Path(__file__).with_name("names.toml").open("rb") as file:
         table = tomllib.load(file)
     items = _entries("weak", table["weak"]) | _entries("thing", table["things"])
@@ -260,8 +260,10 @@ def _lexicon(stuff: tuple[Material, ...]) -> Lexicon:
         for word in material.words:
             kind: Kind = "form" if word in forms else "word"
             items[word] = _Item(kind, {material.name: WORD_BELIEF})
-    own = [m for m in stuff if m.words and m.name not in materials.MATERIALS]
-    user_words = _entries("word", {f"{m.name}:{WORD_BELIEF}": ",".join(m.words) for m in own}, ",")
+    user_materials = [m for m in known if m.words and m.name not in materials.MATERIALS]
+    user_words = _entries(
+        "word", {f"{m.name}:{WORD_BELIEF}": ",".join(m.words) for m in user_materials}, ","
+    )
     marks: tuple[Kind, ...] = ("part", "tail", "not", "fake", "look")
     for mark in marks:
         items |= {word: _Item(mark, {}) for word in table["grammar"][mark].split()}

@@ -113,12 +113,12 @@ def strength(interaction: str, motion: Motion) -> float:
 
 
 def hardness(vibration: Vibration) -> float:
-    """How strongly a blow on this is felt, 0..1 of a blow on the hardest."""
+    """Perceived strength of a blow on this, 0..1 of a blow on the hardest."""
     return float(min(vibration.modes[0].frequency_hz / HARDEST_HZ, 1.0) ** HARDNESS)
 
 
 def full_strength(interaction: str) -> float:
-    """Return what the hardest impact is levelled to, as perceived_level.felt has it."""
+    """Return what the hardest impact is levelled to, in units of perceived_amplitude."""
     return _LEVEL[interaction] * _STRIKE_AMPLITUDE
 
 

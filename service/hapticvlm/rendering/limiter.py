@@ -2,7 +2,7 @@
 
 Bending peaks sample by sample would put energy above the band of touch. Here the sound waits
 DELAY_S and the gain it needs is known that much earlier: the largest reduction of the last DELAY_S,
-let go over RELEASE_S, is averaged over DELAY_S, so it is complete when the peak comes out, and too
+released over RELEASE_S, is averaged over DELAY_S, so it is complete when the peak comes out and too
 slow to widen the band. What stays within range passes as it was, only later.
 """
 

@@ -62,7 +62,7 @@ PRESETS = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """A recording that stands for (material, interaction): (N,) float32 at RATE_HZ, ready."""
+    """A recording that replaces (material, interaction): (N,) float32 at RATE_HZ, ready."""
 
     material: str
     interaction: str
@@ -70,7 +70,7 @@ class Pattern:
 
     @property
     def key(self) -> tuple[str, str]:
-        """What it stands for."""
+        """What it replaces."""
         return self.material, self.interaction
 
     def impact(self, motion: Motion) -> NDArray[np.float32]:
@@ -155,7 +155,7 @@ def _checked(samples: _Floats, rate_hz: int, interaction: str) -> _Floats:
 
 
 def resampled(wave: _Floats, rate_hz: int) -> _Floats:
-    """Bring (N,) at `rate_hz` to RATE_HZ."""
+    """Resample (N,) at `rate_hz` to RATE_HZ."""
     if rate_hz == RATE_HZ:
         return wave
     from scipy.signal import resample_poly
@@ -165,7 +165,7 @@ def resampled(wave: _Floats, rate_hz: int) -> _Floats:
 
 
 def _within_band(wave: _Floats, correction: Correction) -> _Floats:
-    """Keep the band of touch and give the speaker what it needs; smooth edges ring little."""
+    """Filter to the band of touch and correct for the speaker; smooth edges ring little."""
     padded = np.concatenate((wave, np.zeros(RATE_HZ // 10)))
     hertz = np.arange(padded.size // 2 + 1.0) * (RATE_HZ / padded.size)
     rise = np.clip(hertz / LOW_HZ, 0.0, 1.0)

@@ -47,7 +47,7 @@ _CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
 
 
 class _Reader:
-    """A place in a loop that moves on at a gliding rate, heard at a gliding level."""
+    """A place in a loop that moves on at a gliding rate, played at a gliding level."""
 
     def __init__(self, loop: Loop, place: float, playback: Playback) -> None:
         self._loop, self._playback = loop, playback

@@ -34,7 +34,7 @@ BRIEF_LIFT_S = 0.15  # s, about the lift of a quick tap; our choice
 
 @dataclass(frozen=True, slots=True)
 class ThermalTrajectory:
-    """One palm's contacts, past and present; each method returns the trajectory to go on with.
+    """One palm's contacts, past and present; each method returns the next trajectory.
 
     `lead_s` lets heat run ahead of vibration (docs/physics.md 1.3): an approach waits where the
     skin would be that long after contact and contact goes on from there; 0 is a real object.

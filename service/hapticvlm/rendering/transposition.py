@@ -3,7 +3,7 @@
 Struck glass and small struck metal ring above 1 kHz, where a palm feels nothing (docs/physics.md
 4.3). `transpose` scales such a row of modes down as a whole: the ratios between them,
 by which one ringing thing differs from another, stay. The same is done to textures: a hand that
-crosses 0.5 mm of weave at 1 m/s makes 2 kHz, which nobody feels, so `felt_hz` bends what exceeds
+crosses 0.5 mm of weave at 1 m/s makes 2 kHz, which nobody feels: `rendered_hz` bends what exceeds
 the best frequency of touch towards an upper end instead of cutting it off. Faster stays higher, and
 what is below 250 Hz is left as physics has it.
 """

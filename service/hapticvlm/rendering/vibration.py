@@ -2,16 +2,16 @@
 
 Any material of the table takes any interaction:
 
-| interaction | what is heard by the palm | read more in |
+| interaction | what the palm perceives | read more in |
 |---|---|---|
 | tap, strike, press | decaying modes of the material under a pulse by speed and force | impacts |
 | slide | the surface in space, read at the hand's speed, and stick-slip | textures, loops |
 | carve | the same, and a train of fibre breaks | textures |
 | swing | noise swept by speed, of the air and not of the material | textures |
 
-The paper's five patterns are points of it, and recordings may stand in for any (patterns). All of
-it is levelled as a palm on a speaker feels it (strength), bent into the band of touch where the
-world leaves it (transposition), and made for the speaker at hand (playback).
+The paper's five patterns are points of it, and recordings may replace any (patterns). All of
+it is levelled as a palm on a speaker feels it (perceived_level), bent into the band of touch where
+physics leaves it (transposition), and made for the speaker at hand (playback).
 """
 
 from __future__ import annotations

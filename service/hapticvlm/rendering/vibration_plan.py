@@ -88,12 +88,12 @@ class VibrationPlanner:
         self._voices.obey(command)
 
     def rest(self) -> None:
-        """Be silent from now on, until another command."""
+        """Silence it from now on, until another command."""
         self._voices.silence()
         self._renewal, self._rendered_until = None, None
 
     def plan(self, form: Form, now: float) -> VibrationPlan:
-        """Return what is felt from `now` on if nothing changes; empty when nothing is."""
+        """Return what is rendered from `now` on if nothing changes; empty when nothing is."""
         pulses = self._pulses() if form == "parametric" else ()
         self._advance(now)
         period_s = PERIOD_S[form]
@@ -117,7 +117,7 @@ class VibrationPlanner:
         )
 
     def _advance(self, now: float) -> None:
-        """Bring the voices to `now` under the commands so far."""
+        """Advance the voices to `now` under the commands so far."""
         since, self._rendered_until = self._rendered_until, now
         elapsed_s = 0.0 if since is None else min(max(now - since, 0.0), _STALE_S)
         count = round(elapsed_s * PLAN_HZ)

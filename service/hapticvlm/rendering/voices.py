@@ -250,7 +250,7 @@ class Voices:
         return vibration.impact(facts, key[1], command.motion, command.seed, self._playback)
 
     def _follow(self, hand: _Hand) -> None:
-        """Bring the hand's textures towards the wanted one, cross-fading, never more than a few."""
+        """Cross-fade the hand's textures towards the wanted one, never more than a few at once."""
         wanted = hand.wanted
         textures = hand.textures()
         key = None if wanted is None else _texture_key(wanted)
@@ -288,9 +288,9 @@ def _ramp(begin: float, end: float, count: int, step: float) -> NDArray[np.float
     return np.asarray(gains, dtype=np.float32)
 
 
-def _warm_up(stuff: Iterable[Material], playback: Playback) -> None:
+def _warm_up(materials: Iterable[Material], playback: Playback) -> None:
     """Fill the caches of these materials, so that no first touch pays for them."""
-    for material in stuff:
+    for material in materials:
         for kind in IMPACTS:
             vibration.impact(material.vibration, kind, Motion(1.0, 1.0), 0, playback)
         for kind in TEXTURES:

@@ -165,7 +165,7 @@ class Conductor:
         await self._player.settle(self._pace.rest_s, self._pace.settle_s)
 
     def _begin(self) -> None:
-        """Start the trials, or go on with them."""
+        """Start the trials, or continue them."""
         sitting = self._record.sitting
         if sitting is None or sitting.is_done or self._work is not None:
             raise StudyError("there is nothing to begin now")

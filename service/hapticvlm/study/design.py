@@ -148,7 +148,7 @@ def orders(
     """Return each participant's trials in order, `repeats` blocks of all patterns.
 
     Rows are used up square by square, each square with labels and rows shuffled anew, so that
-    every n blocks in a row are balanced, whoever felt them.
+    every n blocks in a row are balanced, whoever takes part.
     """
     rng = np.random.default_rng(seed)
     blocks: list[tuple[str, ...]] = []

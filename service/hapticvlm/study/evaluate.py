@@ -207,8 +207,8 @@ def _rights(found: Results) -> list[list[tuple[int, int]]]:
     names = [stimulus.name for stimulus in found.stimuli]
     table = []
     for code in found.participants:
-        mine = [row for row in found.counted if row.participant == code]
-        each = [[row.correct for row in mine if row.presented == name] for name in names]
+        rows = [row for row in found.counted if row.participant == code]
+        each = [[row.correct for row in rows if row.presented == name] for name in names]
         table.append([(sum(right), len(right)) for right in each])
     return table
 
@@ -222,8 +222,8 @@ def _level_rights(found: Results, factor: str) -> tuple[list[int], list[int]]:
     """Count each person's answers with the right level of one factor, and all of them."""
     rights = []
     for code in found.participants:
-        mine = [row for row in found.counted if row.participant == code]
-        rights.append([getattr(row, factor) == getattr(row, f"answered_{factor}") for row in mine])
+        rows = [row for row in found.counted if row.participant == code]
+        rights.append([getattr(row, factor) == getattr(row, f"answered_{factor}") for row in rows])
     return [sum(each) for each in rights], [len(each) for each in rights]
 
 

@@ -164,14 +164,14 @@ def _row(design: Design, code: str, event: Event) -> Row:
 
 def write_csv(path: Path, found: Results) -> None:
     """Write a line per trial, with a header; missing values are empty."""
-    own = [field.name for field in fields(Row) if field.name != "ratings"]
+    columns = [field.name for field in fields(Row) if field.name != "ratings"]
     names = [rating.name for rating in found.form.rating]
     lines = []
     for row in found.rows:
         rated = row.ratings or {}
         values = {**asdict(row), "correct": int(row.correct)}
-        lines.append([*(values[name] for name in own), *(rated.get(name) for name in names)])
-    _write(path, [*own, *(f"rating_{name}" for name in names)], lines)
+        lines.append([*(values[name] for name in columns), *(rated.get(name) for name in names)])
+    _write(path, [*columns, *(f"rating_{name}" for name in names)], lines)
 
 
 def write_people(path: Path, found: Results) -> None:

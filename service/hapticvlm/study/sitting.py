@@ -1,6 +1,6 @@
 """How far one participant has come, derived from the events of their file. Pure.
 
-A sitting that is interrupted anywhere goes on where the file ends: a trial counts once it is
+A sitting that is interrupted anywhere continues where the file ends: a trial counts once it is
 answered, and one that was presented and not answered is presented again.
 """
 

@@ -1,6 +1,6 @@
 """What a demo leaves behind: a plot of the plate, a filmstrip of the touches, a summary.
 
-Reads decisions and telemetry as they were heard; decides nothing itself. Truth comes from the
+Reads decisions and telemetry as they were received; decides nothing itself. Truth comes from the
 capture and is used for the comparison only.
 """
 

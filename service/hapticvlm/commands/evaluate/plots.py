@@ -68,10 +68,10 @@ def _scatter(axes: Axes, outcome: Outcome) -> None:
     )
     axes.plot(line, line, color=SOFT, linewidth=0.8)
     for at, source in enumerate(outcome.sources):
-        mine = [(shot, guess) for shot, guess in answered if shot.source == source]
-        true = np.array([shot.truth_c for shot, _ in mine])
-        guessed = np.array([guess.value_c for _, guess in mine])
-        ends = [(guess.low_c, guess.high_c) for _, guess in mine]
+        pairs = [(shot, guess) for shot, guess in answered if shot.source == source]
+        true = np.array([shot.truth_c for shot, _ in pairs])
+        guessed = np.array([guess.value_c for _, guess in pairs])
+        ends = [(guess.low_c, guess.high_c) for _, guess in pairs]
         axes.vlines(true, *zip(*ends, strict=True), color=BLUE, linewidth=1.0, alpha=0.4)
         axes.plot(true, guessed, MARKERS[at % len(MARKERS)], color=BLUE, markersize=5, label=source)
     axes.set(xlim=(low, high), ylim=(low, high), aspect="equal")

@@ -61,7 +61,7 @@ class Score:
 
 
 def share(hits: int, n: int) -> Share:
-    """Give a share of n > 0 trials with its exact interval."""
+    """Return a share of n > 0 trials with its exact interval."""
     from scipy.stats import binomtest
 
     ends = binomtest(hits, n).proportion_ci(0.95)

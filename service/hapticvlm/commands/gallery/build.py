@@ -50,10 +50,10 @@ from hapticvlm.recognition.galleries.user_materials import (
 def build(options: argparse.Namespace) -> int:
     """Make a gallery file of a folder of pictures."""
     file = options.out if options.out.suffix == ".npz" else options.out / FILE_NAME
-    own = read_folder(file.parent) if file.name == FILE_NAME else ()
-    found = find_pictures(options.folder, table_with(own))
+    user_materials = read_folder(file.parent) if file.name == FILE_NAME else ()
+    found = find_pictures(options.folder, table_with(user_materials))
     encoder = load_encoder(options.encoder)
-    for entry in own:
+    for entry in user_materials:
         if entry.encoder is not None:
             require_encoder(file.parent / f"{entry.material.name}.toml", entry.encoder, encoder)
     base = _require_shipped(encoder) if options.base == "shipped" else None
@@ -93,7 +93,7 @@ def add(options: argparse.Namespace) -> int:
 
 def show(path: Path | None) -> int:
     """Print what a gallery holds; None is the shipped one."""
-    file, own = file_of(path), read_folder(path)
+    file, user_materials = file_of(path), read_folder(path)
     gallery = read_gallery(file)
     title = "shipped" if file == SHIPPED else str(file)
     print(f"{title}: encoder {gallery.encoder}, {len(gallery.labels)} references")
@@ -102,7 +102,7 @@ def show(path: Path | None) -> int:
     for label, name in enumerate(gallery.own.materials if gallery.own else ()):
         assert gallery.own is not None
         print(f"  {name:<20} {int((gallery.own.labels == label).sum()):>6}  your pictures")
-    for entry in own:
+    for entry in user_materials:
         print(
             f"  {entry.material.name:<20} {len(entry.references):>6}  your own: {_details(entry)}"
         )
@@ -112,7 +112,7 @@ def show(path: Path | None) -> int:
 def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> tuple[Gallery, str]:
     """Join references; return the gallery and where its calibration comes from."""
     labels = enrolled.labels[enrolled.places]
-    own = Gallery(
+    user_gallery = Gallery(
         encoder.name,
         enrolled.materials,
         enrolled.embeddings,
@@ -120,14 +120,20 @@ def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> t
         calibration.FEW,
         places=enrolled.places,
     )
-    own = replace(own, calibration=calibration.calibrate(own, base))
-    return own if base is None else replace(base, own=own), _origin(own, encoder)
+    user_gallery = replace(user_gallery, calibration=calibration.calibrate(user_gallery, base))
+    return user_gallery if base is None else replace(base, own=user_gallery), _origin(
+        user_gallery, encoder
+    )
 
 
-def _origin(own: Gallery, encoder: Encoder) -> str:
+def _origin(user_gallery: Gallery, encoder: Encoder) -> str:
     """Return how references are calibrated. Raises EnrolError where they cannot be."""
-    if calibration.is_enough(own):
-        count = len(np.unique(np.stack([own.labels, calibration.places_of(own)]), axis=1).T)
+    if calibration.is_enough(user_gallery):
+        count = len(
+            np.unique(
+                np.stack([user_gallery.labels, calibration.places_of(user_gallery)]), axis=1
+            ).T
+        )
         return f"fitted on these {count} pictures left out in turn; few make it rough"
     needed = "to fit one takes two materials with two pictures each"
     if read_gallery(SHIPPED).encoder != encoder.name:

@@ -64,7 +64,7 @@ def _add_build(kinds: Commands) -> None:
 
 
 def _add_add(kinds: Commands) -> None:
-    own = kinds.add_parser(
+    adding = kinds.add_parser(
         "add",
         help="add a material of your own to a gallery folder",
         description="Add a material of your own. It is like one of the table, but for the facts "
@@ -74,20 +74,22 @@ def _add_add(kinds: Commands) -> None:
             "    --set thermal.conductivity=0.2 --words walnut,burl",
         ),
     )
-    own.set_defaults(run=_run, what="add")
-    own.add_argument(
+    adding.set_defaults(run=_run, what="add")
+    adding.add_argument(
         "name", metavar="NAME", help="name of the material: 1 to 40 of a-z, 0-9, _ and -"
     )
-    own.add_argument(
+    adding.add_argument(
         "pictures", type=Path, nargs="+", metavar="PATH", help="pictures, or folders of them"
     )
-    own.add_argument("--like", required=True, metavar="MATERIAL", help="the material it resembles")
-    own.add_argument(
+    adding.add_argument(
+        "--like", required=True, metavar="MATERIAL", help="the material it resembles"
+    )
+    adding.add_argument(
         "--words",
         metavar="WORD,...",
         help="words that name it in a scene, with commas between them (its name)",
     )
-    own.add_argument(
+    adding.add_argument(
         "--set",
         dest="facts",
         action="append",
@@ -95,7 +97,7 @@ def _add_add(kinds: Commands) -> None:
         metavar="FACT=VALUE",
         help="what differs from that material, e.g. thermal.conductivity=0.2 (repeatable)",
     )
-    own.add_argument(
+    adding.add_argument(
         "-o",
         "--out",
         type=Path,
@@ -103,8 +105,8 @@ def _add_add(kinds: Commands) -> None:
         default=Path("gallery"),
         help="gallery folder (%(default)s)",
     )
-    add_former(own, "--into", "out")
-    own.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
+    add_former(adding, "--into", "out")
+    adding.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
 
 
 def _add_test(kinds: Commands) -> None:

@@ -35,9 +35,9 @@ def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) ->
     Raises EnrolError, GalleryError, MaterialError, EncoderError.
     """
     encoder = load_encoder(encoder_name)
-    own = read_folder(path)
-    gallery = load_gallery(path, encoder=encoder, own=own)
-    found = find_pictures(folder, [*table_with(own), UNKNOWN])
+    user_materials = read_folder(path)
+    gallery = load_gallery(path, encoder=encoder, own=user_materials)
+    found = find_pictures(folder, [*table_with(user_materials), UNKNOWN])
     embeddings = embed(track(found, "reading the pictures"), encoder)
     confusion: Confusion = {}
     for picture, embedding in zip(found, embeddings, strict=True):

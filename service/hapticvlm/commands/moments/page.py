@@ -88,9 +88,9 @@ def page(session: dict[str, Any]) -> str:
     return _replace(text, ">null</script>", f">{data}</script>")
 
 
-def _replace(text: str, place: str, what: str) -> str:
+def _replace(text: str, place: str, new: str) -> str:
     assert text.count(place) == 1, place
-    return text.replace(place, what)
+    return text.replace(place, new)
 
 
 def _frame(picture: Picture) -> dict[str, Any]:

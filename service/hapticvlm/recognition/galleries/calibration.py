@@ -40,27 +40,27 @@ MOST_PICTURES = 400  # left out in turn; more change nothing and take seconds
 FEW = Calibration(8.0, 16.0, 0.7, 1.0)
 
 
-def calibrate(own: Gallery, shipped: Gallery | None = None) -> Calibration:
+def calibrate(gallery: Gallery, shipped: Gallery | None = None) -> Calibration:
     """Calibrate own references, beside the shipped gallery where there is one; FEW if too few."""
-    left_out = _LeftOut(own)
+    left_out = _LeftOut(gallery)
     fitted = FEW
-    if is_enough(own):
+    if is_enough(gallery):
         fitted = _sharpen(left_out, None if shipped is None else _shipped(left_out, shipped))
     if not left_out.has_others.any():
         return fitted
-    unknown_scores = [] if shipped is None else [_unknown_scores(own, shipped)]
+    unknown_scores = [] if shipped is None else [_unknown_scores(gallery, shipped)]
     return _know(left_out, fitted, unknown_scores)
 
 
-def is_enough(own: Gallery) -> bool:
+def is_enough(gallery: Gallery) -> bool:
     """Whether two materials have two pictures each, which a fit takes."""
-    pictures = np.unique(np.stack([own.labels, places_of(own)]), axis=1)[0]
+    pictures = np.unique(np.stack([gallery.labels, places_of(gallery)]), axis=1)[0]
     return bool((np.bincount(pictures) >= 2).sum() >= 2)
 
 
-def places_of(own: Gallery) -> Indices:
+def places_of(gallery: Gallery) -> Indices:
     """Return the picture of each reference; each is one of its own where nobody knows."""
-    return np.arange(len(own.labels)) if own.places is None else own.places
+    return np.arange(len(gallery.labels)) if gallery.places is None else gallery.places
 
 
 def evenly(truth: Indices) -> Doubles:
@@ -72,22 +72,22 @@ def evenly(truth: Indices) -> Doubles:
 class _LeftOut:
     """Cosines of each picture's first view to all references, and which of these count for it."""
 
-    def __init__(self, own: Gallery) -> None:
-        keys = np.stack([own.labels, places_of(own)])
+    def __init__(self, gallery: Gallery) -> None:
+        keys = np.stack([gallery.labels, places_of(gallery)])
         _, firsts, pictures = np.unique(keys, axis=1, return_index=True, return_inverse=True)
         pictures = pictures.ravel()
         kept = np.arange(0, firsts.size, -(-firsts.size // MOST_PICTURES))
         self.firsts: Indices = firsts[kept]
-        self.embeddings = own.references[self.firsts]
-        self.cosines = (self.embeddings @ own.references.T).astype(np.float64)
+        self.embeddings = gallery.references[self.firsts]
+        self.cosines = (self.embeddings @ gallery.references.T).astype(np.float64)
         same = pictures[None, :] == kept[:, None]
-        self.members = np.eye(len(own.materials))[own.labels]
-        self.truth: Indices = own.labels[self.firsts]
-        of_material = own.labels == self.truth[:, None]
+        self.members = np.eye(len(gallery.materials))[gallery.labels]
+        self.truth: Indices = gallery.labels[self.firsts]
+        of_material = gallery.labels == self.truth[:, None]
         self.others = ~(same | (self._is_alike(same) & of_material))
         for row, is_other in enumerate(self.others & of_material):
             self.others[row] &= ~self._nearest(row, is_other, pictures)
-        self.materials = own.materials
+        self.materials = gallery.materials
         left = self.others @ self.members
         self.has_others = left[np.arange(len(left)), self.truth] > 0
 
@@ -156,12 +156,12 @@ def _know(left_out: _LeftOut, fitted: Calibration, unknown_scores: list[Doubles]
     return replace(fitted, slope=best[0], threshold=best[1])
 
 
-def _unknown_scores(own: Gallery, shipped: Gallery) -> Doubles:
+def _unknown_scores(gallery: Gallery, shipped: Gallery) -> Doubles:
     """Best cosine (S,) of each shipped reference of another material to any own reference."""
-    parents = {shipped.parent(name) for name in own.materials}
+    parents = {shipped.parent(name) for name in gallery.materials}
     others = [at for at, name in enumerate(shipped.materials) if name not in parents]
     rows = shipped.references[np.isin(shipped.labels, others)]
-    return np.asarray(own.scores(rows).max(axis=1)) if len(rows) else np.full(1, -1.0)
+    return np.asarray(gallery.scores(rows).max(axis=1)) if len(rows) else np.full(1, -1.0)
 
 
 def _surprise_of(scores: Doubles, slope: float, threshold: float) -> float:

@@ -89,8 +89,8 @@ class Gallery:
     @property
     def candidates(self) -> tuple[str, ...]:
         """Every material that can be recognised, UNKNOWN left out, as `beliefs` has them."""
-        own = () if self.own is None else self.own.materials
-        names = dict.fromkeys((*self.materials, *own))
+        user_materials = () if self.own is None else self.own.materials
+        names = dict.fromkeys((*self.materials, *user_materials))
         return tuple(name for name in names if name != UNKNOWN)
 
     def match(self, embedding: Floats) -> Evidence:
@@ -128,13 +128,13 @@ class Gallery:
         return np.asarray(logits)
 
     def _with_own(self, embeddings: Floats, shipped: Doubles) -> Doubles:
-        own = self.own
-        assert own is not None
-        scores = own.scores(embeddings)
-        beside = log_softmax(self._columns(shipped, own.materials))
-        logits = own._logits(embeddings, scores) + own.calibration.share * beside
-        share = known(scores, own.calibration)[:, None]
-        found = dict(zip(own.materials, (share * softmax(logits)).T, strict=True))
+        user_gallery = self.own
+        assert user_gallery is not None
+        scores = user_gallery.scores(embeddings)
+        beside = log_softmax(self._columns(shipped, user_gallery.materials))
+        logits = user_gallery._logits(embeddings, scores) + user_gallery.calibration.share * beside
+        share = known(scores, user_gallery.calibration)[:, None]
+        found = dict(zip(user_gallery.materials, (share * softmax(logits)).T, strict=True))
         for name, belief in zip(self.materials, ((1.0 - share) * softmax(shipped)).T, strict=True):
             found[name] = found.get(name, 0.0) + belief
         return np.stack([found[name] for name in self.candidates], axis=1)
@@ -145,12 +145,12 @@ class Gallery:
         return self._columns(self.calibration.scale(self.pictures) * logits, names)
 
     def parent(self, name: str) -> str | None:
-        """Return the material that stands for this one: itself, its class, or None."""
+        """Return the material that represents this one: itself, its class, or None."""
         found = name if name in self.materials else self.parents.get(name)
         return found if found in self.materials else None
 
     def _columns(self, logits: Doubles, names: Sequence[str]) -> Doubles:
-        """Pick the columns (N, C) of these materials; the mean of all where none stands for it."""
+        """Pick the columns (N, C) of these materials; the mean of all where none represents it."""
         parents = [self.parent(name) for name in names]
         columns = [
             logits.mean(axis=1) if parent is None else logits[:, self.materials.index(parent)]

@@ -122,7 +122,7 @@ def _calibrate(
 
 
 def _folds(labels: Indices) -> Indices:
-    """Give pictures of a class to the folds in blocks: neighbours on a sheet are of like rooms."""
+    """Assign pictures of a class to folds in blocks: neighbours on a sheet are of like rooms."""
     folds = np.zeros(len(labels), np.int64)
     for label in np.unique(labels):
         rows = np.flatnonzero(labels == label)

@@ -102,18 +102,18 @@ def load_gallery(
         gallery = network_gallery(encoder)
     require_encoder(base, gallery.encoder, encoder)
     _require_dimension(base, gallery.references, encoder)
-    own = read_folder(path) if own is None else own
-    known = {UNKNOWN, *table_with(own)}
+    user_materials = read_folder(path) if own is None else own
+    known = {UNKNOWN, *table_with(user_materials)}
     for name in gallery.materials:
         if name not in known:
             text = f"{base} has references of `{name}`, which is no material; put it into a folder"
             raise GalleryError(f"{text} as {FILE_NAME}, with a {name}.toml beside it")
-    for material in own:
+    for material in user_materials:
         if material.encoder is not None:
             file = (path or SHIPPED.parent) / f"{material.material.name}.toml"
             require_encoder(file, material.encoder, encoder)
             _require_dimension(file, material.references, encoder)
-    return replace(with_user_materials(gallery, own), pictures=pictures)
+    return replace(with_user_materials(gallery, user_materials), pictures=pictures)
 
 
 def network_gallery(encoder: NetworkEncoder) -> Gallery:
@@ -138,10 +138,10 @@ def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gall
     if gallery.layer is None and gallery.own is None and gallery.places is not None:
         whole = join([gallery, *parts])
         return replace(whole, calibration=calibrate(whole)) if parts else gallery
-    own = [part for part in (gallery.own, *parts) if part is not None]
-    if not own:
+    galleries = [part for part in (gallery.own, *parts) if part is not None]
+    if not galleries:
         return gallery
-    joined = join(own)
+    joined = join(galleries)
     return replace(gallery, own=replace(joined, calibration=calibrate(joined, gallery)))
 
 

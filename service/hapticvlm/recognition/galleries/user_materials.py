@@ -55,9 +55,9 @@ class UserMaterial:
     pictures: tuple[int, ...] = ()
 
 
-def table_with(own: Sequence[UserMaterial]) -> Mapping[str, Material]:
+def table_with(user_materials: Sequence[UserMaterial]) -> Mapping[str, Material]:
     """Return the built-in table with these materials after it."""
-    return {**MATERIALS, **{item.material.name: item.material for item in own}}
+    return {**MATERIALS, **{item.material.name: item.material for item in user_materials}}
 
 
 def read_folder(folder: Path | None) -> tuple[UserMaterial, ...]:
@@ -92,10 +92,10 @@ def read_material(path: Path) -> UserMaterial:
         raise MaterialError(f"{path}: {error}") from None
 
 
-def write_material(own: UserMaterial, folder: Path) -> Path:
+def write_material(user_material: UserMaterial, folder: Path) -> Path:
     """Write a material's file into an existing folder, whole or not at all; return its path."""
-    path = folder / f"{own.material.name}.toml"
-    replace_file(path, _text(own).encode())
+    path = folder / f"{user_material.material.name}.toml"
+    replace_file(path, _text(user_material).encode())
     return path
 
 
@@ -156,16 +156,26 @@ def _pictures(table: object, count: int) -> tuple[int, ...]:
     return tuple(given)
 
 
-def _text(own: UserMaterial) -> str:
-    lines = [f"like = {json.dumps(own.like)}", f"words = {_value(list(own.material.words))}"]
-    for part, facts in own.facts.items():
+def _text(user_material: UserMaterial) -> str:
+    lines = [
+        f"like = {json.dumps(user_material.like)}",
+        f"words = {_value(list(user_material.material.words))}",
+    ]
+    for part, facts in user_material.facts.items():
         assert isinstance(facts, Mapping)
         lines += ["", f"[{part}]", *(f"{key} = {_value(value)}" for key, value in facts.items())]
-    if own.encoder is not None:
-        vectors = [base64.b64encode(row).decode() for row in own.references.astype("<f2")]
-        lines += ["", "[references]", f"encoder = {json.dumps(own.encoder)}", "vectors = ["]
+    if user_material.encoder is not None:
+        vectors = [base64.b64encode(row).decode() for row in user_material.references.astype("<f2")]
+        lines += [
+            "",
+            "[references]",
+            f"encoder = {json.dumps(user_material.encoder)}",
+            "vectors = [",
+        ]
         lines += [*(f'  "{vector}",' for vector in vectors), "]"]
-        lines += [f"pictures = {_value(list(own.pictures))}"] if own.pictures else []
+        lines += (
+            [f"pictures = {_value(list(user_material.pictures))}"] if user_material.pictures else []
+        )
     return "\n".join(lines) + "\n"
 
 

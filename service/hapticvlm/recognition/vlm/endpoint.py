@@ -36,7 +36,7 @@ class EndpointError(VlmError):
 def judge(status: int, retry_after: str | None, data: bytes) -> Json:
     """Read the JSON object of a reply. Raises EndpointError."""
     if 300 <= status < 400:
-        raise EndpointError(f"the endpoint redirects (HTTP {status}): name its goal", status)
+        raise EndpointError(f"the endpoint redirects (HTTP {status}): give its target", status)
     if status != http.HTTPStatus.OK:
         text = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no word why'}"
         raise EndpointError(text, status, _wait_s(retry_after))

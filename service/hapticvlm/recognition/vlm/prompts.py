@@ -80,7 +80,7 @@ def _grow(inside: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
 
 
 def _shrink(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Take a line of THICKNESS off what is marked, the picture's edge counting as outside."""
+    """Erode what is marked by a line of THICKNESS, the picture's edge counting as outside."""
     by = max(2, round(THICKNESS * min(inside.shape)))
     outside = np.pad(~inside, by, constant_values=True)
     return ~_grow(outside, by)[by:-by, by:-by]

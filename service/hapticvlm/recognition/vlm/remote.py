@@ -106,7 +106,7 @@ class RemoteVlm:
         try:
             rest = self._breaker.rest_s(self._now())
             if rest > 0:
-                text = f"{self.name} is left alone for {rest:.1f} s after: {self._breaker.reason}"
+                text = f"{self.name} is not asked for {rest:.1f} s after: {self._breaker.reason}"
                 raise RestingError(text, rest)
             return self._counted(ask)
         finally:
@@ -129,7 +129,7 @@ class RemoteVlm:
         if self._settings.method != "text":
             reading = chat_protocol.ambient_by_logprobs(choices, seconds)
         if reading is None and self._settings.method == "logprobs":
-            raise VlmError(f"{self.name} tells no log-probabilities of numbers")
+            raise VlmError(f"{self.name} gives no log-probabilities of numbers")
         return chat_protocol.ambient_by_text(choices, seconds) if reading is None else reading
 
     def _choice(self, body: Json, begun: float) -> Json:
