@@ -91,7 +91,7 @@ def test_a_closed_terminal_ends_the_service_as_a_stop_does():
         service.process.send_signal(signal.SIGHUP)
         assert service.process.wait(60.0) == 0
         client.wait(10.0)
-    assert any("outputs at rest" in line for line in service.said)
+    assert any("outputs at rest" in line for line in service.printed)
 
 
 def logging_into(descriptor):

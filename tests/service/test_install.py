@@ -146,11 +146,11 @@ def serving(installed: Installed) -> Iterator[Service]:
     assert process.stdout is not None
     try:
         for line in process.stdout:
-            service.said.append(line)
+            service.printed.append(line)
             if found := re.search(r"ready on (ws://\S+)", line):
                 service.url = found.group(1)
                 break
-        assert service.url, "".join(service.said)
+        assert service.url, "".join(service.printed)
         yield service
     finally:
         service.stop()

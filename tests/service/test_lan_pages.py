@@ -196,7 +196,7 @@ def test_two_authorization_headers_are_none():
 
 def test_the_ready_lines_say_how_others_come_and_that_they_can_read_along(visited):
     until = time.monotonic() + 60.0
-    while "priority" not in (said := "".join(visited.said)) and time.monotonic() < until:
+    while "priority" not in (said := "".join(visited.printed)) and time.monotonic() < until:
         time.sleep(0.05)
     assert "the token as password" in said
     assert "unencrypted" in said

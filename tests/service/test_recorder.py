@@ -115,7 +115,7 @@ async def test_on_a_full_disk_the_session_goes_on_and_the_loss_is_counted_shown_
             before = status(service)["record"]["written_bytes"]
             await until(service, lambda found: found["record"]["written_bytes"] > before)
             await client.touch("release")
-        said = [line for line in service.said if "misses" in line]
+        said = [line for line in service.printed if "misses" in line]
         assert len(said) <= 6
     (session,) = tmp_path.iterdir()
     assert replay.replay(session, MATERIALS).missing > 20

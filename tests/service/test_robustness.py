@@ -123,7 +123,7 @@ async def test_a_signal_rests_the_outputs_before_the_service_exits(tmp_path, num
         service.process.send_signal(number)
         assert service.process.wait(10.0) == 0
         client.wait(10.0)
-    assert any("outputs at rest" in line for line in service.said)
+    assert any("outputs at rest" in line for line in service.printed)
     with pytest.raises(ProcessLookupError):
         os.kill(engine, 0)
     played, rate = soundfile.read(wav)

@@ -461,7 +461,7 @@ async def test_a_wrong_token_is_answered_late_counted_and_logged():
             assert (await client.hello(token="guess"))["path"] == "$.token"
         assert time.monotonic() - started >= GUESS_S
         assert status(service)["counts"]["refused: token"] == 1
-    assert any("wrong token" in line for line in service.said)
+    assert any("wrong token" in line for line in service.printed)
 
 
 async def test_a_crowd_of_observers_locks_no_dashboard_out_and_scenes_are_few():

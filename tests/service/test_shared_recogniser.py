@@ -72,7 +72,7 @@ async def test_crops_are_recognised_there_and_everybody_is_told(shared, sharing)
         told = status(sharing)["recogniser"]["remote"]
         assert told["is_used"]
         assert told["identity"].endswith(shared.url.removeprefix("http://"))
-    assert any("crops are sent there" in line for line in sharing.said)
+    assert any("crops are sent there" in line for line in sharing.printed)
 
 
 @pytest.mark.parametrize("fault", ["hangs", "garbage", "wrong hash"])
@@ -103,7 +103,7 @@ async def test_a_fault_is_answered_here_within_one_deadline_and_ends_by_itself(
 
 
 def said_here(service):
-    return sum("on this machine" in line for line in service.said)
+    return sum("on this machine" in line for line in service.printed)
 
 
 async def test_without_the_flag_no_crop_leaves_and_nothing_is_told():

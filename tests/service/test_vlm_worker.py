@@ -82,7 +82,7 @@ async def test_what_an_endpoint_reads_is_felt_labelled_and_said_in_welcome():
     assert decision["ambient_c"] == pytest.approx(30.7, abs=1.0)
     assert decision["ambient_low_c"] <= decision["ambient_c"] <= decision["ambient_high_c"]
     assert decision["surface_c"] == pytest.approx(decision["ambient_c"])
-    assert any("frames are sent there" in line for line in service.said)
+    assert any("frames are sent there" in line for line in service.printed)
 
 
 async def test_without_the_flag_nobody_is_asked_and_welcome_says_that_frames_stay():

@@ -39,7 +39,7 @@ def service(pair: Pair) -> Iterator[Service]:
 
 def test_the_ready_line_names_wss_and_https(service):
     until = time.monotonic() + 60.0
-    while "priority" not in (said := "".join(service.said)) and time.monotonic() < until:
+    while "priority" not in (said := "".join(service.printed)) and time.monotonic() < until:
         time.sleep(0.05)
     assert "ready on wss://127.0.0.1:" in said
     assert "status page  https://127.0.0.1:" in said

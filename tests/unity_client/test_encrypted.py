@@ -50,4 +50,4 @@ def test_an_authority_that_mono_does_not_know_is_not_trusted(build, authority):
         url = service.url.replace("127.0.0.1", "localhost")
         with pytest.raises(subprocess.TimeoutExpired):  # it goes on trying
             run(build, url, None, 15.0)
-        assert not any("owner" in line for line in service.said)
+        assert not any("owner" in line for line in service.printed)

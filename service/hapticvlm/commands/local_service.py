@@ -31,7 +31,7 @@ class Service:
     process: subprocess.Popen[str]
     url: str
     seconds_to_ready: float
-    said: list[str] = field(default_factory=list)
+    printed: list[str] = field(default_factory=list)
 
     @property
     def page(self) -> str:
@@ -56,7 +56,7 @@ def running(
     """Start a service on a free port, and stop it at the end. Raises ServiceError.
 
     With `ends_with_us` it also stops, on Linux, when this thread is killed. Its log goes to the
-    descriptor `log`; without one it is kept in `said`.
+    descriptor `log`; without one it is kept in `printed`.
     """
     command = [sys.executable, "-m", "hapticvlm", "serve", "--port", "0", *arguments]
     started = time.monotonic()
@@ -74,7 +74,7 @@ def running(
     reader.start()
     try:
         if not ready.wait(READY_S) or not service.url:
-            raise ServiceError("".join(service.said) or "the service said nothing")
+            raise ServiceError("".join(service.printed) or "the service printed nothing")
         service.seconds_to_ready = time.monotonic() - started
         yield service
     finally:
@@ -106,7 +106,7 @@ def _read(service: Service, ready: threading.Event) -> None:
     assert service.process.stdout is not None
     with contextlib.suppress(ValueError):
         for line in service.process.stdout:
-            service.said.append(line)
+            service.printed.append(line)
             found = re.search(r"ready on (wss?://\S+)", line)
             if found:
                 service.url = found.group(1)

@@ -251,7 +251,7 @@ def _evidence(rung: Literal["name", "shader"], beliefs: Distribution) -> Evidenc
 
 @lru_cache(maxsize=4)
 def _lexicon(known: tuple[Material, ...]) -> Lexicon:
-    """Class words of the materials and names.toml; the words of a user's materials come before both."""
+    """Class words of the materials and names.toml; a user's words come before both."""
     with Path(__file__).with_name("names.toml").open("rb") as file:
         table = tomllib.load(file)
     items = _entries("weak", table["weak"]) | _entries("thing", table["things"])

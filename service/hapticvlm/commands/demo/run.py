@@ -55,9 +55,9 @@ def run(path: Path | None, out: Path, *, quiet: bool) -> int:
         console.print(f"It is ready after {service.seconds_to_ready:.1f} s.\n")
         outcome, show = asyncio.run(_perform(capture, service, console))
     _record(show, out / "decisions.jsonl")
-    what = _remembered(sessions, console)
-    write_wav(out / "vibration.wav", what.wave)
-    drawn = _film(what, out / "demo.webm", console)
+    recorded = _remembered(sessions, console)
+    write_wav(out / "vibration.wav", recorded.wave)
+    drawn = _film(recorded, out / "demo.webm", console)
     with waiting(console, lambda seconds: f"drawing the pictures, {seconds:.0f} s"):
         files = report.write(capture, outcome, show.decisions, show.telemetry, out)
     console.print((out / "summary.txt").read_text(encoding="utf-8"))
@@ -118,22 +118,22 @@ def _remembered(sessions: Path, console: Console) -> Timeline:
         return timeline.read(_session(sessions), MATERIALS, Voices())
 
 
-def _film(what: Timeline, path: Path, console: Console) -> list[Path]:
+def _film(recorded: Timeline, path: Path, console: Console) -> list[Path]:
     """Draw the film with its progress, and return its path; none without the package for it."""
     if find_spec("av") is None:
         console.print("No film: `pip install av` lets the demo draw one.")
         return []
-    drawn, count = 0, int(what.duration_s * FILM_HZ)
+    drawn, count = 0, int(recorded.duration_s * FILM_HZ)
 
     def pictures() -> Iterator[Image]:
         nonlocal drawn
-        for picture in film.pictures(what, FILM_HZ):
+        for picture in film.pictures(recorded, FILM_HZ):
             drawn += 1
             yield picture
 
     console.print("Drawing the film.")
     with waiting(console, lambda _: f"drawing the film, {drawn / count:.0%}"):
-        video.write(path, pictures(), FILM_HZ, what.wave)
+        video.write(path, pictures(), FILM_HZ, recorded.wave)
     return [path]
 
 

@@ -88,7 +88,7 @@ def run(*, minutes: float, as_json: bool) -> int:
             reports = [json.loads(each.communicate()[0].splitlines()[-1]) for each in others]
         time.sleep(END_S)
         found = service_status(service)
-        tracebacks = [line for line in service.said if "Traceback" in line]
+        tracebacks = [line for line in service.printed if "Traceback" in line]
     result = {
         "measure": "soak",
         "hapticvlm": __version__,
