@@ -152,11 +152,11 @@ def _feel(options: argparse.Namespace) -> int:
         with working("computing the touch"):
             heat, sound = _touch(material, options)
             _write(heat, sound, options)
-    _print(heat, sound, as_json=options.json)
+    _report(heat, sound, as_json=options.json)
     return 0
 
 
-def _print(heat: Heat, sound: Sound, *, as_json: bool) -> None:
+def _report(heat: Heat, sound: Sound, *, as_json: bool) -> None:
     if as_json:
         print(json.dumps({"thermal": asdict(heat), "vibration": sound.describe()}), flush=True)
     else:
