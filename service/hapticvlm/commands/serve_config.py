@@ -281,7 +281,7 @@ class Serving:
         str | None,
         Flag(
             RECOGNITION,
-            "take answers only of the encoder and gallery with this hash, as /v1/identity tells it",
+            "take answers only of the encoder and gallery with this hash, as /v1/identity gives it",
             metavar="HASH",
         ),
     ] = None

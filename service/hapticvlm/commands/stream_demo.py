@@ -20,7 +20,7 @@ they change. Exit code 1: a message had no answer or was an error; 2: the servic
 could not be used.
 """
 _DEMO = """
-Play a recorded VR session through a service with simulated devices. Each touch is told in a line.
+Play a recorded VR session through a service with simulated devices. Each touch prints a line.
 The folder then holds a film with sound, the record, pictures of touches and plate, and the
 vibration as a WAV file.
 """

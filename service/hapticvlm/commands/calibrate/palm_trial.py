@@ -1,4 +1,4 @@
-"""A plate kept on a course while a person is asked things: the hands of `calibrate thermal`."""
+"""A plate kept on its trajectory while a person is asked: the hands of `calibrate thermal`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Bench:
         self._plate = plate
         self._lock = threading.Lock()
         self._resting = ThermalTrajectory(plate_resistance=plate_resistance)
-        self._course, self._contact = self._resting, None  # type: tuple[ThermalTrajectory, ThermalContact | None]
+        self._trajectory, self._contact = self._resting, None  # type: tuple[ThermalTrajectory, ThermalContact | None]
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="bench", daemon=True)
         self._thread.start()
@@ -36,17 +36,17 @@ class Bench:
         """Wait for a touch of this, as an approach does."""
         with self._lock:
             self._contact = contact
-            self._course = self._resting.approach(contact, time.monotonic())
+            self._trajectory = self._resting.approach(contact, time.monotonic())
 
     def touch(self) -> None:
         """Act as if the object just prepared were touched now."""
         with self._lock:
-            self._course = self._course.touch(self._contact, "plate", time.monotonic())
+            self._trajectory = self._trajectory.touch(self._contact, "plate", time.monotonic())
 
     def release(self) -> None:
         """Return to neutral and forget the touch."""
         with self._lock:
-            self._course = self._resting
+            self._trajectory = self._resting
 
     def close(self) -> None:
         """Rest the plate and end the thread."""
@@ -60,7 +60,7 @@ class Bench:
             now = time.monotonic()
             reading = self._plate.advance(now)
             with self._lock:
-                wanted_c = self._course.wanted_c(now)
+                wanted_c = self._trajectory.wanted_c(now)
             limited = limit(wanted_c, setpoint_c, now - before, reading)
             setpoint_c, before = limited.setpoint_c, now
             self._plate.command(setpoint_c, TTL_S, now)

@@ -129,7 +129,7 @@ def read_crop(sent: SentCrop, side: int) -> Crop:
         return Crop(_decoded(sent.image, side), _mask(sent.mask, side))
     if len(sent.image) != 4 * side * side:
         text = f"rgba8 of {len(sent.image)} bytes, {side} x {side} has {4 * side * side}"
-        raise ContractError(f"{text}: cut at the side that /v1/identity tells")
+        raise ContractError(f"{text}: cut at the side that /v1/identity gives")
     if sent.mask is not None:
         raise ContractError("rgba8 has its mask as alpha: leave `mask` out")
     pixels = np.frombuffer(sent.image, np.uint8).reshape(side, side, 4)
@@ -146,7 +146,7 @@ def read_identity(data: bytes) -> Identity:
     try:
         identity = msgspec.json.decode(data, type=Identity)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
-        raise ContractError(f"it tells no identity: {error}") from None
+        raise ContractError(f"it gives no identity: {error}") from None
     if identity.contract != CONTRACT:
         raise ContractError(f"it speaks contract {identity.contract}, this is {CONTRACT}")
     return identity

@@ -90,7 +90,7 @@ def _session(stimulus: Stimulus) -> SceneSession:
 
 
 def _touch(stimulus: Stimulus, part: Part | None, motion: Motion, now: float) -> Touch:
-    manner: Interaction = stimulus.interaction  # type: ignore[assignment]  # checked by Stimulus
+    interaction: Interaction = stimulus.interaction  # type: ignore[assignment]  # checked by Stimulus
     return Touch(
         id=1,
         phase="release" if part is None else part.phase,
@@ -99,7 +99,7 @@ def _touch(stimulus: Stimulus, part: Part | None, motion: Motion, now: float) ->
         speed_mps=motion.speed_mps,
         force_n=motion.force_n,
         object_id=stimulus.name,
-        interaction="slide" if part is not None and part.phase == "slide" else manner,
+        interaction="slide" if part is not None and part.phase == "slide" else interaction,
     )
 
 
