@@ -139,7 +139,7 @@ def test_a_lost_line_is_said(copy):
 @pytest.mark.parametrize(
     ("wound", "word"),
     [
-        (lambda text: text[: text.index('"slide"') + 3], "torn"),
+        (lambda text: text[: text.index('"slide"') + 3], "incomplete, or no JSON"),
         (lambda _: "", "no head"),
         (lambda text: text.replace('"materials": ["wood"', '"materials": ["velcro"'), "--gallery"),
         (lambda text: text + '{"line": 9999, "in": "message", "now": 1}\n', "not a line"),
