@@ -17,6 +17,7 @@ from shared_recogniser import shared_recogniser
 
 from hapticvlm.commands.local_service import Service, running
 from hapticvlm_lab.bench.latency import touch
+from hapticvlm_lab.bench.latency.round_trip import echo, priority
 
 FAULTS = ("answers", "hangs", "garbage", "wrong hash", "fails", "closes")
 FRAMES = (1, 10.0)  # scenes, frames/s of each
@@ -31,7 +32,7 @@ def main() -> None:
     process = multiprocessing.get_context("spawn").Process(target=_share, args=(theirs,))
     process.start()
     try:
-        with touch.priority(True), touch.echo(True) as port:
+        with priority(True), echo(True) as port:
             with running() as service:
                 _row("embedded", service, port, seconds)
             with running(["--recogniser-url", ours.recv()]) as service:
