@@ -116,9 +116,9 @@ def test_what_says_nothing_gives_nothing(name: str) -> None:
 
 def test_a_name_of_256_characters_is_read_in_milliseconds() -> None:
     for name in ("woodtableglasspanoak" * 13, "Ab" * 128, "wood_" * 51, "s" * 256):
-        start = time.perf_counter()
+        start = time.process_time()  # a busy machine may take the processor away
         from_name(name[:256])
-        assert time.perf_counter() - start < 0.05
+        assert time.process_time() - start < 0.05
 
 
 @given(st.text(max_size=256))
