@@ -10,7 +10,7 @@ from PIL import Image
 
 from hapticvlm import materials
 from hapticvlm.captures import Line, read
-from hapticvlm_lab.training import sources
+from hapticvlm_lab.training import sources, traced
 from hapticvlm_lab.training.held_back import cameras, catalogue, classes, plan, stage
 
 TAUGHT_TILE, HELD_TILE = "ambientcg_tiles/wood/Wood001.jpg", "ambientcg_tiles/wood/Wood005.jpg"
@@ -121,6 +121,34 @@ def test_a_catalogue_lists_nothing_that_teaches(data: Path) -> None:
 def test_a_folder_without_labels_is_refused(tmp_path: Path) -> None:
     with pytest.raises(catalogue.CatalogueError, match="not the data folder"):
         catalogue.read_catalogue(tmp_path)
+
+
+def test_what_teaches_and_what_is_held_back_share_nothing(data: Path) -> None:
+    held, taught = (catalogue.read_catalogue(data, teaches=teaches) for teaches in (False, True))
+    assert [texture.name for texture in taught.textures["wood"]] == ["Wood001"]
+    assert [path.name for path in taught.skies] == ["kiara_1_dawn_512.hdr"]
+    assert not taught.models
+    places = [
+        {t.maps["albedo"] for pool in c.textures.values() for t in pool} for c in (held, taught)
+    ]
+    assert not places[0] & places[1]
+
+
+def test_a_traced_object_teaches_from_twelve_sides_and_is_none_of_the_held_back() -> None:
+    ids = {made.object_id for made in (*plan.approaches(), *plan.orbits())}
+    every = [traced.plan(number) for number in range(120)]
+    assert not ids & {made.object_id for made in every}
+    assert {made.truth for made in every} == {*materials.MATERIALS, materials.UNKNOWN}
+    points = np.random.default_rng(1).uniform(-1, 1, (50, 3))
+    near = cameras.approach(points, np.random.default_rng(2))
+    turned = traced.views(near, np.random.default_rng(3))
+    assert len(turned) == 12
+    for number, camera in enumerate(turned):
+        first = near[number // traced.TURNS]
+        assert np.linalg.norm(camera.eye - camera.target) == pytest.approx(
+            np.linalg.norm(first.eye - first.target)
+        )
+        assert camera.eye[1] == pytest.approx(first.eye[1])
 
 
 @pytest.mark.parametrize("truth", ["wood", "glass"])

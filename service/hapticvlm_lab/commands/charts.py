@@ -34,8 +34,15 @@ def add(commands: Commands) -> None:
     """Declare the commands, with a subject each."""
     chart = commands.add_parser("chart", help="draw accuracy against latency, every method")
     subjects = chart.add_subparsers(title="subjects", required=True, metavar="WHAT")
-    _add_material(subjects, _chart_material, ("chart-output", LIMIT)).add_argument(
+    material = _add_material(subjects, _chart_material, ("chart-output", LIMIT))
+    material.add_argument(
         "--variants", type=Path, help="folder of further encoders, one a sub-folder"
+    )
+    material.add_argument(
+        "--encoder",
+        action="append",
+        metavar="NAME",
+        help="network to chart as `serve --encoder` reads it, repeatable (those of the data)",
     )
     beliefs = subjects.add_parser("beliefs", help="what is said and felt of pictures, and learned")
     beliefs.set_defaults(run=_chart_beliefs)
@@ -89,7 +96,9 @@ def _add_material(
 def _chart_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import chart
 
-    plan = chart.Plan(_where(options), options.variants, options.out, options.json)
+    where = _where(options)
+    named = tuple(options.encoder or _networks(where.data))
+    plan = chart.Plan(where, named, options.variants, options.out, options.json)
     return _into_folder(options, lambda: chart.run(plan, _wiring()))
 
 
@@ -146,20 +155,12 @@ def labels() -> Labels:
 def _wiring() -> Wiring:
     from hapticvlm_lab.bench.material.methods import Wiring
 
-    return Wiring(labels(), _general, _eager, _untrained)
+    return Wiring(labels(), _eager, _untrained)
 
 
-def _general(data: Path) -> Encoder:
-    """Load the general network of the data folder. Raises EncoderError."""
-    from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm_lab.bench.material.baselines import GeneralNetwork
-
-    try:
-        from hapticvlm_lab.training.teacher import Teacher
-
-        return GeneralNetwork(Teacher(data).features, "MobileNetV2, ImageNet")
-    except (ImportError, RuntimeError, OSError) as error:
-        raise EncoderError(f"{error}".splitlines()[0]) from None
+def _networks(data: Path | None) -> list[str]:
+    """List the ImageNet networks of the data folder."""
+    return [] if data is None else sorted(map(str, data.glob("teacher/*.tflite")))
 
 
 def _eager(folder: Path | None) -> Encoder:

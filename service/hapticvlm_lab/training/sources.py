@@ -31,7 +31,7 @@ TEXTURES = frozenset({"ambientcg_tiles", "woodboards"})  # fill the picture
 ON_BOARD = "trashnet"  # objects on a plain board
 # Choose and calibrate; report on: no gradient sees either.
 CHOICE, REPORT = "choose_web", "report_web"
-RENDERED = frozenset({"rooms", "own"})  # sources of the shards of renders
+RENDERED = frozenset({"rooms", "traced"})  # sources of the shards of renders
 # Held back whole: photographs, the shapes and the textures with maps.
 HELD_BACK = ("caltech101", "models", "pbr")
 # Calibrate the confidence and nothing else: other people's renders, and scenery of no material.

@@ -1,4 +1,4 @@
-"""What a material encoder must beat: colours, textures, nothing learned, a general network.
+"""What a material encoder must beat: colours, textures, nothing learned.
 
 All are encoders like ours (crops in, unit embeddings out), so that every method goes through the
 same protocol. A network that lives elsewhere (torch, the teacher) is handed in by the caller.
@@ -49,26 +49,6 @@ class TextureStatistics:
         """Embed N crops: (N, F) float32, each of unit norm."""
         raw = (np.stack([describe(crop) for crop in crops]) - self.centre) / self.scale
         return _unit(np.clip(raw, -CLIP, CLIP))
-
-
-@dataclass(frozen=True, slots=True)
-class GeneralNetwork:
-    """A pooled feature of a general network, which sees the crop whole: it knows no mask.
-
-    Greyed out outside the mask it did worse on held-back renders (31 against 38 % at 5 references).
-    `features` takes (N, S, S, 3) uint8 and masks (N, S, S) to average under.
-    """
-
-    features: Callable[[Bytes, Bytes], Floats]
-    name: str = "general network"
-    side: int = 224
-    dimension: int = 1280
-
-    def embed(self, crops: Sequence[Crop]) -> Floats:
-        """Embed N crops: (N, D) float32, each of unit norm."""
-        everywhere = np.full((1, self.side, self.side), 255, np.uint8)
-        found = [self.features(crop.image[None], everywhere) for crop in crops]
-        return _unit(np.concatenate(found))
 
 
 @dataclass(frozen=True, slots=True)

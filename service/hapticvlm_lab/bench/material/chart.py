@@ -39,9 +39,13 @@ NAME = "chart-material"
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What to chart: pictures, further encoders, where results go, and whether to print tables."""
+    """What to chart: pictures, further encoders, where results go, and whether to print tables.
+
+    named: networks as `--encoder` takes them.
+    """
 
     where: Where
+    named: tuple[str, ...]
     variants: Path | None
     out: Path
     as_json: bool
@@ -57,7 +61,7 @@ def run(plan: Plan, wiring: Wiring) -> int:
         print("\n".join(["no pictures to chart on:", *skipped]))
         return 2
     teaching = read_teaching(plan.where.data, wiring.labels)
-    methods, missing = assemble(wiring, plan.where.data, plan.variants, teaching)
+    methods, missing = assemble(wiring, plan.named, plan.variants, teaching)
     skipped += missing
     stated = next((source for source in sources if source.stated), None)
     times = costs(for_source(methods, sources[0]), stated)

@@ -27,7 +27,7 @@ from hapticvlm_lab.bench.material.data import Cut, Labels, Source, crops
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
-Family = Literal["guess", "stated", "plain", "general", "untrained", "ours", "ladder"]
+Family = Literal["guess", "stated", "plain", "named", "untrained", "ours", "ladder"]
 
 NEAREST = Calibration(64.0, 0.0, 0.0)  # so sharp that the nearest reference decides; uncalibrated
 TEXTURES = "textures, logistic"
@@ -124,23 +124,25 @@ class Method:
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """What the command line hands in from `training`: labels, and networks that need torch or more.
+    """What the command line hands in from `training`: labels, and networks that need torch.
 
-    general: the data folder to a general network's encoder. eager: an encoder's folder (None: the
+    eager: an encoder's folder (None: the
     shipped one) to the same net in torch. untrained: the same architecture, its weights random.
     Each raises EncoderError where it cannot.
     """
 
     labels: Labels
-    general: Callable[[Path], Encoder]
     eager: Callable[[Path | None], Encoder]
     untrained: Callable[[], Encoder]
 
 
 def assemble(
-    wiring: Wiring, data: Path | None, variants: Path | None, teaching: Source | None
+    wiring: Wiring, named: Sequence[str], variants: Path | None, teaching: Source | None
 ) -> tuple[list[Method], list[str]]:
-    """List the available methods, and which are not. Raises EncoderError, GalleryError."""
+    """List the available methods, and which are not. Raises EncoderError, GalleryError.
+
+    named: networks as `--encoder` takes them. variants: a folder of encoders of our own.
+    """
     encoder = load_encoder()
     shipped = GalleryHead(load_gallery(encoder=encoder), speaks=True)
     ours = Method("ours", "ours", encoder, shipped, is_default=True, references="shipped")
@@ -160,7 +162,8 @@ def assemble(
             attempt(f"{like.name}, torch eager", partial(_eager, wiring, folder, like))
 
     attempt("untrained", lambda: _taught("untrained", "untrained", wiring.untrained(), teaching))
-    attempt("general network", lambda: _general(wiring, data, teaching))
+    for name in named:
+        attempt(name, partial(_named, name))
     found += _combinations(ours)
     attempt_eager(None, ours)
     for folder in _variants(variants):
@@ -218,12 +221,11 @@ def _combinations(ours: Method) -> list[Method]:
     ]
 
 
-def _general(wiring: Wiring, data: Path | None, teaching: Source | None) -> Method:
-    if data is None:
-        raise EncoderError("lies in the data folder; pass --data")
-    encoder = wiring.general(data)
-    head = None if teaching is None else _logistic_head(teaching, encoder)
-    return Method(encoder.name, "general", encoder, head, references="teaching")
+def _named(name: str) -> Method:
+    """Read a network that a user names as the service does: its classes and our reference rooms."""
+    encoder = load_encoder(name)
+    head = GalleryHead(load_gallery(encoder=encoder), speaks=True)
+    return Method(Path(name).stem, "named", encoder, head, references="shipped rooms")
 
 
 def _taught(name: str, family: Family, encoder: Encoder, teaching: Source | None) -> Method:
@@ -255,7 +257,7 @@ def _as_whole(method: Method) -> Method:
 
 
 def _is_seen(method: Method) -> bool:
-    return method.is_default or method.family == "general"
+    return method.is_default or method.family == "named"
 
 
 def _logistic_head(teaching: Source, encoder: Encoder) -> LogisticHead:

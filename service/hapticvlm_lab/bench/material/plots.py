@@ -27,7 +27,7 @@ STYLE = {  # colour and marker of each family
     "guess": (SOFT, "_"),
     "stated": (ORANGE, "v"),
     "plain": (SKY, "s"),
-    "general": (PURPLE, "D"),
+    "named": (PURPLE, "D"),
     "untrained": (INK, "X"),
     "ours": (BLUE, "o"),
     "ladder": (VERMILION, "^"),

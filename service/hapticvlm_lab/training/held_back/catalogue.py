@@ -52,7 +52,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True)
 class Catalogue:
-    """All that is held back; values maps a substance to its measured linear colour or (n, k)."""
+    """What things are made of; values maps a substance to its measured linear colour or (n, k)."""
 
     textures: Mapping[str, tuple[Texture, ...]]
     models: Mapping[str, Model]
@@ -60,32 +60,37 @@ class Catalogue:
     values: Mapping[str, Mapping[str, Any]]
 
 
-def read_catalogue(data: Path) -> Catalogue:
-    """Read labels.csv and pb_renders/values.json. Raises CatalogueError."""
+def read_catalogue(data: Path, *, teaches: bool = False) -> Catalogue:
+    """Read labels.csv and pb_renders/values.json: what is held back, or what may teach.
+
+    Raises CatalogueError.
+    """
     try:
         with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         values = json.loads((data / "pb_renders" / "values.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise CatalogueError(f"{data}: not the data folder ({error})") from None
-    skies = [data / row["path"] for row in rows if is_sky(row)]
+    skies = [data / row["path"] for row in rows if is_sky(row, teaches=teaches)]
     models = {model.name: model for model in (_model(data, row) for row in rows if is_model(row))}
+    if teaches:
+        models = {}
     return Catalogue(
-        _by_material(_texture(data, row) for row in rows if is_texture(row)),
+        _by_material(_texture(data, row) for row in rows if is_texture(row, teaches=teaches)),
         models,
         tuple(skies),
         {entry["name"]: _measured(entry) for entry in values["data"]},
     )
 
 
-def is_texture(row: Row) -> bool:
-    """Whether a row of labels.csv is a held-back, tileable texture of stated origin."""
+def is_texture(row: Row, *, teaches: bool = False) -> bool:
+    """Whether a row is a held-back (or teaching), tileable texture of stated origin."""
     source = row["path"].split("/")[0]
     if row["licence"] not in LICENCES or _NO_ORIGIN in row["note"] or _ATLAS in row["note"]:
         return False
     if source == "pbr":
-        return source in sources.HELD_BACK
-    return source == "ambientcg_tiles" and sources.is_tile_held_back(row["path"])
+        return (source in sources.HELD_BACK) != teaches
+    return source == "ambientcg_tiles" and sources.is_tile_held_back(row["path"]) != teaches
 
 
 def is_model(row: Row) -> bool:
@@ -95,12 +100,11 @@ def is_model(row: Row) -> bool:
     return source == "models" and source in sources.HELD_BACK and free
 
 
-def is_sky(row: Row) -> bool:
-    """Whether a row of labels.csv is a held-back environment map."""
-    source, _, name = row["path"].partition("/")
-    return source == "hdri" and name.removesuffix(".hdr").removesuffix("_512") in (
-        sources.HDRI_HELD_BACK
-    )
+def is_sky(row: Row, *, teaches: bool = False) -> bool:
+    """Whether a row of labels.csv is a held-back (or teaching) environment map."""
+    source, _, file = row["path"].partition("/")
+    name = file.removesuffix(".hdr").removesuffix("_512")
+    return source == "hdri" and (name in sources.HDRI_HELD_BACK) != teaches
 
 
 def _texture(data: Path, row: Row) -> Texture:
