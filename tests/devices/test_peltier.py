@@ -14,6 +14,7 @@ from plate_ports import TURN_S, Cable
 
 from hapticvlm.commands.main import main
 from hapticvlm.devices import plate_protocol, ports
+from hapticvlm.devices.framing import Deframer
 from hapticvlm.devices.peltier import GREETING_S, Peltier, Plate
 from hapticvlm.devices.plant import Plant
 from hapticvlm.devices.ports import READ_S, DeviceError
@@ -185,6 +186,25 @@ def test_noise_on_the_line_is_counted_and_does_no_harm() -> None:
     assert plate.counts["bad_frames"] >= 250
 
 
+def test_a_line_that_loses_2_percent_of_its_bytes_keeps_the_setpoint() -> None:
+    cable = Cable()
+    plate = cable.plate()
+    cable.lost_share = 0.02
+    readings = hold(cable, plate, 24.0, 20.0)
+
+    silent = [reading for reading in readings if reading.faults]
+    assert {reading.faults for reading in silent} <= {
+        ("plate_silent",)
+    }  # ten reports lost in a row
+    assert len(silent) < 0.05 * len(readings)
+    held = [reading.plate_c for reading in readings[-500:] if reading.plate_c is not None]
+    assert held == pytest.approx([24.0] * len(held), abs=0.5)
+    assert plate.counts["bad_frames"] + plate.counts["board_bad_frames"] > 20
+    plate.off(cable.clock.now)
+    leave(cable, plate, 1.0)
+    assert cable.board.plate.state is plate_protocol.State.OFF
+
+
 def test_a_fault_is_cleared_by_name_once_its_cause_is_gone() -> None:
     cable = Cable(lambda: SimulatedBoard(SimulatedPlate(ambient_c=56.0)))
     plate = cable.plate()
@@ -227,7 +247,7 @@ class WallCable:
 
     def open(self, asked: str) -> SimulatedPort:
         port = self._cable.open(asked)
-        port._clock, port._wait = time.monotonic, time.sleep
+        port._clock, port._wait = time.monotonic, port._cancelled.wait
         return port
 
 
@@ -316,6 +336,36 @@ def test_a_port_that_is_stuck_holds_up_nobody(running: tuple[Cable, Peltier]) ->
     stuck.released.set()
 
 
+class PatientPort(StuckPort):
+    """A port whose read ends only when it is cancelled or closed; it keeps what was written."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.written = b""
+
+    def write(self, data: bytes) -> int:
+        self.written += data
+        return len(data)
+
+    def cancel_read(self) -> None:
+        self.released.set()
+
+
+def test_an_off_waits_for_no_read_that_goes_on(running: tuple[Cable, Peltier]) -> None:
+    _, plate = running
+    patient = PatientPort()
+    plate._port = patient
+    time.sleep(2 * READ_S)  # the thread reads from it by now
+    plate.command(22.0, 5.0, time.monotonic())
+    time.sleep(2 * READ_S)
+    assert not patient.written
+    plate.off(time.monotonic())
+    wait_for(lambda: patient.written, 10.0)
+
+    sent = [plate_protocol.decode(frame) for frame in Deframer().feed(patient.written)]
+    assert sent[0] == plate_protocol.Off()
+
+
 def info(device: str, vid: int | None = None, **more: object) -> SimpleNamespace:
     fields = {"description": "n/a", "product": None, "pid": 1, "serial_number": "s"} | more
     return SimpleNamespace(device=device, vid=vid, **fields)
@@ -373,6 +423,10 @@ def test_a_real_serial_port_carries_the_conversation() -> None:
         plate.command(22.0, 5.0, time.monotonic())
         wait_for(lambda: plate.advance(time.monotonic()).duty < 0.0)
         assert "firmware 0.0.0" in plate.name
+        plate._port.timeout = 20.0  # type: ignore[union-attr]
+        time.sleep(2 * READ_S)  # the thread reads that long by now
+        plate.off(time.monotonic())
+        wait_for(lambda: board.plate.state is plate_protocol.State.OFF, 10.0)
         with pytest.raises(DeviceError, match="another program has it open"):
             Peltier(os.ttyname(slave)).connect()
         plate.close()

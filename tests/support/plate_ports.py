@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 
 from hapticvlm.devices import plate_protocol
@@ -36,6 +37,7 @@ class Cable:
         self.is_cut = False
         self.is_mute = False
         self.noise = b""
+        self.lost_share = 0.0  # of the bytes, both ways
         self.opened = 0
         self.sent: list[plate_protocol.Message] = []
 
@@ -60,15 +62,20 @@ class CablePort(SimulatedPort):
         super().__init__(cable.board, cable.clock, cable.clock.wait)
         self._cable = cable
         self._deframer = Deframer()
+        self._chance = random.Random(1)
 
     def read(self, size: int) -> bytes:
         if self._cable.is_cut:
             raise OSError("device reports readiness to read but returned no data")
-        found = super().read(size)
+        found = self._through(super().read(size))
         return self._cable.noise + (b"" if self._cable.is_mute else found)
 
     def write(self, data: bytes) -> int:
         if self._cable.is_cut:
             raise OSError("write failed")
         self._cable.sent += [plate_protocol.decode(frame) for frame in self._deframer.feed(data)]
-        return super().write(data)
+        return super().write(self._through(data))
+
+    def _through(self, data: bytes) -> bytes:
+        share = self._cable.lost_share
+        return bytes(byte for byte in data if self._chance.random() >= share) if share else data

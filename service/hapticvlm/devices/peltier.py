@@ -144,9 +144,13 @@ class Peltier:
             self._session.rest()
 
     def off(self, now: float) -> None:  # noqa: ARG002 - the board's clock decides
-        """Open the bridge at once; sent by the thread within READ_S, again until acknowledged."""
+        """Open the bridge at once; sent by the thread without waiting for its read to end."""
         with self._lock:
             self._session.off()
+            cancel = getattr(self._port, "cancel_read", None)  # pyserial's socket:// has none
+            if cancel is not None:
+                with contextlib.suppress(OSError):
+                    cancel()
 
     def advance(self, now: float) -> PlateReading:
         """Return the plate's last reading; nothing measured if that is too long ago."""
@@ -213,8 +217,8 @@ class Peltier:
 
     def _lose(self, trouble: str) -> None:
         self._trouble = trouble
-        port, self._port = self._port, None
-        with self._lock:
+        with self._lock:  # nobody cancels a read of what is being closed
+            port, self._port = self._port, None
             self._session.lost()
         if port is not None:
             with contextlib.suppress(OSError):

@@ -6,6 +6,7 @@ has the simulated plate's guards, fewer than the firmware's, which is tested as 
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 
@@ -166,14 +167,16 @@ class SimulatedPort:
         self,
         board: SimulatedBoard,
         clock: Callable[[], float] = time.monotonic,
-        wait: Callable[[float], object] = time.sleep,
+        wait: Callable[[float], object] | None = None,
     ) -> None:
-        self._board, self._clock, self._wait = board, clock, wait
+        self._cancelled = threading.Event()
+        self._board, self._clock, self._wait = board, clock, wait or self._cancelled.wait
         self._pending = b""
 
     def read(self, size: int) -> bytes:
         """Wait as a real port does, then return what the board sent meanwhile."""
         self._wait(READ_S)
+        self._cancelled.clear()
         self._exchange(b"")
         found, self._pending = self._pending[:size], self._pending[size:]
         return found
@@ -182,6 +185,10 @@ class SimulatedPort:
         """Pass bytes to the board."""
         self._exchange(data)
         return len(data)
+
+    def cancel_read(self) -> None:
+        """End the read that goes on, or else the next one."""
+        self._cancelled.set()
 
     def close(self) -> None:
         """Leave the board alone; it goes on by itself."""
