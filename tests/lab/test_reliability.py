@@ -1,22 +1,25 @@
 """The rigs of stop, hostile clients and soak: what they make of what they measured."""
 
 import subprocess
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hapticvlm.commands.local_service import Service
 from hapticvlm.messages import MAX_MESSAGE_BYTES
 from hapticvlm.server.budgets import MAX_SCENES
 from hapticvlm_lab.bench.audio.conditions import LOAD
 from hapticvlm_lab.bench.audio.sink import Recording
 from hapticvlm_lab.bench.latency.touch import LOADS
-from hapticvlm_lab.bench.reliability.board import PtyBoard, board_on_a_terminal
+from hapticvlm_lab.bench.reliability.board import PING, PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.reliability.floods import KINDS
 from hapticvlm_lab.bench.reliability.soak import Soak
 from hapticvlm_lab.bench.reliability.soak import summary as soaked
-from hapticvlm_lab.bench.reliability.stop import Outputs, Trial
+from hapticvlm_lab.bench.reliability.stop import Outputs, Trial, _holds, _row
 from hapticvlm_lab.bench.reliability.stop import summary as stopped
+from hapticvlm_lab.bench.reliability.stop_conditions import Condition
 
 with subprocess.Popen(["true"]) as NOTHING:
     pass
@@ -36,6 +39,7 @@ def an_hour(growth_mb_per_h=0.0, later_ms=1.0):
     soak = Soak(0.0, touches=list(zip(at, took, strict=True)), echoes=[(0.0, 1.0)])
     soak.memory_mb = {"gateway": list(zip(at, held, strict=True))}
     soak.files, soak.threads = [20, 30, 20], [6, 6, 6]
+    soak.loads = [(second, 2.0 if second < 3000.0 else 9.0) for second in at[::10]]
     return soaked(soak, 3600.0)
 
 
@@ -50,6 +54,7 @@ def test_the_last_five_minutes_stand_beside_the_first():
     windows = an_hour(later_ms=7.0)["round_trip_ms"]
     assert windows["first"]["touch"] == {"n": 300, "median": 1.0, "p99": 1.0}
     assert windows["last"]["touch"]["p99"] == 7.0
+    assert [windows[name]["load"]["median"] for name in ("first", "last")] == [2.0, 9.0]
 
 
 def heard(*sounding_at):
@@ -70,10 +75,24 @@ def test_silence_begins_with_the_last_sound_after_a_stop():
 
 
 def test_one_stop_that_never_came_is_the_p99():
-    trials = [Trial(1.0, 10.0, 20.0, 20.0)] * 30 + [Trial(1.0, 10.0, 20.0, float("inf"))]
+    trials = [Trial(1.0, 10.0, 20.0, 20.0, 0.2)] * 30 + [Trial(1.0, 10.0, 20.0, float("inf"), 0.2)]
     found = stopped(trials)
     assert found["silent"] == {"median": 10.0, "p99": 10.0, "max": 10.0}
     assert found["bridge"]["p99"] == float("inf")
+
+
+def test_a_condition_that_fails_is_reported_and_holds_nothing():
+    def load(_):
+        raise OSError("no browser")
+
+    condition = Condition(load=load)
+    nowhere = Service(subprocess.Popen(["true"], text=True), "", 0.0)
+    nowhere.process.wait()
+    row = _row(condition, Outputs(heard(), PtyBoard("")), nowhere, 3)
+    assert row["failed"] == "OSError: no browser"
+    assert not _holds(row)
+    assert _holds(stopped([Trial(1.0, 10.0, 20.0, 20.0, 0.2)] * 3))
+    assert not _holds(stopped([Trial(1.0, 10.0, 20.0, 60.0, 0.2)] * 3))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -86,5 +105,11 @@ def test_every_hostile_message_is_small_enough_to_be_taken(kind):
 def test_a_board_on_a_terminal_is_there_until_the_context_ends():
     with board_on_a_terminal() as board:
         assert Path(board.port).exists()
+        assert board.state == "OFF"
+        since = time.monotonic()
+        board.ping()
+        while board.first(PING, since, time.monotonic()) is None:
+            assert time.monotonic() < since + 30.0
+            time.sleep(0.01)
         assert board.state == "OFF"
     assert not Path(board.port).exists()

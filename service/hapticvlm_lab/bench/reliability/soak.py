@@ -57,6 +57,7 @@ class Soak:
     memory_mb: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
     files: list[int] = field(default_factory=list)
     threads: list[int] = field(default_factory=list)
+    loads: list[tuple[float, float]] = field(default_factory=list)
     killed: list[str] = field(default_factory=list)
 
     @property
@@ -65,9 +66,10 @@ class Soak:
         return time.monotonic() - self.started
 
     def sample(self, service: Service) -> None:
-        """Note memory, descriptors and threads."""
+        """Note memory, descriptors, threads, and the machine's load."""
         import psutil
 
+        self.loads.append((self.now, os.getloadavg()[0]))
         gateway = psutil.Process(service.process.pid)
         with contextlib.suppress(psutil.Error):
             family = [gateway, *gateway.children(recursive=True)]
@@ -117,6 +119,7 @@ def summary(soak: Soak, seconds: float) -> dict[str, Any]:
         name: {
             "touch": _spread(soak.touches, *span),
             "echo": _spread(soak.echoes, *span),
+            "load": _spread(soak.loads, *span),
         }
         for name, span in {"first": first, "last": last, "all": (0.0, float("inf"))}.items()
     }

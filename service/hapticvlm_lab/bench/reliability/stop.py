@@ -2,7 +2,8 @@
 
 A scene touches something cold, so that speaker and plate are both driven; another connection (or
 the dashboard's button) stops at a random moment. Sound is recorded at a null sink, with what
-the sound server adds; OFF is seen on the serial line and at a simulated board behind a terminal.
+the sound server adds; OFF is seen on the serial line and at a simulated board behind a terminal,
+beside what a terminal takes for a few bytes alone.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ from rich.table import Table
 from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
-from hapticvlm.commands.local_service import Service
+from hapticvlm.commands.local_service import Service, ServiceError
 from hapticvlm_lab.bench.audio.conditions import priority, raise_priority
 from hapticvlm_lab.bench.audio.sink import Recording, null_sink, recording
-from hapticvlm_lab.bench.reliability.board import OFF, PtyBoard, board_on_a_terminal
+from hapticvlm_lab.bench.reliability.board import OFF, PING, PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
 
 MARK_MS = 50.0
@@ -65,18 +66,19 @@ class Outputs:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One stop: ms until answered, silent, OFF on the line, bridge open."""
+    """One stop: ms until answered, silent, OFF on the line, bridge open; and of a line alone."""
 
     answered: float
     silent: float
     off: float
     bridge: float
+    line: float
 
 
 def run(*, trials: int, only: list[str], as_json: bool) -> int:
-    """Measure, print a table or JSON. 1 if a p99 is above the mark.
+    """Measure, print a table or JSON. 1 if a p99 is above the mark or a condition failed.
 
-    Raises SinkError, ServiceError.
+    A condition that fails is reported with its reason, and the others go on. Raises SinkError.
     """
     console = Console(quiet=as_json, width=150)
     chosen = {name: each for name, each in CONDITIONS.items() if not only or name in only}
@@ -89,8 +91,7 @@ def run(*, trials: int, only: list[str], as_json: bool) -> int:
     console.print(_table(rows))
     if as_json:
         print(json.dumps({"measure": "stop", "hapticvlm": __version__, "rows": rows}))
-    worst = max(row[what]["p99"] for row in rows for what in ("silent", "bridge"))
-    return int(worst > MARK_MS)
+    return int(not all(_holds(row) for row in rows))
 
 
 def summary(trials: list[Trial]) -> dict[str, Any]:
@@ -101,11 +102,16 @@ def summary(trials: list[Trial]) -> dict[str, Any]:
         median, p99 = np.percentile(values, (50, 99), method="higher")
         return {"median": round(median, 1), "p99": round(p99, 1), "max": round(max(values), 1)}
 
-    names = ("answered", "silent", "off", "bridge")
+    names = ("answered", "silent", "off", "bridge", "line")
     return {
         "n": len(trials),
         **{name: spread([getattr(each, name) for each in trials]) for name in names},
     }
+
+
+def _holds(row: dict[str, Any]) -> bool:
+    """Return whether both outputs of a condition were at rest within the mark."""
+    return "failed" not in row and max(row[what]["p99"] for what in ("silent", "bridge")) <= MARK_MS
 
 
 def _with_service(
@@ -118,16 +124,28 @@ def _with_service(
     rows = []
     with ExitStack() as stack:
         board = stack.enter_context(board_on_a_terminal())
-        service = stack.enter_context(start(["--speaker", "Palm", "--peltier", board.port]))
+        try:
+            service = stack.enter_context(start(["--speaker", "Palm", "--peltier", board.port]))
+        except ServiceError as error:
+            return [{"condition": name, "failed": f"no service: {error}"} for name in conditions]
         for name, condition in conditions.items():
             count = min(trials, condition.most or trials)
-            with console.status(name), condition.load(service):
-                found = asyncio.run(_measure(condition, Outputs(recorded, board), service, count))
+            outputs = Outputs(recorded, board)
+            with console.status(name):
+                rows.append({"condition": name, **_row(condition, outputs, service, count)})
             recorded.chunks.clear()
-            load = round(os.getloadavg()[0], 1)
-            rows.append({"condition": name, **summary(found), "load": load})
             print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
     return rows
+
+
+def _row(condition: Condition, outputs: Outputs, service: Service, count: int) -> dict[str, Any]:
+    """Measure one condition: its figures, or why there are none."""
+    try:
+        with condition.load(service):
+            figures = summary(asyncio.run(_measure(condition, outputs, service, count)))
+    except Exception as error:  # noqa: BLE001 - a browser's or a client's; the other rows go on
+        figures = {"failed": f"{type(error).__name__}: {error}"}
+    return {**figures, "load": round(os.getloadavg()[0], 1)}
 
 
 async def _measure(
@@ -151,18 +169,26 @@ async def _trial(
         condition.strike(service)
         await asyncio.sleep(random.uniform(0.0, condition.struck_s))
     pressed, answered = await press()
+    pinged = time.monotonic()
+    outputs.board.ping()
     until = pressed + condition.watched_s
     await asyncio.sleep(until - time.monotonic())
     await hand.lift()
     await asyncio.sleep(CLEAR_S)  # which the board's diary and the last sounds may need to arrive
     off = outputs.board.first(OFF, pressed, until)
     opened = outputs.board.first("OFF", pressed, until)
+    ping = outputs.board.first(PING, pinged, until)
     return Trial(
         (answered - pressed) * 1000.0,
         outputs.silent_after(pressed, until) * 1000.0,
-        float("inf") if off is None else (off - pressed) * 1000.0,
-        float("inf") if opened is None else (opened - pressed) * 1000.0,
+        _ms_between(pressed, off),
+        _ms_between(pressed, opened),
+        _ms_between(pinged, ping),
     )
+
+
+def _ms_between(begin: float, end: float | None) -> float:
+    return float("inf") if end is None else (end - begin) * 1000.0
 
 
 async def _driven(outputs: Outputs) -> None:
@@ -221,11 +247,15 @@ def _table(rows: list[dict[str, Any]]) -> Table:
         "silent",
         "OFF on the line",
         "bridge open",
+        "line alone",
         "load",
     ):
         table.add_column(column)
     for row in rows:
-        times = (row[name] for name in ("answered", "silent", "off", "bridge"))
+        if "failed" in row:
+            table.add_row(row["condition"], "failed", row["failed"])
+            continue
+        times = (row[name] for name in ("answered", "silent", "off", "bridge", "line"))
         cells = (f"{each['median']} / {each['p99']} / {each['max']}" for each in times)
         table.add_row(row["condition"], str(row["n"]), *cells, str(row["load"]))
     return table
