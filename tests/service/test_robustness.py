@@ -22,6 +22,7 @@ from PIL import Image
 from test_server import OBJECTS, frame, is_silent, owner_of, until
 
 from hapticvlm.commands.local_service import running
+from hapticvlm.processes.recogniser import LIMIT_S
 
 LEASE_S = 0.25
 RESTART_S = 20.0  # a second failure within ten seconds waits a second, and this machine is shared
@@ -110,6 +111,21 @@ async def test_a_killed_recogniser_is_restarted_reported_and_decides_again(servi
         assert "recogniser" in error["text"]
         async with asyncio.timeout(10.0):
             assert (await client.ask(**frame(77, object_id="thing")))["type"] == "decision"
+
+
+async def test_a_frozen_recogniser_is_ended_after_its_limit_and_its_frame_is_answered(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        frozen = status(service)["recogniser"]["pid"]
+        os.kill(frozen, signal.SIGSTOP)
+        started = time.monotonic()
+        answer = await client.ask(**frame(78, object_id="thing"))
+        assert (answer["type"], answer["code"]) == ("error", "model")
+        assert time.monotonic() - started < LIMIT_S + 3.0  # 20 s before
+        assert (await client.touch("contact", "table"))["type"] == "ok"
+        await until(
+            service, lambda found: found["recogniser"]["pid"] not in (None, frozen), RESTART_S
+        )
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -4,20 +4,24 @@ import json
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
+from websockets.asyncio.client import connect
 
 from hapticvlm.commands.main import main
 from hapticvlm.study import design as designs
 from hapticvlm.study import form as forms
 from hapticvlm.study import languages
+from hapticvlm.study import run as pages
+from hapticvlm.study.conductor import Conductor, Phase
 from hapticvlm.study.design import Plan
 from hapticvlm.study.form import Form
 from hapticvlm.study.patterns import ours, twenty
 from hapticvlm.study.sitting import Sitting
 from hapticvlm.study.stimuli import StudyError
 
+PAGES = Path(languages.__file__).parents[2] / "pages"
 SHIPPED = sorted(path.stem for path in languages.SHIPPED.glob("*.toml"))
 
 
@@ -62,6 +66,39 @@ def test_every_language_has_every_text_with_the_same_words_to_fill_in(language: 
     assert found.keys() == english.keys()
     for name, text in found.items():
         assert set(re.findall(r"\{\w+\}", text)) == set(re.findall(r"\{\w+\}", english[name])), name
+
+
+def test_every_text_that_the_participants_page_asks_for_is_in_the_language() -> None:
+    """A key that is in no language would be shown as nothing."""
+    english = leaves(languages.texts("en", Path("nowhere")))
+    sources = [path.read_text(encoding="utf-8") for path in PAGES.glob("study.*")]
+    written = r"""(?:text\(|data-text=|\? |: )"((?:buttons|page)\.\w+)\""""
+    asked = {key for source in sources for key in re.findall(written, source)}
+    phases = {
+        f"phases.{name}" for source in sources for name in re.findall(r'phase\("(\w+)"', source)
+    }
+    assert len(asked) > 15
+    assert asked | phases | {f"phases.{name}" for name in get_args(Phase)} <= english.keys()
+    assert {key for key in english if not key.startswith("phases.")} - asked == {"language"}
+
+
+class Nobody(Conductor):
+    """A study without devices, of which nothing can be asked."""
+
+    def __init__(self) -> None:
+        pass
+
+    def view(self) -> dict[str, Any]:
+        return {"phase": "choosing"}
+
+
+async def test_what_is_no_request_is_refused_in_words_and_the_page_stays() -> None:
+    room = pages.Room(Nobody(), {})
+    async with pages._listening(room, 0) as port, connect(f"ws://127.0.0.1:{port}/") as socket:
+        assert [json.loads(await socket.recv()) for _ in range(2)] == [{}, {"phase": "choosing"}]
+        for data in ("[" * 4000, "[" * 30_000, "7", "{", b"\xff"):
+            await socket.send(data)
+            assert json.loads(await socket.recv())["refused"]
 
 
 def test_german_names_every_shipped_pattern() -> None:
