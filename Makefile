@@ -2,7 +2,6 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt
 CAPTURE := examples/captures/make
 
 .PHONY: demo fuzz test unit check schemas format pictures toolchains coverage clean
@@ -56,17 +55,13 @@ toolchains:
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix examples/webxr; fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix service/hapticvlm_lab/training/rooms; fi
 
-$(VENV)/bin/python:
-	@echo "Making a Python environment in $(VENV)."
-	@$(PYTHON) -m venv $(VENV)
-
-$(VENV)/.demo: $(VENV)/bin/python pyproject.toml constraints.txt
-	@echo "installing into $(VENV), about 280 MB ..."
-	@$(PIP) -e '.[charts]'
+$(VENV)/.demo: pyproject.toml constraints.txt
+	@echo "The demo's environment goes into $(VENV) and takes about 280 MB."
+	@$(PYTHON) .ci/environment $(VENV) charts
 	@touch $@
 
-$(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(PIP) -e '.[dev]'
+$(VENV)/.dev: pyproject.toml constraints.txt
+	@$(PYTHON) .ci/environment $(VENV) dev
 	@touch $@ $(VENV)/.demo
 
 clean:
