@@ -1,4 +1,4 @@
-"""The arithmetic of the load test: service curve, gain of batching, Little's law, right answers."""
+"""The arithmetic of the load test: service curve, gain of batching, right answers."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -34,14 +34,6 @@ def test_a_deployments_gain_is_by_its_own_core_seconds():
     used = {1: 10 * 0.005, 16: 10 * 0.020}
     assert curve.deployed_gain({1: 10, 16: 10}, used) == pytest.approx(170 / 0.25 / 200)
     assert curve.deployed_gain({16: 10}, used) is None
-
-
-def test_little_and_the_headsets_of_some_cores():
-    assert curve.waiting(rate_hz=160.0, seconds=0.05) == pytest.approx(8.0)
-    assert (
-        curve.headsets(recognitions_hz=2.0, recognition_core_s=0.01, cores=8.0, utilisation=0.5)
-        == 200
-    )
 
 
 def test_an_answer_is_right_only_for_the_gallery_it_names():

@@ -10,11 +10,18 @@ import pytest
 
 from hapticvlm.commands.main import main
 from hapticvlm.materials import MATERIALS
-from hapticvlm.perception import JND_DB
 from hapticvlm.rendering.vibration import RATE_HZ, Motion, impact
 from hapticvlm_lab.bench.vibration import chart, methods
 from hapticvlm_lab.bench.vibration.methods import Row
-from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
+from hapticvlm_lab.bench.vibration.spectra import (
+    JND_DB,
+    difference_db,
+    event_db,
+    felt_difference_db,
+    masked_threshold_db,
+    model_threshold_db,
+    steady_db,
+)
 
 
 def test_a_sine_of_full_scale_is_0_db_as_an_event_and_as_a_steady_wave() -> None:
@@ -81,3 +88,32 @@ def test_the_command_draws_and_prints_json(
     assert {row["knob"] for row in told["rows"]} == {"modes", "noise", "block"}
     assert sum(row["is_default"] for row in told["rows"]) == 3
     assert all(Path(name).stat().st_size > 1000 for name in told["files"])
+
+
+def test_the_models_threshold_has_its_published_values() -> None:
+    hertz = np.array(
+        [0.0, 20.0, 40.0, 60.0, 100.0, 150.0, 200.0, 250.0, 300.0, 400.0, 500.0, 700.0]
+    )
+    published_db = [0, -5, -13.5, -20.6, -31.2, -39.5, -43.8, -45, -44, -37, -26, 0]
+    assert np.allclose(model_threshold_db(hertz), published_db, atol=0.6)
+
+
+def test_a_peak_masks_what_is_near_it_and_not_what_is_far() -> None:
+    hertz = np.arange(0.0, 1001.0, 5.0)
+    level_db = np.full(hertz.size, -120.0)
+    plain_db = masked_threshold_db(hertz, level_db)
+    assert np.allclose(plain_db, model_threshold_db(hertz))
+    level_db[hertz == 200.0] = -10.0
+    masked_db = masked_threshold_db(hertz, level_db)
+    assert masked_db[hertz == 200.0][0] == pytest.approx(-10 - 5 + 5 / 1400 * 200, abs=0.1)
+    assert masked_db[hertz == 240.0][0] > plain_db[hertz == 240.0][0] + 20.0
+    assert masked_db[hertz == 500.0][0] == pytest.approx(plain_db[hertz == 500.0][0], abs=0.1)
+
+
+def test_equal_vibrations_differ_by_nothing_and_a_louder_one_by_its_gain() -> None:
+    hertz = np.arange(0.0, 1001.0, 2.0)
+    level_db = -20.0 - 0.5 * ((hertz - 150.0) / 20.0) ** 2
+    assert felt_difference_db(hertz, level_db, level_db) == 0.0
+    assert felt_difference_db(hertz, level_db, level_db + 3.0) == pytest.approx(3.0, abs=0.2)
+    quiet_db = np.full(hertz.size, -140.0)
+    assert felt_difference_db(hertz, quiet_db, quiet_db + 20.0) < 0.01  # nobody feels either

@@ -178,11 +178,15 @@ def test_two_patterns_of_known_distance_are_told_apart_as_theory_says():
 
 
 def test_calibration_finds_the_noise_of_a_known_distance():
-    noise = answers.calibrate(set_of(np.zeros(1), np.full(1, 6.0)), 0.8413, seed=4)
+    def share(percepts, noise, seed):
+        return answers.recognised(answers.confusion(percepts, noise, seed))
+
+    apart, alike = set_of(np.zeros(1), np.full(1, 6.0)), set_of(np.zeros(2), np.zeros(2))
+    noise = answers.solve(lambda noise: share(apart, noise, 4), 0.8413)
 
     assert noise == pytest.approx(3.0, abs=0.1)
     with pytest.raises(ValueError, match="no noise"):
-        answers.calibrate(set_of(np.zeros(2), np.zeros(2)), 0.8, seed=1)
+        answers.solve(lambda noise: share(alike, noise, 1), 0.8)
 
 
 def test_the_same_seed_gives_the_same_answers():

@@ -35,7 +35,6 @@ _POINTS = 8  # of the contour, half of them mirrored
 _NO_CONTACT = 1e9  # m2 K/W and more: nothing flows
 _THINNEST = 1e-300  # keeps a vanishing thickness from dividing by zero
 
-Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 

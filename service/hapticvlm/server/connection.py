@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import socket
 from collections import Counter, deque
 from contextlib import suppress
@@ -20,8 +19,6 @@ CLOSE_ENDED = 4001
 LATE = "contacts too late to strike"
 IDLE_S, PROBE_S, PROBES = 10, 2, 5  # a silent dead peer is noticed after 20 s
 DEAD_AFTER_S = 120  # a peer that acknowledges nothing of what was sent
-
-logger = logging.getLogger(__name__)
 
 
 class Event:

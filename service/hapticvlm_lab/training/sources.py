@@ -36,7 +36,6 @@ RENDERED = frozenset({"rooms", "traced"})  # sources of the shards of renders
 HELD_BACK = ("caltech101", "models", "pbr")
 # Calibrate the confidence and nothing else: other people's renders, and scenery of no material.
 CALIBRATION = ("pb_renders", "weather")
-SCENERY = "weather"
 # Pictures without labels; some of the living things among them teach "none of ours", others are
 # held back to measure it.
 UNLABELLED = ("unlabelled_caltech101", "unlabelled_mini_imagenet")

@@ -6,7 +6,6 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from hapticvlm.commands.evaluate.pictures import Shot, read_picture
 from hapticvlm.commands.evaluate.scores import Guess
@@ -14,7 +13,6 @@ from hapticvlm.recognition.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW
 from hapticvlm.recognition.vlm.answers import Picture, Reading, Vlm, VlmError
 from hapticvlm.recognition.vlm.remote import RestingError
 
-Method = Literal["default", "vlm"]
 Ask = Callable[[Picture], Guess | None]
 
 PATIENCE_S = 60.0  # waited for an endpoint that rests after a failure, before a picture is given up

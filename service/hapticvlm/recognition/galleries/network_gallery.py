@@ -28,7 +28,6 @@ from hapticvlm.recognition.galleries.linear_layer import fit_layer
 from hapticvlm.recognition.pictures import Crop, central_mask
 
 Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 NAMES = (*materials.MATERIALS, materials.UNKNOWN)

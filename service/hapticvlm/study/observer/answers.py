@@ -60,18 +60,6 @@ def recognised(counts: _Counts) -> float:
     return float(np.trace(counts) / counts.sum())
 
 
-def calibrate(percepts: Percepts, target: float, seed: int, trials: int = TRIALS) -> float:
-    """Noise in Weber steps at which a share `target` is recognised; bisection on equal draws.
-
-    Raises ValueError when no noise does that.
-    """
-
-    def share(noise: float) -> float:
-        return recognised(confusion(percepts, noise, seed, trials))
-
-    return solve(share, target)
-
-
 def solve(share: Callable[[float], float], target: float) -> float:
     """Find by bisection the noise at which a falling share of answers is `target`.
 
@@ -84,13 +72,6 @@ def solve(share: Callable[[float], float], target: float) -> float:
         middle = math.sqrt(low * high)
         low, high = (middle, high) if share(middle) > target else (low, middle)
     return math.sqrt(low * high)
-
-
-def distances(percepts: Percepts) -> _Floats:
-    """Weber steps between the memories of every two patterns, (patterns, patterns)."""
-    templates = percepts.templates
-    apart = templates[:, None, :] - templates[None, :, :]
-    return np.asarray(np.sqrt((apart**2).sum(axis=2)))
 
 
 def _nearest(observed: _Floats, templates: _Floats, rng: np.random.Generator) -> NDArray[np.intp]:

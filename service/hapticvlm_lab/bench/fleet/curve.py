@@ -75,15 +75,3 @@ def deployed_gain(batches: Mapping[int, int], used_s: Mapping[int, float]) -> fl
         return None
     crops = sum(size * count for size, count in batches.items())
     return crops / sum(used_s.values()) / (batches[1] / used_s[1])
-
-
-def waiting(rate_hz: float, seconds: float) -> float:
-    """Little's law: the mean number of recognitions in a system of this rate and time in it."""
-    return rate_hz * seconds
-
-
-def headsets(
-    recognitions_hz: float, recognition_core_s: float, cores: float, utilisation: float
-) -> int:
-    """How many headsets of `recognitions_hz` these cores serve at this utilisation."""
-    return int(cores * utilisation / (recognitions_hz * recognition_core_s))

@@ -35,7 +35,6 @@ from hapticvlm_lab.bench.thermal.rows import Row
 
 NAME = "chart-thermal"
 FINEST_C = 0.1  # degC, cool threshold at the thenar (docs/physics.md 1.3)
-MOST_US = 5.0
 OBJECT_C = 22.0
 SECONDS = 10.0
 RATES_HZ = (20, 60, 90)

@@ -12,10 +12,10 @@ import numpy as np
 
 from hapticvlm import __version__
 from hapticvlm.commands.progress import track
-from hapticvlm.perception import JND_DB
 from hapticvlm_lab.bench.printing import print_files
 from hapticvlm_lab.bench.vibration import methods, plot
 from hapticvlm_lab.bench.vibration.methods import Row
+from hapticvlm_lab.bench.vibration.spectra import JND_DB
 
 NAME = "chart-vibration"
 EVEN = 1.1  # what costs so little more costs the same: clocks are no finer here

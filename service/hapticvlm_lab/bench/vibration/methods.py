@@ -1,6 +1,6 @@
 """The methods to render vibration, compared: modes of an impact, orders of noise, block sizes.
 
-Errors are the largest perceived difference, dB (perception.felt_difference_db), over materials and
+Errors are the largest perceived difference, dB (spectra.felt_difference_db), over materials and
 strokes; costs are the least of ROUNDS on this process's core, which other work disturbs least.
 """
 

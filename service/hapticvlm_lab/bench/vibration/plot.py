@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.palette import BLUE, FIGURE, GREEN, GRID, INK, ORANGE, SOFT
-from hapticvlm.perception import JND_DB
 from hapticvlm_lab.bench.material.labels import place
+from hapticvlm_lab.bench.vibration.spectra import JND_DB
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,12 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.perception import felt_difference_db
 from hapticvlm.rendering.interactions import RATE_HZ
 
 _Floats = NDArray[np.float64]
 
 SIZE = 16_384  # samples of a spectrum, 2.9 Hz a line
+
+# Vibrotactile masking and threshold of the psychohaptic model of MPEG haptics (ISO/IEC 23090-31),
+# implemented from its published formulae. Its reference software is under a BSD licence that gives
+# no patent rights; it is used here to measure, not to encode.
+JND_DB = 1.6  # least difference of amplitude told apart at the thenar (Forta and others 2012)
+_MODEL_BEST_HZ, _MODEL_HZ, _MODEL_BEST_DB = 250.0, 550.0, -45.0
+_PROMINENT_DB, _REACH_DB = 12.0, 45.0  # of a peak that masks: above its feet, below the highest
+BANDS_HZ = 20.0 * 2.0 ** (np.arange(18) / 3.0)  # third octaves, 20 to 1016 Hz
 
 
 def event_db(wave: NDArray[np.float32]) -> tuple[_Floats, _Floats]:
@@ -27,7 +34,7 @@ def steady_db(wave: NDArray[np.float32]) -> tuple[_Floats, _Floats]:
 
 
 def difference_db(meant: tuple[_Floats, _Floats], given: tuple[_Floats, _Floats]) -> float:
-    """Return perception.felt_difference_db of two spectra of the same kind."""
+    """Return felt_difference_db of two spectra of the same kind."""
     hertz, meant_db = meant
     inside = hertz <= 1100.0
     return felt_difference_db(hertz[inside], meant_db[inside], given[1][inside])
@@ -36,3 +43,51 @@ def difference_db(meant: tuple[_Floats, _Floats], given: tuple[_Floats, _Floats]
 def _levels(power: _Floats) -> tuple[_Floats, _Floats]:
     hertz = np.arange(float(power.size)) * (RATE_HZ / SIZE)
     return hertz, 10.0 * np.log10(4.0 * power / SIZE**2 + 1e-20)
+
+
+def model_threshold_db(frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Threshold of the psychohaptic model, dB below full scale (never above 0), any shape."""
+    b = 1.0 - _MODEL_BEST_HZ / _MODEL_HZ
+    at = np.log10(frequency_hz / _MODEL_HZ + b) ** 2
+    return np.asarray(np.minimum(50.0 / np.log10(b) ** 2 * at + _MODEL_BEST_DB, 0.0))
+
+
+def masked_threshold_db(
+    frequency_hz: NDArray[np.float64], level_db: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Threshold under a vibration's own peaks, (K,) dB: a mask at each, summed in power."""
+    from scipy.signal import find_peaks
+
+    peaks, _ = find_peaks(level_db, prominence=_PROMINENT_DB)
+    total = 10.0 ** (model_threshold_db(frequency_hz) / 10.0)
+    for peak in peaks:
+        if level_db[peak] >= level_db.max() - _REACH_DB and frequency_hz[peak] > 0.0:
+            hz = frequency_hz[peak]
+            away = ((frequency_hz - hz) / hz) ** 2
+            total += 10.0 ** ((level_db[peak] - 5.0 + 5.0 / 1400.0 * hz - 30.0 * away) / 10.0)
+    return np.asarray(10.0 * np.log10(total))
+
+
+def felt_difference_db(
+    frequency_hz: NDArray[np.float64],
+    meant_db: NDArray[np.float64],
+    given_db: NDArray[np.float64],
+) -> float:
+    """Return the largest difference, in third octaves, that the meant vibration does not mask, dB.
+
+    All (K,); levels are power a band in dB re full scale. What is below the meant one's threshold
+    counts as the threshold, so only what can be felt differs; JND_DB or less is told apart by
+    nobody.
+    """
+    hidden = 10.0 ** (masked_threshold_db(frequency_hz, meant_db) / 10.0)
+    differences = []
+    for centre in BANDS_HZ:
+        edge = 2.0 ** (1.0 / 6.0)
+        inside = (frequency_hz >= centre / edge) & (frequency_hz < centre * edge)
+        if not inside.any():
+            continue
+        floor = float(hidden[inside].min())
+        meant = float(np.sum(10.0 ** (meant_db[inside] / 10.0))) + floor
+        given = float(np.sum(10.0 ** (given_db[inside] / 10.0))) + floor
+        differences.append(abs(10.0 * np.log10(given / meant)))
+    return float(max(differences))
