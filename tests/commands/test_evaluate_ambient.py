@@ -26,7 +26,7 @@ from hapticvlm.commands.evaluate.scores import (
     score,
     share,
 )
-from hapticvlm.recognition.vlm.answers import VlmSettings
+from hapticvlm.recognition.vlm.contract import VlmSettings
 from hapticvlm.recognition.vlm.remote import RemoteVlm
 
 TRUTHS = (-5.0, 2.0, 14.0, 20.0, 22.0, 31.0)

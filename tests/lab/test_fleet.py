@@ -5,11 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from hapticvlm.recogniser_app.galleries import Named
+from hapticvlm.recogniser_app.galleries import Named, identify
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.remote.contract import Found, write_result
-from hapticvlm.recognition.remote.identity import identify
 from hapticvlm_lab.bench.fleet import curve
 from hapticvlm_lab.bench.fleet.crops import Truth, recorded
 

@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from hapticvlm.recogniser_app.galleries import identify
 from hapticvlm.recognition.encoders.encoder import SHIPPED
 from hapticvlm.recognition.encoders.onnx_encoder import load_onnx_encoder
 from hapticvlm.recognition.galleries.storage import load_gallery
@@ -13,7 +14,6 @@ from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.pictures import Crop, central_mask
 from hapticvlm.recognition.remote import contract
 from hapticvlm.recognition.remote.contract import Answer, ContractError, Found, Identity, SentCrop
-from hapticvlm.recognition.remote.identity import identify
 
 SIDE = 32
 IDENTITY = Identity(1, "hapticvlm", "tiny", "arcade", "0123", SIDE, 4, ["wood", "glass"])

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hapticvlm import materials, messages
-from hapticvlm.recognition import temperature_table
+from hapticvlm.recognition import temperature_words
 from hapticvlm.recognition.ambient import Ambient, ambient
 from hapticvlm.recognition.surface import (
     LEAST_C,
@@ -247,7 +247,7 @@ def test_without_sun_or_material_the_sun_says_nothing(facts: SurfaceFacts) -> No
 
 
 def test_figures_are_in_order_and_every_one_has_a_source() -> None:
-    for figures in temperature_table.THINGS.values():
+    for figures in temperature_words.THINGS.values():
         for heat in figures.values():
             assert heat.low_c <= heat.value_c <= heat.high_c
             assert heat.source
@@ -263,7 +263,7 @@ def test_any_name_in_any_air_gives_a_temperature_within_range(name: str, air_c: 
 
 
 @given(
-    st.lists(st.sampled_from(sorted(temperature_table.VOCABULARY | {"with", "on", "not", "sofa"}))),
+    st.lists(st.sampled_from(sorted(temperature_words.VOCABULARY | {"with", "on", "not", "sofa"}))),
     st.floats(-60.0, 80.0),
 )
 def test_any_words_of_the_list_give_a_temperature_within_range(

@@ -22,10 +22,9 @@ from tiny_vlm import picture, planting, rewrite, write_tiny_vlm
 
 from hapticvlm import materials
 from hapticvlm.recognition.ladder import SURE, decide
-from hapticvlm.recognition.vlm import generation, prompts, weights
-from hapticvlm.recognition.vlm.answers import Vlm, VlmError, VlmSettings
-from hapticvlm.recognition.vlm.load import PASSIVE, load_vlm
-from hapticvlm.recognition.vlm.local import TRUST, LocalVlm, load_local
+from hapticvlm.recognition.vlm import contract, generation, weights
+from hapticvlm.recognition.vlm.contract import Vlm, VlmError, VlmSettings
+from hapticvlm.recognition.vlm.local import PASSIVE, TRUST, LocalVlm, load_local, load_vlm
 from hapticvlm.recognition.vlm.network import Network
 from hapticvlm.recognition.vlm.numbers import CANDIDATES_C, beliefs, spread
 from hapticvlm_lab.bench.ambient import full_size
@@ -57,7 +56,7 @@ def settings(folder: Path, **options: Any) -> VlmSettings:
 
 def brute_force(vlm: LocalVlm, question: int) -> NDArray[np.float64]:
     """Score every candidate string by itself: a pass a token, nothing packed, nothing kept."""
-    asked = prompts.about_ambient(prompts.MOST_WORDINGS)
+    asked = contract.about_ambient(contract.MOST_WORDINGS)
     one = replace(asked, questions=(asked.questions[question],))
     prompt = vlm.chat.prompt(one, [picture()])
     texts = [tuple(vlm.chat.encode(str(number))) for number in CANDIDATES_C.tolist()]
@@ -79,7 +78,7 @@ def brute_force(vlm: LocalVlm, question: int) -> NDArray[np.float64]:
 
 
 def test_the_readout_is_what_scoring_every_candidate_string_gives(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(prompts.about_ambient(2), [picture()])
+    prompt = vlm.chat.prompt(contract.about_ambient(2), [picture()])
     read = [beliefs(vlm.numbers, one) for one in vlm.network.readout(prompt, vlm.numbers)]
     for question in range(2):
         scored = brute_force(vlm, question)
@@ -90,7 +89,7 @@ def test_the_readout_is_what_scoring_every_candidate_string_gives(vlm: LocalVlm)
 
 
 def test_a_kept_head_changes_nothing(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(prompts.about_ambient(3), [picture()])
+    prompt = vlm.chat.prompt(contract.about_ambient(3), [picture()])
     keeping = vlm.network.readout(prompt, vlm.numbers)
     again = vlm.network.readout(prompt, vlm.numbers)
     forgetful = Network(vlm.network.model, keeps_heads=False).readout(prompt, vlm.numbers)
@@ -101,14 +100,14 @@ def test_a_kept_head_changes_nothing(vlm: LocalVlm) -> None:
 def test_the_answer_hangs_on_picture_and_wording(vlm: LocalVlm) -> None:
     rows = []
     for seed in range(2):
-        prompt = vlm.chat.prompt(prompts.about_ambient(2), [picture(seed)])
+        prompt = vlm.chat.prompt(contract.about_ambient(2), [picture(seed)])
         rows.append(np.exp(vlm.network.readout(prompt, vlm.numbers)[:, 0]))
     assert np.abs(rows[0] - rows[1]).max() > 1e-3
     assert np.abs(rows[0][0] - rows[0][1]).max() > 1e-3
 
 
 def test_a_plain_pass_is_the_librarys_own(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(prompts.about_ambient(1), [picture()])
+    prompt = vlm.chat.prompt(contract.about_ambient(1), [picture()])
     ids = torch.tensor([[*prompt.head, *prompt.body, *prompt.tails[0]]])
     kinds = (ids == vlm.network.model.config.image_token_id).int()
     with torch.inference_mode():
@@ -120,7 +119,7 @@ def test_a_plain_pass_is_the_librarys_own(vlm: LocalVlm) -> None:
 
 
 def test_writing_gives_what_the_librarys_own_generation_gives(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(prompts.about_ambient(1), [picture()])
+    prompt = vlm.chat.prompt(contract.about_ambient(1), [picture()])
     ids = torch.tensor([[*prompt.head, *prompt.body, *prompt.tails[0]]])
     kinds = (ids == vlm.network.model.config.image_token_id).int()
     made = vlm.network.model.generate(
@@ -172,7 +171,7 @@ def test_a_picture_costs_no_more_tokens_than_allowed(folder: Path, budget: int) 
     vlm = load_local(settings(folder, image_tokens=budget))
     for shape in ((480, 640), (90, 300), (1, 1), (30, 20)):
         small = np.zeros((*shape, 3), np.uint8)
-        prompt = vlm.chat.prompt(prompts.about_ambient(1), [small])
+        prompt = vlm.chat.prompt(contract.about_ambient(1), [small])
         assert 1 <= prompt.body.count(vlm.chat.image_id) <= budget
 
 
@@ -405,8 +404,8 @@ def test_heads_are_kept_for_a_few_instructions_only(vlm: LocalVlm) -> None:
 def test_a_process_is_prepared_before_torch_is_imported(folder: Path) -> None:
     code = (
         "import os, sys\n"
-        "from hapticvlm.recognition.vlm.load import load_vlm, prepare_process\n"
-        "from hapticvlm.recognition.vlm.answers import VlmSettings\n"
+        "from hapticvlm.recognition.vlm.local import load_vlm, prepare_process\n"
+        "from hapticvlm.recognition.vlm.contract import VlmSettings\n"
         "assert prepare_process(1)\n"
         "load_vlm(VlmSettings(model=sys.argv[1], precision='float32'))\n"
         "assert not prepare_process(1)\n"
@@ -423,7 +422,7 @@ def test_a_process_is_prepared_before_torch_is_imported(folder: Path) -> None:
 
 
 def test_the_interval_is_that_of_the_mixed_wordings(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(prompts.about_ambient(2), [picture()])
+    prompt = vlm.chat.prompt(contract.about_ambient(2), [picture()])
     read = [beliefs(vlm.numbers, one) for one in vlm.network.readout(prompt, vlm.numbers)]
     reading = vlm.ambient(picture())
     assert (reading.low_c, reading.high_c) == (spread(read).low_c, spread(read).high_c)

@@ -9,7 +9,14 @@ import pytest
 from numpy.typing import NDArray
 
 from hapticvlm import messages
-from hapticvlm.recognition.vlm.answers import COVERAGE, LEAST_C, MOST_C, VlmError
+from hapticvlm.recognition.vlm.contract import (
+    COLOUR,
+    COVERAGE,
+    LEAST_C,
+    MOST_C,
+    VlmError,
+    highlight,
+)
 from hapticvlm.recognition.vlm.generation import HALF_WIDTH_C, interval, read_celsius
 from hapticvlm.recognition.vlm.network import pack
 from hapticvlm.recognition.vlm.numbers import (
@@ -21,7 +28,6 @@ from hapticvlm.recognition.vlm.numbers import (
     quantile,
     spread,
 )
-from hapticvlm.recognition.vlm.prompts import COLOUR, highlight
 
 SIGNS = "-0123456789"
 

@@ -14,8 +14,8 @@ import pytest
 import simplejpeg
 from serving import Reply, Request, endpoint, raw, says, sends, tells
 
-from hapticvlm.recognition.breaker import OPEN_S, TRIP
-from hapticvlm.recognition.vlm.answers import VlmError, VlmSettings
+from hapticvlm.backoff import OPEN_S, TRIP
+from hapticvlm.recognition.vlm.contract import VlmError, VlmSettings
 from hapticvlm.recognition.vlm.endpoint import MOST_BYTES, read_address
 from hapticvlm.recognition.vlm.remote import RemoteVlm, RestingError
 

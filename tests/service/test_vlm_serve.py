@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from tiny_llava import write_llava
 
-from hapticvlm.recognition.vlm.answers import VlmError, VlmSettings
+from hapticvlm.recognition.vlm.contract import VlmError, VlmSettings
 from hapticvlm.recognition.vlm.remote import RemoteVlm, RestingError
 
 START_S = 400.0  # of a process that imports torch and a web framework on a busy machine

@@ -30,7 +30,7 @@ from hapticvlm.messages import (
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.answers import Reading
+from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.rendering.plate_limits import (
     SETPOINT_MAX_C,
     SETPOINT_MIN_C,

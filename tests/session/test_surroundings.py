@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapticvlm.recognition.ambient import SceneView
-from hapticvlm.recognition.vlm.answers import Reading
+from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.session.surroundings import (
     ASK_EVERY_S,
     LATE_S,

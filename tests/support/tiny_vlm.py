@@ -12,15 +12,15 @@ import torch
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.recognition.vlm import prompts
+from hapticvlm.recognition.vlm import contract
 from hapticvlm.recognition.vlm.local import LocalVlm
 from hapticvlm_lab.bench.ambient import random_model
 
 Pixels = NDArray[np.uint8]
 
 ASKED = (
-    prompts.about_ambient(prompts.MOST_WORDINGS),
-    prompts.about_material(tuple(materials.MATERIALS)),
+    contract.about_ambient(contract.MOST_WORDINGS),
+    contract.about_material(tuple(materials.MATERIALS)),
 )
 SD = 0.15  # of the weights: with the usual 0.02 an answer hangs on its last token alone
 SPLIT = ("ceramic", "foliage")  # names that the tokenizer is to know in parts only

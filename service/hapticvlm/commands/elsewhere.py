@@ -8,7 +8,7 @@ import os
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.processes.vlm import VlmWorker
 from hapticvlm.recognition.remote.settings import RemoteSettings
-from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
+from hapticvlm.recognition.vlm.contract import DEFAULT_MODEL, VlmSettings
 
 
 def vlm_worker(serving: Serving) -> VlmWorker | None:

@@ -25,7 +25,7 @@ from hapticvlm.messages import ClientMessage, Frame, MessageError
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.answers import Reading
+from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Command, Voices

@@ -32,8 +32,7 @@ from hapticvlm.recognition.frame_recogniser import FrameRecogniser, Recognition,
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.galleries.user_materials import UserMaterial, table_with
 from hapticvlm.recognition.pictures import Shrunk
-from hapticvlm.recognition.remote.settings import RemoteSettings
-from hapticvlm.recognition.remote.state import RemoteState
+from hapticvlm.recognition.remote.settings import RemoteSettings, RemoteState
 
 if TYPE_CHECKING:
     from hapticvlm.recognition.remote.client import RemoteRecogniser

@@ -18,6 +18,7 @@ from typing import Any
 
 import msgspec
 
+from hapticvlm import backoff
 from hapticvlm.errors import HapticVLMError
 
 START_S = 60.0  # a child that fails reports it at once; only a busy machine takes this long
@@ -66,7 +67,7 @@ class Child:
         self._spawned_at = 0.0
         self._ready_at: float | None = None
         self._retry_at = 0.0
-        self._pause_s = 0.0
+        self._failures = 0
         self.restarts = 0
 
     @property
@@ -138,9 +139,9 @@ class Child:
     def _retry(self, failure: str, now: float) -> str:
         """End what is left of the child and plan the next try."""
         if self._ready_at is not None and now - self._ready_at > STEADY_S:
-            self._pause_s = 0.0
-        pause_s = self._pause_s
-        self._pause_s = min(LONGEST_PAUSE_S, max(FIRST_PAUSE_S, 2.0 * pause_s))
+            self._failures = 0
+        pause_s = backoff.pause_s(self._failures, FIRST_PAUSE_S, LONGEST_PAUSE_S)
+        self._failures += 1
         self._kill()
         self.restarts += 1
         self._retry_at = now + pause_s

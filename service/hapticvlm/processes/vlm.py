@@ -29,7 +29,7 @@ from hapticvlm.processes.model_worker import (
 )
 from hapticvlm.processes.supervised import Started
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.answers import Picture, Reading, Vlm, VlmError, VlmSettings
+from hapticvlm.recognition.vlm.contract import Picture, Reading, Vlm, VlmError, VlmSettings
 
 LOAD_S = 900.0  # a model may first have to come over the network
 GRACE_S = 5.0  # beyond the model's own time limit, before the process is ended
@@ -119,7 +119,7 @@ def run_vlm(slot: Slot, settings: VlmSettings, control: Connection) -> None:
 
         def load() -> tuple[Started, Serve]:
             try:
-                from hapticvlm.recognition.vlm.load import load_vlm
+                from hapticvlm.recognition.vlm.local import load_vlm
 
                 vlm = load_vlm(settings)
             except Exception as error:
@@ -135,7 +135,7 @@ def run_vlm(slot: Slot, settings: VlmSettings, control: Connection) -> None:
 def reply(vlm: Vlm, question: Question) -> VlmReply:
     """Ask the model; an error of any kind is a reply."""
     from hapticvlm.recognition import pictures
-    from hapticvlm.recognition.vlm.prompts import highlight
+    from hapticvlm.recognition.vlm.contract import highlight
 
     started = time.monotonic()
     try:

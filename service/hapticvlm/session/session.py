@@ -28,7 +28,7 @@ from hapticvlm.messages import (
 )
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.answers import Reading
+from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.rendering.thermal import PLATE_RESISTANCE
 from hapticvlm.session import stated

@@ -14,8 +14,9 @@ import math
 from collections import OrderedDict
 from dataclasses import dataclass, replace
 
+from hapticvlm import backoff
 from hapticvlm.recognition.ambient import Ambient, SceneView, ambient, distance, is_informative
-from hapticvlm.recognition.vlm.answers import Reading
+from hapticvlm.recognition.vlm.contract import Reading
 
 VIEW_EVERY_S = 0.5
 SETTLE_S = 2.0
@@ -155,7 +156,7 @@ class Surroundings:
     def _question(self, scene_view: SceneView, now: float) -> int | None:
         if self._asking is not None and now - self._asked_at > LATE_S:
             self.fail(self._asking)
-        pause_s = min(LONGEST_PAUSE_S, ASK_EVERY_S * 2.0**self._failures)
+        pause_s = backoff.pause_s(self._failures + 1, ASK_EVERY_S, LONGEST_PAUSE_S)
         if self._asking is not None or now - self._asked_at < pause_s:
             return None
         self._numbers += 1

@@ -22,7 +22,7 @@ from hapticvlm.recognition.galleries.gallery import (
     Pictures,
     log_softmax,
 )
-from hapticvlm.recognition.galleries.linear_layer import fit_layer
+from hapticvlm.recognition.galleries.network_gallery import fit_layer
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]

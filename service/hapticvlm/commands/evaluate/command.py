@@ -13,7 +13,7 @@ from hapticvlm.errors import usage_errors
 if TYPE_CHECKING:
     from hapticvlm.commands.evaluate.asking import Ask
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.recognition.vlm.answers import VlmSettings
+    from hapticvlm.recognition.vlm.contract import VlmSettings
 
 TOKEN = "HAPTICVLM_VLM_TOKEN"  # of the environment: an option would show in the process list
 TIMEOUT_S = 120.0  # nobody's hand waits here
@@ -86,14 +86,14 @@ def _method(options: argparse.Namespace) -> tuple[str, Ask]:
         raise ValueError(f"--method {method} asks no model: leave out --vlm and --vlm-url")
     if method == "default":
         return "default", by_default
-    from hapticvlm.recognition.vlm.load import load_vlm
+    from hapticvlm.recognition.vlm.local import load_vlm
 
     vlm = load_vlm(_settings(options))
     return vlm.name, by_vlm(vlm)
 
 
 def _settings(options: argparse.Namespace) -> VlmSettings:
-    from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, VlmSettings
+    from hapticvlm.recognition.vlm.contract import DEFAULT_MODEL, VlmSettings
 
     return VlmSettings(
         model=options.vlm if isinstance(options.vlm, str) else DEFAULT_MODEL,

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm.errors import HapticVLMError
-from hapticvlm.recognition.vlm.answers import Picture
+from hapticvlm.recognition.vlm.contract import Picture
 
 COLUMNS = ("image", "temperature_c")
 COLDEST_C, HOTTEST_C = -90.0, 60.0  # degC, of the air near the ground, ever measured, rounded

@@ -10,7 +10,7 @@ import numpy as np
 from hapticvlm.commands.evaluate.grading import Outcome
 from hapticvlm.commands.evaluate.scores import TOLERANCE_C
 from hapticvlm.palette import BLUE, FIGURE, GRID, INK, SOFT, VERMILION
-from hapticvlm.recognition.vlm.answers import COVERAGE
+from hapticvlm.recognition.vlm.contract import COVERAGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

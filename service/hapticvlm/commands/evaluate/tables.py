@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hapticvlm.commands.evaluate.grading import Outcome
 from hapticvlm.commands.evaluate.scores import PAPER, Score, Share, share
-from hapticvlm.recognition.vlm.answers import COVERAGE
+from hapticvlm.recognition.vlm.contract import COVERAGE
 
 MOST_LINES = 40  # pictures listed
 

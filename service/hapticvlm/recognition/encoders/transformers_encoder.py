@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from hapticvlm import materials
 from hapticvlm.errors import installing
-from hapticvlm.recognition.encoders import imagenet, networks, prompts, two_parts
+from hapticvlm.recognition.encoders import imagenet, networks, two_parts
 from hapticvlm.recognition.encoders.encoder import EncoderError, Floats, Pixels, embed_all
 from hapticvlm.recognition.encoders.networks import Network
 from hapticvlm.recognition.encoders.preprocessing import Preprocessing, read_preprocessing
@@ -28,6 +29,20 @@ from hapticvlm.recognition.pictures import Crop
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+
+PHRASES = ("an object made of {}", "a close-up of {}")
+REST = ("a person", "an animal", "food", "the sky")
+MOST_WORDS = 4  # of a material: further ones name rarer kinds of it
+
+
+def material_phrases() -> list[list[str]]:
+    """Phrases of each material in the order of the table, and at the end of the rest."""
+    found = [
+        [phrase.format(word) for word in material.words[:MOST_WORDS] for phrase in PHRASES]
+        for material in materials.MATERIALS.values()
+    ]
+    return [*found, [f"a picture of {word}" for word in REST]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +169,7 @@ def _read_words(network: Network, device: str) -> Tensor:
 
     model, rows = network.model, []
     longest = model.config.text_config.max_position_embeddings
-    for phrases in prompts.phrases():
+    for phrases in material_phrases():
         tokens = network.tokenizer(
             phrases, padding="max_length", truncation=True, max_length=longest, return_tensors="pt"
         )

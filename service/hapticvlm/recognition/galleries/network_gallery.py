@@ -19,17 +19,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+from scipy.optimize import minimize
 
 from hapticvlm import materials
 from hapticvlm.recognition.encoders import two_parts
 from hapticvlm.recognition.encoders.encoder import SHIPPED, NetworkEncoder
 from hapticvlm.recognition.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
-from hapticvlm.recognition.galleries.linear_layer import fit_layer
 from hapticvlm.recognition.pictures import Crop, central_mask
 
 Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+STEPS = 300  # of the fit, at most
 NAMES = (*materials.MATERIALS, materials.UNKNOWN)
 REFERENCES = SHIPPED / "references"  # NAME.jpg and NAME.mask.png: sheets of COLUMNS squares a row
 COLUMNS = 8
@@ -154,3 +156,22 @@ def _cache_folder() -> Path:
     }
     fallback = usual.get(sys.platform, home / ".cache")
     return Path(os.environ.get("XDG_CACHE_HOME") or fallback) / "hapticvlm"
+
+
+def fit_layer(embeddings: Floats, labels: Indices, weights: Doubles, penalty: float) -> LinearLayer:
+    """Fit to (N, D) embeddings of classes 0..C-1; weights (N,) sum to 1."""
+    rows = np.hstack([embeddings, np.ones((len(embeddings), 1))]).astype(np.float64)
+    targets = np.eye(int(labels.max()) + 1)[labels]
+
+    def loss(flat: Doubles) -> tuple[float, Doubles]:
+        parameters = flat.reshape(rows.shape[1], -1)
+        logs = log_softmax(rows @ parameters)
+        slope = rows.T @ ((np.exp(logs) - targets) * weights[:, None])
+        slope[:-1] += penalty * parameters[:-1]
+        surprise = -float(weights @ (logs * targets).sum(axis=1))
+        return surprise + penalty / 2 * float((parameters[:-1] ** 2).sum()), slope.ravel()
+
+    start = np.zeros(rows.shape[1] * targets.shape[1])
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": STEPS}).x
+    parameters = found.reshape(rows.shape[1], -1).astype(np.float32)
+    return LinearLayer(parameters[:-1], parameters[-1])

@@ -18,14 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapticvlm.recognition.breaker import Breaker
+from hapticvlm.backoff import Breaker
 from hapticvlm.recognition.http_line import LineError
 from hapticvlm.recognition.pictures import Crop, central_mask
 from hapticvlm.recognition.remote import contract
 from hapticvlm.recognition.remote.contract import ContractError, Found, Identity
 from hapticvlm.recognition.remote.exchange import Exchange
-from hapticvlm.recognition.remote.settings import RemoteSettings
-from hapticvlm.recognition.remote.state import RemoteState
+from hapticvlm.recognition.remote.settings import RemoteSettings, RemoteState
 
 OPEN_S = 5.0  # rest of an open circuit: a probe delays no crop
 PROBE_S = 5.0  # to open a connection and get an identity

@@ -10,6 +10,7 @@ from hapticvlm.recognition.remote.contract import SHIPPED, Format
 if TYPE_CHECKING:
     from hapticvlm.recognition.http_line import Address
 
+
 FLAG = "--recogniser-url"
 REMOTE_SHARE = 0.75  # of the deadline; the rest is for the embedded encoder: our choice
 
@@ -45,3 +46,18 @@ class RemoteSettings:
             raise http_line.LineError(f"{text}, or allow it with --recogniser-clear-text")
         http_line.check_token(self.token, address, FLAG)
         return address
+
+
+@dataclass(frozen=True, slots=True)
+class RemoteState:
+    """Whether crops are sent; why not ("": not tried yet); to what; crops answered there and here.
+
+    `failed` counts crops and probes without an answer of use.
+    """
+
+    is_used: bool
+    reason: str
+    identity: str
+    answered: int
+    failed: int
+    local: int

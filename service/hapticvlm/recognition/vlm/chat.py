@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hapticvlm.recognition.encoders.networks import line
-from hapticvlm.recognition.vlm.answers import Picture, VlmError
-from hapticvlm.recognition.vlm.prompts import Asked
+from hapticvlm.recognition.vlm.contract import Asked, Picture, VlmError
 
 
 @dataclass(frozen=True, slots=True)

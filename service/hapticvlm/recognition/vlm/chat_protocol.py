@@ -18,7 +18,7 @@ import numpy as np
 
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.answers import Picture, Reading, VlmError
+from hapticvlm.recognition.vlm.contract import Asked, Picture, Reading, VlmError
 from hapticvlm.recognition.vlm.endpoint import EndpointError, Json
 from hapticvlm.recognition.vlm.generation import MOST_TOKENS, interval, read_celsius
 from hapticvlm.recognition.vlm.logprobs import (
@@ -31,7 +31,6 @@ from hapticvlm.recognition.vlm.logprobs import (
     read_places,
 )
 from hapticvlm.recognition.vlm.numbers import spread
-from hapticvlm.recognition.vlm.prompts import Asked
 
 QUALITY = 90  # of the JPEG
 TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2

@@ -17,7 +17,7 @@ from typing import Any, cast
 
 from hapticvlm.recognition import http_line
 from hapticvlm.recognition.http_line import MOST_TEXT, Address, Line, LineError, printable
-from hapticvlm.recognition.vlm.answers import VlmError
+from hapticvlm.recognition.vlm.contract import VlmError
 
 Json = dict[str, Any]
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from hapticvlm.recognition.vlm.answers import LEAST_C, MOST_C, VlmError
+from hapticvlm.recognition.vlm.contract import LEAST_C, MOST_C, VlmError
 
 MOST_TOKENS = 24  # a number and a few words; what a model writes after that is not read
 # A sentence states no interval. The paper counts an answer within 8 degC of the truth as right and

@@ -1,4 +1,4 @@
-"""A vision-language model in this process, asked for temperatures and materials.
+"""A vision-language model in this process, asked for temperatures and materials; `load_vlm`.
 
 A readout takes its answer from next-token probabilities in one pass; generation writes a sentence
 and reads it. When loaded, a model is asked about a grey picture in the packed way and plainly, and
@@ -8,6 +8,8 @@ refused where the two differ or give what is no number. Knows no session and no 
 from __future__ import annotations
 
 import gc
+import os
+import sys
 import time
 from collections.abc import Callable, Sequence
 
@@ -15,16 +17,25 @@ import numpy as np
 
 from hapticvlm import materials
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm import generation, prompts, weights
-from hapticvlm.recognition.vlm.answers import Method, Picture, Reading, VlmError, VlmSettings
+from hapticvlm.recognition.vlm import contract, generation, weights
 from hapticvlm.recognition.vlm.chat import Chat
+from hapticvlm.recognition.vlm.contract import Method, Picture, Reading, Vlm, VlmError, VlmSettings
 from hapticvlm.recognition.vlm.network import Network
-from hapticvlm.recognition.vlm.numbers import ChoiceTree, beliefs, choice_tree, number_tree, spread
+from hapticvlm.recognition.vlm.numbers import (
+    ChoiceTree,
+    beliefs,
+    choice_tree,
+    number_tree,
+    spread,
+)
 
 METHODS: tuple[Method, ...] = ("readout", "generation")
 # A model's beliefs in materials are not calibrated: it never reaches the ladder's SURE by itself;
 # the rest stays open.
 TRUST = 0.75
+# Threads of OpenMP that wait by spinning take the cores from the gateway and from each other:
+# with a third busy process on two cores a pass was seen to take eight times as long.
+PASSIVE = {"OMP_WAIT_POLICY": "PASSIVE", "GOMP_SPINCOUNT": "0"}
 CHECK_SIDE = 56  # px, the grey picture of the check at loading
 # Largest difference in probability, summed over the vocabulary and halved, between a packed pass
 # and a plain one: rounding of bfloat16 alone; a wrong mask or position moves far more.
@@ -59,7 +70,7 @@ class LocalVlm:
         start = time.monotonic()
         if self.method == "generation":
             return self._written(picture, start)
-        asked = prompts.about_ambient(self.settings.wordings)
+        asked = contract.about_ambient(self.settings.wordings)
         log_probs = self.network.readout(self.chat.prompt(asked, [picture]), self.numbers)
         found = spread([beliefs(self.numbers, row) for row in log_probs])
         return Reading(
@@ -78,7 +89,7 @@ class LocalVlm:
         What the model leaves to `unknown` and to words that are no name stays open.
         """
         tree = _tree(lambda: choice_tree(_spellings(names), self.chat.encode))
-        prompt = self.chat.prompt(prompts.about_material(names), [context, crop])
+        prompt = self.chat.prompt(contract.about_material(names), [context, crop])
         found = TRUST * beliefs(tree, self.network.readout(prompt, tree)[0])
         ranked = sorted(zip(names, found.tolist(), strict=False), key=lambda item: -item[1])
         return Evidence("vlm", tuple(ranked))
@@ -89,7 +100,7 @@ class LocalVlm:
         gc.collect()
 
     def _written(self, picture: Picture, start: float) -> Reading:
-        prompt = self.chat.prompt(prompts.about_ambient(1), [picture])
+        prompt = self.chat.prompt(contract.about_ambient(1), [picture])
         until_s = start + self.settings.timeout_s
         tokens = self.network.write(prompt, generation.MOST_TOKENS, until_s)
         stated = generation.read_celsius(self.chat.decode(tokens))
@@ -102,8 +113,8 @@ def load_local(settings: VlmSettings) -> LocalVlm:
     """Load a model by folder or name and check it on a grey picture. Raises VlmError."""
     if settings.method not in (None, *METHODS):
         raise VlmError(f"a model in process answers by {' or '.join(METHODS)}")
-    if not 1 <= settings.wordings <= prompts.MOST_WORDINGS:
-        raise VlmError(f"there are 1 to {prompts.MOST_WORDINGS} wordings")
+    if not 1 <= settings.wordings <= contract.MOST_WORDINGS:
+        raise VlmError(f"there are 1 to {contract.MOST_WORDINGS} wordings")
     settings = weights.settled(settings)
     vlm = LocalVlm(*weights.load(settings), settings)
     _require_agreement(vlm)
@@ -112,7 +123,7 @@ def load_local(settings: VlmSettings) -> LocalVlm:
 
 def _require_agreement(vlm: LocalVlm) -> None:
     grey = np.full((CHECK_SIDE, CHECK_SIDE, 3), 127, np.uint8)
-    prompt = vlm.chat.prompt(prompts.about_ambient(vlm.settings.wordings), [grey])
+    prompt = vlm.chat.prompt(contract.about_ambient(vlm.settings.wordings), [grey])
     plain = vlm.network.following(prompt)
     if vlm.method == "generation":
         return
@@ -135,3 +146,24 @@ def _tree(build: Callable[[], ChoiceTree]) -> ChoiceTree:
         return build()
     except ValueError as error:
         raise VlmError(f"the answers cannot be told apart ({error})") from None
+
+
+def prepare_process(threads: int) -> bool:
+    """Make waiting threads sleep in this process; False when torch was imported before: too late.
+
+    OpenMP reads these when torch is imported, so a process that is to load a model calls this, or
+    load_vlm, first.
+    """
+    for name, value in {**PASSIVE, "OMP_NUM_THREADS": str(threads)}.items():
+        os.environ.setdefault(name, value)
+    return "torch" not in sys.modules
+
+
+def load_vlm(settings: VlmSettings) -> Vlm:
+    """Load a model, or connect to the endpoint at `url`. Raises VlmError."""
+    if settings.url is not None:
+        from hapticvlm.recognition.vlm.remote import RemoteVlm
+
+        return RemoteVlm(settings)
+    prepare_process(settings.threads)
+    return load_local(settings)

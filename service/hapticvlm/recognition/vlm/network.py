@@ -28,8 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.recognition.encoders.networks import line
-from hapticvlm.recognition.vlm.answers import VlmError
 from hapticvlm.recognition.vlm.chat import Prompt
+from hapticvlm.recognition.vlm.contract import VlmError
 from hapticvlm.recognition.vlm.numbers import ChoiceTree
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.vlm.answers import COVERAGE, LEAST_C, MOST_C, VlmError
+from hapticvlm.recognition.vlm.contract import COVERAGE, LEAST_C, MOST_C, VlmError
 
 Encode = Callable[[str], Sequence[int]]
 Text = tuple[int, ...]

@@ -13,10 +13,18 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from hapticvlm.recognition.breaker import Breaker, State
+from hapticvlm.backoff import Breaker, State
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm import chat_protocol
-from hapticvlm.recognition.vlm.answers import DEFAULT_MODEL, Picture, Reading, VlmError, VlmSettings
+from hapticvlm.recognition.vlm.contract import (
+    DEFAULT_MODEL,
+    Picture,
+    Reading,
+    VlmError,
+    VlmSettings,
+    about_ambient,
+    about_material,
+)
 from hapticvlm.recognition.vlm.endpoint import (
     Endpoint,
     EndpointError,
@@ -24,7 +32,6 @@ from hapticvlm.recognition.vlm.endpoint import (
     check_token,
     read_address,
 )
-from hapticvlm.recognition.vlm.prompts import about_ambient, about_material
 
 CHAT, MODELS = "/v1/chat/completions", "/v1/models"
 _NO_SUCH_FIELD = (400, 422)  # what an endpoint answers that does not know log-probabilities

@@ -18,8 +18,8 @@ from typing import Any
 
 from hapticvlm.errors import installing
 from hapticvlm.recognition.encoders.networks import CONFIG, HUB_NAME, HUB_S, PACKAGES, line
-from hapticvlm.recognition.vlm.answers import VlmError, VlmSettings
 from hapticvlm.recognition.vlm.chat import Chat
+from hapticvlm.recognition.vlm.contract import VlmError, VlmSettings
 from hapticvlm.recognition.vlm.network import CURE_MEMORY, Network, guarded
 
 FILES = ("*.json", "*.safetensors", "*.txt", "*.jinja", "*.model")

@@ -21,7 +21,7 @@ from hapticvlm import __version__
 from hapticvlm.commands.evaluate.pictures import read_picture, read_shots
 from hapticvlm.commands.evaluate.scores import Guess, Score, constant, score
 from hapticvlm.commands.progress import track
-from hapticvlm.recognition.vlm.answers import Picture
+from hapticvlm.recognition.vlm.contract import Picture
 from hapticvlm_lab.bench.ambient import chart_plot, methods
 from hapticvlm_lab.bench.ambient.rows import Row, print_rows
 from hapticvlm_lab.bench.ambient.timing import measure
@@ -88,10 +88,10 @@ def _model(plan: Plan, folder: Path) -> str:
     """Name the user's model, or write a random one."""
     if plan.model is not None:
         return plan.model
-    from hapticvlm.recognition.vlm import prompts
+    from hapticvlm.recognition.vlm import contract
     from hapticvlm_lab.bench.ambient import random_model
 
-    asked = prompts.about_ambient(prompts.MOST_WORDINGS)
+    asked = contract.about_ambient(contract.MOST_WORDINGS)
     tokenizer = random_model.stand_in_tokenizer([asked.instruction, *asked.questions])
     sizes = random_model.TINY if plan.size == "tiny" else random_model.FULL
     model = random_model.random_network(random_model.config(sizes, tokenizer), "bfloat16")

@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.recognition.vlm.load import prepare_process
+from hapticvlm.recognition.vlm.local import prepare_process
 
 if TYPE_CHECKING:
     from hapticvlm_lab.bench.ambient.speed import Timing
@@ -58,12 +58,12 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _build(given: argparse.Namespace) -> tuple[Any, Any]:
-    from hapticvlm.recognition.vlm import prompts
+    from hapticvlm.recognition.vlm import contract
     from hapticvlm.recognition.vlm.network import Network
     from hapticvlm_lab.bench.ambient import random_model
 
     start = time.perf_counter()
-    asked = prompts.about_ambient(prompts.MOST_WORDINGS)
+    asked = contract.about_ambient(contract.MOST_WORDINGS)
     tokenizer = random_model.stand_in_tokenizer([" ".join((asked.instruction, *asked.questions))])
     sizes = random_model.TINY if given.tiny else random_model.FULL
     configuration = random_model.config(sizes, tokenizer)

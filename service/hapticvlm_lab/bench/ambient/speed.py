@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapticvlm.recognition.vlm import prompts
-from hapticvlm.recognition.vlm.answers import Picture
+from hapticvlm.recognition.vlm import contract
 from hapticvlm.recognition.vlm.chat import Chat
+from hapticvlm.recognition.vlm.contract import Picture
 from hapticvlm.recognition.vlm.network import Network
 from hapticvlm.recognition.vlm.numbers import beliefs, number_tree, spread
 
@@ -43,13 +43,13 @@ def methods(network: Network, chat: Chat, picture: Picture) -> dict[str, Callabl
     tree = number_tree(chat.encode)
 
     def read(by: Network, wordings: int) -> Callable[[], object]:
-        asked = prompts.about_ambient(wordings)
+        asked = contract.about_ambient(wordings)
         return lambda: spread(
             [beliefs(tree, logits) for logits in by.readout(chat.prompt(asked, [picture]), tree)]
         )
 
     def write(by: Network, tokens: int) -> Callable[[], object]:
-        asked = prompts.about_ambient(1)
+        asked = contract.about_ambient(1)
         return lambda: chat.decode(by.write(chat.prompt(asked, [picture]), tokens))
 
     return {

@@ -22,7 +22,7 @@ import numpy as np
 
 from hapticvlm.commands.evaluate.asking import guess_of
 from hapticvlm.commands.evaluate.scores import Guess
-from hapticvlm.recognition.vlm.answers import Picture, Reading, Vlm, VlmError
+from hapticvlm.recognition.vlm.contract import Picture, Reading, Vlm, VlmError
 from hapticvlm_lab.bench.ambient.methods import REPLY, Method
 
 
@@ -56,7 +56,7 @@ def measure(method: Method, pictures: Sequence[Picture]) -> Timed | str:
 
 
 def _measure(method: Method, pictures: Sequence[Picture]) -> Timed:
-    from hapticvlm.recognition.vlm.load import load_vlm
+    from hapticvlm.recognition.vlm.local import load_vlm
 
     started = time.monotonic()
     vlm = load_vlm(method.settings)

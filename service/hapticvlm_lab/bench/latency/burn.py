@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm.processes.vlm import NICE
-from hapticvlm.recognition.vlm import prompts
-from hapticvlm.recognition.vlm.answers import VlmSettings
-from hapticvlm.recognition.vlm.load import load_vlm, prepare_process
+from hapticvlm.recognition.vlm import contract
+from hapticvlm.recognition.vlm.contract import VlmSettings
+from hapticvlm.recognition.vlm.local import load_vlm, prepare_process
 from hapticvlm_lab.bench.ambient import random_model
 
 SIZES = random_model.Sizes(1024, 4096, 8, 16, 2, (8, 12, 12), 768, 12, 12, 32000)
@@ -48,7 +48,7 @@ def burn(seconds: float, threads: int) -> dict[str, object]:
 
 
 def _write_model(folder: Path) -> None:
-    wording = prompts.about_ambient(prompts.MOST_WORDINGS)
+    wording = contract.about_ambient(contract.MOST_WORDINGS)
     tokenizer = random_model.stand_in_tokenizer([wording.instruction, *wording.questions])
     configuration = random_model.config(SIZES, tokenizer)
     random_model.save(folder, random_model.random_network(configuration, "bfloat16"), tokenizer)

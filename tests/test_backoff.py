@@ -2,13 +2,14 @@
 
 import pytest
 
-from hapticvlm.recognition.breaker import (
+from hapticvlm.backoff import (
     FIRST_REST_S,
     JITTER,
     MOST_REST_S,
     OPEN_S,
     TRIP,
     Breaker,
+    pause_s,
 )
 
 
@@ -69,3 +70,8 @@ def test_an_endpoint_is_given_the_rest_it_asks_for_within_reason() -> None:
     greedy = Breaker().failed(0.0, "busy", dice=0.0, asked_s=1e9)
     assert greedy.rest_s(0.0) == MOST_REST_S
     assert Breaker().failed(0.0, "busy", dice=0.0, asked_s=0.0).rest_s(0.0) == FIRST_REST_S
+
+
+def test_pauses_double_from_the_first_to_the_longest_and_no_failure_pauses() -> None:
+    assert [pause_s(failures, 1.0, 30.0) for failures in range(8)] == [0, 1, 2, 4, 8, 16, 30, 30]
+    assert pause_s(10**6, 10.0, 300.0) == 300.0

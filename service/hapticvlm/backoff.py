@@ -1,6 +1,11 @@
-"""When a failing endpoint may be asked again: back-off with jitter, then a circuit breaker. Pure.
+"""When what failed may be tried again: pauses that double, and a circuit breaker. Pure.
 
-After the k-th failure in a row the endpoint rests for FIRST_REST_S 2^(k-1) seconds, jittered so
+The service waits in three places, each for another fault: a child process that dies is started
+again (processes/supervised.py), a scene view whose question failed is asked about again
+(session/surroundings.py), an endpoint that fails is left alone (Breaker). An output or a board that
+is gone is looked for once a second, since a person plugs it in.
+
+After the k-th failure in a row an endpoint rests for FIRST_REST_S 2^(k-1) seconds, jittered so
 that many headsets do not come back at once. From TRIP failures on the circuit is open: it rests
 for `open_s`, then one question is let through (half-open); its failure opens the circuit again, its
 answer closes it. Nothing is repeated and nothing waits here: who is turned away goes without.
@@ -16,8 +21,16 @@ TRIP = 4  # failures in a row that open the circuit: 0.5, 1 and 2 s apart by the
 OPEN_S = 30.0
 MOST_REST_S = 300.0  # no endpoint rests longer, whatever it asks for
 JITTER = 0.5  # a rest is stretched by up to this share
+_MOST_DOUBLINGS = 64  # more would leave the range of a float
 
 State = Literal["closed", "open", "half-open"]
+
+
+def pause_s(failures: int, first_s: float, longest_s: float) -> float:
+    """Seconds to pause after so many failures in a row: 0, `first_s`, then twice the one before."""
+    if failures <= 0:
+        return 0.0
+    return min(longest_s, first_s * 2.0 ** min(failures - 1, _MOST_DOUBLINGS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +60,7 @@ class Breaker:
     ) -> Breaker:
         """Count a failure. `dice` is uniform in 0..1, `asked_s` the rest the endpoint asked for."""
         failures = self.failures + 1
-        rest = self.open_s if failures >= TRIP else FIRST_REST_S * 2.0 ** (failures - 1)
+        rest = self.open_s if failures >= TRIP else pause_s(failures, FIRST_REST_S, MOST_REST_S)
         rest = max(rest * (1.0 + JITTER * dice), asked_s or 0.0)
         until = now + min(rest, MOST_REST_S)
         return replace(self, failures=failures, rests_until=until, reason=reason)
