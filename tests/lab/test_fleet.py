@@ -10,7 +10,7 @@ from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.remote.contract import Found, write_result
 from hapticvlm_lab.bench.fleet import curve
-from hapticvlm_lab.bench.fleet.crops import Truth, recorded
+from hapticvlm_lab.bench.fleet.scenes import Truth, recorded
 
 LINE = {size: 0.004 + 0.001 * size for size in curve.SIZES}
 

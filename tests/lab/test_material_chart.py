@@ -39,7 +39,7 @@ from hapticvlm_lab.bench.material.rows import Row, knee
 from hapticvlm_lab.bench.material.scores import Score, interval, open_score, rejection, score
 from hapticvlm_lab.bench.material.tables import knee_sentence
 from hapticvlm_lab.bench.material.timing import Cost
-from hapticvlm_lab.commands import charts
+from hapticvlm_lab.commands import charts, material_wiring
 
 NO_LABELS = Labels((), (), lambda label: label, lambda _: False, frozenset())
 FIGURES = ("accuracy", "low", "high", "n", "classes", "recall", "confusion")
@@ -492,7 +492,9 @@ def test_the_surest_are_said_first_and_the_last_point_says_all():
 
 
 def test_the_course_of_training_is_there_and_ends_with_what_ships():
-    rows = list(csv.DictReader((charts.OF_SHIPPED / charts.COURSE).read_text().splitlines()))
+    rows = list(
+        csv.DictReader((material_wiring.OF_SHIPPED / charts.COURSE).read_text().splitlines())
+    )
     samples = [int(row["samples"]) for row in rows]
     assert samples == sorted(samples)
     assert rows[-1]["cooled"] == "1"

@@ -14,8 +14,7 @@ from hapticvlm.commands.main import main
 from hapticvlm_lab.bench.safety import chart
 from hapticvlm_lab.bench.safety.core import Core, CoreError, Setting, build, sum_at
 from hapticvlm_lab.bench.safety.rig import Outcome, Phase, Rig
-from hapticvlm_lab.bench.safety.rows import Off
-from hapticvlm_lab.bench.safety.trials import INJECTIONS, STUCK, try_out, try_sound
+from hapticvlm_lab.bench.safety.trials import INJECTIONS, STUCK, Off, try_out, try_sound
 from hapticvlm_lab.bench.safety.variations import draw
 
 MISSING = shutil.which("g++") is None

@@ -11,12 +11,11 @@ import pytest
 
 from hapticvlm.commands.main import main
 from hapticvlm.rendering.thermal import SKIN, thermal_contact
-from hapticvlm_lab.bench.thermal import breaks, chart, grids, plate_term, slides, timing
+from hapticvlm_lab.bench.thermal import breaks, chart, grids, plate_term, stability, timing
 from hapticvlm_lab.bench.thermal.breaks import ALUMINIUM, FRAME_S
 from hapticvlm_lab.bench.thermal.loop import wind_up
-from hapticvlm_lab.bench.thermal.methods import METHODS, Closed, Method, fitted, uniform_cells
+from hapticvlm_lab.bench.thermal.methods import METHODS, Closed, Method, Row, fitted, uniform_cells
 from hapticvlm_lab.bench.thermal.reference import Stage, contact_surface, sharp, skin_surface
-from hapticvlm_lab.bench.thermal.rows import Row
 
 NAMED = {method.name: method for method in METHODS}
 GLASS, SOFTWOOD = breaks.BULKS["glass"], breaks.BULKS["softwood"]
@@ -161,7 +160,7 @@ def test_every_trial_of_the_product_holds():
             *breaks.ringing(),
             *breaks.overflow(),
             *breaks.resistances(),
-            *slides.slides(),
+            *stability.slides(),
             *breaks.stiffness(),
             *breaks.no_numbers(),
         ]

@@ -22,8 +22,8 @@ from hapticvlm_lab.training.distil import (  # noqa: E402
     left_out_scores,
     train,
 )
+from hapticvlm_lab.training.finish import fit_projection  # noqa: E402
 from hapticvlm_lab.training.network import Network, Shape, prepare  # noqa: E402
-from hapticvlm_lab.training.projection import fit_projection  # noqa: E402
 from hapticvlm_lab.training.variations import mix, vary  # noqa: E402
 
 NEVER_TAUGHT = ("choose_web", "report_web", "caltech101", "pb_renders", "weather", "sealed")

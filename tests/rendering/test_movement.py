@@ -7,8 +7,15 @@ import pytest
 
 from hapticvlm.commands.feel.sound import sound
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.interactions import IMPACTS, RATE_HZ, TEXTURES, Motion
-from hapticvlm.rendering.movement import PAUSE_S, SWEEP_S, motion_at
+from hapticvlm.rendering.interactions import (
+    IMPACTS,
+    PAUSE_S,
+    RATE_HZ,
+    SWEEP_S,
+    TEXTURES,
+    Motion,
+    motion_at,
+)
 
 PEAK = Motion(2.0, 3.0)
 

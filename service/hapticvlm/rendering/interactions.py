@@ -1,4 +1,10 @@
-"""What a hand can do to a surface, and how hard: the words and numbers all of vibration shares."""
+"""What a hand can do to a surface, how hard, and how fast in a stroke: all of vibration shares it.
+
+A stroke goes to and fro, faster and slower like a bell. It sweeps for SWEEP_S and, where the hand
+must come back first, pauses; then the next begins. Speed follows the minimum-jerk movement, peak
+16 x^2 (1 - x)^2 at a share x of a sweep, so it starts and ends at rest (docs/physics.md 4.3). Blows
+have the speed they arrive with. Pure.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +13,8 @@ from dataclasses import dataclass
 RATE_HZ = 48_000
 IMPACTS = ("tap", "strike", "press")
 TEXTURES = ("slide", "carve", "swing")
+SWEEP_S = {"slide": 0.6, "carve": 0.6, "swing": 0.4}
+PAUSE_S = {"slide": 0.0, "carve": 0.2, "swing": 0.4}  # a blade and an arm come back unfelt
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,3 +23,12 @@ class Motion:
 
     speed_mps: float
     force_n: float
+
+
+def motion_at(interaction: str, peak: Motion, elapsed_s: float) -> Motion:
+    """Return the motion so long after the first stroke began, of strokes that peak like this."""
+    if interaction not in SWEEP_S:
+        return peak
+    sweep_s = SWEEP_S[interaction]
+    place = min((elapsed_s % (sweep_s + PAUSE_S[interaction])) / sweep_s, 1.0)
+    return Motion(peak.speed_mps * 16.0 * (place * (1.0 - place)) ** 2, peak.force_n)

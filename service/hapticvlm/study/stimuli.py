@@ -23,8 +23,7 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.messages import Interaction
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.interactions import Motion
-from hapticvlm.rendering.movement import motion_at
+from hapticvlm.rendering.interactions import Motion, motion_at
 from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.rendering.thermal import LEAD_S, share, thermal_contact
 

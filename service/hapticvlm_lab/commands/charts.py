@@ -1,40 +1,37 @@
 """`hapticvlm chart` and `stability`: what each method is worth, what it costs, what breaks it.
 
-Wires the measurements to the training side (labels of the data folder, networks in torch), which
-they do not import. Another subject is one more function beside `_add_material`.
+Another subject is one more `_subject`.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
+import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from hapticvlm.commands.evaluate.command import TOKEN
 from hapticvlm.commands.parsing import add_json
-from hapticvlm_lab.commands import chart_ambient, chart_safety, chart_thermal, chart_vibration
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.recognition.encoders.encoder import Encoder
-    from hapticvlm_lab.bench.material.data import Labels, Where
-    from hapticvlm_lab.bench.material.methods import Wiring
-    from hapticvlm_lab.training.network import Network
+    from hapticvlm_lab.bench.material.data import Where
 
+OUT = Path("chart-output")
 LIMIT = 640  # pictures of a source that `chart` uses
 SHAKEN = 64  # pictures of a source that `stability` uses
-WEIGHTS = "encoder.safetensors"
+PLATES = 200
 COURSE = "course.csv"  # of the shipped encoder's training: samples and accuracies
-OF_SHIPPED = Path(__file__).parents[1] / "training"  # the weights of the encoder that ships
-SEED = 7  # of the untrained network
+
+Run = Callable[[argparse.Namespace], int]
 
 
 def add(commands: Commands) -> None:
     """Declare the commands, with a subject each."""
     chart = commands.add_parser("chart", help="draw accuracy against latency, every method")
     subjects = chart.add_subparsers(title="subjects", required=True, metavar="WHAT")
-    material = _add_material(subjects, _chart_material, ("chart-output", LIMIT))
+    material = _material(subjects, _chart_material, LIMIT)
     material.add_argument(
         "--variants", type=Path, help="folder of further encoders, one a sub-folder"
     )
@@ -44,33 +41,58 @@ def add(commands: Commands) -> None:
         metavar="NAME",
         help="network to chart as `serve --encoder` reads it, repeatable (those of the data)",
     )
-    beliefs = subjects.add_parser("beliefs", help="what is said and felt of pictures, and learned")
-    beliefs.set_defaults(run=_chart_beliefs)
-    beliefs.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
-    beliefs.add_argument(
-        "--out",
-        type=Path,
-        default=Path("chart-output"),
-        metavar="FOLDER",
-        help="folder to write to (%(default)s)",
+    beliefs = _subject(
+        subjects,
+        "beliefs",
+        "what is said and felt of pictures, and learned",
+        _chart_beliefs,
+        has_json=False,
     )
-    chart_thermal.add_chart(subjects)
-    chart_ambient.add_chart(subjects)
-    chart_safety.add(subjects)
-    chart_vibration.add(subjects)
+    beliefs.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
+    _subject(
+        subjects, "thermal", "what skin feels: error against cost, every method", _chart_thermal
+    )
+    _ambient(subjects)
+    _safety(subjects)
+    _subject(
+        subjects,
+        "vibration",
+        "modes, noise and block size: felt difference against cost",
+        _chart_vibration,
+    )
     stability = commands.add_parser("stability", help="draw what makes a method fail")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
-    _add_material(subjects, _shake_material, ("chart-output", SHAKEN))
-    chart_thermal.add_stability(subjects)
+    _material(subjects, _shake_material, SHAKEN)
+    _subject(subjects, "thermal", "where each way to follow the skin breaks", _shake_thermal)
 
 
-def _add_material(
-    subjects: Commands,
-    run: Callable[[argparse.Namespace], int],
-    defaults: tuple[str, int],
+def _subject(
+    subjects: Commands, name: str, text: str, run: Run, *, has_json: bool = True
 ) -> argparse.ArgumentParser:
-    material = subjects.add_parser("material", help="pictures to materials, per held-back source")
-    material.set_defaults(run=run)
+    """Declare a subject that writes into a folder, which is made when it runs."""
+
+    def into_folder(options: argparse.Namespace) -> int:
+        import matplotlib  # noqa: F401 - missing, it is named before anything is computed
+
+        options.out.mkdir(parents=True, exist_ok=True)
+        return run(options)
+
+    subject: argparse.ArgumentParser = subjects.add_parser(name, help=text)
+    subject.set_defaults(run=into_folder)
+    subject.add_argument(
+        "--out",
+        type=Path,
+        default=OUT,
+        metavar="FOLDER",
+        help="write picture and JSON here (%(default)s)",
+    )
+    if has_json:
+        add_json(subject)
+    return subject
+
+
+def _material(subjects: Commands, run: Run, limit: int) -> argparse.ArgumentParser:
+    material = _subject(subjects, "material", "pictures to materials, per held-back source", run)
     material.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
     material.add_argument(
         "--capture",
@@ -80,145 +102,131 @@ def _add_material(
         help="graded capture to look at, repeatable (those in examples/)",
     )
     material.add_argument(
-        "--out",
-        type=Path,
-        default=Path(defaults[0]),
-        metavar="FOLDER",
-        help="write picture and JSON here (%(default)s)",
+        "--limit", type=int, default=limit, help="pictures a source, 0: all (%(default)s)"
     )
-    material.add_argument(
-        "--limit", type=int, default=defaults[1], help="pictures a source, 0: all (%(default)s)"
-    )
-    add_json(material)
     return material
+
+
+def _ambient(subjects: Commands) -> None:
+    ambient = _subject(
+        subjects, "ambient", "pictures to temperatures: error, time, memory", _chart_ambient
+    )
+    ambient.add_argument(
+        "--data", type=Path, metavar="CSV", help="labelled pictures, as `evaluate ambient` takes"
+    )
+    ambient.add_argument(
+        "--model", metavar="FOLDER", help="model by folder or name (random weights)"
+    )
+    ambient.add_argument(
+        "--random",
+        choices=["tiny", "full"],
+        default="tiny",
+        help="size of the random model; full is that of Qwen2-VL-2B, 5 GB (%(default)s)",
+    )
+    ambient.add_argument(
+        "--vlm-device",
+        default="cpu",
+        metavar="NAME",
+        help="where the model runs: cpu or cuda (%(default)s)",
+    )
+    ambient.add_argument(
+        "--device", dest="vlm_device", default=argparse.SUPPRESS, help=argparse.SUPPRESS
+    )
+    ambient.add_argument("--vlm-url", metavar="URL", help="chart an OpenAI-compatible endpoint too")
+
+
+def _safety(subjects: Commands) -> None:
+    safety = _subject(
+        subjects,
+        "safety",
+        "the plate's guards: peak temperature, false trips, time to off",
+        _chart_safety,
+    )
+    safety.add_argument("--plates", type=int, default=PLATES, help="variations (%(default)s)")
+    safety.add_argument(
+        "--sweep", type=Path, metavar="FILE", help="time to off per fault, of the compiled binary"
+    )
 
 
 def _chart_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import chart
+    from hapticvlm_lab.commands.material_wiring import networks, wiring
 
     where = _where(options)
-    named = tuple(options.encoder or _networks(where.data))
+    named = tuple(options.encoder or networks(where.data))
     plan = chart.Plan(where, named, options.variants, options.out, options.json)
-    return _into_folder(options, lambda: chart.run(plan, _wiring()))
-
-
-def _chart_beliefs(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.material import belief_chart
-    from hapticvlm_lab.bench.names import SIBLING
-
-    folder = options.data or SIBLING
-    data = folder if (folder / "labels.csv").is_file() else None
-    course = OF_SHIPPED / COURSE
-    return _into_folder(options, lambda: belief_chart.run(data, labels(), course, options.out))
+    return chart.run(plan, wiring())
 
 
 def _shake_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import stability
+    from hapticvlm_lab.commands.material_wiring import labels
 
-    plan = stability.Plan(_where(options), options.out, options.json)
-    return _into_folder(options, lambda: stability.run(plan, labels()))
+    return stability.run(stability.Plan(_where(options), options.out, options.json), labels())
 
 
-def _into_folder(options: argparse.Namespace, run: Callable[[], int]) -> int:
-    """Run with the result folder made."""
-    import matplotlib  # noqa: F401
+def _chart_beliefs(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.material import belief_chart
+    from hapticvlm_lab.commands.material_wiring import OF_SHIPPED, labels
 
-    options.out.mkdir(parents=True, exist_ok=True)
-    return run()
+    return belief_chart.run(_data(options), labels(), OF_SHIPPED / COURSE, options.out)
+
+
+def _chart_thermal(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.thermal import chart
+
+    return chart.run(options.out, as_json=options.json)
+
+
+def _shake_thermal(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.thermal import stability
+
+    return stability.run(options.out, as_json=options.json)
+
+
+def _chart_ambient(options: argparse.Namespace) -> int:
+    import transformers  # noqa: F401 - missing, it is named before anything is computed
+
+    from hapticvlm_lab.bench.ambient import chart
+
+    plan = chart.Plan(
+        data=options.data,
+        model=options.model,
+        size=options.random,
+        device=options.vlm_device,
+        url=options.vlm_url,
+        token=os.environ.get(TOKEN),
+        out=options.out,
+        as_json=options.json,
+    )
+    return chart.run(plan)
+
+
+def _chart_safety(options: argparse.Namespace) -> int:
+    from hapticvlm.errors import usage_errors
+    from hapticvlm_lab.bench.safety import chart
+
+    with usage_errors():
+        return chart.run(chart.Plan(options.plates, options.out, options.sweep, options.json))
+
+
+def _chart_vibration(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.vibration import chart
+
+    return chart.run(options.out, as_json=options.json)
 
 
 def _where(options: argparse.Namespace) -> Where:
     from hapticvlm_lab.bench.material.data import Where
     from hapticvlm_lab.bench.material.reading import default_captures
+
+    captures = tuple(options.capture) if options.capture else default_captures()
+    return Where(captures, _data(options), options.limit)
+
+
+def _data(options: argparse.Namespace) -> Path | None:
+    """Return the folder of labelled data, None without one."""
     from hapticvlm_lab.bench.names import SIBLING
 
-    folder = options.data or SIBLING
-    data = folder if (folder / "labels.csv").is_file() else None
-    captures = tuple(options.capture) if options.capture else default_captures()
-    return Where(captures, data, options.limit)
-
-
-def labels() -> Labels:
-    """Return what the data folder's labels mean."""
-    from hapticvlm_lab.bench.material.data import Labels
-    from hapticvlm_lab.training import sources
-
-    return Labels(
-        sources.LABELLED,
-        sources.CALIBRATION,
-        sources.material_of,
-        sources.is_tile_held_back,
-        sources.LIVING_HELD_BACK,
-    )
-
-
-def _wiring() -> Wiring:
-    from hapticvlm_lab.bench.material.methods import Wiring
-
-    return Wiring(labels(), _eager, _untrained)
-
-
-def _networks(data: Path | None) -> list[str]:
-    """List the ImageNet networks of the data folder."""
-    return [] if data is None else sorted(map(str, data.glob("teacher/*.tflite")))
-
-
-def _eager(folder: Path | None) -> Encoder:
-    """Load the same net in torch eager, from the weights beside its graph. Raises EncoderError."""
-    from hapticvlm.recognition.encoders.encoder import CARD, SHIPPED, EncoderError
-
-    weights, place = folder or OF_SHIPPED, folder or SHIPPED
-    if not (weights / WEIGHTS).is_file() or not (place / CARD).is_file():
-        raise EncoderError(f"no {WEIGHTS} for {CARD} in {place.name}")
-    return _in_torch("torch eager", _card(place), lambda: _read_network(weights))
-
-
-def _untrained() -> Encoder:
-    """Make the shipped architecture with random weights. Raises EncoderError."""
-    from hapticvlm.recognition.encoders.encoder import CARD, SHIPPED
-
-    card: dict[str, Any] = {"side": 128, "shape": {}}
-    card = _card(SHIPPED) if (SHIPPED / CARD).is_file() else card
-    return _in_torch("untrained", card, lambda: _random_network(card["shape"]))
-
-
-def _card(place: Path) -> dict[str, Any]:
-    from hapticvlm.recognition.encoders.encoder import CARD
-
-    card: dict[str, Any] = json.loads((place / CARD).read_text(encoding="utf-8"))
-    return card
-
-
-def _read_network(place: Path) -> Network:
-    from hapticvlm_lab.training import export
-
-    return export.read(place)
-
-
-def _random_network(shape: dict[str, Any]) -> Network:
-    import torch
-
-    from hapticvlm_lab.training.network import Network, Shape
-
-    torch.manual_seed(SEED)
-    return Network(Shape(**shape)).eval()
-
-
-def _in_torch(name: str, card: dict[str, Any], make: Callable[[], Network]) -> Encoder:
-    """Wrap a training network, run by torch on one thread, as an encoder. Raises EncoderError."""
-    from hapticvlm.recognition.encoders.encoder import EncoderError
-    from hapticvlm_lab.bench.material import baselines
-
-    try:
-        import torch
-
-        torch.set_num_threads(1)
-        network = make()
-    except (ImportError, RuntimeError, TypeError, KeyError) as error:
-        raise EncoderError(f"{error}".splitlines()[0]) from None
-
-    def forward(pixels: Any) -> Any:  # noqa: ANN401 - arrays in, arrays out
-        with torch.inference_mode():
-            return network(torch.from_numpy(pixels)).numpy()
-
-    return baselines.Network(name, card["side"], network.shape.dimension, forward)
+    folder: Path = options.data or SIBLING
+    return folder if (folder / "labels.csv").is_file() else None

@@ -162,7 +162,7 @@ def _measure_names(options: argparse.Namespace) -> int:
 
 def _measure_beliefs(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material.beliefs import run
-    from hapticvlm_lab.commands.charts import labels
+    from hapticvlm_lab.commands.material_wiring import labels
 
     chosen = options.encoder, options.gallery
     return run(options.data, labels(), *chosen, as_json=options.json)

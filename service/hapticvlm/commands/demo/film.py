@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageChops, ImageDraw, ImageFilter, ImageFont
 
-from hapticvlm.commands.demo.words import confidence_text, degrees
+from hapticvlm.commands.demo.show import confidence_text, degrees
 from hapticvlm.commands.timeline import Held, Timeline
 from hapticvlm.rendering.vibration import RATE_HZ
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
 from rich.live import Live
@@ -14,8 +15,15 @@ from rich.text import Text
 from hapticvlm.captures import Capture
 from hapticvlm.client.connection import Message
 from hapticvlm.commands.demo.report import Contact
-from hapticvlm.commands.demo.words import SOURCES
 
+SOURCES = {
+    "scene": "the scene says so",
+    "name": "by its name",
+    "shader": "by its shader",
+    "encoder": "by sight",
+    "vlm": "by the VLM",
+    "unknown": "not sure enough",
+}
 REFRESH_HZ = 8
 SILENCE_S = 2.0  # of a text that is not a terminal, before it reports progress
 _COLUMNS = "{:>5}  {:<21} {:<13} {:<16} {:>5} {:>5} {:>5}"
@@ -28,6 +36,23 @@ _LEGEND = (
     "feel: what skin should feel. asked: what the plate was asked for when the touch\n"
     "ended. plate: what it then measured (simulated)."
 )
+
+
+def confidence_text(decision: Mapping[str, Any]) -> str:
+    """Return how sure, and by what: `97 % sure, by its name`."""
+    source = SOURCES[decision["source"]]
+    if decision["source"] == "scene":
+        return source
+    if decision["material"] == "unknown":
+        guess = decision.get("runner_up")
+        return f"{source}; perhaps {guess}" if guess else source
+    return f"{decision['confidence']:.0%} sure, {source}".replace("%", " %")
+
+
+def degrees(decision: Mapping[str, Any]) -> str:
+    """Return what skin is to feel: `skin should feel 23.9 °C`."""
+    contact_c = decision.get("contact_c")
+    return "" if contact_c is None else f"skin should feel {contact_c:.1f} °C"
 
 
 @contextmanager

@@ -31,8 +31,7 @@ from hapticvlm.recogniser_app.settings import AppSettings, Live, Model, Scale
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.storage import load_gallery, save_gallery
 from hapticvlm_lab.bench.fleet import curve as curves
-from hapticvlm_lab.bench.fleet.crops import Truth, recorded
-from hapticvlm_lab.bench.fleet.scenes import Plan, Scenes, Tally
+from hapticvlm_lab.bench.fleet.scenes import Plan, Scenes, Tally, Truth, recorded
 
 CAPTURE = Path("examples/captures/living_room")
 NAME = "arcade"

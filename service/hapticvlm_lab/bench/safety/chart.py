@@ -24,8 +24,7 @@ from hapticvlm_lab.bench.printing import print_files
 from hapticvlm_lab.bench.safety import plots
 from hapticvlm_lab.bench.safety.core import FULL_SCALE_A, Core, Setting, build
 from hapticvlm_lab.bench.safety.rig import Outcome
-from hapticvlm_lab.bench.safety.rows import Off, Row
-from hapticvlm_lab.bench.safety.trials import INJECTIONS, STUCK, try_out, try_sound
+from hapticvlm_lab.bench.safety.trials import INJECTIONS, STUCK, Off, Row, try_out, try_sound
 from hapticvlm_lab.bench.safety.variations import SEED, Variation, draw
 
 NAME = "chart-safety"

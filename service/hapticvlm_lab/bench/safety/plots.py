@@ -8,7 +8,7 @@ from typing import Any
 
 from hapticvlm.palette import BLUE, GREEN, ORANGE, VERMILION
 from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C
-from hapticvlm_lab.bench.safety.rows import Off, Row
+from hapticvlm_lab.bench.safety.trials import Off, Row
 
 COLOURS = (GREEN, BLUE, VERMILION, ORANGE)
 FAST_S, SLOW_S = 0.15, 1.5

@@ -109,3 +109,26 @@ def try_sound(cores: Sequence[Core], variation: Variation) -> list[Outcome]:
 def _with(sums: Sums, changed: dict[int, int]) -> Sums:
     first, second, sink = (changed.get(place, value) for place, value in enumerate(sums))
     return first, second, sink
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One setting over all plates: thermistors that freeze, and sound plates switched off."""
+
+    window_ms: int
+    duty_cap: float
+    is_default: bool
+    peak_median_c: float
+    peak_worst_c: float
+    above_trip: float
+    false_trips: float
+    false_by: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Off:
+    """How long after a fault the plate was off; None is never within the trial."""
+
+    fault: str
+    off_s: float | None
+    guard: str

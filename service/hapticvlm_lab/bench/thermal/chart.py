@@ -23,7 +23,7 @@ from hapticvlm.perception import THERMAL_FLOOR_C
 from hapticvlm.rendering.thermal import ThermalContact, thermal_contact
 from hapticvlm_lab.bench.printing import print_files
 from hapticvlm_lab.bench.thermal import plate_term, plot, timing
-from hapticvlm_lab.bench.thermal.methods import METHODS, Method
+from hapticvlm_lab.bench.thermal.methods import METHODS, Method, Row
 from hapticvlm_lab.bench.thermal.reference import (
     Floats,
     Stage,
@@ -31,7 +31,6 @@ from hapticvlm_lab.bench.thermal.reference import (
     sharp,
     skin_surface,
 )
-from hapticvlm_lab.bench.thermal.rows import Row
 
 NAME = "chart-thermal"
 FINEST_C = 0.1  # degC, cool threshold at the thenar (docs/physics.md 1.3)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from hapticvlm.palette import BLUE, FIGURE, GREEN, GREY, GRID, INK, ORANGE, SOFT, VERMILION
 from hapticvlm_lab.bench.material.labels import place
-from hapticvlm_lab.bench.thermal.rows import Row
+from hapticvlm_lab.bench.thermal.methods import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

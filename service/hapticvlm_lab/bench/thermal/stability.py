@@ -16,11 +16,49 @@ import numpy as np
 
 from hapticvlm import __version__
 from hapticvlm.commands.progress import track
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.thermal import ThermalContact, thermal_contact
 from hapticvlm_lab.bench.printing import print_files
-from hapticvlm_lab.bench.thermal import breaks, breaks_plot, slides
-from hapticvlm_lab.bench.thermal.breaks import Trial
+from hapticvlm_lab.bench.thermal import breaks, breaks_plot
+from hapticvlm_lab.bench.thermal.breaks import ALUMINIUM, FRAME_S, Trial
+from hapticvlm_lab.bench.thermal.grids import Floats
+from hapticvlm_lab.bench.thermal.methods import Closed, Forgetful, Skin
+from hapticvlm_lab.bench.thermal.reference import SETTLED_S, Stage, skin_surface
+from hapticvlm_lab.bench.thermal.traces import Traced
 
+PERCEPTIBLE_C = 0.1  # degC, what a slide may err by: the cool threshold (docs/physics.md 1.3)
+SLIDE_S = 6.0
 NAME = "stability-thermal"
+
+
+def slides() -> list[Trial]:
+    """Slide from metal to aluminium, whose skin has lost most and goes on losing."""
+    begun = [thermal_contact(bulk, 22.0) for bulk in (MATERIALS["metal"].thermal, ALUMINIUM)]
+    exact = skin_surface([Stage(0.0, begun[0]), Stage(1.0, begun[1])], SLIDE_S)
+    trials = []
+    for name, begin in (
+        ("begun anew from the surface", Forgetful),
+        ("a trace per contact", Traced),
+        ("closed form with memory (default)", Closed),
+    ):
+        found_c = _slid(begin(FRAME_S), begun)
+        times = FRAME_S * np.arange(1, found_c.size + 1)
+        off_c = np.abs(found_c - np.interp(times, exact[:, 0], exact[:, 1]))
+        worst_c = float(off_c[np.abs(times - 1.0) > SETTLED_S].max())
+        found = f"worst error {worst_c:.2g} degC, mark {PERCEPTIBLE_C:g}"
+        trials.append(Trial(f"metal > aluminium, {name}", found, worst_c > PERCEPTIBLE_C))
+    return trials
+
+
+def _slid(skin: Skin, begun: Sequence[ThermalContact]) -> Floats:
+    """Skin surface at every frame of SLIDE_S on these, a second on each but the last, (N,) degC."""
+    followed = []
+    for turn, contact in enumerate(begun):
+        skin.touch(contact)
+        last = turn == len(begun) - 1
+        stays_s = SLIDE_S - turn if last else 1.0
+        followed += [skin.step() for _ in range(round(stays_s / FRAME_S))]
+    return np.array(followed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +74,7 @@ _GROUPS: tuple[tuple[str, Callable[[], Sequence[Trial]]], ...] = (
     ("a stiff contact: Crank-Nicolson rings, backward Euler does not", breaks.ringing),
     ("exp(x^2) erfc(x) overflows where erfcx does not", breaks.overflow),
     ("contact resistance 0, tiny, huge, infinite", breaks.resistances),
-    ("a slide to another object: what is left in the skin goes into it too", slides.slides),
+    ("a slide to another object: what is left in the skin goes into it too", slides),
     ("a PI loop asked for what it cannot reach for 30 s, then released", breaks.windup),
     ("fast and slow parts in one system: implicit or exact steps only", breaks.stiffness),
     ("what is no number", breaks.no_numbers),
