@@ -9,7 +9,7 @@ import pytest
 
 from hapticvlm.commands import serve
 from hapticvlm.commands.main import main
-from hapticvlm.commands.serve_config import contact_resistance
+from hapticvlm.commands.parsing import contact_resistance
 
 
 def test_a_number_is_itself():

@@ -22,6 +22,7 @@ from hapticvlm.devices.plate_session import PlateSession
 from hapticvlm.materials import MATERIALS, MaterialError
 from hapticvlm.messages import Frame, MessageError, Touch, decode
 from hapticvlm.recognition import pictures
+from hapticvlm.recognition.decoding import PictureError
 from hapticvlm.recognition.galleries.storage import GalleryError, read_gallery
 from hapticvlm.recognition.galleries.user_materials import read_material
 from hapticvlm.server.recorder import SESSION_LOG
@@ -69,7 +70,7 @@ class _Sessions:
 
 def _pictures(data: bytes, _: Path) -> None:
     kind = "png" if data[:1] == b"\x89" else "jpeg"
-    with contextlib.suppress(pictures.PictureError):
+    with contextlib.suppress(PictureError):
         size = pictures._png_size("$", data) if kind == "png" else pictures._jpeg_size(data)
         frame = Frame(
             id=1,

@@ -7,12 +7,13 @@ import simplejpeg
 from tiny_encoders import picture, write_onnx
 
 from hapticvlm.messages import Frame, Region
+from hapticvlm.recognition.decoding import PictureError
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.pictures import Crop, PictureError
+from hapticvlm.recognition.pictures import Crop
 
 REGIONS = [Region(x=x, y=y, w=0.25, h=0.25) for y in (0.0, 0.4, 0.7) for x in (0.1, 0.6)]
 

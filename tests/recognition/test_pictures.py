@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hapticvlm import messages
+from hapticvlm.recognition.decoding import MAX_CHUNKS, PictureError
 from hapticvlm.recognition.pictures import (
-    MAX_CHUNKS,
     Crop,
-    PictureError,
     central_mask,
     check_header,
     crop,

@@ -1,8 +1,9 @@
-"""What every command needs to declare itself: a parser that suggests, and knows its own name."""
+"""What every command needs to declare itself: a parser that suggests, and what options may be."""
 
 from __future__ import annotations
 
 import argparse
+import json
 import re
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 else:
     Commands = argparse._SubParsersAction
 
+_MOST_BYTES = 65_536  # a calibration has some three hundred
 _EXAMPLES = "examples:"
 _CHOICE = re.compile(r"invalid choice: '(?P<given>[^']*)' \(choose from (?P<choices>.*)\)")
 _OTHER_NAMES = {
@@ -84,3 +86,44 @@ def number_within(low: float, high: float) -> Callable[[str], float]:
         return value
 
     return number
+
+
+def contact_resistance(text: str) -> float:
+    """Read a contact resistance in m2 K/W, of any range; an argparse type.
+
+    `text` is a number, or the file that `hapticvlm calibrate thermal --out FILE` wrote. Raises
+    ArgumentTypeError that names what to give.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    calibration = _calibrated(Path(text))
+    value = calibration.get("contact_resistance")
+    if calibration.get("calibrate") != "thermal" or isinstance(value, bool):
+        value = None
+    if not isinstance(value, int | float):
+        raise _not_a_result(text)
+    return float(value)
+
+
+def _calibrated(path: Path) -> dict[str, object]:
+    try:
+        with path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+    except OSError as error:
+        reason = error.strerror or error
+        raise argparse.ArgumentTypeError(f"{path}: no number, and as a file: {reason}") from None
+    try:
+        calibration = json.loads(data) if len(data) <= _MOST_BYTES else None
+    except (ValueError, RecursionError):
+        calibration = None
+    if not isinstance(calibration, dict):
+        raise _not_a_result(str(path))
+    return calibration
+
+
+def _not_a_result(text: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(
+        f"{text} is not what `hapticvlm calibrate thermal --out FILE` writes"
+    )

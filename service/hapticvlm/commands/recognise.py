@@ -161,9 +161,9 @@ def _answers(
     among: frozenset[str] | None,
 ) -> Iterator[Answer]:
     """Recognise one picture after the other: none may sway another by being in a batch with it."""
+    from hapticvlm.recognition.decoding import PictureError
     from hapticvlm.recognition.files import FileError, read_frame
     from hapticvlm.recognition.ladder import decide, restrict
-    from hapticvlm.recognition.pictures import PictureError
 
     for path in found:
         try:

@@ -2,57 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
-_MOST_BYTES = 65_536  # a calibration has some three hundred
-
-
-def contact_resistance(text: str) -> float:
-    """Read a contact resistance in m2 K/W, of any range; an argparse type.
-
-    `text` is a number, or the file that `hapticvlm calibrate thermal --out FILE` wrote. Raises
-    ArgumentTypeError that names what to give.
-    """
-    try:
-        return float(text)
-    except ValueError:
-        pass
-    calibration = _calibrated(Path(text))
-    value = calibration.get("contact_resistance")
-    if calibration.get("calibrate") != "thermal" or isinstance(value, bool):
-        value = None
-    if not isinstance(value, int | float):
-        raise _not_a_result(text)
-    return float(value)
-
-
-def _calibrated(path: Path) -> dict[str, object]:
-    try:
-        with path.open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
-    except OSError as error:
-        reason = error.strerror or error
-        raise argparse.ArgumentTypeError(f"{path}: no number, and as a file: {reason}") from None
-    try:
-        calibration = json.loads(data) if len(data) <= _MOST_BYTES else None
-    except (ValueError, RecursionError):
-        calibration = None
-    if not isinstance(calibration, dict):
-        raise _not_a_result(str(path))
-    return calibration
-
-
-def _not_a_result(text: str) -> argparse.ArgumentTypeError:
-    return argparse.ArgumentTypeError(
-        f"{text} is not what `hapticvlm calibrate thermal --out FILE` writes"
-    )
-
+from hapticvlm.commands.parsing import contact_resistance
 
 CONNECTIONS, OUTPUTS, RECOGNITION = "connections", "outputs", "recognition"
 SURROUNDINGS, RECORDING = "surroundings", "recording"

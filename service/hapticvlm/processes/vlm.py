@@ -135,6 +135,7 @@ def run_vlm(slot: Slot, settings: VlmSettings, control: Connection) -> None:
 def reply(vlm: Vlm, question: Question) -> VlmReply:
     """Ask the model; an error of any kind is a reply."""
     from hapticvlm.recognition import pictures
+    from hapticvlm.recognition.decoding import PictureError
     from hapticvlm.recognition.vlm.contract import highlight
 
     started = time.monotonic()
@@ -144,7 +145,7 @@ def reply(vlm: Vlm, question: Question) -> VlmReply:
             return VlmReply(reading=vlm.ambient(picture))
         context, crop = highlight(picture, region), _within(picture, region)
         return VlmReply(evidence=vlm.material(context, crop, question.names))
-    except (VlmError, pictures.PictureError) as error:
+    except (VlmError, PictureError) as error:
         return VlmReply(error=str(error))
     except Exception as error:  # noqa: BLE001 - whatever a model throws must not end the process
         seconds = time.monotonic() - started

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from hapticvlm.messages import Frame, Region
 from hapticvlm.recognition import pictures
 from hapticvlm.recognition.ambient import SceneView
+from hapticvlm.recognition.decoding import PictureError
 from hapticvlm.recognition.encoders.encoder import Encoder, EncoderError
 from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.ladder import Evidence
@@ -110,7 +111,7 @@ class FrameRecogniser:
         frame = msgspec.msgpack.decode(data, type=Frame)
         try:
             crop = pictures.crop(frame, self._encoder.side)
-        except pictures.PictureError as error:
+        except PictureError as error:
             return Recognition(None, stages, error=str(error), error_path=error.path)
         stages["decode"], started = _lap(started)
         if self._remote is not None:

@@ -13,6 +13,7 @@ import msgspec
 
 from hapticvlm.messages import FRAMES_PER_S, Frame, MessageError, Region, Touch
 from hapticvlm.recognition import pictures
+from hapticvlm.recognition.decoding import PictureError
 from hapticvlm.session.actions import RecogniseFrame
 from hapticvlm.session.hands import LEASE_S, Hand
 from hapticvlm.session.scene_objects import Key
@@ -90,7 +91,7 @@ class Frames:
             return False
         try:
             pictures.check_header(frame)
-        except pictures.PictureError as error:
+        except PictureError as error:
             raise MessageError("message", str(error), path=error.path, id=frame.id) from None
         self._observe("frame", frame.captured_at, now)
         if frame.purpose == "live":

@@ -7,8 +7,8 @@ by the stimulus's end, so that the contact model, its lead and its limits stay i
 A hand presents it: it approaches, rests on the object without rubbing until the plate has brought
 heat or cold to the palm, lifts for a moment and strokes. That lift, and those between strokes, are
 brief enough for the plate to take all of it as one contact, so repeated strokes are as warm as a
-single one. Within a stroke the hand rubs, carves or swings to and fro as rendering/movement.py has
-it.
+single one. Within a stroke the hand rubs, carves or swings to and fro
+(rendering/interactions.py).
 """
 
 from __future__ import annotations

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands import voice_options
-from hapticvlm.commands.parsing import add_json
-from hapticvlm.commands.serve_config import contact_resistance
+from hapticvlm.commands.parsing import add_json, contact_resistance
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """The vibration half of a touch: the product's own voices, rendered; their spectrum; a WAV file.
 
 Without an interaction the hand strikes, then rubs from RUB_AT_S on, as a scene's `contact` and
-`slide` would have it. Rubbing, carving and swinging go to and fro as rendering/movement.py has it.
+`slide` would have it. Rubbing, carving and swinging go to and fro (rendering/interactions.py).
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition import ladder, pictures
+from hapticvlm.recognition.decoding import PictureError
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.enrol import EnrolError, Picture, find_pictures, read_frame
@@ -59,7 +60,7 @@ def embed(found: Iterable[Picture], encoder: Encoder) -> NDArray[np.float32]:
     for picture in found:
         try:
             rows.append(encoder.embed([pictures.crop(read_frame(picture), encoder.side)]))
-        except pictures.PictureError as error:
+        except PictureError as error:
             raise EnrolError(f"{picture.path}: {error}") from None
     return np.concatenate(rows)
 

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from hapticvlm import messages
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.recognition import files, pictures
+from hapticvlm.recognition.decoding import PictureError
 from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.pictures import Crop, PictureError
+from hapticvlm.recognition.pictures import Crop
 
 Floats = NDArray[np.float32]
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.messages import Frame, Region
 from hapticvlm.recognition import pictures
+from hapticvlm.recognition.decoding import PictureError
 from hapticvlm.recognition.encoders.encoder import UNIT_ERROR
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.pictures import Crop
@@ -214,7 +215,7 @@ def _decoded(data: bytes, side: int) -> NDArray[np.uint8]:
     )
     try:
         return pictures.crop(frame, side).image
-    except pictures.PictureError as error:
+    except PictureError as error:
         raise ContractError(str(error)) from None
 
 
