@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands import voice_options
+from hapticvlm.commands import touch_options
 from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import usage_errors
 
@@ -80,7 +80,7 @@ def _add_replay(commands: Commands) -> None:
     )
     replay.add_argument("--at", type=float, metavar="S", help="open the page at this time")
     replay.add_argument("--no-open", action="store_true", help="write the page and do not open it")
-    voice_options.add_options(replay)
+    touch_options.add_recordings(replay)
     add_json(replay)
 
 
@@ -97,7 +97,7 @@ def _replay(options: argparse.Namespace) -> int:
         if options.wav is not None:
             from hapticvlm.devices.audio import write_wav
 
-            write_wav(options.wav, replay.waveform(outcome, voice_options.voices(options, table)))
+            write_wav(options.wav, replay.waveform(outcome, touch_options.voices(options, table)))
     if options.json:
         print(json.dumps(_fields(outcome)))
     else:
@@ -115,7 +115,7 @@ def _view(options: argparse.Namespace) -> int:
 
     with usage_errors():
         table = table_with(read_folder(options.gallery))
-        session = timeline.read(options.folder, table, voice_options.voices(options, table))
+        session = timeline.read(options.folder, table, touch_options.voices(options, table))
     is_named = options.view != Path("session.html")
     path = options.view if is_named else options.folder / options.view
     page.write(session, page.safe_name(options.folder), path)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.commands import voice_options
+from hapticvlm.commands import touch_options
 from hapticvlm.commands.parsing import number_within
+from hapticvlm.commands.touch_options import INTERACTIONS
 from hapticvlm.errors import UsageError, usage_errors
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from hapticvlm.materials import Material
 
 FORMATS = ("wav", "haptic", "ahap", "hjif")
-INTERACTIONS = ("tap", "strike", "press", "slide", "carve", "swing")
 ALL = "all"
 HEAT_SUFFIX = ".heat.json"
 _DESCRIPTION = """
@@ -52,37 +52,11 @@ def add(commands: Commands) -> None:
         metavar="M_PER_S",
         help="speed of the hand in m/s (0.3)",
     )
-    export.add_argument(
-        "--force",
-        type=number_within(0.0, 100.0),
-        default=1.0,
-        metavar="N",
-        help="force of the hand in N (1.0)",
-    )
-    export.add_argument(
-        "--seconds",
-        type=number_within(0.02, 60.0),
-        default=1.0,
-        metavar="S",
-        help="how long the touch lasts (1.0)",
-    )
-    export.add_argument(
-        "--object-c",
-        type=number_within(-100.0, 400.0),
-        metavar="DEGC",
-        help="temperature of the object (that of the room)",
-    )
-    export.add_argument(
-        "--ambient-c",
-        type=number_within(-60.0, 80.0),
-        default=22.0,
-        metavar="DEGC",
-        help="temperature of the room (22)",
-    )
-    export.add_argument(
-        "--gallery", type=Path, metavar="GALLERY", help="folder with materials of your own"
-    )
-    voice_options.add_options(export)
+    touch_options.add_force(export)
+    touch_options.add_seconds(export, 1.0)
+    touch_options.add_temperatures(export)
+    touch_options.add_gallery(export)
+    touch_options.add_recordings(export)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +70,7 @@ class _Job:
 
 def _export(options: argparse.Namespace) -> int:
     with usage_errors():
-        table = _table(options.gallery)
+        table = touch_options.table(options.gallery)
         jobs = list(_jobs(options, table))
     if options.material == ALL and options.out is not None:
         options.out.mkdir(parents=True, exist_ok=True)
@@ -139,9 +113,9 @@ def heat_document(clip: Clip) -> dict[str, Any]:
     }
 
 
-def _jobs(options: argparse.Namespace, table: dict[str, Material]) -> Iterator[_Job]:
+def _jobs(options: argparse.Namespace, table: Mapping[str, Material]) -> Iterator[_Job]:
     if options.material != ALL:
-        yield _Job(_find(options.material, table), options.interaction, options.out)
+        yield _Job(touch_options.find(options.material, table), options.interaction, options.out)
         return
     if options.out is not None and options.out.is_file():
         raise UsageError(f"{options.out} is a file; all needs a folder")
@@ -151,31 +125,14 @@ def _jobs(options: argparse.Namespace, table: dict[str, Material]) -> Iterator[_
             yield _Job(material, interaction, None)
 
 
-def _table(gallery: Path | None) -> dict[str, Material]:
-    from hapticvlm.materials import MATERIALS
-    from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
-
-    return dict(MATERIALS if gallery is None else table_with(read_folder(gallery)))
-
-
-def _find(name: str, table: dict[str, Material]) -> Material:
-    import difflib
-
-    found = table.get(name) or table.get(name.lower())
-    if found is None:
-        near = difflib.get_close_matches(name.lower(), table, n=1, cutoff=0.0)[0]
-        raise UsageError(f"no material `{name[:40]}`; nearest is `{near}`; or `{ALL}`")
-    return found
-
-
-def _clip(job: _Job, options: argparse.Namespace, table: dict[str, Material]) -> Clip:
+def _clip(job: _Job, options: argparse.Namespace, table: Mapping[str, Material]) -> Clip:
     from hapticvlm.commands.export.clip import clip
     from hapticvlm.commands.feel.heat import Warmth, heat
     from hapticvlm.commands.feel.sound import sound
     from hapticvlm.rendering.vibration import Motion
 
     others = {} if options.patterns is None else table  # of which recordings may be, too
-    voices = voice_options.voices(options, {**others, job.material.name: job.material})
+    voices = touch_options.voices(options, {**others, job.material.name: job.material})
     motion = Motion(options.speed, options.force)
     return clip(
         sound(job.material, job.interaction, motion, options.seconds, voices),

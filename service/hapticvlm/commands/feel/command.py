@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 import json
 import math
 import sys
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.commands import voice_options
-from hapticvlm.commands.parsing import add_json, contact_resistance
+from hapticvlm.commands import touch_options
+from hapticvlm.commands.parsing import add_json, contact_resistance, number_within
+from hapticvlm.commands.touch_options import INTERACTIONS
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 
 SHOWN_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 SPEED_MPS, SWING_MPS = 0.3, 5.0
-INTERACTIONS = ("tap", "strike", "press", "slide", "carve", "swing")
 
 _DESCRIPTION = """
 Compute what touching a material would feel like. You see the temperature of the skin, the
@@ -57,26 +55,14 @@ def add(commands: Commands) -> None:
     )
     sound.add_argument(
         "--speed",
-        type=_within(0.0, 20.0),
+        type=number_within(0.0, 20.0),
         metavar="M_PER_S",
         help="speed of the hand in m/s, the greatest of a stroke (0.3; swing 5)",
     )
-    sound.add_argument(
-        "--force",
-        type=_within(0.0, 100.0),
-        default=1.0,
-        metavar="N",
-        help="force of the hand in N (%(default)s)",
-    )
-    voice_options.add_options(sound)
+    touch_options.add_force(sound)
+    touch_options.add_recordings(sound)
     out = feel.add_argument_group("output")
-    out.add_argument(
-        "--seconds",
-        type=_within(0.02, 60.0),
-        default=5.0,
-        metavar="S",
-        help="how long the touch lasts (%(default)s)",
-    )
+    touch_options.add_seconds(out, 5.0)
     out.add_argument(
         "--plot", type=Path, metavar="FILE", help="draw it to this .png, .svg or .pdf file"
     )
@@ -84,29 +70,15 @@ def add(commands: Commands) -> None:
         "--wav", type=Path, metavar="FILE", help="write the vibration to this file, 48 kHz mono"
     )
     add_json(out)
-    out.add_argument(
-        "--gallery", type=Path, metavar="GALLERY", help="folder with materials of your own"
-    )
+    touch_options.add_gallery(out)
 
 
 def _add_heat(feel: argparse.ArgumentParser) -> None:
     heat = feel.add_argument_group("temperature")
-    heat.add_argument(
-        "--object-c",
-        type=_within(-100.0, 400.0),
-        metavar="DEGC",
-        help="temperature of the object (that of the room)",
-    )
-    heat.add_argument(
-        "--ambient-c",
-        type=_within(-60.0, 80.0),
-        default=22.0,
-        metavar="DEGC",
-        help="temperature of the room (%(default)s)",
-    )
+    touch_options.add_temperatures(heat)
     heat.add_argument(
         "--skin-c",
-        type=_within(10.0, 45.0),
+        type=number_within(10.0, 45.0),
         default=32.0,
         metavar="DEGC",
         help="temperature of the skin before the touch (%(default)s)",
@@ -120,34 +92,22 @@ def _add_heat(feel: argparse.ArgumentParser) -> None:
     )
     heat.add_argument(
         "--thickness-m",
-        type=_within(1e-6, 10.0),
+        type=number_within(1e-6, 10.0),
         metavar="M",
         help="the object is a sheet or rod of this thickness in m (it is thick)",
     )
 
 
-def _within(low: float, high: float) -> Callable[[str], float]:
-    """Make an argparse type for a number in a range."""
-
-    def number(text: str) -> float:
-        value = float(text)
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text} is not within {low:g}..{high:g}")
-        return value
-
-    return number
-
-
 def _palm(text: str) -> float:
     """Read a contact resistance that skin and object can have."""
-    return _within(0.0, 1.0)(repr(contact_resistance(text)))
+    return number_within(0.0, 1.0)(repr(contact_resistance(text)))
 
 
 def _feel(options: argparse.Namespace) -> int:
     from hapticvlm.commands.progress import working
 
     with usage_errors():
-        material = _material(options.material, options.gallery)
+        material = touch_options.find(options.material, touch_options.table(options.gallery))
         with working("computing the touch"):
             heat, sound = _touch(material, options)
             _write(heat, sound, options)
@@ -163,20 +123,6 @@ def _report(heat: Heat, sound: Sound, *, as_json: bool) -> None:
         sys.stdout.flush()
 
 
-def _material(name: str, gallery: Path | None) -> Material:
-    """Find a material by name; raises MaterialError naming the nearest."""
-    from hapticvlm.materials import MATERIALS, MaterialError
-    from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
-
-    table = MATERIALS if gallery is None else table_with(read_folder(gallery))
-    found = table.get(name) or table.get(name.lower())
-    if found is None:
-        near = difflib.get_close_matches(name.lower(), table, n=1, cutoff=0.0)
-        known = ", ".join(table)
-        raise MaterialError(f"no material `{name[:40]}`; nearest is `{near[0]}`; known: {known}")
-    return found
-
-
 def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound]:
     from hapticvlm.commands.feel.heat import heat
     from hapticvlm.commands.feel.sound import sound
@@ -187,7 +133,7 @@ def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound
     motion = Motion(usual_mps if options.speed is None else options.speed, options.force)
     others = {} if options.patterns is None else MATERIALS  # of which recordings may be, too
     touch = (options.interaction, motion, options.seconds)
-    voices = voice_options.voices(options, {**others, material.name: material})
+    voices = touch_options.voices(options, {**others, material.name: material})
     return (
         heat(material, _warmth(options), options.seconds),
         sound(material, *touch, voices, options.thickness_m),

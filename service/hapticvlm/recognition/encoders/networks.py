@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
+import os
 import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -201,3 +202,16 @@ def _loader(config: Any, kind: Kind) -> Any:  # noqa: ANN401
     if kind == "classes":
         return AutoModelForImageClassification
     return AutoModel if type(config) in MODEL_MAPPING else AutoBackbone
+
+
+def quieten_libraries(threads: int) -> None:
+    """Import torch and transformers, say nothing, and use so many threads. Raises ImportError."""
+    os.environ.setdefault("DISABLE_SAFETENSORS_CONVERSION", "1")  # asks the hub for one otherwise
+    import torch
+    from huggingface_hub.utils import logging as hub_logging
+    from transformers.utils import logging as network_logging
+
+    for log in (network_logging, hub_logging):
+        log.set_verbosity_error()
+    network_logging.disable_progress_bar()
+    torch.set_num_threads(threads)

@@ -193,18 +193,13 @@ def _set_up(name: str, device: str, threads: int) -> str:
     """Import what is needed, quietly, and return the device to run on. Raises EncoderError."""
     if threads > 1:  # waiting threads that spin starve the gateway and each other
         os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    os.environ.setdefault("DISABLE_SAFETENSORS_CONVERSION", "1")  # asks the hub for one otherwise
     try:
-        import torch
-        from huggingface_hub.utils import logging as hub_logging
-        from transformers.utils import logging as network_logging
+        networks.quieten_libraries(threads)
     except ImportError as error:
         text = f"encoder `{name}` needs torch and transformers ({error})"
         raise EncoderError(f"{text}: {installing(networks.PACKAGES)}") from None
-    for log in (network_logging, hub_logging):
-        log.set_verbosity_error()
-    network_logging.disable_progress_bar()
-    torch.set_num_threads(threads)
+    import torch
+
     has_cuda = torch.cuda.is_available()
     if device == "cuda" and not has_cuda:
         text = "--encoder-device cuda: torch finds no CUDA device here"

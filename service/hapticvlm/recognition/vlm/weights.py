@@ -9,7 +9,6 @@ the process without a word. Asks no question.
 from __future__ import annotations
 
 import logging
-import os
 import time
 from contextlib import suppress
 from dataclasses import replace
@@ -17,7 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from hapticvlm.errors import installing
-from hapticvlm.recognition.encoders.networks import CONFIG, HUB_NAME, HUB_S, PACKAGES, line
+from hapticvlm.recognition.encoders.networks import (
+    CONFIG,
+    HUB_NAME,
+    HUB_S,
+    PACKAGES,
+    line,
+    quieten_libraries,
+)
 from hapticvlm.recognition.vlm.chat import Chat
 from hapticvlm.recognition.vlm.contract import VlmError, VlmSettings
 from hapticvlm.recognition.vlm.network import CURE_MEMORY, Network, guarded
@@ -131,18 +137,11 @@ def _require_sense(settings: VlmSettings) -> None:
 
 
 def _quieten(settings: VlmSettings) -> None:
-    os.environ.setdefault("DISABLE_SAFETENSORS_CONVERSION", "1")  # asks the hub for one otherwise
     try:
-        import torch
-        from huggingface_hub.utils import logging as hub_logging
-        from transformers.utils import logging as network_logging
+        quieten_libraries(settings.threads)
     except ImportError as error:
         text = f"a model in process needs torch and transformers ({error})"
         raise VlmError(f"{text}: {installing(PACKAGES)}") from None
-    for log in (network_logging, hub_logging):
-        log.set_verbosity_error()
-    network_logging.disable_progress_bar()
-    torch.set_num_threads(settings.threads)
 
 
 def _require_device(settings: VlmSettings) -> None:

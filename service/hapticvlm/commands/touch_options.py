@@ -1,0 +1,119 @@
+"""What `feel` and `export` share of a touch without a scene: material, warmth, recordings."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm.commands.parsing import number_within
+
+if TYPE_CHECKING:
+    from hapticvlm.materials import Material
+    from hapticvlm.rendering.patterns import Pattern
+    from hapticvlm.rendering.voices import Voices
+
+
+INTERACTIONS = ("tap", "strike", "press", "slide", "carve", "swing")
+
+Options = argparse.ArgumentParser | argparse._ArgumentGroup
+
+
+def add_force(parser: Options) -> None:
+    """Declare how hard the hand touches."""
+    parser.add_argument(
+        "--force",
+        type=number_within(0.0, 100.0),
+        default=1.0,
+        metavar="N",
+        help="force of the hand in N (%(default)s)",
+    )
+
+
+def add_temperatures(parser: Options) -> None:
+    """Declare how warm object and room are."""
+    parser.add_argument(
+        "--object-c",
+        type=number_within(-100.0, 400.0),
+        metavar="DEGC",
+        help="temperature of the object (that of the room)",
+    )
+    parser.add_argument(
+        "--ambient-c",
+        type=number_within(-60.0, 80.0),
+        default=22.0,
+        metavar="DEGC",
+        help="temperature of the room (%(default)s)",
+    )
+
+
+def add_seconds(parser: Options, default_s: float) -> None:
+    """Declare how long the touch lasts."""
+    parser.add_argument(
+        "--seconds",
+        type=number_within(0.02, 60.0),
+        default=default_s,
+        metavar="S",
+        help="how long the touch lasts (%(default)s)",
+    )
+
+
+def add_gallery(parser: Options) -> None:
+    """Declare where the user's own materials are."""
+    parser.add_argument(
+        "--gallery", type=Path, metavar="GALLERY", help="folder with materials of your own"
+    )
+
+
+def table(gallery: Path | None) -> Mapping[str, Material]:
+    """Return the materials there are. Raises OSError, ValueError."""
+    from hapticvlm.materials import MATERIALS
+    from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
+
+    return MATERIALS if gallery is None else table_with(read_folder(gallery))
+
+
+def find(name: str, known: Mapping[str, Material]) -> Material:
+    """Find a material by name; raises MaterialError naming the nearest."""
+    from hapticvlm.materials import MaterialError
+
+    found = known.get(name) or known.get(name.lower())
+    if found is None:
+        near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)
+        text = f"no material `{name[:40]}`; nearest is `{near[0]}`; known: {', '.join(known)}"
+        raise MaterialError(text)
+    return found
+
+
+def add_recordings(parser: Options) -> None:
+    """Declare what is played instead of synthesis, and the speaker it is corrected for."""
+    parser.add_argument(
+        "--patterns",
+        type=Path,
+        metavar="FOLDER",
+        help="play the WAV files of this folder instead of synthesis, as `serve` does",
+    )
+    parser.add_argument(
+        "--speaker-response",
+        type=Path,
+        metavar="FILE",
+        help="correct the speaker by this curve, as `serve` does",
+    )
+
+
+def voices(options: argparse.Namespace, table: Mapping[str, Material]) -> Voices:
+    """Make the mixer that the options describe. Raises OSError, ValueError."""
+    from hapticvlm.devices.pattern_folder import read_patterns
+    from hapticvlm.devices.response import read_response
+    from hapticvlm.rendering.equaliser import Correction, Playback
+    from hapticvlm.rendering.voices import Voices
+
+    correction = Correction()
+    if options.speaker_response is not None:
+        correction = read_response(options.speaker_response).correction()
+    patterns: tuple[Pattern, ...] = ()
+    if options.patterns is not None:
+        patterns = read_patterns(options.patterns, table, correction)
+    return Voices(1.0, table, Playback(correction=correction), patterns)
