@@ -126,7 +126,15 @@ def installed(built: Built, tmp_path_factory: pytest.TempPathFactory) -> Install
     venv.create(folder / "venv", with_pip=False, symlinks=True)
     python = folder / "venv" / ("Scripts" if os.name == "nt" else "bin") / "python"
     constraints = ["-c", str(ROOT / "constraints.txt")]
-    pip("--python", str(python), "install", "--quiet", *constraints, str(built.wheel))
+    pip(
+        "--python",
+        str(python),
+        "install",
+        "--quiet",
+        "--no-compile",
+        *constraints,
+        str(built.wheel),
+    )
     (folder / "empty").mkdir()
     return Installed(python, folder / "empty", time.monotonic() - started)
 
@@ -299,3 +307,18 @@ def test_the_pages_are_in_the_wheel(service):
         with urllib.request.urlopen(service.page + name, timeout=ANSWER_S) as answer:
             assert answer.read() == (SOURCES / "pages" / name).read_bytes()
     assert "dashboard.js" in page
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the documents' shell is bash")
+def test_every_command_of_the_documents_works_as_it_is_written(installed):
+    """In a clean shell, by the package in the fresh environment."""
+    script = ROOT / "tests" / "firsttime" / "run_documents.py"
+    done = subprocess.run(
+        [sys.executable, script, "--programs", installed.python.parent],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=INSTALL_S,
+    )
+    print(done.stdout)
+    assert done.returncode == 0, done.stdout + done.stderr
