@@ -88,7 +88,9 @@ def dashboard(
 
 
 @contextmanager
-def touching(url: str, *, only: str | None = None, lets_go: bool = True) -> Iterator[None]:
+def touching(
+    url: str, *, only: str | None = None, lets_go: bool = True, token: str | None = None
+) -> Iterator[None]:
     """Stroke the objects in turn, or only one, and show frames of them, in a thread of its own.
 
     A hand that never lets go rubs on through a stop.
@@ -97,7 +99,7 @@ def touching(url: str, *, only: str | None = None, lets_go: bool = True) -> Iter
     names = [entry["object_id"] for entry in OBJECTS if only in (None, entry["object_id"])]
     events = began, ending = threading.Event(), threading.Event()
     with ThreadPoolExecutor(1, "scene") as threads:
-        scene = threads.submit(lambda: asyncio.run(_perform(url, names, stroke, events)))
+        scene = threads.submit(lambda: asyncio.run(_perform(url, names, stroke, events, token)))
         assert began.wait(START_S), "the scene did not begin"
         try:
             yield
@@ -165,10 +167,14 @@ def picture(seed: int) -> bytes:
 
 
 async def _perform(
-    url: str, names: list[str], stroke: Stroke, events: tuple[threading.Event, threading.Event]
+    url: str,
+    names: list[str],
+    stroke: Stroke,
+    events: tuple[threading.Event, threading.Event],
+    token: str | None,
 ) -> None:
     began, ending = events
-    async with connect(url, name="test scene") as client:
+    async with connect(url, name="test scene", token=token) as client:
         await client.scene(OBJECTS, ambient_c=21.0)
         await client.touch("release")  # a stop of an earlier test holds until then
         frames = asyncio.create_task(_show(client, names))

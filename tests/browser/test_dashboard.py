@@ -155,7 +155,14 @@ def test_the_last_frame_is_drawn_with_its_region(service: Service, browser: Brow
 
 def test_stage_times_drops_and_the_log_are_shown(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page) as page, touching(service.url):
-        for stage in ("touch to first sample", "queue", "decode", "encode", "match", "whole look"):
+        for stage in (
+            "touch to first sample",
+            "queue",
+            "decode",
+            "encode",
+            "match",
+            "whole recognition",
+        ):
             row = page.locator("#stages tr").filter(has_text=stage)
             expect(row.locator("td").nth(1)).to_contain_text("ms")
         expect(page.locator("#counts")).to_contain_text("audio underruns")
@@ -298,7 +305,7 @@ def test_nothing_scrolls_sideways_and_the_stop_is_always_in_view(
     service: Service, browser: Browser, size: tuple[int, int]
 ) -> None:
     with dashboard(browser, service.page, size) as page, touching(service.url):
-        expect(page.locator("#stages")).to_contain_text("whole look")
+        expect(page.locator("#stages")).to_contain_text("whole recognition")
         expect(page.locator("#objects li")).to_have_count(4)
         assert page.evaluate("document.scrollingElement.scrollWidth") <= size[0]
         for place in ("0", "document.body.scrollHeight"):
@@ -314,7 +321,7 @@ def test_axe_finds_nothing_serious(
         dashboard(browser, service.page, size, color_scheme=scheme) as page,
         touching(service.url),
     ):
-        expect(page.locator("#stages")).to_contain_text("whole look")
+        expect(page.locator("#stages")).to_contain_text("whole recognition")
         page.evaluate(
             """async () => {
               const faults = await import("./faults.js");
@@ -369,7 +376,7 @@ def test_nothing_is_asked_of_anybody_else_and_no_policy_is_broken(
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.goto(service.page)
     with touching(service.url):
-        expect(page.locator("#stages")).to_contain_text("whole look")
+        expect(page.locator("#stages")).to_contain_text("whole recognition")
         page.get_by_role("button", name="Object_07").click()
         expect(page.locator("#frame-said")).to_contain_text("the box is the region")
     assert {url for url in asked if not url.startswith(service.page)} == set()

@@ -16,7 +16,7 @@ from hapticvlm.client import Refused, connect
 from hapticvlm.commands.local_service import Service, running
 from hapticvlm.server import http
 from hapticvlm.server.access import Address
-from hapticvlm.server.lan_pages import LanPages, is_near, own_names
+from hapticvlm.server.lan_pages import LanPages, is_near, is_token, own_names
 
 TOKEN = "pässword of a dozen"
 
@@ -154,7 +154,7 @@ def test_the_local_network_is_private_and_link_local_addresses(peer, near):
     ["", "Basic", "Basic ", "Basic !!!!", "Basic YQ==", "Basic a", "Basic \xff", "basic " + TOKEN],
 )
 def test_what_is_no_authorization_is_no_token(authorization):
-    assert not LanPages(TOKEN, own_names(), "http").knows_token(authorization)
+    assert not is_token(authorization, TOKEN)
 
 
 @pytest.mark.parametrize(

@@ -330,5 +330,5 @@ async def test_a_region_touch_is_decided_while_frames_stream(service):
         assert event["source"] in ("encoder", "unknown")
         await client.touch("release")
         after = status(service)["counts"]
-        assert after["looks"] > before.get("looks", 0) + 10
+        assert after["recognitions"] > before.get("recognitions", 0) + 10
         assert after.get("refused: model") == before.get("refused: model")

@@ -241,13 +241,13 @@ async def test_a_frame_is_decided_and_an_unchanged_one_skipped(service):
         assert third["type"] == "decision"
 
 
-async def test_a_frame_of_a_known_object_needs_no_look(service):
+async def test_a_frame_of_a_known_object_needs_no_recognition(service):
     async with peer(service) as client:
         await owner_of(client)
-        looks = status(service)["counts"].get("looks", 0)
+        before = status(service)["counts"].get("recognitions", 0)
         answer = await client.ask(**frame(1, object_id="table"))
         assert (answer["material"], answer["source"]) == ("wood", "scene")
-        assert status(service)["counts"].get("looks", 0) == looks
+        assert status(service)["counts"].get("recognitions", 0) == before
 
 
 async def test_the_newest_frame_wins_and_every_frame_is_answered(service):

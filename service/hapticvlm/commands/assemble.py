@@ -32,11 +32,12 @@ from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
 from hapticvlm.processes.vlm import VlmWorker
 from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 from hapticvlm.rendering.equaliser import Correction
-from hapticvlm.server import certificate, log_writer
+from hapticvlm.server import certificate, log_writer, statements
 from hapticvlm.server.access import Address
 from hapticvlm.server.certificate import Certificate
 from hapticvlm.server.gateway import Gateway, ObserverLog
 from hapticvlm.server.http import is_loopback
+from hapticvlm.server.recorded_sessions import RecordedSessions
 from hapticvlm.server.recorder import Recorder
 from hapticvlm.server.websocket import Offer, WebSocketServer
 
@@ -56,6 +57,7 @@ class Parts:
     vlm: VlmWorker | None
     recorder: Recorder | None
     table: Mapping[str, Material]
+    saved: Mapping[str, str]
 
 
 def address(serving: Serving) -> Address:
@@ -115,6 +117,7 @@ def _make(serving: Serving) -> Parts:
     vlm = elsewhere.vlm_worker(serving)  # first: what is refused here leaves nothing half made
     user_materials = read_folder(serving.gallery)
     table = table_with(user_materials)
+    saved = {} if serving.stated is None else statements.read(serving.stated, table)
     settings = RecogniserSettings(
         serving.encoder,
         serving.gallery,
@@ -130,6 +133,7 @@ def _make(serving: Serving) -> Parts:
         vlm=vlm,
         recorder=_recorder(serving),
         table=table,
+        saved=saved,
     )
 
 
@@ -145,6 +149,20 @@ def _recorder(serving: Serving) -> Recorder | None:
     if serving.record is None:
         return None
     return Recorder(serving.record, frames=serving.record_frames)
+
+
+def _sessions(serving: Serving) -> RecordedSessions | None:
+    """Return what shows the recorded sessions: their pages are made as `replay --view` does."""
+    if serving.record is None:
+        return None
+    options = {
+        "--gallery": serving.gallery,
+        "--patterns": serving.patterns,
+        "--speaker-response": serving.speaker_response,
+    }
+    given = [part for flag, path in options.items() if path for part in (flag, str(path))]
+    command = (sys.executable, "-m", "hapticvlm", "replay", "--no-open", *given)
+    return RecordedSessions(serving.record, command)
 
 
 def _audio(serving: Serving, table: Mapping[str, Material]) -> AudioSettings:
@@ -188,6 +206,8 @@ def _offer(serving: Serving, parts: Parts) -> Offer:
         asks_elsewhere=serving.vlm_url is not None,
         crops_elsewhere=serving.recogniser_url is not None,
         recorder=parts.recorder,
+        sessions=_sessions(serving),
+        saved=parts.saved,
         contact_resistance=serving.contact_resistance,
         plate_resistance=serving.plate_resistance,
     )

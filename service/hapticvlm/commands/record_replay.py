@@ -115,7 +115,8 @@ def _view(options: argparse.Namespace) -> int:
 
     with usage_errors():
         table = table_with(read_folder(options.gallery))
-        session = timeline.read(options.folder, table, touch_options.voices(options, table))
+        voices = touch_options.voices(options, table)
+        session = timeline.read(options.folder, table, voices, page.LONGEST_S)
     is_named = options.view != Path("session.html")
     path = options.view if is_named else options.folder / options.view
     page.write(session, page.safe_name(options.folder), path)

@@ -179,6 +179,7 @@ class _Player:
             hold=self._hold,
             reading=msgspec.convert(head["reading"], PlateReading),
             table=table,
+            saved=head.get("saved", {}),
             can_ask=head["can_ask"],
             contact_resistance=head["contact_resistance"],
             plate_resistance=head.get("plate_resistance", 0.0),  # older logs took skin for plate

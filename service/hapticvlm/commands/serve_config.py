@@ -204,6 +204,14 @@ class Serving:
             metavar="GALLERY",
         ),
     ] = None
+    stated: Annotated[
+        Path | None,
+        Flag(
+            RECOGNITION,
+            "materials of objects that a person stated at the dashboard, as its Save gives them",
+            metavar="FILE",
+        ),
+    ] = None
     encoder_device: Annotated[
         Literal["cpu", "cuda", "auto"],
         Flag(

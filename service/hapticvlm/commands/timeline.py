@@ -6,6 +6,7 @@ that it stands at the right time beside the pictures. Times are seconds since th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -97,13 +98,20 @@ class Timeline:
         return next((entry.decision for entry in made), None)
 
 
-def read(folder: Path, table: Mapping[str, Material], voices: Voices) -> Timeline:
-    """Read a session as `record` made it. Raises SessionLogError."""
+def read(
+    folder: Path, table: Mapping[str, Material], voices: Voices, longest_s: float = math.inf
+) -> Timeline:
+    """Read a session as `record` made it. Raises SessionLogError, also for one that is longer."""
     gathered = _Gathered(folder)
     for line in read_session_log(folder):
         gathered.add(line)
     if gathered.started is None:
         raise SessionLogError(f"{folder}: nothing was sent in this session")
+    if gathered.now_s > longest_s:
+        raise SessionLogError(
+            f"{folder} lasts {gathered.now_s / 60:.0f} min; a page holds {longest_s / 60:.0f} min: "
+            "record shorter sessions, or use --wav"
+        )
     return gathered.timeline(replay(folder, table), voices)
 
 
@@ -170,12 +178,19 @@ class _Gathered:
         self.pictures.append(
             Picture(
                 self.now_s,
-                self.folder / line["file"],
-                None if mask is None else self.folder / mask,
+                self._picture(line["file"]),
+                None if mask is None else self._picture(mask),
                 message.get("object_id"),
                 message.get("region"),
             )
         )
+
+    def _picture(self, name: str) -> Path:
+        """Return a picture's file; a session that somebody else gave may name any file."""
+        path = self.folder / name
+        if not path.resolve().is_relative_to(self.folder.resolve()):
+            raise SessionLogError(f"{self.folder}: names a picture outside this folder")
+        return path
 
     def _touch(self, message: Mapping[str, Any]) -> None:
         hand, object_id = message["hand"], message.get("object_id")

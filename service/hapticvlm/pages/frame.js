@@ -178,7 +178,7 @@ const clamp = (value, most) => Math.max(0, Math.min(most, value));
 
 function describe({ region, mask }) {
   const { title } = byId("frame").dataset;
-  const where = mask ? "outlined by its mask" : region ? "the box is the region" : "the whole view";
+  const where = mask ? "outlined by its mask" : region ? "the box is the region" : "the whole frame";
   setText(byId("frame-said"), `The frame of ${title}; ${where}.`);
   byId("frame").ariaLabel = `The frame of ${title}; ${where}`;
 }

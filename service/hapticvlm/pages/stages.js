@@ -10,7 +10,7 @@ export function take({ stages_ms = {}, frame_age_ms }) {
   const entries = Object.entries(stages_ms);
   if (!entries.length) return;
   for (const [name, ms] of entries) keep(name, ms);
-  keep("whole look", entries.reduce((sum, [, ms]) => sum + ms, 0));
+  keep("whole recognition", entries.reduce((sum, [, ms]) => sum + ms, 0));
   if (frame_age_ms != null) keep("frame captured to decision", frame_age_ms);
 }
 

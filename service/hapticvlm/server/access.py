@@ -68,5 +68,5 @@ class Address:
             lan_pages = LanPages(self.token, own_names(certified), scheme)
         names = own_names(certified) | http.hosts_of(self.allowed_origins)
         return http.AccessPolicy(
-            self.host, self.allowed_origins, self.scene_folder, lan_pages, names
+            self.host, self.allowed_origins, self.scene_folder, lan_pages, names, self.token
         )

@@ -45,6 +45,7 @@ class Connection:
         self.is_local = http.is_loopback(str((socket_.remote_address or [""])[0]))
         self.session = session
         self.watches: frozenset[str] = frozenset()
+        self.stated: dict[str, str] = {}  # materials that a person stated of this scene's objects
         self._socket = socket_
         self._as_text = as_text
         self._waiting: deque[Event] = deque()

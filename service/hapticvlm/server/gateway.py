@@ -183,6 +183,9 @@ class Gateway:
             raise MessageError("not_owner", text, path="$.type", id=scene.id)
         owner = self.owner
         actions = owner.session.receive(owner.session.with_materials(scene), now)
+        owner.stated.update(
+            (given.object_id, given.material) for given in scene.objects if given.material
+        )
         answered = Ok(id=scene.id)
         self.deliver(owner, [action for action in actions if action != Reply(answered)])
         names = ", ".join(f"{given.object_id} {given.material}" for given in scene.objects)

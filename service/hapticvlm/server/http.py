@@ -21,7 +21,7 @@ from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
 from hapticvlm.server import metrics, reach, scene_files
-from hapticvlm.server.lan_pages import CHALLENGE, LanPages
+from hapticvlm.server.lan_pages import CHALLENGE, LanPages, is_token
 from hapticvlm.server.scene_files import TYPES
 
 REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
@@ -42,6 +42,7 @@ class AccessPolicy:
     scene_folder: Path | None = None
     lan_pages: LanPages | None = None
     names: frozenset[str] = frozenset()
+    token: str | None = None
     has_study: bool = False  # whether a study listens to its page here
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
@@ -100,20 +101,15 @@ def answer(
     status: Callable[[], dict[str, Any]],
 ) -> Response | None:
     """Refuse, serve a page, or return None to continue the WebSocket handshake."""
-    refusal = policy.refusal(request.headers)
-    if refusal is not None:
-        return _response(403, refusal + "\n")
-    if "upgrade" in request.headers.get("Connection", "").lower():
-        return None
-    turned_away = turn_away(str(connection.remote_address[0]), request.headers, policy.lan_pages)
-    if turned_away is not None:
-        return turned_away
+    refused = refuse(connection, request, policy)
+    if refused is not None or is_upgrade(request):
+        return refused
     path = urlsplit(request.path).path
     if path in REPORTS:
         return _report(path, status())
     if path == "/status":
         found = {**status(), "reach": reach.of_pages(policy.lan_pages, connection.local_address[1])}
-        return _response(200, json.dumps(found) + "\n", "application/json")
+        return response(200, json.dumps(found) + "\n", "application/json")
     if path == "/connect.svg":
         return _code(policy.lan_pages, connection.local_address[1])
     if policy.scene_folder is not None and path.startswith(scene_files.PREFIX):
@@ -121,12 +117,27 @@ def answer(
     return _page(path, has_study=policy.has_study)
 
 
+def is_upgrade(request: Request) -> bool:
+    """Return whether this asks for a WebSocket and no page."""
+    return "upgrade" in request.headers.get("Connection", "").lower()
+
+
+def refuse(connection: ServerConnection, request: Request, policy: AccessPolicy) -> Response | None:
+    """Refuse a WebSocket or a browser that may not come in; None: it may."""
+    refusal = policy.refusal(request.headers)
+    if refusal is not None:
+        return response(403, refusal + "\n")
+    if is_upgrade(request):
+        return None
+    return turn_away(str(connection.remote_address[0]), request.headers, policy.lan_pages)
+
+
 def _report(path: str, status: dict[str, Any]) -> Response:
     """Answer a program that watches the service."""
     if path == "/metrics":
-        return _response(200, metrics.render(status), metrics.TYPE)
+        return response(200, metrics.render(status), metrics.TYPE)
     found = metrics.obstacles(status) if path == "/readyz" else []
-    return _response(503 if found else 200, "".join(f"{text}\n" for text in found) or "ok\n")
+    return response(503 if found else 200, "".join(f"{text}\n" for text in found) or "ok\n")
 
 
 def is_cross_site(headers: Headers) -> bool:
@@ -140,18 +151,23 @@ def is_cross_site(headers: Headers) -> bool:
 def turn_away(peer: str, headers: Headers, lan_pages: LanPages | None) -> Response | None:
     """Refuse a browser that may not see pages, or ask it for the token; None: it may."""
     if is_cross_site(headers):
-        return _response(403, "asked for by a page of another site\n")
+        return response(403, "asked for by a page of another site\n")
     if is_loopback(peer):
         return None
     if lan_pages is None:
-        return _response(403, "pages are served to this machine only: see --pages-from\n")
+        return response(403, "pages are served to this machine only: see --pages-from\n")
     refusal = lan_pages.refusal(peer, headers.get("Host", ""))
     if refusal is not None:
-        return _response(403, refusal + "\n")
+        return response(403, refusal + "\n")
+    return ask_for(lan_pages.token, headers)
+
+
+def ask_for(token: str, headers: Headers) -> Response | None:
+    """Ask a browser for the token, or return None: it has given it."""
     given = headers.get_all("Authorization")
-    if len(given) == 1 and lan_pages.knows_token(given[0]):
+    if len(given) == 1 and is_token(given[0], token):
         return None
-    asking = _response(401, "the token is the password; any name will do\n")
+    asking = response(401, "the token is the password; any name will do\n")
     asking.headers["WWW-Authenticate"] = CHALLENGE
     return asking
 
@@ -159,36 +175,37 @@ def turn_away(peer: str, headers: Headers, lan_pages: LanPages | None) -> Respon
 def _scene_file(folder: Path, path: str) -> Response:
     file = scene_files.find(folder, path)
     if file is None:
-        return _response(404, "no such file\n")
+        return response(404, "no such file\n")
     text = file.read_text(encoding="utf-8")
     csp = _CSP
     if file.suffix == ".html":
         csp += f"; script-src 'self'{scene_files.script_sources(text)}"
-    return _response(200, text, TYPES[file.suffix], csp)
+    return response(200, text, TYPES[file.suffix], csp)
 
 
 def _code(lan_pages: LanPages | None, port: int) -> Response:
     page = reach.of_pages(lan_pages, port)["page"]
     if page is None:
-        return _response(404, f"{reach.HERE_ONLY}\n")
-    return _response(200, reach.code(page), TYPES[".svg"])
+        return response(404, f"{reach.HERE_ONLY}\n")
+    return response(200, reach.code(page), TYPES[".svg"])
 
 
 def _page(path: str, *, has_study: bool) -> Response:
     if path in STUDY_PAGES and not has_study:
-        return _response(404, "no study runs here: `hapticvlm study run` serves its page\n")
+        return response(404, "no study runs here: `hapticvlm study run` serves its page\n")
     name = "index.html" if path == "/" else path.removeprefix("/")
     known = {page.name: page for page in PAGES.iterdir() if page.suffix in TYPES}
     page = known.get(name)
     if page is None:
-        return _response(404, "no such page\n")
-    return _response(200, page.read_text(encoding="utf-8"), TYPES[page.suffix])
+        return response(404, "no such page\n")
+    return response(200, page.read_text(encoding="utf-8"), TYPES[page.suffix])
 
 
-def _response(
-    code: int, text: str, kind: str = "text/plain; charset=utf-8", csp: str = _CSP
+def response(
+    code: int, text: str | bytes, kind: str = "text/plain; charset=utf-8", csp: str = _CSP
 ) -> Response:
-    body = text.encode()
+    """Answer with a text, never kept by the browser and open to no other site."""
+    body = text.encode() if isinstance(text, str) else text
     headers = Headers(
         [
             ("Content-Type", kind),

@@ -35,17 +35,6 @@ class LanPages:
             return f"Host {host[:80]!r} is not this machine: use its address"
         return None
 
-    def knows_token(self, authorization: str) -> bool:
-        """Return whether an Authorization header holds the token."""
-        scheme, _, given = authorization.partition(" ")
-        if scheme.lower() != "basic":
-            return False
-        try:
-            _, _, password = base64.b64decode(given, validate=True).partition(b":")
-        except (binascii.Error, ValueError):
-            return False
-        return hmac.compare_digest(password, self.token.encode())
-
     def is_own_origin(self, origin: str, host: str) -> bool:
         """Return whether a page that this service served, and no other, has this origin."""
         return origin == f"{self.scheme}://{host}" and self._is_ours(host)
@@ -56,6 +45,18 @@ class LanPages:
         except ValueError:
             return False
         return name is not None and (name in self.names or _address(name) is not None)
+
+
+def is_token(authorization: str, token: str) -> bool:
+    """Return whether an Authorization header holds the token."""
+    scheme, _, given = authorization.partition(" ")
+    if scheme.lower() != "basic":
+        return False
+    try:
+        _, _, password = base64.b64decode(given, validate=True).partition(b":")
+    except (binascii.Error, ValueError):
+        return False
+    return hmac.compare_digest(password, token.encode())
 
 
 def own_names(certified: Iterable[str] = ()) -> frozenset[str]:

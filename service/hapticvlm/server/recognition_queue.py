@@ -165,7 +165,7 @@ class RecognitionQueue:
     def _actions(self, request: _Request, answer: Recognised, now: float) -> list[Action]:
         action, session, found = request.action, request.connection.session, answer.recognition
         if found.error is None:
-            self._counts["looks"] += 1
+            self._counts["recognitions"] += 1
             if action.key == SURROUNDINGS:
                 return session.scene_view_received(action, found.scene_view, now)
             return session.recognised(action, found.evidence, found.stages_ms, now)

@@ -24,6 +24,7 @@ from hapticvlm.messages import Frame
 from hapticvlm.session.recorded import Line
 
 SESSION_LOG, DECISIONS = "tape.jsonl", "decisions.jsonl"
+FRAMES = "frames"  # the folder of the pictures, where they are kept
 MAX_WAITING = 2000
 MAX_WAITING_BYTES = 64 * 1024**2
 COMPLAIN_S = 10.0
@@ -169,12 +170,12 @@ class _Record:
 
     def _keep(self, frame: Frame) -> tuple[int, dict[str, Any]]:
         self._frames += 1
-        (self._folder / "frames").mkdir(mode=0o700, exist_ok=True)
-        name = f"frames/{self._frames:06}.{SUFFIX[frame.format]}"
+        (self._folder / FRAMES).mkdir(mode=0o700, exist_ok=True)
+        name = f"{FRAMES}/{self._frames:06}.{SUFFIX[frame.format]}"
         self._write(name, frame.image)
         extras = {"file": name}
         if frame.mask is not None:
-            extras["mask_file"] = f"frames/{self._frames:06}-mask.png"
+            extras["mask_file"] = f"{FRAMES}/{self._frames:06}-mask.png"
             self._write(extras["mask_file"], frame.mask)
         return len(frame.image) + len(frame.mask or b""), extras
 

@@ -10,7 +10,7 @@ import logging
 import secrets
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -61,6 +61,8 @@ from hapticvlm.server.budgets import (
 from hapticvlm.server.connection import Connection, notice_dead_peers
 from hapticvlm.server.entrance import Entrance, LimitedSocket
 from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.own_machine import OwnMachinePages
+from hapticvlm.server.recorded_sessions import RecordedSessions
 from hapticvlm.server.recorder import Recorder
 from hapticvlm.session import recorded
 from hapticvlm.session.recorded import RecordedSession
@@ -80,7 +82,8 @@ logger = logging.getLogger(__name__)
 class Offer:
     """What `welcome` reports of this service; asks elsewhere = a VLM by url sees frames.
 
-    Crops elsewhere = a shared recogniser sees objects.
+    Crops elsewhere = a shared recogniser sees objects. Saved are materials by object id that a
+    person stated in an earlier run.
     """
 
     devices: Devices
@@ -89,6 +92,8 @@ class Offer:
     asks_elsewhere: bool = False
     crops_elsewhere: bool = False
     recorder: Recorder | None = None
+    sessions: RecordedSessions | None = None
+    saved: Mapping[str, str] = field(default_factory=dict)
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE
 
@@ -104,6 +109,7 @@ class WebSocketServer:
         self._offer = offer
         self._clock = clock
         self._door = address.policy()
+        self._own_machine = OwnMachinePages(self._door, offer.sessions, self._stated)
         self._numbers = itertools.count(1)
         self._entrance = Entrance(gateway.counts)
         self._guesses = Guesses()
@@ -138,6 +144,8 @@ class WebSocketServer:
             yield server.sockets[0].getsockname()[1]
         finally:
             server.close()
+            if self._offer.sessions is not None:
+                await self._offer.sessions.close()
             try:
                 await asyncio.wait_for(asyncio.shield(server.wait_closed()), CLOSE_S)
             except TimeoutError:
@@ -148,7 +156,9 @@ class WebSocketServer:
     async def _process_request(
         self, connection: ServerConnection, request: Request
     ) -> Response | None:
-        response = http.answer(connection, request, self._door, self._gateway.status)
+        response = await self._own_machine.answer(connection, request)
+        if response is None:
+            response = http.answer(connection, request, self._door, self._gateway.status)
         if response is not None and response.status_code == 403:
             self._gateway.counts["refused: origin"] += 1
         is_guess = response is not None and response.status_code == 401
@@ -258,6 +268,7 @@ class WebSocketServer:
             "hold": self._gateway.hold,
             "reading": self._gateway.reading,
             "table": self._offer.table,
+            "saved": self._offer.saved,
             "can_ask": self._offer.models.vlm is not None,
             "contact_resistance": self._offer.contact_resistance,
             "plate_resistance": self._offer.plate_resistance,
@@ -266,6 +277,11 @@ class WebSocketServer:
         if self._offer.recorder is None or observer:
             return SceneSession(**given)
         return RecordedSession(write_line=self._offer.recorder.begin(recorded.head(given)), **given)
+
+    def _stated(self) -> dict[str, str]:
+        """Return what a person stated of the owner's scene, now or before, by object id."""
+        owner = self._gateway.owner
+        return {**self._offer.saved, **({} if owner is None else owner.stated)}
 
     def _welcome_message(self, hello: Hello, session: SceneSession) -> Welcome:
         return Welcome(
@@ -323,6 +339,8 @@ class WebSocketServer:
                 await connection.send(self._gateway.state_materials(connection, message, now))
                 return True
             actions = connection.session.receive(message, now)
+            if isinstance(message, Scene) and message.replace:
+                connection.stated.clear()
         except MessageError as error:
             self._gateway.refuse(error.code)
             reply = Error(id=error.id, code=error.code, text=error.text, path=error.path)

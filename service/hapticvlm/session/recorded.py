@@ -145,6 +145,7 @@ def head(given: dict[str, Any]) -> Line:
         "thermal_gain": given.get("thermal_gain", 1.0),
         "reading": _plain(given["reading"]),
         "materials": list(given["table"]),
+        "saved": dict(given.get("saved", {})),
     }
 
 

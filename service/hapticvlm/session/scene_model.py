@@ -20,9 +20,14 @@ class SceneModel:
     """Objects and surroundings of one scene; can_ask = a VLM answers questions on both."""
 
     def __init__(
-        self, table: Mapping[str, Material], *, can_ask: bool, contact_resistance: float | None
+        self,
+        objects: SceneObjects,
+        table: Mapping[str, Material],
+        *,
+        can_ask: bool,
+        contact_resistance: float | None,
     ) -> None:
-        self.objects = SceneObjects(table)
+        self.objects = objects
         self.surroundings = Surroundings(can_ask=can_ask)
         self._table = table
         self._can_ask = can_ask

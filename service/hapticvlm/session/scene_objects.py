@@ -23,6 +23,7 @@ from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.recognition.names import Lexicon
 from hapticvlm.recognition.sub_materials import Make
 from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.session import stated
 from hapticvlm.session.grading import Grading
 
 MAX_KNOWN = 8192
@@ -65,10 +66,18 @@ class ObjectState:
 
 
 class SceneObjects:
-    """The objects of one scene, bounded; the oldest undeclared one makes room."""
+    """The objects of one scene, bounded; the oldest undeclared one makes room.
 
-    def __init__(self, table: Mapping[str, Material] = materials.MATERIALS) -> None:
+    `saved` are materials by object id that a person has stated before; the scene's own one wins.
+    """
+
+    def __init__(
+        self,
+        table: Mapping[str, Material] = materials.MATERIALS,
+        saved: Mapping[str, str] = stated.NONE_SAVED,
+    ) -> None:
         self._table = table
+        self._saved = saved
         self._lexicon = names.read_lexicon(table)
         self.known: dict[Key, ObjectState] = {}
         self._among: frozenset[str] | None = None
@@ -97,7 +106,8 @@ class SceneObjects:
             self._among = frozenset(scene.materials)
         for given in scene.objects:
             known = self.known.get(given.object_id)
-            state = self.known[given.object_id] = ObjectState(given)
+            facts = stated.with_saved(given, self._saved)
+            state = self.known[given.object_id] = ObjectState(facts)
             if known is not None:
                 state.recognised, state.vlm, state.asked_at = (
                     known.recognised,
@@ -194,7 +204,7 @@ class SceneObjects:
         return self._new(key) if known is None else known
 
     def _new(self, key: Key) -> ObjectState:
-        known = ObjectState(None)
+        known = ObjectState(stated.saved_facts(key, self._saved))
         if len(self.known) < MAX_KNOWN or self._has_made_room():
             self.known[key] = known
         return known

@@ -49,6 +49,7 @@ from hapticvlm.session.frames import SURROUNDINGS, Frames, recognise_scene
 from hapticvlm.session.hands import Hold
 from hapticvlm.session.plate_target import AT_REST, PlateTarget
 from hapticvlm.session.scene_model import SceneModel
+from hapticvlm.session.scene_objects import SceneObjects
 from hapticvlm.session.touch import TouchTracker
 
 
@@ -99,6 +100,7 @@ class SceneSession:
         hold: Hold | None = None,
         reading: PlateReading = AT_REST,
         table: Mapping[str, Material] = MATERIALS,
+        saved: Mapping[str, str] = stated.NONE_SAVED,
         can_ask: bool = False,
         contact_resistance: float | None = None,
         plate_resistance: float = PLATE_RESISTANCE,
@@ -106,7 +108,12 @@ class SceneSession:
     ) -> None:
         self.owner = owner
         self.observer = observer
-        self._model = SceneModel(table, can_ask=can_ask, contact_resistance=contact_resistance)
+        self._model = SceneModel(
+            SceneObjects(table, saved),
+            table,
+            can_ask=can_ask,
+            contact_resistance=contact_resistance,
+        )
         self._frames = Frames()
         held = hold if hold is not None else Hold()
         plate = PlateTarget(reading, plate_resistance, thermal_gain)

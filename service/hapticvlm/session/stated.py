@@ -6,13 +6,15 @@ the owner's scene already has; everything else about them stays as the scene gav
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import msgspec
 
+from hapticvlm.materials import UNKNOWN
 from hapticvlm.messages import MessageError, Scene, SceneObject
 
 Facts = Callable[[str], SceneObject | None]
+NONE_SAVED: Mapping[str, str] = {}
 
 
 def with_materials(scene: Scene, facts: Facts) -> Scene:
@@ -29,6 +31,21 @@ def with_materials(scene: Scene, facts: Facts) -> Scene:
             raise _refused(scene, text, f"$.objects[{index}].object_id")
         objects.append(msgspec.structs.replace(known, material=given.material))
     return msgspec.structs.replace(scene, objects=objects)
+
+
+def with_saved(given: SceneObject, saved: Mapping[str, str]) -> SceneObject:
+    """Return what the scene gives of an object, with its saved material where it gives none."""
+    material = saved.get(given.object_id)
+    if material is None or given.material not in (None, UNKNOWN):
+        return given
+    return msgspec.structs.replace(given, material=material)
+
+
+def saved_facts(key: object, saved: Mapping[str, str]) -> SceneObject | None:
+    """Return what was saved of an object that the scene has not declared, if anything was."""
+    if not isinstance(key, str) or key not in saved:
+        return None
+    return SceneObject(object_id=key, material=saved[key])
 
 
 def _check(scene: Scene) -> None:

@@ -7,7 +7,7 @@ const HIGH_C = 42;
 const NEUTRAL_C = 32;
 const STEP_S = 0.1; // of an arrow key
 const SOURCES = {
-  scene: "the scene says so", name: "by its name", shader: "by its shader", encoder: "by sight", vlm: "by the VLM",
+  scene: "the scene says so", name: "by its name", shader: "by its shader", encoder: "by its picture", vlm: "by the VLM",
   unknown: "not sure enough",
 };
 

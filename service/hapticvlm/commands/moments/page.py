@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from scipy.signal import resample_poly
 
 from hapticvlm.commands.timeline import Decided, Picture, Timeline
-from hapticvlm.errors import HapticVLMError
 from hapticvlm.rendering.vibration import RATE_HZ
 
 HERE = Path(__file__).parent
@@ -35,12 +34,7 @@ _TYPES = {".jpg": "image/jpeg", ".png": "image/png"}
 
 
 def write(timeline: Timeline, title: str, path: Path) -> None:
-    """Write the page. Raises OSError, and HapticVLMError for a session that is too long."""
-    if timeline.duration_s > LONGEST_S:
-        raise HapticVLMError(
-            f"{title} lasts {timeline.duration_s / 60:.0f} min; a page holds "
-            f"{LONGEST_S / 60:.0f} min: record shorter sessions, or use --wav"
-        )
+    """Write the page. Raises OSError."""
     path.write_text(page(document(timeline, title)), encoding="utf-8")
 
 

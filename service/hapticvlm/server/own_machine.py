@@ -1,0 +1,57 @@
+"""What is served to a browser of the service's own machine only, for the token where one is set.
+
+Recorded sessions show what somebody saw and did, and statements name a scene's objects: other
+machines, and other users of this one, have no right to them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from urllib.parse import unquote, urlsplit
+
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
+
+from hapticvlm.server import http, statements
+from hapticvlm.server.large_response import send_ahead
+from hapticvlm.server.recorded_sessions import RecordedSessions
+
+SESSIONS, STATED = "/sessions", "/stated.json"
+
+
+class OwnMachinePages:
+    """Recorded sessions, if there are any, and the materials that a person stated."""
+
+    def __init__(
+        self,
+        policy: http.AccessPolicy,
+        sessions: RecordedSessions | None,
+        stated: Callable[[], Mapping[str, str]],
+    ) -> None:
+        self._policy = policy
+        self._sessions = sessions
+        self._stated = stated
+
+    async def answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Answer a request for one of them; None: it is for something else."""
+        path = urlsplit(request.path).path
+        of_sessions = (path + "/").startswith(SESSIONS + "/")
+        if http.is_upgrade(request) or not (of_sessions or path == STATED):
+            return None
+        refused = http.refuse(connection, request, self._policy)
+        if refused is None:
+            refused = self._refuse(connection, request)
+        if refused is not None:
+            return refused
+        if not of_sessions:
+            return http.response(200, statements.text(self._stated()), "application/json")
+        if self._sessions is None:
+            return http.response(404, "no session is recorded: see `hapticvlm record`\n")
+        name = unquote(path.removeprefix(SESSIONS).removeprefix("/"))
+        return await send_ahead(connection, await self._sessions.answer(name))
+
+    def _refuse(self, connection: ServerConnection, request: Request) -> Response | None:
+        if not http.is_loopback(str(connection.remote_address[0])):
+            return http.response(403, "this is shown on the service's own machine only\n")
+        token = self._policy.token
+        return None if token is None else http.ask_for(token, request.headers)
