@@ -44,6 +44,13 @@ def test_every_option_says_what_it_is_in_words(name):
     assert not text.startswith(("(", "of ")), text
 
 
+@pytest.mark.parametrize("name", OPTIONS)
+def test_what_an_option_takes_has_a_short_name(name):
+    action = OPTIONS[name]
+    if action.option_strings and action.nargs != 0 and not action.choices:
+        assert action.metavar or action.dest in ("url", "token", "host"), name
+
+
 @pytest.mark.parametrize("name", ALL)
 def test_json_means_the_same_for_every_command(name):
     texts = {a.help for a in ALL[name]._actions if "--json" in a.option_strings}

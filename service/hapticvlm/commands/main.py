@@ -50,9 +50,9 @@ PACKAGES = {
 }
 LAB = "hapticvlm_lab"  # lies beside this package in the repository, and in no wheel
 LAB_COMMANDS = {
-    "chart": "draw accuracy against latency, every method",
-    "stability": "draw what makes a method fail",
-    "measure": "measure this service, floors beside figures",
+    "chart": "draw accuracy against latency for every method",
+    "stability": "draw under which conditions a method fails",
+    "measure": "measure latency, memory and stops of this service",
 }
 
 

@@ -67,7 +67,8 @@ def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> 
         "--config",
         type=Path,
         metavar="FILE",
-        help="read options from this TOML file; they have the names below, and a flag wins",
+        help="read options from this TOML file, under the names below without the dashes; an "
+        "option on the command line comes first",
     )
     for group, title in GROUPS.items():
         shown = [

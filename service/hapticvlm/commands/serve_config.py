@@ -50,7 +50,7 @@ class Serving:
         Flag(RECORDING, "keep each session in a sub-folder of this one", metavar="FOLDER"),
     ] = None
     record_frames: Annotated[
-        bool, Flag(RECORDING, "keep the pictures too; scenes are told that")
+        bool, Flag(RECORDING, "also keep the pictures; every scene is told so when it connects")
     ] = False
     host: Annotated[
         str,
@@ -132,7 +132,7 @@ class Serving:
         Path | None,
         Flag(
             OUTPUTS,
-            "correct the speaker by this curve, which `hapticvlm calibrate speaker` writes",
+            "correct the speaker by this curve, written by `hapticvlm calibrate speaker`",
             metavar="FILE",
         ),
     ] = None
@@ -152,7 +152,8 @@ class Serving:
         float,
         Flag(
             OUTPUTS,
-            "most the speaker gets, 0 to 1 of full scale, whatever a scene sets (%(default)s)",
+            "upper limit of the speaker's level, 0 to 1 of full scale, whatever a scene sets "
+            "(%(default)s)",
             metavar="SHARE",
             range=(0.0, 1.0),
         ),
@@ -170,7 +171,7 @@ class Serving:
         Flag(
             OUTPUTS,
             "contact resistance of the palm in m2 K/W, or a file that `hapticvlm calibrate "
-            "thermal` wrote (that of each material)",
+            "thermal` wrote (each material has its own)",
             metavar="R_OR_FILE",
             range=(0.0, 0.1),
             read=contact_resistance,
@@ -190,8 +191,8 @@ class Serving:
         str | None,
         Flag(
             RECOGNITION,
-            "image network: name or folder of any of transformers, or a .onnx or .tflite file; "
-            "these need further packages (the shipped one)",
+            "image network: the name or folder of any that transformers can load, or a .onnx or "
+            ".tflite file; each needs further packages (the shipped one)",
             metavar="NAME_OR_FILE",
             names_path=True,
         ),
@@ -233,19 +234,20 @@ class Serving:
         str | None,
         Flag(
             RECOGNITION,
-            "have objects recognised by this `hapticvlm recogniser-app`, here when it fails: crops "
-            "LEAVE this machine if it is another; a token is taken from HAPTICVLM_RECOGNISER_TOKEN",
+            "let the `hapticvlm recogniser-app` at this address recognise objects; this service "
+            "does it whenever that fails. Crops LEAVE this machine if it runs on another. Its "
+            "token is in HAPTICVLM_RECOGNISER_TOKEN",
             metavar="URL",
         ),
     ] = None
     recogniser_gallery: Annotated[
-        str, Flag(RECOGNITION, "the gallery it is to use (%(default)s)", metavar="NAME")
+        str, Flag(RECOGNITION, "name of its gallery to be used (%(default)s)", metavar="NAME")
     ] = "shipped"
     recogniser_hash: Annotated[
         str | None,
         Flag(
             RECOGNITION,
-            "take answers only of the encoder and gallery with this hash, as /v1/identity gives it",
+            "accept its answers only if its encoder and gallery have this hash (see /v1/identity)",
             metavar="HASH",
         ),
     ] = None
@@ -253,16 +255,22 @@ class Serving:
         float,
         Flag(
             RECOGNITION,
-            "s until an object is recognised, there or, from three quarters on, here (%(default)s)",
+            "seconds for an object to be recognised; after three quarters of them this service "
+            "begins to do it itself (%(default)s)",
+            metavar="S",
             range=(0.02, 5.0),
         ),
     ] = 0.2
     recogniser_crops: Annotated[
         Literal["rgba8", "jpeg"],
-        Flag(RECOGNITION, "what is sent: jpeg is smaller, rgba8 exact (%(default)s)"),
+        Flag(
+            RECOGNITION,
+            "format of the crops sent to it: jpeg is smaller, rgba8 exact (%(default)s)",
+        ),
     ] = "rgba8"
     recogniser_clear_text: Annotated[
-        bool, Flag(RECOGNITION, "let crops leave this machine over plain http too")
+        bool,
+        Flag(RECOGNITION, "allow crops to leave this machine without encryption, over plain http"),
     ] = False
     vlm: Annotated[
         str | None,
@@ -296,7 +304,7 @@ class Serving:
         int,
         Flag(
             SURROUNDINGS,
-            "most tokens of a frame; fewer are quicker (%(default)s)",
+            "a frame is given to it as at most this many tokens; fewer are quicker (%(default)s)",
             metavar="N",
             range=(4, 4096),
         ),
@@ -305,7 +313,7 @@ class Serving:
         float,
         Flag(
             SURROUNDINGS,
-            "seconds to wait for an answer (%(default)s)",
+            "seconds to wait for its answer (%(default)s)",
             metavar="S",
             range=(0.1, 600.0),
         ),

@@ -120,7 +120,10 @@ def _demo(options: argparse.Namespace) -> int:
         from hapticvlm.commands.demo import browser
 
         return browser.run()
-    print("hapticvlm demo: loading", flush=True)  # what follows takes a second to import
-    from hapticvlm.commands.demo.run import run
+    print("hapticvlm demo: loading", flush=True)
+    from hapticvlm.commands.progress import working
+
+    with working("loading"):  # a second, and many where nothing was compiled before
+        from hapticvlm.commands.demo.run import run
 
     return run(options.capture, options.out, quiet=options.quiet)

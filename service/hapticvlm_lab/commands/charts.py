@@ -29,41 +29,52 @@ Run = Callable[[argparse.Namespace], int]
 
 def add(commands: Commands) -> None:
     """Declare the commands, with a subject each."""
-    chart = commands.add_parser("chart", help="draw accuracy against latency, every method")
+    chart = commands.add_parser("chart", help="draw accuracy against latency for every method")
     subjects = chart.add_subparsers(title="subjects", required=True, metavar="WHAT")
     material = _material(subjects, _chart_material, LIMIT)
     material.add_argument(
-        "--variants", type=Path, help="folder of further encoders, one a sub-folder"
+        "--variants",
+        type=Path,
+        help="folder whose sub-folders hold further encoders",
+        metavar="FOLDER",
     )
     material.add_argument(
         "--encoder",
         action="append",
         metavar="NAME",
-        help="network to chart as `serve --encoder` reads it, repeatable (those of the data)",
+        help="network to chart, named as for `serve --encoder`, repeatable (those beside the data)",
     )
     beliefs = _subject(
         subjects,
         "beliefs",
-        "what is said and felt of pictures, and learned",
+        "what the service says and renders for pictures, and what it learns from a few",
         _chart_beliefs,
         has_json=False,
     )
-    beliefs.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
+    beliefs.add_argument(
+        "--data",
+        type=Path,
+        metavar="FOLDER",
+        help="labelled pictures (../shared/data if it exists)",
+    )
     _subject(
-        subjects, "thermal", "what skin feels: error against cost, every method", _chart_thermal
+        subjects,
+        "thermal",
+        "skin temperature: error against computing time for every method",
+        _chart_thermal,
     )
     _ambient(subjects)
     _safety(subjects)
     _subject(
         subjects,
         "vibration",
-        "modes, noise and block size: felt difference against cost",
+        "modes, noise and block size: perceptible difference against computing time",
         _chart_vibration,
     )
-    stability = commands.add_parser("stability", help="draw what makes a method fail")
+    stability = commands.add_parser("stability", help="draw under which conditions a method fails")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
     _material(subjects, _shake_material, SHAKEN)
-    _subject(subjects, "thermal", "where each way to follow the skin breaks", _shake_thermal)
+    _subject(subjects, "thermal", "skin temperature: where each method fails", _shake_thermal)
 
 
 def _subject(
@@ -92,30 +103,43 @@ def _subject(
 
 
 def _material(subjects: Commands, run: Run, limit: int) -> argparse.ArgumentParser:
-    material = _subject(subjects, "material", "pictures to materials, per held-back source", run)
-    material.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
+    material = _subject(
+        subjects, "material", "material from pictures, for each held-back source", run
+    )
+    material.add_argument(
+        "--data",
+        type=Path,
+        metavar="FOLDER",
+        help="labelled pictures (../shared/data if it exists)",
+    )
     material.add_argument(
         "--capture",
         type=Path,
         action="append",
         metavar="DIR",
-        help="graded capture to look at, repeatable (those in examples/)",
+        help="capture whose materials are known, repeatable (those in examples/)",
     )
     material.add_argument(
-        "--limit", type=int, default=limit, help="pictures a source, 0: all (%(default)s)"
+        "--limit",
+        type=int,
+        default=limit,
+        metavar="N",
+        help="most pictures of each source, 0 for all (%(default)s)",
     )
     return material
 
 
 def _ambient(subjects: Commands) -> None:
     ambient = _subject(
-        subjects, "ambient", "pictures to temperatures: error, time, memory", _chart_ambient
+        subjects, "ambient", "air temperature from pictures: error, time, memory", _chart_ambient
     )
     ambient.add_argument(
         "--data", type=Path, metavar="CSV", help="labelled pictures, as `evaluate ambient` takes"
     )
     ambient.add_argument(
-        "--model", metavar="FOLDER", help="model by folder or name (random weights)"
+        "--model",
+        metavar="NAME_OR_FOLDER",
+        help="name or folder of a model (one with random weights)",
     )
     ambient.add_argument(
         "--random",
@@ -139,12 +163,21 @@ def _safety(subjects: Commands) -> None:
     safety = _subject(
         subjects,
         "safety",
-        "the plate's guards: peak temperature, false trips, time to off",
+        "safety functions of the plate: peak temperature, false trips, time to off",
         _chart_safety,
     )
-    safety.add_argument("--plates", type=int, default=PLATES, help="variations (%(default)s)")
     safety.add_argument(
-        "--sweep", type=Path, metavar="FILE", help="time to off per fault, of the compiled binary"
+        "--plates",
+        type=int,
+        default=PLATES,
+        metavar="N",
+        help="how many plates to vary (%(default)s)",
+    )
+    safety.add_argument(
+        "--sweep",
+        type=Path,
+        metavar="FILE",
+        help="time to off for each fault, as tests/firmware/sweep.py writes it",
     )
 
 

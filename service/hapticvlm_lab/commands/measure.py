@@ -14,34 +14,57 @@ if TYPE_CHECKING:
 
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
-    measure = commands.add_parser("measure", help="measure this service, floors beside figures")
+    measure = commands.add_parser(
+        "measure", help="measure latency, memory and stops of this service"
+    )
     kinds = measure.add_subparsers(title="measurements", required=True, metavar="WHAT")
-    latency = kinds.add_parser("latency", help="touch round trip against a bare echo")
+    latency = kinds.add_parser("latency", help="round trip of a touch, beside a bare echo")
     latency.set_defaults(run=_measure_latency)
     latency.add_argument(
-        "--seconds", type=float, default=20.0, help="seconds for each row (%(default)s)"
+        "--seconds",
+        type=float,
+        default=20.0,
+        metavar="S",
+        help="seconds for each row (%(default)s)",
     )
     latency.add_argument(
-        "--vlm", action="store_true", help="also while a VLM (random weights) uses every core"
+        "--vlm",
+        action="store_true",
+        help="also measure while a VLM with random weights uses every core",
     )
     add_json(latency)
-    frames = kinds.add_parser("frames", help="frame path at 60 frames/s: memory, queue, answers")
+    frames = kinds.add_parser("frames", help="60 frames/s for a minute: answers, latency, memory")
     frames.set_defaults(run=_measure_frames)
     frames.add_argument(
-        "--seconds", type=float, default=60.0, help="how long to send (%(default)s)"
+        "--seconds",
+        type=float,
+        default=60.0,
+        metavar="S",
+        help="seconds to send frames for (%(default)s)",
     )
     add_json(frames)
-    names = kinds.add_parser("names", help="names and shaders to materials: confusion matrix")
+    names = kinds.add_parser("names", help="material from names and shaders: confusion matrix")
     names.set_defaults(run=_measure_names)
-    names.add_argument("--data", type=Path, help="labelled data (../shared/data if there)")
+    names.add_argument(
+        "--data",
+        type=Path,
+        metavar="FOLDER",
+        help="labelled pictures (../shared/data if it exists)",
+    )
     add_json(names)
-    beliefs = kinds.add_parser("beliefs", help="what is said and felt of held-back pictures")
+    beliefs = kinds.add_parser(
+        "beliefs", help="what the service says and renders for held-back pictures"
+    )
     beliefs.set_defaults(run=_measure_beliefs)
-    beliefs.add_argument("--data", type=Path, help="labelled data, for photographs (none)")
+    beliefs.add_argument(
+        "--data", type=Path, metavar="FOLDER", help="folder of labelled photographs (none)"
+    )
     beliefs.add_argument(
         "--encoder", metavar="NAME_OR_FILE", help="image network (the shipped one)"
     )
-    beliefs.add_argument("--gallery", type=Path, help="gallery of that network (the shipped one)")
+    beliefs.add_argument(
+        "--gallery", type=Path, metavar="GALLERY", help="gallery of that network (the shipped one)"
+    )
     add_json(beliefs)
     _add_speaker(kinds)
     _add_reliability(kinds)
@@ -49,9 +72,11 @@ def add(commands: Commands) -> None:
 
 
 def _add_reliability(kinds: Commands) -> None:
-    stop = kinds.add_parser("stop", help="stop to silence and to an open bridge, at the outputs")
+    stop = kinds.add_parser("stop", help="time from a stop to silence and to an open bridge")
     stop.set_defaults(run=_measure_stop)
-    stop.add_argument("--trials", type=int, default=40, help="per condition (%(default)s)")
+    stop.add_argument(
+        "--trials", type=int, default=40, metavar="N", help="stops for each condition (%(default)s)"
+    )
     stop.add_argument(
         "--only",
         action="append",
@@ -60,29 +85,65 @@ def _add_reliability(kinds: Commands) -> None:
         help="measure this condition only, repeatable (all)",
     )
     add_json(stop)
-    hostile = kinds.add_parser("hostile", help="touches beside each kind of hostile client")
+    hostile = kinds.add_parser(
+        "hostile", help="round trip of touches beside each kind of hostile client"
+    )
     hostile.set_defaults(run=_measure_hostile)
-    hostile.add_argument("--seconds", type=float, default=8.0, help="per kind (%(default)s)")
+    hostile.add_argument(
+        "--seconds",
+        type=float,
+        default=8.0,
+        metavar="S",
+        help="seconds for each kind (%(default)s)",
+    )
     add_json(hostile)
-    soak = kinds.add_parser("soak", help="memory and round trips over an hour of everything")
+    soak = kinds.add_parser("soak", help="memory and round trips over an hour of all kinds of load")
     soak.set_defaults(run=_measure_soak)
-    soak.add_argument("--minutes", type=float, default=60.0, help="how long it lasts (%(default)s)")
+    soak.add_argument(
+        "--minutes",
+        type=float,
+        default=60.0,
+        metavar="M",
+        help="minutes that it lasts (%(default)s)",
+    )
     add_json(soak)
 
 
 def _add_fleet(kinds: Commands) -> None:
     fleet = kinds.add_parser(
-        "fleet", help="many simulated scenes against one shared recogniser (extra `ray`)"
+        "fleet", help="one shared recogniser for many simulated scenes (needs Ray Serve)"
     )
     fleet.set_defaults(run=_measure_fleet)
-    fleet.add_argument("--scenes", type=int, default=16, help="how many scenes (%(default)s)")
-    fleet.add_argument("--rate", type=float, default=10.0, help="looks/s of each (%(default)s)")
-    fleet.add_argument("--seconds", type=float, default=20.0, help="per phase (%(default)s)")
     fleet.add_argument(
-        "--max-age-ms", type=float, default=500.0, help="older answers are drops (%(default)s)"
+        "--scenes", type=int, default=16, metavar="N", help="how many scenes (%(default)s)"
     )
-    fleet.add_argument("--batch", type=int, default=16, help="most in one batch (%(default)s)")
-    fleet.add_argument("--replicas", type=int, default=1, help="how many replicas (%(default)s)")
+    fleet.add_argument(
+        "--rate",
+        type=float,
+        default=10.0,
+        metavar="HZ",
+        help="frames/s of each scene (%(default)s)",
+    )
+    fleet.add_argument(
+        "--seconds",
+        type=float,
+        default=20.0,
+        metavar="S",
+        help="seconds for each phase (%(default)s)",
+    )
+    fleet.add_argument(
+        "--max-age-ms",
+        type=float,
+        default=500.0,
+        metavar="MS",
+        help="answers older than this count as dropped (%(default)s)",
+    )
+    fleet.add_argument(
+        "--batch", type=int, default=16, metavar="N", help="most crops in one batch (%(default)s)"
+    )
+    fleet.add_argument(
+        "--replicas", type=int, default=1, metavar="N", help="how many replicas (%(default)s)"
+    )
     add_json(fleet)
 
 
@@ -95,31 +156,39 @@ def _measure_fleet(options: argparse.Namespace) -> int:
 
 def _add_speaker(kinds: Commands) -> None:
     speaker = kinds.add_parser(
-        "speaker", help="contact to first sample at a recorded sink, beside a bare audio program"
+        "speaker", help="delay from a contact to the first sample that an audio output plays"
     )
     speaker.set_defaults(run=_measure_speaker)
     speaker.add_argument(
-        "--seconds", type=float, default=20.0, help="per row at the sink (%(default)s; 0 = none)"
+        "--seconds",
+        type=float,
+        default=20.0,
+        metavar="S",
+        help="seconds for each row at a recorded audio output, 0 for none (%(default)s)",
     )
     speaker.add_argument(
-        "--block", type=int, action="append", help="block size (repeatable; 64, 128, 256, 512)"
+        "--block",
+        type=int,
+        action="append",
+        metavar="N",
+        help="samples of a block, repeatable (64, 128, 256, 512)",
     )
     speaker.add_argument(
         "--clock",
         type=float,
         default=10.0,
         metavar="S",
-        help="seconds on a virtual clock (%(default)s)",
+        help="seconds for each row on a simulated clock (%(default)s)",
     )
     speaker.add_argument(
         "--jack",
         type=float,
         default=0.0,
         metavar="S",
-        help="seconds on the dummy driver of jackd, for each block size (none)",
+        help="seconds for each block size with jackd's dummy driver (none)",
     )
     speaker.add_argument(
-        "--no-realtime", dest="realtime", action="store_false", help="at normal priority"
+        "--no-realtime", dest="realtime", action="store_false", help="measure at normal priority"
     )
     add_json(speaker)
 

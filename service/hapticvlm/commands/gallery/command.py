@@ -118,7 +118,7 @@ def _add_test(kinds: Commands) -> None:
         examples=("hapticvlm gallery test mygallery other-pictures/",),
     )
     test.set_defaults(run=_run, what="test")
-    test.add_argument("gallery", type=Path, metavar="GALLERY", help=_GALLERY)
+    test.add_argument("gallery", type=Path, metavar="GALLERY", help=".npz file or gallery folder")
     test.add_argument(
         "pictures", type=Path, metavar="FOLDER", help="folder with a sub-folder for each material"
     )

@@ -25,7 +25,8 @@ def add(commands: Commands) -> None:
     plate = commands.add_parser(
         "plate",
         help="read a plate on a serial port, clear a fault, or write its firmware",
-        description="Talk to a plate on a serial port. The service must not run meanwhile.",
+        description="Read or change a plate on a serial port. Only one program can use "
+        "the port: end the service first.",
         examples=(
             "hapticvlm plate status",
             "hapticvlm plate clear runaway",

@@ -58,7 +58,7 @@ def add(parts: Commands) -> None:
         "--heat-noise",
         type=_noise,
         metavar="STEPS",
-        help="another noise for heat (that of --noise)",
+        help="noise for heat, in Weber steps (the same as --noise)",
     )
     predict.add_argument(
         "--guesses",
@@ -76,7 +76,7 @@ def add(parts: Commands) -> None:
     choose = parts.add_parser("choose", help="search for strokes that differ", description=_CHOOSE)
     choose.set_defaults(run=_choose)
     choose.add_argument(
-        "--wider", action="store_true", help="search among five more vibrations too"
+        "--wider", action="store_true", help="also search among five more vibrations"
     )
     add_json(choose)
 

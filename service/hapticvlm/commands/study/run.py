@@ -23,8 +23,8 @@ pattern in a balanced or a free random order. The patterns are played through a 
 own, or the one at --url. Devices are simulated unless --speaker and --peltier name others. Every
 answer is on the disk before the next pattern: stop it anywhere, and run the same command again to
 go on. DIR/study.toml, written by `hapticvlm study new`, adds consent, questions, ratings and
-languages, and lays the study out instead of the options. Exit code 2: it could not start or go
-on.
+languages; what it states about the study cannot be given as an option. Exit code 2: it could not
+start or go on.
 """
 
 
@@ -45,7 +45,7 @@ def add(parts: Commands) -> None:
         "folder",
         type=Path,
         metavar="DIR",
-        help="folder of this study: a new one, or one to go on with",
+        help="folder of the study: a new one, or one to be continued",
     )
     run.add_argument(
         "--patterns",
@@ -66,11 +66,16 @@ def add(parts: Commands) -> None:
         "--repeats", type=int, metavar="N", help="trials of every pattern for each person (5)"
     )
     run.add_argument(
-        "--renderings", type=int, metavar="N", help="times every pattern is felt in training (3)"
+        "--renderings",
+        type=int,
+        metavar="N",
+        help="how often every pattern is presented in training (3)",
     )
     run.add_argument("--seed", type=int, metavar="N", help="seed of the random orders (1)")
     run.add_argument(
-        "--masking-noise", action="store_true", help="the page plays noise, for headphones"
+        "--masking-noise",
+        action="store_true",
+        help="the page plays noise into the participant's headphones",
     )
     run.add_argument(
         "--hear",
