@@ -31,13 +31,17 @@ PATIENCE_S = 1800.0
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One command at a terminal: seconds of the wall's clock, and of all processors together."""
+    """One command at a terminal: seconds of the wall's clock, and of all processors together.
+
+    `before_it` was printed before the longest silence; `silences` counts those beyond the mark.
+    """
 
     command: str
     status: int
     first_output_s: float
     longest_silence_s: float
     before_it: str
+    silences: int
     seconds: float
     processor_s: float
 
@@ -57,24 +61,25 @@ def at_a_terminal(command: tuple[str, ...], folder: Path) -> tuple[Step, str]:
         command, cwd=folder, env=_clean(), stdin=end, stdout=end, stderr=end, start_new_session=True
     )
     os.close(end)
-    printed, first, silence, before = b"", None, 0.0, "its start"
+    printed, first = b"", None
+    silences: list[tuple[float, str]] = [(0.0, "")]
     while data := _read(terminal, started + PATIENCE_S):
         now = time.monotonic()
         first = now - started if first is None else first
-        if now - spoke > silence:
-            silence, before = now - spoke, _last(printed)
+        silences.append((now - spoke, _last(printed)))
         printed, spoke = printed + data, now
     os.close(terminal)
     status = process.wait(PATIENCE_S)
     ended = time.monotonic()
-    if ended - spoke > silence:
-        silence, before = ended - spoke, _last(printed)
+    silences.append((ended - spoke, _last(printed)))
+    silence, before = max(silences)
     step = Step(
         " ".join(command[:2] if command[0] == "git" else command),
         status,
         round(ended - started if first is None else first, 2),
         round(silence, 2),
         before,
+        sum(each > SILENCE_S for each, _ in silences),
         round(ended - started, 1),
         round(_processor_s() - spent, 1),
     )
@@ -91,7 +96,7 @@ def _read(terminal: int, until: float) -> bytes:
 
 
 def _last(printed: bytes) -> str:
-    rows = [row.strip() for row in re.split(rb"[\r\n]+", printed) if row.strip()]
+    rows = [row.strip() for row in re.split(rb"[\r\n]+", printed[-4000:]) if row.strip()]
     return re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", rows[-1].decode(errors="replace")) if rows else ""
 
 
@@ -120,15 +125,15 @@ def main() -> int:
                 print(printed, file=sys.stderr)
     total, load = round(sum(step.seconds for step in steps), 1), round(os.getloadavg()[0], 1)
     if options.json:
-        print(json.dumps({"steps": [asdict(step) for step in steps], "total_s": total,
-                          "load": load}))  # fmt: skip
+        result = {"steps": [asdict(step) for step in steps], "total_s": total, "load": load}
+        print(json.dumps(result))
     else:
-        print(
-            f"{'':24}{'first output':>14}{'silence':>9}{'all':>8}{'processor':>11}   silent after"
-        )
+        columns = "{:<24}{:>13}{:>10}{:>6}{:>8}{:>11}   {}"
+        heads = ("s", "first output", "silence", "over", "all", "processor", "silent after")
+        print(columns.format(*heads))
         for step in steps:
-            times = f"{step.first_output_s:>12} s{step.longest_silence_s:>7} s{step.seconds:>6} s"
-            print(f"{step.command:24}{times}{step.processor_s:>9} s   {step.before_it[:60]}")
+            times = (step.first_output_s, step.longest_silence_s, step.silences, step.seconds)
+            print(columns.format(step.command, *times, step.processor_s, step.before_it[:60]))
         print(f"{total} s in all (mark {ALL_S:.0f}); load {load}, {os.cpu_count()} cores")
     return int(total > ALL_S or not all(step.holds for step in steps))
 
