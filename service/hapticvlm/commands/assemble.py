@@ -118,6 +118,8 @@ def _make(serving: Serving) -> Parts:
     user_materials = read_folder(serving.gallery)
     table = table_with(user_materials)
     saved = {} if serving.stated is None else statements.read(serving.stated, table)
+    if user_materials or serving.patterns is not None:
+        import scipy.signal  # noqa: F401 - may filter them; no touch waits until it is loaded
     settings = RecogniserSettings(
         serving.encoder,
         serving.gallery,

@@ -25,7 +25,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering.equaliser import NOMINAL, Playback
@@ -65,11 +64,15 @@ def above_band_db(wave: _Floats, rate_hz: int) -> float:
 
 def limited(wave: _Floats, rate_hz: int) -> _Floats:
     """Return the wave (N,) without what lies above the band."""
+    from scipy import signal  # a second of a processor to load, for the few that need it
+
     return np.asarray(signal.sosfilt(_filter(rate_hz), wave))
 
 
 @lru_cache(maxsize=8)
 def _filter(rate_hz: int) -> _Floats:
+    from scipy import signal
+
     return np.asarray(
         signal.ellip(_ORDER, _RIPPLE_DB, _STOP_DB, _EDGE_HZ, fs=rate_hz, output="sos")
     )

@@ -16,7 +16,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import resample_poly
 
 from hapticvlm.materials import Material
 from hapticvlm.rendering.equaliser import Playback
@@ -150,5 +149,7 @@ def frequencies(wave: _Wave, period_s: float) -> NDArray[np.float64]:
 
 
 def _at_plan_rate(pattern: Pattern) -> Pattern:
+    from scipy.signal import resample_poly
+
     slowed = resample_poly(pattern.samples, 1, RATE_HZ // PLAN_HZ)
     return replace(pattern, samples=np.asarray(slowed, dtype=np.float32))

@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from scipy.optimize import minimize
 
 from hapticvlm import materials
 from hapticvlm.recognition.encoders import two_parts
@@ -160,6 +159,8 @@ def _cache_folder() -> Path:
 
 def fit_layer(embeddings: Floats, labels: Indices, weights: Doubles, penalty: float) -> LinearLayer:
     """Fit to (N, D) embeddings of classes 0..C-1; weights (N,) sum to 1."""
+    from scipy.optimize import minimize  # a processor's half second, for those who fit
+
     rows = np.hstack([embeddings, np.ones((len(embeddings), 1))]).astype(np.float64)
     targets = np.eye(int(labels.max()) + 1)[labels]
 
