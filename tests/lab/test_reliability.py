@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from hapticvlm.commands.local_service import Service
+from hapticvlm.devices.pattern_folder import read_patterns
+from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import MAX_MESSAGE_BYTES
+from hapticvlm.rendering.interactions import IMPACTS
+from hapticvlm.rendering.patterns import LONGEST_S
 from hapticvlm.server.budgets import MAX_SCENES
 from hapticvlm_lab.bench.audio.conditions import LOAD
 from hapticvlm_lab.bench.audio.sink import Recording
@@ -19,7 +23,13 @@ from hapticvlm_lab.bench.reliability.soak import Soak
 from hapticvlm_lab.bench.reliability.soak import summary as soaked
 from hapticvlm_lab.bench.reliability.stop import Outputs, Trial, _holds, _row
 from hapticvlm_lab.bench.reliability.stop import summary as stopped
-from hapticvlm_lab.bench.reliability.stop_conditions import Condition
+from hapticvlm_lab.bench.reliability.stop_conditions import (
+    RECORDED,
+    RECORDING_S,
+    RECORDINGS,
+    Condition,
+    write_recordings,
+)
 
 with subprocess.Popen(["true"]) as NOTHING:
     pass
@@ -72,6 +82,13 @@ def test_silence_begins_with_the_last_sound_after_a_stop():
     assert Outputs(heard(0.48), board).silent_after(0.5, 0.9) == 0.0
     still_on = Outputs(heard(*(number / 100 for number in range(100))), board)
     assert still_on.silent_after(0.5, 0.9) == float("inf")
+
+
+def test_the_recordings_that_a_stop_is_measured_beside_are_ones_a_service_takes(tmp_path):
+    write_recordings(tmp_path, 0.1)
+    assert len(read_patterns(tmp_path, MATERIALS)) == RECORDINGS
+    assert not set(RECORDED) & set(IMPACTS)  # a recorded impact may not last as long
+    assert RECORDING_S <= LONGEST_S
 
 
 def test_one_stop_that_never_came_is_the_p99():

@@ -168,9 +168,9 @@ async def _trial(
     if condition.strike is not None:
         condition.strike(service)
         await asyncio.sleep(random.uniform(0.0, condition.struck_s))
-    pressed, answered = await press()
     pinged = time.monotonic()
     outputs.board.ping()
+    pressed, answered = await press()
     until = pressed + condition.watched_s
     await asyncio.sleep(until - time.monotonic())
     await hand.lift()

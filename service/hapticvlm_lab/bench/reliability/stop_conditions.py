@@ -32,6 +32,7 @@ from hapticvlm_lab.bench.reliability.floods import TINY
 LOAD_S = 3600.0  # more than a condition lasts
 LOAD = ("120", "40000", "2")  # frames/s, bytes a frame, scenes: all that are admitted
 RECORDINGS, RECORDING_S = 30, 10.0
+RECORDED = ("carve", "slide", "swing")  # a recorded impact may not last as long
 PATIENCE_MS = 120_000.0  # of a browser on a busy machine
 FILL_S = 4.0  # some hundred lines a second: more than a pipe of 64 KiB holds
 
@@ -125,14 +126,18 @@ def _fill(service: Service) -> Iterator[None]:
         yield
 
 
+def write_recordings(folder: Path, seconds: float) -> None:
+    """Write recordings of noise that `serve --patterns` takes."""
+    noise = np.random.default_rng(0).normal(0.0, 0.1, round(seconds * RATE_HZ))
+    names = [f"{material}-{kind}" for material in MATERIALS for kind in RECORDED][:RECORDINGS]
+    for name in names:
+        soundfile.write(folder / f"{name}.wav", noise, RATE_HZ)
+
+
 @contextmanager
 def _with_recordings(arguments: list[str]) -> Iterator[Service]:
     with tempfile.TemporaryDirectory(prefix="hapticvlm-patterns-") as folder:
-        noise = np.random.default_rng(0).normal(0.0, 0.1, round(RECORDING_S * RATE_HZ))
-        kinds = ("carve", "strike", "tap")
-        names = [f"{material}-{kind}" for material in MATERIALS for kind in kinds][:RECORDINGS]
-        for name in names:
-            soundfile.write(Path(folder) / f"{name}.wav", noise, RATE_HZ)
+        write_recordings(Path(folder), RECORDING_S)
         with running([*arguments, "--patterns", folder]) as service:
             yield service
 
