@@ -21,8 +21,7 @@ from hapticvlm.devices.framing import Deframer
 from hapticvlm.devices.plate_session import PlateSession
 from hapticvlm.materials import MATERIALS, MaterialError
 from hapticvlm.messages import Frame, MessageError, Touch, decode
-from hapticvlm.recognition import pictures
-from hapticvlm.recognition.decoding import PictureError
+from hapticvlm.recognition import decoding, pictures
 from hapticvlm.recognition.galleries.storage import GalleryError, read_gallery
 from hapticvlm.recognition.galleries.user_materials import read_material
 from hapticvlm.server.recorder import SESSION_LOG
@@ -70,8 +69,8 @@ class _Sessions:
 
 def _pictures(data: bytes, _: Path) -> None:
     kind = "png" if data[:1] == b"\x89" else "jpeg"
-    with contextlib.suppress(PictureError):
-        size = pictures._png_size("$", data) if kind == "png" else pictures._jpeg_size(data)
+    with contextlib.suppress(decoding.PictureError):
+        size = decoding._png_size("$", data) if kind == "png" else decoding._jpeg_size(data)
         frame = Frame(
             id=1,
             captured_at=0.0,
