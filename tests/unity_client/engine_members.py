@@ -26,7 +26,7 @@ constructor.
 UnityCsReference; read, not copied) the member was found as it is used: name, static or not,
 parameter types, accessors, public, not obsolete. The tags were 2021.3.0f1, 2021.3.9f1, 2021.3.58f1,
 2022.3.0f1, 2022.3.76f1, 6000.0.78f1, 6000.3.19f1, 6000.5.2f1 and 6000.7.0a1. "stored versions"
-means that the versions a public code index keeps were read, not these tags.
+means that one or more versions which a public code index keeps were read, not these tags.
 "not looked up" members are common ones that nobody has looked up yet.
 
 Types whose name changed: `Collider.sharedMaterial` is a `PhysicMaterial` up to 2023 and a

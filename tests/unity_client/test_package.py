@@ -10,6 +10,7 @@ import mono
 
 pytest_plugins = ("mono_build",)
 PACKAGE = mono.PACKAGE
+ADDRESSES = ("documentationUrl", "changelogUrl", "licensesUrl")
 
 
 def test_the_package_s_own_tests_of_the_core_pass_under_nunit(build):
@@ -57,6 +58,22 @@ def test_the_manifest_names_the_version_unity_asks_for_and_samples_that_exist():
     newest = re.search(r"## \[([\d.]+)\]", (PACKAGE / "CHANGELOG.md").read_text())
     assert newest
     assert newest.group(1) == manifest["version"]
+
+
+def test_the_manifest_is_what_a_registry_of_packages_takes_and_names_no_invented_address():
+    manifest = json.loads((PACKAGE / "package.json").read_text())
+    assert re.fullmatch(r"[a-z0-9-]+(\.[a-z0-9-]+){2,}", manifest["name"])
+    assert re.fullmatch(r"\d+\.\d+\.\d+(-[0-9A-Za-z.-]+)?", manifest["version"])
+    assert manifest["author"]["name"]
+    assert manifest["license"] == "MIT"
+    assert manifest["keywords"] == [word for word in manifest["keywords"] if word == word.lower()]
+    assert {*manifest["samples"][0]} == {"displayName", "description", "path"}
+    given = {field: manifest[field] for field in ADDRESSES if field in manifest}
+    assert all(str(address).startswith("https://") for address in given.values())
+    text = (PACKAGE / "Documentation~" / "index.md").read_text()
+    assert given or all(f"`{field}`" in text for field in (*ADDRESSES, "repository"))
+    for name in ("CHANGELOG.md", "LICENSE.md", "Documentation~/index.md"):  # what Unity opens then
+        assert (PACKAGE / name).stat().st_size > 0
 
 
 def test_the_core_needs_no_engine():
