@@ -2,7 +2,7 @@
 
 import sys
 
-from hapticvlm.commands.main import main
+if __name__ == "__main__":  # the service's child processes import this file and need no command
+    from hapticvlm.commands.main import main
 
-if __name__ == "__main__":
     sys.exit(main())

@@ -21,7 +21,6 @@ import pytest
 
 pytestmark = pytest.mark.browser
 
-READY_S = 180.0
 STEP_MS = 120_000
 KILLED_AFTER = 25
 QUICK = """

@@ -1,6 +1,7 @@
 """The chaos table's rows of the plate, with the compiled firmware at the end of a serial line.
 
-Times are the simulated chip's, which keeps to real time on a machine that is not too busy.
+Times are the simulated chip's, which keeps to real time on a machine that is not too busy, until
+its service is gone.
 """
 
 import asyncio
@@ -74,7 +75,7 @@ async def test_a_service_that_is_gone_leaves_the_board_to_return_to_neutral_and_
             await owner_of(client)
             await drive(client, port)
             os.kill(service.process.pid, number)
-            since = port.now
+            since, port.hurries = port.now, True
             client.socket.transport.abort()
         driven_s = await asyncio.to_thread(port.driven_for, since, 20.0)
         service.process.kill()

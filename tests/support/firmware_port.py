@@ -25,6 +25,7 @@ class FirmwarePort:
     path: str
     lock: threading.Lock = field(default_factory=threading.Lock)
     ending: threading.Event = field(default_factory=threading.Event)
+    hurries: bool = False  # the chip's time passes as fast as it can: for when nobody answers it
 
     @property
     def now(self) -> float:
@@ -76,14 +77,14 @@ def firmware_on_a_terminal(board: Board) -> Iterator[FirmwarePort]:
 
 def _live(port: FirmwarePort, master: int) -> None:
     began, behind = time.monotonic() - port.board.now, 0.0
-    while not port.ending.wait(SLICE_S / 2):
+    while not port.ending.wait(0.0 if port.hurries else SLICE_S / 2):
         data = b""
         with suppress(BlockingIOError):
             data = os.read(master, 4096)
         with port.lock:
             port.board.write(data)
             behind = time.monotonic() - began - port.board.now
-            port.board.advance(max(0.0, min(behind, SLICE_S)))
+            port.board.advance(SLICE_S if port.hurries else max(0.0, min(behind, SLICE_S)))
             out = port.board.read()
         if behind > MOST_BEHIND_S:
             began += behind - MOST_BEHIND_S

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path
@@ -116,6 +115,8 @@ def add(parts: Commands) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    import asyncio
+
     from hapticvlm.commands.study.layout import layout
     from hapticvlm.study.record import locked
 
@@ -139,6 +140,7 @@ def _service(options: argparse.Namespace) -> Iterator[str]:
 
 
 async def _serve(design: Design, pace: Pace, options: argparse.Namespace, url: str) -> None:
+    import asyncio
     import signal
 
     from hapticvlm.study.run import EXPERIMENTER, PAGE, Setting, run
