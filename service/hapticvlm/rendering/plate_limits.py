@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
+from hapticvlm.messages import Limit
 from hapticvlm.perception import NEUTRAL_C
 
 # Where no other section is named: docs/physics.md 3.2.
@@ -23,8 +23,6 @@ PLATE_TRIP_LOW_C = 13.0
 
 _SINK_WARM_C = 38.0  # degC, from here to the trip the coldest setpoint rises to neutral; our choice
 _LONGEST_SLEW_S = 0.1  # s, a stalled caller must not earn a jump of many degrees
-
-Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hapticvlm.materials import Material
+from hapticvlm.messages import Limit
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.plate_limits import Limit, PlateReading, limit
+from hapticvlm.rendering.plate_limits import PlateReading, limit
 from hapticvlm.rendering.thermal import (
     SKIN,
     ThermalContact,
