@@ -1,13 +1,38 @@
-"""The last lines that a chart prints for people: which files it wrote."""
+"""How a chart ends: its figures as JSON in a file, and printed, or as a table for people."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+import platform
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from hapticvlm import __version__
 
 
-def print_files(figures: Mapping[str, object]) -> None:
-    """Print the path of each file in `figures["files"]`."""
+def made_with() -> dict[str, str]:
+    """Return what the figures were made with and on."""
+    return {
+        "version": __version__,
+        "machine": platform.machine(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    }
+
+
+def publish(
+    file: Path, figures: Mapping[str, object], *, as_json: bool, show: Callable[[], None]
+) -> int:
+    """Write figures into a file, and print them, or `show` them and name `figures["files"]`."""
+    file.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    if as_json:
+        print(json.dumps(figures))
+        return 0
+    show()
     files = figures["files"]
     assert isinstance(files, list)
     for path in files:
         print(f"wrote {path}")
+    return 0

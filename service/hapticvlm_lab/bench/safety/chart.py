@@ -20,7 +20,7 @@ import numpy as np
 from hapticvlm import __version__
 from hapticvlm.commands.progress import track
 from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C
-from hapticvlm_lab.bench.printing import print_files
+from hapticvlm_lab.bench.printing import publish
 from hapticvlm_lab.bench.safety import plots
 from hapticvlm_lab.bench.safety.core import FULL_SCALE_A, Core, Setting, build
 from hapticvlm_lab.bench.safety.rig import Outcome
@@ -55,13 +55,12 @@ def run(plan: Plan) -> int:
     )
     picture = plots.draw(rows, offs, source, plan.out / f"{NAME}.png")
     figures = _figures(rows, offs, source, plan) | {"files": [str(picture)]}
-    (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if plan.as_json:
-        print(json.dumps(figures))
-    else:
-        _print(rows, offs, source)
-        print_files(figures)
-    return 0
+    return publish(
+        plan.out / f"{NAME}.json",
+        figures,
+        as_json=plan.as_json,
+        show=lambda: _print(rows, offs, source),
+    )
 
 
 def measure(plates: Sequence[Variation], make: Callable[[Setting], Core]) -> list[Row]:

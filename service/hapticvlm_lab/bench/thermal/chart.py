@@ -7,8 +7,6 @@ differences. What setting up costs is spread over the steps of a touch of one se
 
 from __future__ import annotations
 
-import json
-import platform
 from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import permutations
@@ -16,12 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hapticvlm import __version__
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import THERMAL_FLOOR_C
 from hapticvlm.rendering.thermal import ThermalContact, thermal_contact
-from hapticvlm_lab.bench.printing import print_files
+from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.thermal import plate_term, plot, timing
 from hapticvlm_lab.bench.thermal.methods import METHODS, Method, Row
 from hapticvlm_lab.bench.thermal.reference import (
@@ -66,10 +63,7 @@ def run(out: Path, *, as_json: bool) -> int:
     terms = plate_term.run(out)
     figures = {
         "chart": "thermal",
-        "version": __version__,
-        "machine": platform.machine(),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
+        **made_with(),
         "floor": "one evaluation of the closed form, nothing around it",
         "floor_c": [FINEST_C, THERMAL_FLOOR_C],
         "default": sentence(rows),
@@ -77,14 +71,12 @@ def run(out: Path, *, as_json: bool) -> int:
         "plate_terms": [asdict(row) for row in terms],
         "files": [str(path) for path in files],
     }
-    (out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if as_json:
-        print(json.dumps(figures))
-    else:
+
+    def show() -> None:
         _print(rows)
         plate_term.show(terms)
-        print_files(figures)
-    return 0
+
+    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=show)
 
 
 def measure(methods: Sequence[Method] = METHODS) -> list[Row]:

@@ -6,19 +6,16 @@ product's own method survives the same trial (docs/physics.md 1.4). The picture 
 
 from __future__ import annotations
 
-import json
-import platform
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
-from hapticvlm import __version__
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.thermal import ThermalContact, thermal_contact
-from hapticvlm_lab.bench.printing import print_files
+from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.thermal import breaks, breaks_plot
 from hapticvlm_lab.bench.thermal.breaks import ALUMINIUM, FRAME_S, Trial
 from hapticvlm_lab.bench.thermal.grids import Floats
@@ -87,20 +84,11 @@ def run(out: Path, *, as_json: bool) -> int:
     files = breaks_plot.draw(out / NAME)
     figures = {
         "stability": "thermal",
-        "version": __version__,
-        "machine": platform.machine(),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
+        **made_with(),
         "groups": [asdict(group) for group in groups],
         "files": [str(path) for path in files],
     }
-    (out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if as_json:
-        print(json.dumps(figures))
-    else:
-        _print(groups)
-        print_files(figures)
-    return 0
+    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=lambda: _print(groups))
 
 
 def measure() -> list[Group]:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import platform
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
-
-from hapticvlm import __version__
 from hapticvlm.commands.progress import track
-from hapticvlm_lab.bench.printing import print_files
+from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.vibration import methods, plot
 from hapticvlm_lab.bench.vibration.methods import Row
 from hapticvlm_lab.bench.vibration.spectra import JND_DB
@@ -29,22 +24,13 @@ def run(out: Path, *, as_json: bool) -> int:
     files = plot.draw(rows, out / NAME, sentence(rows))
     figures = {
         "chart": "vibration",
-        "version": __version__,
-        "machine": platform.machine(),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
+        **made_with(),
         "jnd_db": JND_DB,
         "default": sentence(rows),
         "rows": [asdict(row) for row in rows],
         "files": [str(path) for path in files],
     }
-    (out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if as_json:
-        print(json.dumps(figures))
-    else:
-        _print(rows)
-        print_files(figures)
-    return 0
+    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=lambda: _print(rows))
 
 
 def sentence(rows: Sequence[Row]) -> str:
