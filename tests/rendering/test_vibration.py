@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from hapticvlm.materials import MATERIALS, Vibration
 from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.impacts import hardness
-from hapticvlm.rendering.textures import catching
-from hapticvlm.rendering.transposition import rendered_hz
+from hapticvlm.rendering.textures import catching, rendered_hz
 from hapticvlm.rendering.vibration import (
     IMPACTS,
     RATE_HZ,

@@ -1,7 +1,8 @@
 """Sustained textures: a surface in space, read by the hand that moves over it. Pure.
 
 The hand reads a loop of noise at speed / pitch periods a second (loops.py), so spectrum and
-movement cannot come apart; above 250 Hz the rate is bent into the band (transposition.py). A
+movement cannot come apart; above 250 Hz the rate is bent into the band: a
+hand that crosses 0.5 mm of weave at 1 m/s makes 2 kHz, which nobody feels (docs/physics.md 4.3). A
 surface that sticks adds stick-slip: releases at speed / critical displacement, the more the harder
 it is pressed, until it is moved too fast to catch. Carving adds fibre breaks, single grains on the
 material's resonance. Swinging reads a loop at the rate of vortices, 0.2 v / d, of the thickness d
@@ -27,7 +28,6 @@ from hapticvlm.rendering.interactions import Motion
 from hapticvlm.rendering.loops import Loop
 from hapticvlm.rendering.perceived_level import GRID_HZ, perceived_amplitude
 from hapticvlm.rendering.smoothing import SmoothedValue
-from hapticvlm.rendering.transposition import rendered_hz
 
 _Floats = NDArray[np.float64]
 
@@ -44,6 +44,17 @@ _BREAK_SPACING_M, _BREAKS_HZ = 4e-3, (10.0, 60.0)  # fibre breaks per second (ph
 _GRAIN_HZ, _GRAIN_DECAY, _GRAIN_S = (80.0, 250.0), 120.0, 0.04
 _GRAIN_CONTACT_S, _GRAIN_AMPLITUDE, _GRAIN_PEAK = 2.4e-3, 7.0, 0.85
 _CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
+BEST_HZ = 250.0  # Hz, where a palm is most sensitive (physics.md 4.1)
+HIGHEST_HZ = 360.0  # Hz, needs 12 dB more drive than 250 Hz (perception.drive_threshold_db)
+BEND_HZ = 150.0  # Hz, our choice: 286 and 400 Hz stay 17 % apart, about one step of frequency
+
+
+def rendered_hz(frequency_hz: float) -> float:
+    """Bend a frequency into 0..HIGHEST_HZ; strictly rising, and unchanged up to BEST_HZ."""
+    if frequency_hz <= BEST_HZ:
+        return frequency_hz
+    room = HIGHEST_HZ - BEST_HZ
+    return BEST_HZ - room * math.expm1((BEST_HZ - frequency_hz) / BEND_HZ)
 
 
 class _Reader:

@@ -11,7 +11,7 @@ Any material of the table takes any interaction:
 
 The paper's five patterns are points of it, and recordings may replace any (patterns). All of
 it is levelled as a palm on a speaker feels it (perceived_level), bent into the band of touch where
-physics leaves it (transposition), and made for the speaker at hand (playback).
+physics leaves it (textures), and made for the speaker at hand (playback).
 """
 
 from __future__ import annotations

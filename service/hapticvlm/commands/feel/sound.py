@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from hapticvlm.materials import Material
 from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.interactions import SWEEP_S, motion_at
-from hapticvlm.rendering.textures import STROUHAL
-from hapticvlm.rendering.transposition import rendered_hz
+from hapticvlm.rendering.textures import STROUHAL, rendered_hz
 from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
 from hapticvlm.rendering.voices import FADE_S, Command, Voices
 
