@@ -2,6 +2,7 @@
 
 import subprocess
 import time
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,8 @@ from hapticvlm_lab.bench.audio.conditions import LOAD
 from hapticvlm_lab.bench.audio.sink import Recording
 from hapticvlm_lab.bench.latency.touch import LOADS
 from hapticvlm_lab.bench.reliability.board import PING, PtyBoard, board_on_a_terminal
+from hapticvlm_lab.bench.reliability.chaos import ROWS, SEEN
+from hapticvlm_lab.bench.reliability.chaos import summary as chaos
 from hapticvlm_lab.bench.reliability.floods import KINDS
 from hapticvlm_lab.bench.reliability.soak import Soak
 from hapticvlm_lab.bench.reliability.soak import summary as soaked
@@ -110,6 +113,13 @@ def test_a_condition_that_fails_is_reported_and_holds_nothing():
     assert not _holds(row)
     assert _holds(stopped([Trial(1.0, 10.0, 20.0, 20.0, 0.2)] * 3))
     assert not _holds(stopped([Trial(1.0, 10.0, 20.0, 60.0, 0.2)] * 3))
+
+
+def test_what_is_awaited_after_a_blow_and_never_comes_is_infinite():
+    row = ROWS["audio engine killed"]
+    seen = [{"told": 0.02, "works again": 1.4, "rest": 0.1}, {"told": 0.04}, {"told": 0.03}]
+    assert chaos(row, seen) == {"told": (0.03, 0.04), "works again": (inf, inf)}
+    assert all(set(each.awaited) <= set(SEEN) for each in ROWS.values())
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -85,6 +85,19 @@ def _add_reliability(kinds: Commands) -> None:
         help="measure this condition only, repeatable (all)",
     )
     add_json(stop)
+    chaos = kinds.add_parser("chaos", help="what each dying part does to the outputs, with times")
+    chaos.set_defaults(run=_measure_chaos)
+    chaos.add_argument(
+        "--trials", type=int, default=3, metavar="N", help="how often each is hit (%(default)s)"
+    )
+    chaos.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="ROW",
+        help="measure this row only, repeatable (all)",
+    )
+    add_json(chaos)
     hostile = kinds.add_parser(
         "hostile", help="round trip of touches beside each kind of hostile client"
     )
@@ -207,6 +220,12 @@ def _measure_frames(options: argparse.Namespace) -> int:
 
 def _measure_stop(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.reliability.stop import run
+
+    return run(trials=options.trials, only=options.only, as_json=options.json)
+
+
+def _measure_chaos(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.reliability.chaos import run
 
     return run(trials=options.trials, only=options.only, as_json=options.json)
 

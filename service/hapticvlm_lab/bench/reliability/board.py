@@ -40,6 +40,7 @@ class PtyBoard:
 
     port: str
     spare: int = -1  # our end of the second terminal
+    pid: int = 0
     events: list[tuple[float, str]] = field(default_factory=list)
 
     @property
@@ -67,7 +68,7 @@ def board_on_a_terminal() -> Iterator[PtyBoard]:
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         port, spare = process.stdout.readline().split()
-        board = PtyBoard(port, os.open(spare, os.O_WRONLY | os.O_NOCTTY))
+        board = PtyBoard(port, os.open(spare, os.O_WRONLY | os.O_NOCTTY), process.pid)
         reader = threading.Thread(target=_read, args=(board, process), daemon=True)
         reader.start()
         try:

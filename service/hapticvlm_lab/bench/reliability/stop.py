@@ -33,7 +33,7 @@ from hapticvlm_lab.bench.reliability.board import OFF, PING, PtyBoard, board_on_
 from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
 
 MARK_MS = 50.0
-DRIVEN_WITHIN_S = 60.0  # from the contact to vibration and a driven plate, on a busy machine
+DRIVEN_WITHIN_S = 180.0  # from the contact to vibration and a driven plate, on a busy machine
 DRIVEN_FOR_S = (0.1, 0.4)  # random, so that no stop falls in step with anything
 SLIDE_S = 0.02
 CLEAR_S = 0.3
