@@ -19,6 +19,7 @@ SLOW = "import time; print('Collecting numpy', flush=True); time.sleep(1.5); pri
 def script():
     loader = importlib.machinery.SourceFileLoader("environment", str(SCRIPT))
     spec = importlib.util.spec_from_loader(loader.name, loader)
+    assert spec is not None
     module = importlib.util.module_from_spec(spec)
     loader.exec_module(module)
     return module

@@ -4,6 +4,7 @@ import email
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -32,6 +33,7 @@ TEXT = frozenset(
     {".py", ".typed", ".html", ".css", ".js", ".svg", ".json", ".jsonl", ".toml", ".md", ".csv"}
     | {".hex"}
 )
+DOCKERFILE = (ROOT / "Dockerfile").read_text().replace("\\\n", "\n")
 PREBUILT = "plate.hex"  # what `plate flash` writes; tests/firmware compares it with its source
 # A place on the machine of whoever built it.
 MACHINE_PATH = re.compile(r"(?<![\w.:/])/(?:work|home|root|Users|opt)/\w")
@@ -140,12 +142,12 @@ def installed(built: Built, tmp_path_factory: pytest.TempPathFactory) -> Install
 
 
 @contextmanager
-def serving(installed: Installed) -> Iterator[Service]:
+def serving(installed: Installed, *options: str, **variables: str) -> Iterator[Service]:
     """Start the installed service on a free port."""
     process = subprocess.Popen(
-        [installed.python.with_name("hapticvlm"), "serve", "--port", "0"],
+        [installed.python.with_name("hapticvlm"), "serve", *options, "--port", "0"],
         cwd=installed.folder,
-        env=outside(PYTHONUNBUFFERED="1"),
+        env=outside(PYTHONUNBUFFERED="1", **variables),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -189,6 +191,29 @@ def test_the_wheel_is_the_package_and_nothing_else(built):
     megabytes = built.wheel.stat().st_size / 1e6
     print(f"wheel {megabytes:.1f} MB, {len(names)} files")
     assert megabytes < WHEEL_MB
+
+
+def test_the_container_builds_the_same_wheel_from_the_files_that_it_copies(built, tmp_path):
+    for copied in re.findall(r"^COPY (?!--)(.+) (\S+)$", DOCKERFILE, re.MULTILINE):
+        for name in copied[0].split():
+            target = tmp_path / "source" / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copytree if (ROOT / name).is_dir() else shutil.copy)(ROOT / name, target)
+    built_there = tmp_path / "wheel"
+    wheel = build(built.sdist.parents[1] / "builder", tmp_path / "source", "wheel", built_there)
+    with zipfile.ZipFile(built.wheel) as ours, zipfile.ZipFile(wheel) as theirs:
+        caches = {name for name in theirs.namelist() if "__pycache__" in name}
+        assert {*theirs.namelist()} - caches == {*ours.namelist()}
+
+
+def test_the_command_of_the_container_is_ready_and_found_healthy(installed):
+    (words,) = re.findall(r'^CMD \["serve", (.+)\]$', DOCKERFILE, re.MULTILINE)
+    (check,) = re.findall(r'^    CMD \["python", "-c", "(.+)"\]$', DOCKERFILE, re.MULTILINE)
+    options = [word.strip(' "') for word in words.split(",")]
+    with serving(installed, *options, HAPTICVLM_TOKEN="choose-a-long-secret") as service:
+        port = service.url.rstrip("/").rsplit(":", 1)[1]
+        healthy = installed.run_file(installed.python, "-c", check.replace("8790", port))
+        assert healthy.returncode == 0, healthy.stderr
 
 
 def test_the_wheel_names_no_machine_and_no_licence_but_its_own(built):
