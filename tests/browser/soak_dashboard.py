@@ -6,7 +6,8 @@ A scripted scene strokes and shows frames, so that telemetry and waveforms come 
 and decisions with every frame. Memory is the JavaScript heap after a collection with what its
 arrays hold, and the DOM's nodes. Interactions are real clicks and keys; their time from the event
 to the next paint is the browser's own (Event Timing API, in steps of 8 ms; below 16 ms it reports
-none, counted here as 16). Prints a table and, last, one JSON line.
+none, counted here as 16). Frames are the times between animation frames, in steps of 0.5 ms: how
+smoothly it moves. Prints a table and, last, one JSON line.
 """
 
 from __future__ import annotations
@@ -29,7 +30,17 @@ from hapticvlm.commands.local_service import running
 WARM_UP_S = 12.0  # each object was touched once
 SHORTEST_MS = 16.0
 TELEMETRY = '"type":"telemetry"'
+STEP_MS, GAPS = 0.5, 2000
 TIMER = """
+const gaps = new Uint32Array(2000); // of 0.5 ms each, the last for all that are longer
+let drawnAt = null;
+requestAnimationFrame(function count(now) {
+  if (drawnAt !== null) gaps[Math.min(gaps.length - 1, Math.round(2 * (now - drawnAt)))]++;
+  drawnAt = now;
+  requestAnimationFrame(count);
+});
+window.frameGaps = () => [...gaps];
+window.forgetFrames = () => gaps.fill(0);
 const longest = new Map();
 new PerformanceObserver((list) => {
   for (const { interactionId, duration } of list.getEntries()) {
@@ -61,6 +72,9 @@ class Soak:
     median_ms: float
     p98_ms: float
     longest_ms: float
+    frames: int
+    frame_p98_ms: float
+    frame_longest_ms: float
     memory: list[Memory]
 
     @property
@@ -98,6 +112,7 @@ def soak(
     page.goto(address)
     tools = page.context.new_cdp_session(page)
     page.wait_for_timeout(warm_up_s * 1000)
+    page.evaluate("forgetFrames()")
     telemetries[0], started = 0, time.monotonic()
     memory, made = [_weigh(tools, 0.0)], 0
     for use in _uses(page):
@@ -111,6 +126,7 @@ def soak(
     rate = telemetries[0] / (time.monotonic() - started)
     page.wait_for_timeout(500)
     seen: list[float] = page.evaluate("interactionTimes()")
+    gaps = np.repeat(np.arange(GAPS) * STEP_MS, page.evaluate("frameGaps()"))
     page.close()
     times = np.array(seen + [SHORTEST_MS] * max(0, made - len(seen)))
     return Soak(
@@ -120,6 +136,9 @@ def soak(
         median_ms=float(np.median(times)),
         p98_ms=float(np.percentile(times, 98)),
         longest_ms=float(times.max()),
+        frames=gaps.size,
+        frame_p98_ms=float(np.percentile(gaps, 98)),
+        frame_longest_ms=float(gaps.max()),
         memory=memory,
     )
 

@@ -392,10 +392,11 @@ def test_memory_stays_flat_and_every_interaction_is_painted(
     with touching(service.url):
         found = soak(browser, service.page, 8.0, every_s=2.0, warm_up_s=4.0)
     assert found.telemetry_hz > 1.0
-    assert found.interactions >= 4
+    assert found.interactions >= 3
     assert found.growth_mb < 1.0
     assert found.node_growth < 200
     assert found.median_ms < 1000.0
+    assert found.frames > 20
 
 
 def violations_of(page: Page) -> list[str]:
