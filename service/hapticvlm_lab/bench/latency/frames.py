@@ -82,12 +82,13 @@ def _watch_memory(load: subprocess.Popen[str], pid: int) -> list[float]:
 
 
 def _memory_mb(pid: int) -> float:
-    """Return the resident memory of a process and its children, each page counted per process."""
+    """Return the memory of a process and its children; shared pages count once, on Linux."""
     import psutil
 
     gateway = psutil.Process(pid)
     family = [gateway, *gateway.children(recursive=True)]
-    return round(float(sum(process.memory_info().rss for process in family)) / 2**20, 1)
+    held = [process.memory_full_info() for process in family]
+    return round(float(sum(getattr(each, "pss", each.rss) for each in held)) / 2**20, 1)
 
 
 def _floor_ms() -> dict[str, float]:
