@@ -26,9 +26,9 @@ from hapticvlm_lab.training.held_back.plan import MAIN, Plan
 from hapticvlm_lab.training.held_back.shapes import COMMON
 from hapticvlm_lab.training.held_back.stage import seed_of, set_stage
 
-SIDE, PICTURE = 224, 144  # px: of a crop, of a picture
-SAMPLES = 3  # a film pixel and half
-OBJECTS_A_SHARD = 40
+SIDE, PICTURE = 224, 112  # px: of a crop, of a picture
+SAMPLES = 2  # a film pixel and half
+OBJECTS_A_SHARD = 25
 TURNS = 3  # of the four views of an approach
 TURN = 0.5  # rad, most
 LEAST = 0.05  # share of its picture that an object must fill
