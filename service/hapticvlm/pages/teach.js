@@ -3,6 +3,7 @@ import { byId, make, setText } from "./dom.js";
 import { authorised } from "./link.js";
 
 const FILE = "stated.json";
+const KEPT_MS = 30_000;
 const stated = new Set(); // object ids that a person has stated, now or before: a person may change it
 let link = null;
 let current = null;
@@ -72,7 +73,7 @@ async function save() {
   try {
     const href = URL.createObjectURL(new Blob([await read()], { type: "application/json" }));
     make("a", "", { href, download: FILE }).click();
-    URL.revokeObjectURL(href);
+    setTimeout(() => URL.revokeObjectURL(href), KEPT_MS); // the browser reads it after the click
     setText(byId("teach-told"), `Saved: start with --stated ${FILE} next time.`);
   } catch (error) {
     setText(byId("teach-told"), `Not saved: ${error.message}`);
