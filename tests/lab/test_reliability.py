@@ -50,7 +50,12 @@ def an_hour(growth_mb_per_h=0.0, later_ms=1.0):
     held = 80.0 + warm + growth_mb_per_h * at / 3600.0 + rng.normal(0.0, 0.1, at.size)
     took = np.where(at < 3300.0, 1.0, later_ms)
     soak = Soak(0.0, touches=list(zip(at, took, strict=True)), echoes=[(0.0, 1.0)])
-    soak.memory_mb = {"gateway": list(zip(at, held, strict=True))}
+    soak.memory_mb = {
+        "gateway": list(zip(at, held, strict=True)),
+        "recogniser 7": list(zip(at[:650], held[:650], strict=True)),
+        "recogniser 8": list(zip(at[1200:2400:10], held[:1200:10], strict=True)),
+        "recogniser 9": list(zip(at[3590:], held[:10], strict=True)),
+    }
     soak.files, soak.threads = [20, 30, 20], [6, 6, 6]
     soak.loads = [(second, 2.0 if second < 3000.0 else 9.0) for second in at[::10]]
     return soaked(soak, 3600.0)
@@ -61,6 +66,12 @@ def test_a_leak_is_seen_as_a_slope_and_warming_up_is_not(growth):
     slope, low, high = an_hour(growth)["memory"]["gateway"]["slope_mb_per_h"]
     assert low <= slope <= high
     assert slope == pytest.approx(growth, abs=0.5)
+
+
+def test_a_process_that_starts_anew_has_a_slope_of_its_own_after_its_own_warm_up():
+    memory = an_hour()["memory"]
+    assert set(memory) == {"gateway", "recogniser 7", "recogniser 8"}
+    assert memory["recogniser 8"]["slope_mb_per_h"][0] == pytest.approx(0.0, abs=1.0)
 
 
 def test_the_last_five_minutes_stand_beside_the_first():

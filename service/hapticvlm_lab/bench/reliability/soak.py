@@ -42,7 +42,9 @@ from hapticvlm_lab.bench.latency.round_trip import (
 
 RATE_HZ, FRAME_RATE_HZ, FRAME_BYTES = 20.0, 10.0, 40_000
 SAMPLE_S = 10.0
-KILL_S = 600.0  # a child each time, engine and recogniser in turn
+KILL_S = 600.0  # a child each time, in turn
+CHILDREN = ("speaker", "recogniser")  # of the service, as its status names them
+LEAST = 30  # samples of a process after its warm-up, for a slope
 WARM_UP_S, WINDOW_S = 600.0, 300.0  # of an hour; shorter soaks have their share of them
 END_S = 1.0  # after the last lease
 
@@ -66,16 +68,18 @@ class Soak:
         return time.monotonic() - self.started
 
     def sample(self, service: Service) -> None:
-        """Note memory, descriptors, threads, and the machine's load."""
+        """Note memory of each process, descriptors, threads, and the machine's load."""
         import psutil
 
         self.loads.append((self.now, os.getloadavg()[0]))
-        gateway = psutil.Process(service.process.pid)
+        gateway, found = psutil.Process(service.process.pid), service_status(service)
+        pids = {"gateway": gateway.pid}
+        pids |= {f"{part} {pid}": pid for part in CHILDREN if (pid := found[part]["pid"])}
+        for name, pid in pids.items():
+            with contextlib.suppress(psutil.Error):
+                size = psutil.Process(pid).memory_full_info().uss / 2**20
+                self.memory_mb.setdefault(name, []).append((self.now, size))
         with contextlib.suppress(psutil.Error):
-            family = [gateway, *gateway.children(recursive=True)]
-            sizes = [process.memory_full_info().uss / 2**20 for process in family]
-            self.memory_mb.setdefault("gateway", []).append((self.now, sizes[0]))
-            self.memory_mb.setdefault("all processes", []).append((self.now, sum(sizes)))
             self.files.append(gateway.num_fds())
             self.threads.append(gateway.num_threads())
 
@@ -127,7 +131,11 @@ def summary(soak: Soak, seconds: float) -> dict[str, Any]:
         "window_s": window_s,
         "round_trip_ms": windows,
         "warm_up_s": warm_up_s,
-        "memory": {name: _growth(held, warm_up_s) for name, held in soak.memory_mb.items()},
+        "memory": {
+            name: growth
+            for name, held in soak.memory_mb.items()
+            if (growth := _growth(held, warm_up_s))
+        },
         "descriptors": [soak.files[0], soak.files[-1], max(soak.files)],
         "threads": [soak.threads[0], soak.threads[-1], max(soak.threads)],
         "killed": len(soak.killed),
@@ -142,9 +150,15 @@ def _spread(found: list[tuple[float, float]], begin: float, end: float) -> dict[
     return {"n": len(values), "median": round(float(median), 2), "p99": round(float(p99), 2)}
 
 
-def _growth(held: list[tuple[float, float]], warm_up_s: float) -> dict[str, Any]:
-    """Return first and last size, MB, and the slope after warming up (Theil-Sen, 95 %), MB/h."""
-    hours, sizes = np.array([each for each in held if each[0] >= warm_up_s]).T
+def _growth(held: list[tuple[float, float]], warm_up_s: float) -> dict[str, Any] | None:
+    """Return first and last size, MB, and the slope after warming up (Theil-Sen, 95 %), MB/h.
+
+    A process that was killed before LEAST samples of its own after the warm-up has none.
+    """
+    warm = [each for each in held if each[0] >= held[0][0] + warm_up_s]
+    if len(warm) < LEAST:
+        return None
+    hours, sizes = np.array(warm).T
     slope, _, low, high = stats.theilslopes(sizes, hours / 3600.0)
     return {
         "first_mb": round(held[0][1], 1),
@@ -219,7 +233,7 @@ async def _sample(service: Service, soak: Soak) -> None:
 
 
 async def _kill(service: Service, soak: Soak) -> None:
-    for part in itertools.cycle(("speaker", "recogniser")):
+    for part in itertools.cycle(CHILDREN):
         await asyncio.sleep(KILL_S)
         found = await asyncio.to_thread(service_status, service)
         with contextlib.suppress(OSError, TypeError):
