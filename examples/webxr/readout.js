@@ -122,7 +122,7 @@ export class Readout {
   }
 }
 
-const SOURCES = {scene: 'the scene says so', name: 'by its name', shader: 'by its shader', encoder: 'by sight', vlm: 'by the model', unknown: 'not sure'};
+const SOURCES = {scene: 'the scene says so', name: 'by its name', shader: 'by its shader', encoder: 'by its picture', vlm: 'by the model', unknown: 'not sure'};
 
 function why({source, confidence, material, runner_up: next}) {
   if (material === 'unknown') return next ? `perhaps ${next}` : SOURCES.unknown;

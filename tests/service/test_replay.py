@@ -164,8 +164,8 @@ def test_recognising_anew_with_the_same_encoder_sees_the_same(record):
     done = command("replay", record[0], "--recognise", "--json")
     told = json.loads(done.stdout)
     assert done.returncode == 0, done.stderr
-    assert told["counts"]["looked at anew"] == told["counts"]["look"]
-    assert told["counts"]["seen otherwise"] == 0
+    assert told["counts"]["recognised anew"] == told["counts"]["look"]
+    assert told["counts"]["recognised differently"] == 0
 
 
 async def test_without_being_asked_no_picture_is_kept_and_the_tape_still_runs(tmp_path):
@@ -185,7 +185,7 @@ async def test_without_being_asked_no_picture_is_kept_and_the_tape_still_runs(tm
     done = command("replay", session, "--recognise")
     assert done.returncode == 2
     assert "record with --record-frames" in done.stderr
-    assert "seen otherwise" not in done.stdout
+    assert "recognised differently" not in done.stdout
 
 
 def test_a_recorder_whose_record_is_full_counts_what_it_loses(tmp_path):

@@ -123,7 +123,7 @@ def replay(
             place = f"{folder / SESSION_LOG}:{line.get('line', '?')}"
             raise SessionLogError(f"{place}: not a line of a session log ({error!r})") from None
     counts = player.outcome.counts
-    if counts["picture not kept"] and not counts["looked at anew"]:
+    if counts["picture not kept"] and not counts["recognised anew"]:
         raise SessionLogError(
             f"{folder}: has no pictures to recognise; record with --record-frames"
         )
@@ -315,8 +315,8 @@ class _Player:
             raise SessionLogError(
                 f"{self._folder}: {seen.error}; --recognise needs the frames kept"
             )
-        self.outcome.counts["looked at anew"] += 1
-        self.outcome.counts["seen otherwise"] += seen.evidence.material != before.material
+        self.outcome.counts["recognised anew"] += 1
+        self.outcome.counts["recognised differently"] += seen.evidence.material != before.material
         return seen.evidence
 
 
