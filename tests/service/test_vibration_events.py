@@ -127,6 +127,7 @@ async def test_only_the_owner_may_ask_and_nobody_gets_what_nobody_asked_for(serv
         assert (refused["code"], refused["path"]) == ("not_owner", "$.feel")
         await client.ask(type="scene", objects=[PANE], replace=True)
         assert not await rub(client, 0.3)
+        await client.touch("release", hand="right")  # a hand that touches gets a plan at once
         await client.ask(type="set", feel={"right": "amplitude"})
         await client.ask(type="set", feel={})
         assert not await rub(client, 0.5)
