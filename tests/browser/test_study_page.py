@@ -31,7 +31,7 @@ temperature = "{temperature}"
 material = "{material}"
 interaction = "{interaction}"
 setpoint_c = {setpoint_c}
-seconds = 0.1
+seconds = 0.3
 """
 VIBRATIONS = (
     ("carving", "wood", "carve"),
