@@ -106,6 +106,8 @@ class Recorder:
         while (waiting := self._queue.get()) is not None:
             job, size = waiting
             try:
+                if self.written_bytes > self._max_bytes:
+                    raise OSError(f"the record is full: it has {self._max_bytes} bytes")
                 self.written_bytes += job()
             except (OSError, TypeError, ValueError) as error:
                 self._failed += 1
