@@ -11,6 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 from recorded_session import record
 
 from hapticvlm.commands.local_service import running
+from hapticvlm.server.recorded_sessions import MAKE_S
 
 pytestmark = pytest.mark.browser
 
@@ -46,7 +47,7 @@ def test_a_recorded_session_is_a_click_away_and_links_to_its_moments(
         with page.context.expect_page() as opened:
             page.get_by_role("link", name=HOSTILE).click()
         session = opened.value
-        expect(session.locator("#clock")).to_contain_text(" of ")
+        expect(session.locator("#clock")).to_contain_text(" of ", timeout=MAKE_S * 1000)
         session.locator("#scrubber").fill("1.0")
         expect(session.locator("#name")).to_have_text("TeaMug_01")
         session.locator("#link").click()
