@@ -58,6 +58,7 @@ def run(path: Path | None, out: Path, *, quiet: bool) -> int:
     recorded = _remembered(sessions, console)
     write_wav(out / "vibration.wav", recorded.wave)
     drawn = _film(recorded, out / "demo.webm", console)
+    console.print("Drawing the pictures.")
     with waiting(console, lambda seconds: f"drawing the pictures, {seconds:.0f} s"):
         files = report.write(capture, outcome, show.decisions, show.telemetry, out)
     console.print((out / "summary.txt").read_text(encoding="utf-8"))
