@@ -13,7 +13,7 @@ demo: $(VENV)/.demo
 	@echo "  . $(BIN)/activate"
 
 test: $(VENV)/.dev toolchains
-	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python .ci/tests
 
 # What needs no process, no browser and no toolchain: the loop of a developer.
 UNIT := tests/captures tests/devices tests/recognition tests/rendering tests/session tests/study tests/test_backoff.py tests/test_messages.py tests/test_palette.py tests/test_perception.py
