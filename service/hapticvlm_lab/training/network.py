@@ -8,6 +8,7 @@ is pooled under the mask: mean and spread.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import torch
@@ -68,10 +69,16 @@ def prepare(crops: Tensor) -> Tensor:
 
 
 class Network(nn.Module):
-    """Crops to embeddings; `features` is what the heads of training see besides."""
+    """Crops to embeddings; `features` is what the heads of training see besides.
 
-    def __init__(self, shape: Shape) -> None:
+    `block` makes a block from channels before, channels and stride; the race tries others.
+    """
+
+    def __init__(
+        self, shape: Shape, block: Callable[[int, int, int], nn.Module] | None = None
+    ) -> None:
         super().__init__()
+        make = Block if block is None else block
         last = shape.widths[0]
         self.stem = nn.Sequential(
             nn.Conv2d(4, last, 3, stride=2, padding=1, bias=False),
@@ -81,10 +88,10 @@ class Network(nn.Module):
             nn.BatchNorm2d(last),
             nn.ReLU(),
         )
-        blocks: list[Block] = []
+        blocks: list[nn.Module] = []
         for stage, (depth, width) in enumerate(zip(shape.depths, shape.widths, strict=True)):
             for number in range(depth):
-                blocks.append(Block(last, width, 2 if stage and not number else 1))
+                blocks.append(make(last, width, 2 if stage and not number else 1))
                 last = width
         self.stages = nn.Sequential(*blocks)
         self.norm = nn.BatchNorm1d(2 * last)
