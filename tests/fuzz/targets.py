@@ -24,9 +24,9 @@ from hapticvlm.messages import Frame, MessageError, Touch, decode
 from hapticvlm.recognition import decoding, pictures
 from hapticvlm.recognition.galleries.storage import GalleryError, read_gallery
 from hapticvlm.recognition.galleries.user_materials import read_material
+from hapticvlm.rendering.plate_limits import AT_REST
 from hapticvlm.server.recorder import SESSION_LOG
 from hapticvlm.session.actions import DrivePlate, PlayVibration
-from hapticvlm.session.plate_target import AT_REST
 from hapticvlm.session.session import SceneSession
 
 

@@ -7,9 +7,9 @@ import pytest
 from hapticvlm.materials import MATERIALS, derive
 from hapticvlm.messages import Decision, Scene, SceneObject, Touch
 from hapticvlm.recognition.sub_materials import SUB_MATERIALS
+from hapticvlm.rendering.plate_limits import AT_REST
 from hapticvlm.rendering.thermal import contact_temperature_c, thermal_contact
 from hapticvlm.session.actions import Reply
-from hapticvlm.session.plate_target import AT_REST
 from hapticvlm.session.session import SceneSession
 
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from hapticvlm.messages import Scene, SceneObject, Stop, Touch
-from hapticvlm.session.plate_target import AT_REST
+from hapticvlm.rendering.plate_limits import AT_REST
 from hapticvlm.session.recorded import RecordedSession
 
 

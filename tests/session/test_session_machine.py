@@ -32,6 +32,7 @@ from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.rendering.plate_limits import (
+    AT_REST,
     SETPOINT_MAX_C,
     SETPOINT_MIN_C,
     SLEW_C_PER_S,
@@ -52,7 +53,7 @@ from hapticvlm.session.actions import (
 )
 from hapticvlm.session.frames import SURROUNDINGS
 from hapticvlm.session.hands import LEASE_S, NAMES, OUTPUTS, Hold
-from hapticvlm.session.plate_target import AT_REST, NEUTRAL_HOLD_S
+from hapticvlm.session.plate_target import NEUTRAL_HOLD_S
 from hapticvlm.session.session import SceneSession
 
 TICK_S = 0.02

@@ -9,11 +9,10 @@ from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C, SLEW_C_PER_S
+from hapticvlm.rendering.plate_limits import AT_REST, SETPOINT_MAX_C, SETPOINT_MIN_C, SLEW_C_PER_S
 from hapticvlm.rendering.thermal import thermal_contact
 from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 from hapticvlm.session.actions import DrivePlate
-from hapticvlm.session.plate_target import AT_REST
 from hapticvlm.session.session import SceneSession
 
 TICK_S = 0.02

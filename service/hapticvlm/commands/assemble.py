@@ -8,7 +8,6 @@ import gc
 import logging
 import os
 import signal
-import socket
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -37,6 +36,7 @@ from hapticvlm.server.access import Address
 from hapticvlm.server.certificate import Certificate
 from hapticvlm.server.gateway import Gateway, ObserverLog
 from hapticvlm.server.http import is_loopback
+from hapticvlm.server.lan_pages import own_address
 from hapticvlm.server.recorded_sessions import RecordedSessions
 from hapticvlm.server.recorder import Recorder
 from hapticvlm.server.websocket import Offer, WebSocketServer
@@ -294,18 +294,10 @@ def _network(serving: Serving, scheme: str, port: int) -> Iterator[str]:
     """Yield what others on the network use, how they see pages, and who can read along."""
     if is_loopback(serving.host):
         return
-    address = _own_address() if serving.host in ("0.0.0.0", "::") else None
+    address = own_address() if serving.host in ("0.0.0.0", "::") else None
     if address is not None:
         yield f"  from others  {scheme}://{address}:{port}/"
     if serving.pages_from == "lan":
         yield "  pages        for the local network too: any name, the token as password"
     if serving.tls_cert is None:
         yield "  unencrypted  the network can read along, the token too: see --tls-cert"
-
-
-def _own_address() -> str | None:
-    """Return the address the network knows this machine by, without sending anything."""
-    with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.connect(("192.0.2.1", 9))  # of TEST-NET-1, RFC 5737; UDP only picks the interface
-        return str(probe.getsockname()[0])
-    return None

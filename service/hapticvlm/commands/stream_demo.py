@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import sys
+import time
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands import reaching
 from hapticvlm.commands.parsing import add_json
+from hapticvlm.errors import UsageError
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
+EXAMPLES = "examples"
+CURE = "npm ci --prefix examples/webxr"
 
 _STREAM = """
 Send a recorded VR session to a running service, as a scene would. The decisions are printed as
@@ -117,9 +122,7 @@ def _share(text: str) -> float:
 
 def _demo(options: argparse.Namespace) -> int:
     if options.browser:
-        from hapticvlm.commands.demo import browser
-
-        return browser.run()
+        return _browse()
     print("hapticvlm demo: loading", flush=True)
     from hapticvlm.commands.progress import working
 
@@ -127,3 +130,38 @@ def _demo(options: argparse.Namespace) -> int:
         from hapticvlm.commands.demo.run import run
 
     return run(options.capture, options.out, quiet=options.quiet)
+
+
+def _browse() -> int:
+    """Serve the scene, open it, and stay until Ctrl+C. Raises UsageError, ServiceError."""
+    import webbrowser
+
+    from hapticvlm.commands.local_service import ending_on_sigterm, running
+
+    examples = _examples_folder()
+    if examples is None:
+        raise UsageError("no examples/webxr here: run this in a checkout")
+    if not (examples / "webxr" / "node_modules" / "three").is_dir():
+        raise UsageError(f"three.js is not installed: {CURE}")
+    try:
+        with (
+            ending_on_sigterm(),
+            running(["--scene", str(examples)], ends_with_us=True) as service,
+        ):
+            page = service.page + "scene/webxr/"
+            print(f"the scene    {page}\ndashboard    {service.page}\nCtrl+C ends both", flush=True)
+            if not webbrowser.open(page):
+                print("no browser opened by itself: open the first address in one", flush=True)
+            while service.process.poll() is None:
+                time.sleep(0.5)
+    except KeyboardInterrupt:
+        return 0
+    print("hapticvlm demo: the service ended by itself", file=sys.stderr)
+    return 1
+
+
+def _examples_folder() -> Path | None:
+    for folder in (Path.cwd(), Path(__file__).resolve().parents[3]):
+        if (folder / EXAMPLES / "webxr" / "index.html").is_file():
+            return folder / EXAMPLES
+    return None

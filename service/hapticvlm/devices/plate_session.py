@@ -3,7 +3,7 @@
 Sans-I/O: whoever owns the port calls `opened`, `receive` and `lost`, and writes what `outgoing`
 returns, many times a second. Nothing is driven before the board answered a HELLO of our major
 version; a setpoint is sent with what is left of its lease and never after; after a loss, a reset of
-the board or a fault nothing is driven until a fresh command (`setpoint_lease.py`). What does not
+the board or a fault nothing is driven until a fresh command (`plate_requests.py`). What does not
 fit is counted: no bytes whatever raise.
 """
 
@@ -16,8 +16,7 @@ from hapticvlm.devices import faults, plate_protocol
 from hapticvlm.devices.dose import Dose
 from hapticvlm.devices.framing import Deframer, Frame
 from hapticvlm.devices.plate_protocol import Ack, Answer, HelloReply, Message, State, Telemetry
-from hapticvlm.devices.plate_requests import Orders
-from hapticvlm.devices.setpoint_lease import Drive
+from hapticvlm.devices.plate_requests import Drive, Orders
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.plate_limits import PlateReading
 

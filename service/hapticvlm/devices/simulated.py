@@ -31,11 +31,10 @@ class SimulatedPlate:
     def __init__(
         self,
         ambient_c: float = AMBIENT_C,
-        sink_k_per_w: float = SINK_K_PER_W,
         stuck_sensor_c: float | None = None,
         palm_resistance: float = PALM_RESISTANCE,
     ) -> None:
-        self._plant = Plant(ambient_c, sink_k_per_w, palm_resistance)
+        self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance)
         self._stuck_sensor_c = stuck_sensor_c
         self._now: float | None = None
         self._asked_c, self._left_s = NEUTRAL_C, 0.0

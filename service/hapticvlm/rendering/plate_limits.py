@@ -48,6 +48,18 @@ class PlateReading:
     faults: tuple[str, ...]
 
 
+AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint band limits
+    plate_c=None,
+    sink_c=22.0,
+    setpoint_c=NEUTRAL_C,
+    duty=0.0,
+    current_limited=False,
+    dose_cem43=0.0,
+    heated_s=0.0,
+    faults=(),
+)
+
+
 @dataclass(frozen=True, slots=True)
 class PlateLimits:
     """What limits the setpoint of a plate now, beside the band and the slew."""

@@ -20,8 +20,8 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
-from hapticvlm.server import metrics, reach, scene_files
-from hapticvlm.server.lan_pages import CHALLENGE, LanPages, is_token
+from hapticvlm.server import metrics, scene_files
+from hapticvlm.server.lan_pages import CHALLENGE, HERE_ONLY, LanPages, is_token, qr_code, reach
 from hapticvlm.server.scene_files import TYPES
 
 REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
@@ -108,7 +108,7 @@ def answer(
     if path in REPORTS:
         return _report(path, status())
     if path == "/status":
-        found = {**status(), "reach": reach.of_pages(policy.lan_pages, connection.local_address[1])}
+        found = {**status(), "reach": reach(policy.lan_pages, connection.local_address[1])}
         return response(200, json.dumps(found) + "\n", "application/json")
     if path == "/connect.svg":
         return _code(policy.lan_pages, connection.local_address[1])
@@ -184,10 +184,10 @@ def _scene_file(folder: Path, path: str) -> Response:
 
 
 def _code(lan_pages: LanPages | None, port: int) -> Response:
-    page = reach.of_pages(lan_pages, port)["page"]
+    page = reach(lan_pages, port)["page"]
     if page is None:
-        return response(404, f"{reach.HERE_ONLY}\n")
-    return response(200, reach.code(page), TYPES[".svg"])
+        return response(404, f"{HERE_ONLY}\n")
+    return response(200, qr_code(page), TYPES[".svg"])
 
 
 def _page(path: str, *, has_study: bool) -> Response:

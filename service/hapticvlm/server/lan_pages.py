@@ -2,7 +2,8 @@
 
 A page is asked for with the token as the password (RFC 7617): never in an address, which ends in
 histories and logs. Which names mean this service is checked too: a page that had its own name
-pointed here (DNS rebinding) is refused whatever it knows.
+pointed here (DNS rebinding) is refused whatever it knows. And where others open the pages: an
+address, and a code of it for a camera.
 """
 
 from __future__ import annotations
@@ -10,13 +11,22 @@ from __future__ import annotations
 import base64
 import binascii
 import hmac
+import io
 import ipaddress
 import socket
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+import segno
+
 CHALLENGE = 'Basic realm="HapticVLM: any name, and the token as password", charset="UTF-8"'
+ANYWHERE = ("192.0.2.1", 9)  # TEST-NET-1 (RFC 5737): nothing is sent to it
+HERE_ONLY = (
+    "Pages go to this machine only. For a phone or headset start "
+    "`hapticvlm serve --host 0.0.0.0 --token SECRET --pages-from lan`."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +81,29 @@ def is_near(peer: str) -> bool:
     if isinstance(address, ipaddress.IPv6Address) and address.ipv4_mapped is not None:
         address = address.ipv4_mapped
     return address is not None and (address.is_private or address.is_link_local)
+
+
+def reach(lan_pages: LanPages | None, port: int) -> dict[str, str | None]:
+    """Report where others of the local network open the pages, or why they cannot."""
+    if lan_pages is None:
+        return {"page": None, "why": HERE_ONLY}
+    host = own_address() or socket.gethostname()
+    return {"page": f"{lan_pages.scheme}://{host}:{port}/", "why": None}
+
+
+def qr_code(page: str) -> str:
+    """Draw an address as a QR code (ISO/IEC 18004), SVG."""
+    drawn = io.BytesIO()
+    segno.make(page, error="m").save(drawn, kind="svg", scale=8, border=2, xmldecl=False)
+    return drawn.getvalue().decode()
+
+
+def own_address() -> str | None:
+    """Return the address the network knows this machine by, without sending anything."""
+    with suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect(ANYWHERE)  # UDP only picks the interface
+        return str(probe.getsockname()[0])
+    return None
 
 
 def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:

@@ -41,12 +41,11 @@ class Folding:
 
 
 class LogWriter(logging.Handler):
-    """Hands lines to a thread that writes them to a file descriptor; never blocks the caller."""
+    """Hands lines to a thread that writes them to stderr; never blocks the caller."""
 
-    def __init__(self, descriptor: int = STDERR) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.lost = 0
-        self._descriptor = descriptor
         self._folding = Folding()
         self._waiting: queue.Queue[bytes | None] = queue.Queue(LOG_LINES)
         self.setFormatter(logging.Formatter(FORMAT))
@@ -76,7 +75,7 @@ class LogWriter(logging.Handler):
         while (line := self._waiting.get()) is not None:
             with suppress(OSError):  # whoever read it is gone
                 while line:
-                    line = line[os.write(self._descriptor, line) :]
+                    line = line[os.write(STDERR, line) :]
 
 
 def take_over() -> LogWriter:

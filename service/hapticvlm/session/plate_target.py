@@ -7,23 +7,13 @@ from __future__ import annotations
 
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering import plate_limits
-from hapticvlm.rendering.plate_limits import PlateReading, limits_of
+from hapticvlm.rendering.plate_limits import AT_REST, PlateReading, limits_of
 from hapticvlm.rendering.thermal import PLATE_RESISTANCE, ThermalContact
 from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 from hapticvlm.session.actions import Action, DrivePlate, RestPlate
 from hapticvlm.session.hands import LEASE_S, Hand
 
 NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
-AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint band limits
-    plate_c=None,
-    sink_c=22.0,
-    setpoint_c=NEUTRAL_C,
-    duty=0.0,
-    current_limited=False,
-    dose_cem43=0.0,
-    heated_s=0.0,
-    faults=(),
-)
 
 
 class PlateTarget:

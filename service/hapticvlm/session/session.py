@@ -29,7 +29,7 @@ from hapticvlm.messages import (
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.contract import Reading
-from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.plate_limits import AT_REST, PlateReading
 from hapticvlm.rendering.thermal import PLATE_RESISTANCE
 from hapticvlm.session import stated
 from hapticvlm.session.actions import (
@@ -47,7 +47,7 @@ from hapticvlm.session.actions import (
 )
 from hapticvlm.session.frames import SURROUNDINGS, Frames, recognise_scene
 from hapticvlm.session.hands import Hold
-from hapticvlm.session.plate_target import AT_REST, PlateTarget
+from hapticvlm.session.plate_target import PlateTarget
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.scene_objects import SceneObjects
 from hapticvlm.session.touch import TouchTracker

@@ -26,8 +26,8 @@ def may_not(document: Document) -> list[str]:
     return list(_may_not(document))
 
 
-def smallest_difference(people: int, alpha: float = ALPHA, power: float = POWER) -> float:
-    """Return the difference that a paired t-test of so many people finds with this power.
+def smallest_difference(people: int, alpha: float = ALPHA) -> float:
+    """Return the difference that a paired t-test of so many people finds with the power POWER.
 
     In standard deviations of the difference between people, two-sided; infinite below two people.
     Numbers from the noncentral t distribution, as any power table has them.
@@ -39,7 +39,7 @@ def smallest_difference(people: int, alpha: float = ALPHA, power: float = POWER)
 
     def lacking(effect: float) -> float:
         shift = effect * math.sqrt(people)
-        return float(nct.sf(critical, df, shift)) - power
+        return float(nct.sf(critical, df, shift)) - POWER
 
     return float(brentq(lacking, 0.0, (5.0 * critical + 5.0) / math.sqrt(people)))
 

@@ -132,8 +132,8 @@ def collapsed(counts: Counts, groups: Sequence[str]) -> tuple[list[str], Counts]
     return names, member @ counts @ member.T
 
 
-def anova(rates: Rates, factors: tuple[str, str] = ("vibration", "temperature")) -> list[Effect]:
-    """Two-way repeated-measures ANOVA of rates (people, first factor, second), by AnovaRM.
+def anova(rates: Rates) -> list[Effect]:
+    """Two-way repeated-measures ANOVA of rates (people, vibrations, temperatures), by AnovaRM.
 
     Degrees of freedom of levels a and b among n people: (a-1) over (a-1)(n-1), and so on. Without
     spread among people F is not defined and None.
@@ -142,13 +142,14 @@ def anova(rates: Rates, factors: tuple[str, str] = ("vibration", "temperature"))
     from statsmodels.stats.anova import AnovaRM
 
     people, a, b = rates.shape
+    factors = ["vibration", "temperature"]
     cells = [
         (person, f"{i:02d}", f"{j:02d}", rates[person, i, j])
         for person, i, j in itertools.product(range(people), range(a), range(b))
     ]
     frame = pd.DataFrame(cells, columns=["person", *factors, "rate"])
     with np.errstate(divide="ignore", invalid="ignore"):
-        table = AnovaRM(frame, "rate", "person", within=list(factors)).fit().anova_table
+        table = AnovaRM(frame, "rate", "person", within=factors).fit().anova_table
     found = []
     for (name, row), epsilon in zip(table.iterrows(), _epsilons(rates), strict=True):
         f = math.nan if epsilon is None else float(row["F Value"])

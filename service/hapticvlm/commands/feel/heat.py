@@ -6,12 +6,12 @@ own trajectory and keeps the product's own limits; nothing here computes heat by
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hapticvlm.materials import Material
 from hapticvlm.messages import Limit
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.plate_limits import PlateReading, limit
+from hapticvlm.rendering.plate_limits import AT_REST, limit
 from hapticvlm.rendering.thermal import (
     SKIN,
     ThermalContact,
@@ -98,16 +98,7 @@ def _plate(
     contact: ThermalContact, ambient_c: float, seconds: float
 ) -> tuple[list[float], list[tuple[float, Limit | None]]]:
     """Return what is wanted and what is sent from contact on: the plate leads, then follows."""
-    reading = PlateReading(
-        plate_c=NEUTRAL_C,
-        sink_c=ambient_c,
-        setpoint_c=NEUTRAL_C,
-        duty=0.0,
-        current_limited=False,
-        dose_cem43=0.0,
-        heated_s=0.0,
-        faults=(),
-    )
+    reading = replace(AT_REST, plate_c=NEUTRAL_C, sink_c=ambient_c)
     trajectory, setpoint_c = ThermalTrajectory(), NEUTRAL_C
     wanted, sent = [], []
     for tick in range(-round(APPROACH_S / TICK_S), round(seconds / TICK_S) + 1):

@@ -199,12 +199,10 @@ class Spread:
     highest: float
 
 
-def spread(
-    stimuli: Sequence[Stimulus], count: int = GUESSES, seed: int = GUESS_SEED
-) -> Spread | None:
+def spread(stimuli: Sequence[Stimulus], count: int = GUESSES) -> Spread | None:
     """Predict the set with every guess's noise; None where no guess can be calibrated."""
     raw = percepts(stimuli)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(GUESS_SEED)
     shares: list[float] = []
     unfit = 0
     while len(shares) < count and len(shares) + unfit < _MOST_DRAWS * count:

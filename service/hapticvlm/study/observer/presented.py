@@ -16,10 +16,10 @@ from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Interaction, Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.plate_limits import AT_REST
 from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, Motion
 from hapticvlm.rendering.voices import Voices
 from hapticvlm.session.actions import Action, DrivePlate, PlayVibration, ReleaseHand
-from hapticvlm.session.plate_target import AT_REST
 from hapticvlm.session.session import SceneSession
 from hapticvlm.study import stimuli
 from hapticvlm.study.stimuli import Part, Stimulus, parts
