@@ -1,10 +1,9 @@
 """The material table: what each class is to the skin, to the ear of the palm, and in words.
 
-Knows facts and their sources only; nothing here measures, decides or renders. MATERIALS is the
-built-in table and never changes; a material of the user's own is derived from one of its classes,
-and whoever uses such materials is handed a table that has them too. Thermal figures are
-handbook values at room temperature; docs/physics.md 1.2 has their sources and which of them were
-read. Effusivity e = sqrt(k rho c) follows from them.
+Knows facts only, those of materials.toml, which has their sources; nothing here measures, decides
+or renders. MATERIALS is the built-in table and never changes; a material of the user's own is
+derived from one of its classes, and whoever uses such materials is handed a table that has them
+too. Effusivity e = sqrt(k rho c) follows from the thermal figures.
 """
 
 from __future__ import annotations
@@ -12,14 +11,17 @@ from __future__ import annotations
 import difflib
 import math
 import re
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from hapticvlm.errors import HapticVLMError
 
 UNKNOWN = "unknown"
+TABLE = Path(__file__).with_name("materials.toml")
 
 # What a fact of a user's material may be, lowest and highest: from aerogel to diamond and osmium
 # for the bulk, the palm's band and what rendering/vibration.py can play for the rest.
@@ -98,116 +100,18 @@ class Material:
     words: tuple[str, ...]
 
 
-_THERMAL = {
-    "wood": Thermal(0.18, 700, 1600),  # hardwood (oak, maple) at room moisture
-    "glass": Thermal(1.0, 2500, 840),  # soda-lime
-    "fabric": Thermal(0.06, 320, 1300),  # cotton; k varies 0.04-0.08
-    "metal": Thermal(15.0, 8000, 500),  # stainless 304; all metals feel within 1 degC of it
-    "plastic": Thermal(0.18, 1050, 1400),  # ABS
-    "stone": Thermal(2.8, 2700, 790),  # granite
-    "ceramic": Thermal(1.5, 2400, 1000),  # porcelain
-    "paper": Thermal(0.08, 700, 1340),  # cardboard
-    "leather": Thermal(0.16, 900, 1500),
-    "rubber": Thermal(0.16, 1100, 1900),
-    "foliage": Thermal(0.4, 700, 3500),  # fresh leaf, mostly water; no source found
-}
+def _read() -> Mapping[str, Material]:
+    table = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    return MappingProxyType({name: _material(name, row) for name, row in table.items()})
 
-# Modes: wood 100 / 80, rubber 30 / 60 and metal (aluminium) 300 / 90 as Okamura, Cutkosky and
-# Dennerlein (physics.md 4.3); glass transposes a ringing preset (partials 1 : 1.86) into the band
-# of touch; all others are our choice; the first four are set apart by more than the 18-30 % that
-# frequencies must differ (physics.md 4.2). Metal's close pair beats, as struck metal does; metal
-# rings longest, then glass, then ceramic. A row ends where nobody feels what a struck body's might
-# have beyond it (`hapticvlm chart vibration`); the third modes of fabric and leather and the last
-# two of rubber are there for that, in the ratios of the glass preset, fabric's weaker, or struck
-# cloth would be too near to wood.
-# Pitches: our choice, coarse enough to be felt at 0.2 m/s; cloth is woven at 0.3-1 mm.
-# Stick: our choice; what squeaks under a dry palm has some.
-_VIBRATION = {
-    "wood": Vibration((Mode(100, 80, 1.0), Mode(195, 150, 0.5)), 1.6e-3, 0.8, 0.6),
-    "glass": Vibration((Mode(350, 22, 1.0), Mode(650, 50, 0.3)), 0.5e-3, 0.2, 0.1, 0.25),
-    "fabric": Vibration(
-        (Mode(45, 150, 1.0), Mode(80, 200, 0.3), Mode(146, 280, 0.1)), 1.0e-3, 0.5, 0.7
-    ),
-    "metal": Vibration(
-        (Mode(300, 90, 1.0), Mode(232, 10, 0.35), Mode(255, 10, 0.35)), 0.7e-3, 0.3, 0.25, 0.2
-    ),
-    "plastic": Vibration((Mode(150, 110, 1.0), Mode(310, 180, 0.4)), 0.8e-3, 0.4, 0.4, 0.3),
-    "stone": Vibration((Mode(215, 130, 1.0), Mode(380, 150, 0.4)), 2.0e-3, 1.0, 0.8),
-    "ceramic": Vibration((Mode(290, 40, 1.0), Mode(560, 80, 0.4)), 0.6e-3, 0.3, 0.2, 0.3),
-    "paper": Vibration((Mode(60, 160, 1.0), Mode(180, 250, 0.4)), 0.9e-3, 0.9, 0.3),
-    "leather": Vibration(
-        (Mode(55, 120, 1.0), Mode(120, 180, 0.2), Mode(179, 280, 0.31)), 1.4e-3, 0.7, 0.5, 0.4
-    ),
-    "rubber": Vibration(
-        (Mode(30, 60, 1.0), Mode(56, 112, 0.54), Mode(98, 196, 0.31)), 1.2e-3, 0.6, 0.8, 0.7
-    ),
-    "foliage": Vibration((Mode(40, 180, 1.0), Mode(110, 250, 0.5)), 2.4e-3, 1.0, 0.4),
-}
 
-# Thickness of what one swings of it, m: stick, rod, cloth, blade, ruler, slab, tile, sheet, belt,
-# hose, twig. Our choice (physics.md 4.3); a scene's own thickness counts first.
-_SWUNG_M = {
-    "wood": 0.016,
-    "glass": 0.010,
-    "fabric": 0.003,
-    "metal": 0.004,
-    "plastic": 0.006,
-    "stone": 0.030,
-    "ceramic": 0.020,
-    "paper": 0.002,
-    "leather": 0.005,
-    "rubber": 0.012,
-    "foliage": 0.008,
-}
+def _material(name: str, row: dict[str, Any]) -> Material:
+    thermal, words = Thermal(**row.pop("thermal")), tuple(row.pop("words").split())
+    modes = tuple(Mode(*mode) for mode in row.pop("modes"))
+    return Material(name, thermal, Vibration(modes, **row), words)
 
-# Words that name the class itself, singular and in lower case; what objects imply is in
-# recognition/names.toml.
-_WORDS: dict[str, str] = {
-    "wood": """
-        wood wooden timber lumber plywood hardwood softwood oak pine walnut mahogany birch maple
-        beech teak cedar spruce ebony rosewood bamboo rattan wicker driftwood parquet chipboard
-        hardboard fibreboard fiberboard mdf osb log plank bark cork
-    """,
-    "glass": "glass glassware glazing windowpane glasspane crystal plexiglass wineglass hourglass",
-    "fabric": """
-        fabric cloth textile cotton linen wool woolen woollen silk satin velvet denim canvas felt
-        fleece tweed polyester nylon burlap jute lace corduroy chenille cashmere tartan gauze
-        muslin upholstery carpet rug curtain drapery tablecloth tapestry knit knitted
-    """,
-    "metal": """
-        metal steel iron aluminium aluminum copper brass bronze chrome chromium titanium zinc
-        nickel pewter tungsten cobalt stainless inox galvanized galvanised rust sheetmetal
-        ironwork metalwork chainmail
-    """,
-    "plastic": """
-        plastic polymer acrylic polycarbonate pvc vinyl abs polystyrene styrofoam polypropylene
-        polyethylene polyurethane bakelite melamine perspex fiberglass fibreglass
-    """,
-    "stone": """
-        stone rock granite marble limestone sandstone slate basalt travertine onyx quartz
-        quartzite cobblestone flagstone brick brickwork concrete cement asphalt terrazzo gravel
-        pebble boulder masonry stonework stucco plaster gypsum alabaster
-    """,
-    "ceramic": """
-        ceramic porcelain earthenware stoneware terracotta faience majolica tile pottery crockery
-    """,
-    "paper": "paper cardboard paperboard papyrus parchment wallpaper newspaper",
-    "leather": "leather suede nubuck cowhide",
-    "rubber": "rubber latex neoprene silicone",
-    "foliage": "leaf foliage grass lawn shrub hedge ivy moss fern plant houseplant",
-}
 
-MATERIALS = MappingProxyType(
-    {
-        name: Material(
-            name,
-            _THERMAL[name],
-            replace(_VIBRATION[name], swung_m=_SWUNG_M[name]),
-            tuple(_WORDS[name].split()),
-        )
-        for name in _THERMAL
-    }
-)
+MATERIALS = _read()
 
 
 def derive(

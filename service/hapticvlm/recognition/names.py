@@ -1,7 +1,7 @@
 """What an object's or material's name, and its shader's parameters, imply about its material. Pure.
 
 A name is cut into words (CamelCase, snake, kebab, digits, engine noise). Each word is looked up in
-materials.py (class words) and names.toml (things, finishes, phrases). Words are read the way
+materials.toml (class words) and names.toml (things, finishes, phrases). Words are read the way
 English builds compounds: the last thing named is the head, words before it modify it, so
 "wooden handle steel pan" is a steel pan with a wooden handle. Other languages give nothing. Knows
 no picture; how often it is right is measured by `hapticvlm_lab/bench/names.py`.
