@@ -60,7 +60,7 @@ DEFECTS = (
     Defect("devices/engine.py", "self._voices.gain = standing.gain", "pass", f"{AUDIO} -k outlive"),
     Defect("session/hands.py", "self.lease_until = now + LEASE_S", "self.lease_until = now + 1e9", f"{SESSION} -k lease"),
     Defect("devices/peltier.py", "            request_priority(PRIORITY)\n", "            pass\n", "tests/devices/test_peltier.py -k real_time"),
-    Defect("server/gateway.py", "owner=True, thermal_gain=self.thermal_gain)", "owner=True)", f"{GATEWAY} -k thermal_gain"),
+    Defect("server/gateway.py", "owner=True, thermal_gain=self.outputs.thermal_gain)", "owner=True)", f"{GATEWAY} -k thermal_gain"),
     Defect("recognition/decoding.py", "    _require_few_chunks(path, data)\n", "", "tests/recognition/test_pictures.py -k chunks"),
     # children
     Defect("backoff.py", "first_s * 2.0 ** min(failures - 1, _MOST_DOUBLINGS)", "first_s", f"{CHILD} -k growing_pause"),

@@ -29,7 +29,9 @@ def gateway():
 
 def connection(gateway, *, observer=False):
     is_owner = not observer and gateway.owner is None
-    session = SceneSession(owner=is_owner, observer=observer, thermal_gain=gateway.thermal_gain)
+    session = SceneSession(
+        owner=is_owner, observer=observer, thermal_gain=gateway.outputs.thermal_gain
+    )
     client = Connection(PEER, "test", session, as_text=False)
     gateway.join(client)
     return client
@@ -53,7 +55,7 @@ def test_the_first_scene_owns_the_outputs_and_a_later_one_may_not_touch(gateway)
 
 def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
     first, second = connection(gateway), connection(gateway)
-    now = gateway._leased_at + IDLE_OWNER_S - 0.1
+    now = gateway.leased_at + IDLE_OWNER_S - 0.1
     with pytest.raises(MessageError) as refused:
         gateway.change_owner(second, wish("take"), now)
     assert (refused.value.code, refused.value.path) == ("not_owner", "$.ownership")
@@ -64,7 +66,7 @@ def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
 
 def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):
     first, second = connection(gateway), connection(gateway)
-    now = gateway._leased_at + IDLE_OWNER_S + 0.001  # a sum is rounded
+    now = gateway.leased_at + IDLE_OWNER_S + 0.001  # a sum is rounded
     gateway.change_owner(second, wish("take"), now)
     assert gateway.owner is second
     assert not first.session.owner
@@ -78,14 +80,14 @@ def test_an_observer_never_takes_the_outputs(gateway):
     connection(gateway)
     observer = connection(gateway, observer=True)
     with pytest.raises(MessageError, match="connect as scene"):
-        gateway.change_owner(observer, wish("take"), gateway._leased_at + 10 * IDLE_OWNER_S)
+        gateway.change_owner(observer, wish("take"), gateway.leased_at + 10 * IDLE_OWNER_S)
 
 
 def test_a_scene_takes_outputs_that_nobody_owns(gateway):
     first, second = connection(gateway), connection(gateway)
     gateway.leave(first)
     assert gateway.owner is None
-    gateway.change_owner(second, wish("take"), gateway._leased_at)
+    gateway.change_owner(second, wish("take"), gateway.leased_at)
     assert gateway.owner is second
 
 
@@ -100,13 +102,13 @@ def test_a_gain_that_was_set_is_that_of_the_next_owner(gateway):
     gateway.carry_out(first, first.session.receive(Set(id=3, vibration_gain=0.2), 0.0))
     gateway.leave(first)
     connection(gateway)
-    assert gateway._outputs.speaker.gain == 0.2
+    assert gateway.outputs.speaker.gain == 0.2
 
 
 def test_a_thermal_gain_that_was_set_is_that_of_the_next_owner_too(gateway):
     first, second = connection(gateway), connection(gateway)
     gateway.carry_out(first, first.session.receive(Set(id=3, thermal_gain=0.2), 0.0))
-    assert gateway.thermal_gain == 0.2
+    assert gateway.outputs.thermal_gain == 0.2
     gateway.leave(first)
     gateway.change_owner(second, wish("take"), 0.0)
     assert second.session._touches.plate.gain == 0.2

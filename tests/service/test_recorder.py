@@ -15,7 +15,7 @@ from hapticvlm.commands import replay
 from hapticvlm.commands.local_service import running
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Frame
-from hapticvlm.server.gateway import ObserverLog
+from hapticvlm.server.log_writer import ObserverLog
 from hapticvlm.server.recorder import MAX_WAITING, MAX_WAITING_BYTES, SESSION_LOG, Recorder
 
 TICK = {"now": 1.0, "in": "tick", "reading": {}}

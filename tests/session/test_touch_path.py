@@ -27,7 +27,8 @@ from hapticvlm.messages import (
 from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
 from hapticvlm.server.access import Address
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.websocket import Offer, WebSocketServer
+from hapticvlm.server.handshake import Offer
+from hapticvlm.server.websocket import WebSocketServer
 from hapticvlm.session.actions import Reply
 from hapticvlm.session.session import SceneSession
 

@@ -34,12 +34,14 @@ from hapticvlm.rendering.equaliser import Correction
 from hapticvlm.server import certificate, log_writer, statements
 from hapticvlm.server.access import Address
 from hapticvlm.server.certificate import Certificate
-from hapticvlm.server.gateway import Gateway, ObserverLog
+from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.handshake import Offer
 from hapticvlm.server.http import is_loopback
 from hapticvlm.server.lan_pages import own_address
 from hapticvlm.server.recorded_sessions import RecordedSessions
 from hapticvlm.server.recorder import Recorder
-from hapticvlm.server.websocket import Offer, WebSocketServer
+from hapticvlm.server.supervision import Supervision
+from hapticvlm.server.websocket import WebSocketServer
 
 GATEWAY_PRIORITY = 10
 SWITCH_S = 0.001  # a stop passes through the plate's thread, which a busy loop holds up otherwise
@@ -84,17 +86,18 @@ async def run(serving: Serving, where: Address) -> None:
     gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.vlm)
     gateway.recorder = parts.recorder
     gateway.log = log_writer.take_over()
-    logging.getLogger("hapticvlm").addHandler(ObserverLog(gateway.show_log))
+    logging.getLogger("hapticvlm").addHandler(log_writer.ObserverLog(gateway.show_log))
     try:
         await _start(parts, gateway)
         server = WebSocketServer(where, gateway, _offer(serving, parts), time.monotonic)
         has_priority = not serving.no_realtime and _raise_priority()
         sys.setswitchinterval(SWITCH_S)
+        supervision = Supervision(gateway)
         async with server.listen() as port, asyncio.TaskGroup() as tasks:
             running = [
-                tasks.create_task(gateway.run_ticks()),
-                tasks.create_task(gateway.run_telemetry()),
-                tasks.create_task(gateway.run_waveform()),
+                tasks.create_task(supervision.run_ticks()),
+                tasks.create_task(supervision.run_telemetry()),
+                tasks.create_task(supervision.run_waveform()),
             ]
             # What was made so far stays: looking through it again would hold up a touch by 40 ms.
             gc.collect()

@@ -1,17 +1,19 @@
 """The log on its way to stderr: written by a thread, so that a pipe nobody reads holds up nobody.
 
 What waits is bounded; lines beyond it are dropped and counted. A line that repeats is folded: a
-client that provokes it must not fill a disk.
+client that provokes it must not fill a disk. Observers are shown lines on the event loop.
 """
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
 import queue
 import threading
 import time
 from collections import Counter
+from collections.abc import Callable
 from contextlib import suppress
 
 from hapticvlm.server.budgets import LOG_LINES, LOG_REPEATS, TokenBucket
@@ -76,6 +78,29 @@ class LogWriter(logging.Handler):
             with suppress(OSError):  # whoever read it is gone
                 while line:
                     line = line[os.write(STDERR, line) :]
+
+
+class ObserverLog(logging.Handler):
+    """Passes log lines on, always on the event loop: other threads log too.
+
+    Make it where the event loop runs; `show` is called there with one line.
+    """
+
+    def __init__(self, show: Callable[[str], None]) -> None:
+        super().__init__()
+        self._show = show
+        self._folding = Folding()
+        self._loop = asyncio.get_running_loop()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show one line, soon."""
+        folded = self._folding.count(record)
+        if folded is None:
+            return
+        line = self.format(record) + folded
+        text = line.encode("utf-8", "replace").decode()  # a path may be no text
+        with suppress(RuntimeError):  # the loop has closed
+            self._loop.call_soon_threadsafe(self._show, text)
 
 
 def take_over() -> LogWriter:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import asdict
 from typing import Any
 
@@ -11,6 +12,8 @@ from hapticvlm.devices.faults import describe
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import Telemetry, View
 from hapticvlm.processes.recogniser import RecogniserWorker
+from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.log_writer import LOST
 from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.recorder import Recorder
 from hapticvlm.server.vlm_queue import VlmQueue
@@ -19,6 +22,23 @@ from hapticvlm.session.hands import NAMES
 WAITS = 512
 VIEW_SAMPLES, VIEW_STEP = 4800, 16
 VIEW_DIGITS = 5
+
+
+def of_service(gateway: Gateway) -> dict[str, Any]:
+    """Report every count and every part, for the status page."""
+    owner = gateway.owner
+    counts = sum((other.counts for other in gateway.connections), gateway.counts.copy())
+    return {
+        "connections": len(gateway.connections),
+        "owner": owner.name if owner else None,
+        "owner_idle_s": round(time.monotonic() - gateway.leased_at, 1) if owner else None,
+        "counts": {**counts, LOST: 0 if gateway.log is None else gateway.log.lost},
+        **of_outputs(gateway.outputs),
+        "leases": gateway.leases,
+        "recogniser": of_recogniser(gateway.recogniser),
+        "vlm": of_vlm(gateway.vlm),
+        "record": of_record(gateway.recorder),
+    }
 
 
 def of_outputs(outputs: Outputs) -> dict[str, Any]:

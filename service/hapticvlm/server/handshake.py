@@ -1,0 +1,240 @@
+"""What happens before a connection is admitted: hello, its checks, a session, welcome."""
+
+from __future__ import annotations
+
+import asyncio
+import hmac
+import itertools
+import logging
+import secrets
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+
+from hapticvlm import __version__
+from hapticvlm.materials import Material
+from hapticvlm.messages import (
+    FRAMES_PER_S,
+    LEASE_MS,
+    MAX_MESSAGE_BYTES,
+    MAX_SIDE_PX,
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    ClientMessage,
+    Devices,
+    Error,
+    Hello,
+    Limits,
+    MessageError,
+    Models,
+    Party,
+    Privacy,
+    ProtocolVersion,
+    SetpointRange,
+    Welcome,
+    decode,
+    encode,
+)
+from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
+from hapticvlm.rendering.thermal import PLATE_RESISTANCE
+from hapticvlm.server import http
+from hapticvlm.server.access import Address
+from hapticvlm.server.budgets import (
+    GUESS_S,
+    LOOPBACK_PLACES,
+    MAX_CONNECTIONS,
+    MAX_HELLO_BYTES,
+    MAX_SCENES,
+)
+from hapticvlm.server.connection import Connection
+from hapticvlm.server.entrance import LimitedSocket
+from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.recorded_sessions import RecordedSessions
+from hapticvlm.server.recorder import Recorder
+from hapticvlm.session import recorded
+from hapticvlm.session.recorded import RecordedSession
+from hapticvlm.session.session import SceneSession
+
+CLOSE_PROTOCOL = 4000
+HELLO_S = 10.0
+GUESSES_LOGGED_S = 10.0
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """What `welcome` reports of this service; asks elsewhere = a VLM by url sees frames.
+
+    Crops elsewhere = a shared recogniser sees objects. Saved are materials by object id that a
+    person stated in an earlier run.
+    """
+
+    devices: Devices
+    models: Models
+    table: Mapping[str, Material]
+    asks_elsewhere: bool = False
+    crops_elsewhere: bool = False
+    recorder: Recorder | None = None
+    sessions: RecordedSessions | None = None
+    saved: Mapping[str, str] = field(default_factory=dict)
+    contact_resistance: float | None = None
+    plate_resistance: float = PLATE_RESISTANCE
+
+
+class Handshake:
+    """Admits connections to one gateway, with what `offer` has."""
+
+    def __init__(
+        self, address: Address, gateway: Gateway, offer: Offer, clock: Callable[[], float]
+    ) -> None:
+        self._address = address
+        self._gateway = gateway
+        self._offer = offer
+        self._clock = clock
+        self._numbers = itertools.count(1)
+        self._guesses = Guesses()
+
+    async def welcome(self, socket: LimitedSocket) -> Connection | None:
+        """Wait for hello; answer welcome, or an error and close."""
+        as_text = False
+        try:
+            async with asyncio.timeout(HELLO_S):
+                data = await socket.recv()
+            as_text = isinstance(data, str)
+            if len(data) > MAX_HELLO_BYTES:
+                raise MessageError("protocol", f"hello is at most {MAX_HELLO_BYTES} bytes")
+            hello = self._admit(decode(data), str(socket.remote_address[0]))
+        except TimeoutError:
+            error = MessageError("protocol", f"no hello within {HELLO_S:.0f} s")
+        except MessageError as refused:
+            error = refused
+        else:
+            socket.greeted()
+            return await self._open(socket, hello, as_text)
+        if error.path == "$.token":
+            await self.slow_guess(str(socket.remote_address[0]))
+        self._gateway.refuse(error.code)
+        text = error.text if error.code == "protocol" else f"before hello: {error.text}"
+        answer = Error(id=error.id, code="protocol", text=text, path=error.path)
+        await socket.send(encode(answer, as_text=as_text))
+        await socket.close(CLOSE_PROTOCOL, "hello first")
+        return None
+
+    def _admit(self, message: ClientMessage, peer: str) -> Hello:
+        if not isinstance(message, Hello):
+            text = "say hello first: {type: hello, id, client, protocol, role}"
+            raise MessageError("protocol", text, path="$.type", id=message.id)
+        theirs, ours = message.protocol, f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
+        if theirs.major != PROTOCOL_MAJOR:
+            text = (
+                f"client speaks protocol {theirs.major}.{theirs.minor}, this service {ours}: "
+                "use versions with the same major number"
+            )
+            raise MessageError("protocol", text, path="$.protocol.major", id=message.id)
+        wanted = self._address.token
+        given = message.token or ""
+        if wanted is not None and not hmac.compare_digest(given.encode(), wanted.encode()):
+            text = "wrong or missing token: send the one the service was started with"
+            raise MessageError("protocol", text, path="$.token", id=message.id)
+        self._check_places(message, peer)
+        return message
+
+    def _check_places(self, hello: Hello, peer: str) -> None:
+        """Refuse one connection too many. Raises MessageError.
+
+        The last places are for observers on this machine, so that a crowd locks no dashboard out.
+        """
+        is_kept_for = hello.role == "observer" and http.is_loopback(peer)
+        places = MAX_CONNECTIONS if is_kept_for else MAX_CONNECTIONS - LOOPBACK_PLACES
+        connections = self._gateway.connections
+        scenes = sum(not connection.session.observer for connection in connections)
+        if len(connections) >= places:
+            self._gateway.counts["refused: no place"] += 1
+            text = f"{places} connections are open already: close one"
+            raise MessageError("protocol", text, id=hello.id)
+        if hello.role == "scene" and scenes >= MAX_SCENES:
+            self._gateway.counts["refused: no place"] += 1
+            text = f"{MAX_SCENES} scenes are connected already: close one, or connect as observer"
+            raise MessageError("protocol", text, path="$.role", id=hello.id)
+
+    async def slow_guess(self, peer: str) -> None:
+        """Count a wrong token, log it from time to time, and delay its sender."""
+        self._gateway.counts["refused: token"] += 1
+        self._guesses.note(peer, self._clock())
+        await asyncio.sleep(GUESS_S)
+
+    async def _open(self, socket: LimitedSocket, hello: Hello, as_text: bool) -> Connection:
+        observer = hello.role == "observer"
+        session = self._session(observer=observer)
+        name = f"{hello.client.name[:40]!r} #{next(self._numbers)}"
+        connection = Connection(socket, name, session, as_text=as_text)
+        self._gateway.join(connection)
+        logger.info("%s connected as %s, owner: %s", name, hello.role, session.owner)
+        try:
+            await connection.send(self._welcome_message(hello, session))
+        except ConnectionClosed:
+            self._gateway.leave(connection)
+            raise
+        return connection
+
+    def _session(self, *, observer: bool) -> SceneSession:
+        """Begin a session; a scene's is recorded when sessions are kept."""
+        given: dict[str, Any] = {
+            "owner": not observer and self._gateway.owner is None,
+            "observer": observer,
+            "hold": self._gateway.outputs.hold,
+            "reading": self._gateway.outputs.reading,
+            "table": self._offer.table,
+            "saved": self._offer.saved,
+            "can_ask": self._offer.models.vlm is not None,
+            "contact_resistance": self._offer.contact_resistance,
+            "plate_resistance": self._offer.plate_resistance,
+            "thermal_gain": self._gateway.outputs.thermal_gain,
+        }
+        if self._offer.recorder is None or observer:
+            return SceneSession(**given)
+        return RecordedSession(write_line=self._offer.recorder.begin(recorded.head(given)), **given)
+
+    def _welcome_message(self, hello: Hello, session: SceneSession) -> Welcome:
+        return Welcome(
+            id=hello.id,
+            service=Party(name="hapticvlm", version=__version__),
+            protocol=ProtocolVersion(major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR),
+            session=secrets.token_hex(8),
+            owner=session.owner,
+            limits=Limits(
+                message_bytes=MAX_MESSAGE_BYTES,
+                pixels=MAX_SIDE_PX,
+                frames_per_s=FRAMES_PER_S,
+                lease_ms=LEASE_MS,
+                setpoint_c=SetpointRange(low=SETPOINT_MIN_C, high=SETPOINT_MAX_C),
+            ),
+            devices=self._offer.devices,
+            models=self._offer.models,
+            materials=list(self._offer.table),
+            privacy=Privacy(
+                frames_stored=self._offer.recorder is not None
+                and self._offer.recorder.keeps_frames,
+                frames_leave_machine=self._offer.asks_elsewhere
+                or not http.is_loopback(self._address.host),
+                crops_leave_machine=self._offer.crops_elsewhere,
+            ),
+        )
+
+
+class Guesses:
+    """Logs wrong tokens: the first at once, then how many came every few seconds."""
+
+    def __init__(self) -> None:
+        self._since = 0
+        self._logged_at = float("-inf")
+
+    def note(self, peer: str, now: float) -> None:
+        """Note a wrong token of this address."""
+        self._since += 1
+        if now - self._logged_at >= GUESSES_LOGGED_S:
+            logger.warning("%d wrong tokens, the newest from %s", self._since, peer)
+            self._since, self._logged_at = 0, now

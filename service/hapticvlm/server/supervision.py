@@ -1,0 +1,118 @@
+"""What the gateway does as time passes: ticks, telemetry, watching children, reporting losses.
+
+Leases that lapsed end here, the plate is followed, and what fails is reported to every connection.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+
+from hapticvlm.devices.faults import describe
+from hapticvlm.messages import Error
+from hapticvlm.server import status
+from hapticvlm.server.connection import Event
+from hapticvlm.server.gateway import Gateway
+
+TICK_S = 0.02
+TELEMETRY_S = 0.1
+LOSSES_S = 10.0
+WAVEFORM_S = 0.02  # sound in a browser lags by this and what the browser keeps in hand
+
+logger = logging.getLogger(__name__)
+
+
+class Supervision:
+    """Looks after one gateway; each `run` goes on until it is cancelled."""
+
+    def __init__(self, gateway: Gateway) -> None:
+        self._gateway = gateway
+        self._lost_lines, self._losses_at = 0, float("-inf")
+
+    async def run_ticks(self) -> None:
+        """End lapsed leases, follow the plate and watch the children, until cancelled."""
+        gateway = self._gateway
+        while True:
+            await asyncio.sleep(TICK_S)
+            now = time.monotonic()
+            self._follow_plate(now)
+            if gateway.owner is not None:
+                gateway.leased_at = now if gateway.leases else gateway.leased_at
+                actions = gateway.owner.session.tick(now, gateway.outputs.reading)
+                gateway.deliver(gateway.owner, actions)
+                if gateway.vibration.is_on:
+                    gateway.vibration.tick(now)
+            self._supervise(now)
+
+    async def run_telemetry(self) -> None:
+        """Report the state of the outputs to every connection, until cancelled."""
+        while True:
+            await asyncio.sleep(TELEMETRY_S)
+            dropped = (n for name, n in self._gateway.counts.items() if name.startswith("frames "))
+            telemetry = status.telemetry(
+                self._gateway.outputs, dropped_frames=sum(dropped), leases=self._gateway.leases
+            )
+            event = Event(telemetry)
+            for connection in self._gateway.connections:
+                connection.post(event)
+
+    async def run_waveform(self) -> None:
+        """Send what the speaker plays to the observers that watch it, until cancelled."""
+        start = 0
+        while True:
+            await asyncio.sleep(WAVEFORM_S)
+            watching = [other for other in self._gateway.connections if "waveform" in other.watches]
+            if not watching:
+                continue
+            waveform = status.waveform(self._gateway.outputs.speaker, start)
+            start = (waveform.start or 0) + len(waveform.samples or ())
+            if waveform.samples:
+                event = Event(waveform)
+                for connection in watching:
+                    connection.post(event)
+
+    def _follow_plate(self, now: float) -> None:
+        new = self._gateway.outputs.follow(now)
+        for fault in new:
+            self._report(Error(id=0, code="device", text=f"plate fault: {describe(fault)}"))
+        if new:
+            self._gateway.stop("peltier")
+
+    def _supervise(self, now: float) -> None:
+        trouble = self._gateway.outputs.speaker.supervise(now)
+        if trouble is not None:
+            self._rest_owner()
+            self._report(Error(id=0, code="device", text=trouble))
+        trouble = self._gateway.recogniser.worker.supervise(now)
+        if trouble is not None:
+            self._gateway.recognition.fail(trouble)
+            self._report(Error(id=0, code="model", text=trouble))
+        trouble = None if self._gateway.vlm is None else self._gateway.vlm.supervise(now)
+        if trouble is not None:
+            self._report(Error(id=0, code="model", text=trouble))
+        self._report_losses(now)
+        # A recogniser that has just come back has nobody else to wake it.
+        self._gateway.recognition.feed()
+
+    def _report_losses(self, now: float) -> None:
+        """Report that the record misses lines, when it begins and from time to time."""
+        lost = 0 if self._gateway.recorder is None else self._gateway.recorder.lost
+        if lost <= self._lost_lines or now - self._losses_at < LOSSES_S:
+            return
+        self._lost_lines, self._losses_at = lost, now
+        text = f"the record misses {lost} lines: free the disk, or record without pictures"
+        self._report(Error(id=0, code="overload", text=text))
+
+    def _rest_owner(self) -> None:
+        if self._gateway.owner is not None:
+            self._gateway.owner.session.rest()
+        self._gateway.vibration.rest()
+        self._gateway.outputs.plate.rest(time.monotonic())
+
+    def _report(self, error: Error) -> None:
+        self._gateway.refuse(error.code)
+        logger.error("%s", error.text)
+        event = Event(error)
+        for connection in self._gateway.connections:
+            connection.post(event)
