@@ -11,7 +11,8 @@ import pytest
 
 from hapticvlm.commands import config_file, serve
 from hapticvlm.commands.local_service import running
-from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option, Serving
+from hapticvlm.commands.parsing import Option
+from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Serving
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "hapticvlm.toml"
 SECRET = "a-secret-nobody-prints"

@@ -14,10 +14,10 @@ SLOW = ("scipy.signal", "scipy.stats", "scipy.optimize", "matplotlib")
 PUT_TOGETHER = """
 import sys
 from pathlib import Path
-from hapticvlm.commands import assemble
+from hapticvlm.commands import assemble, run_service
 from hapticvlm.commands.serve_config import Serving
 gallery = Path(sys.argv[1]) if sys.argv[1:] else None
-assemble._make(Serving(gallery=gallery))
+assemble.make(Serving(gallery=gallery))
 """
 STRUCK = """
 import sys

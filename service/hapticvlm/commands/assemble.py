@@ -1,22 +1,16 @@
-"""Puts the service together, runs it until it is asked to stop, and takes it apart."""
+"""Puts the service together out of its settings; run_service.py runs it.
+
+What is asked beside the embedded encoder, a VLM or a shared recogniser, may be another machine.
+"""
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
-import gc
-import logging
+import importlib.util
 import os
-import signal
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
-from typing import TypeVar
 
-from hapticvlm import __version__
-from hapticvlm.commands import elsewhere
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.pattern_folder import read_patterns
@@ -26,27 +20,18 @@ from hapticvlm.devices.simulated_board import simulated_plate
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.materials import Material
 from hapticvlm.messages import Device, Devices, Models
-from hapticvlm.processes.model_worker import Answered
 from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
 from hapticvlm.processes.vlm import VlmWorker
 from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
+from hapticvlm.recognition.remote.settings import RemoteSettings
+from hapticvlm.recognition.vlm.contract import DEFAULT_MODEL, VlmSettings
 from hapticvlm.rendering.equaliser import Correction
-from hapticvlm.server import certificate, log_writer, statements
+from hapticvlm.server import certificate, statements
 from hapticvlm.server.access import Address
 from hapticvlm.server.certificate import Certificate
-from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.handshake import Offer
-from hapticvlm.server.http import is_loopback
-from hapticvlm.server.lan_pages import own_address
 from hapticvlm.server.recorded_sessions import RecordedSessions
 from hapticvlm.server.recorder import Recorder
-from hapticvlm.server.supervision import Supervision
-from hapticvlm.server.websocket import WebSocketServer
-
-GATEWAY_PRIORITY = 10
-SWITCH_S = 0.001  # a stop passes through the plate's thread, which a busy loop holds up otherwise
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,49 +60,9 @@ def address(serving: Serving) -> Address:
     )
 
 
-async def run(serving: Serving, where: Address) -> None:
-    """Run the service until SIGINT, SIGTERM or SIGHUP.
-
-    Raises ValueError, OSError, ChildError and DeviceError for what cannot be put together.
-    """
-    stopping = asyncio.Event()
-    _on_signals(asyncio.get_running_loop(), stopping)
-    parts = _make(serving)
-    gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.vlm)
-    gateway.recorder = parts.recorder
-    gateway.log = log_writer.take_over()
-    logging.getLogger("hapticvlm").addHandler(log_writer.ObserverLog(gateway.show_log))
-    try:
-        await _start(parts, gateway)
-        server = WebSocketServer(where, gateway, _offer(serving, parts), time.monotonic)
-        has_priority = not serving.no_realtime and _raise_priority()
-        sys.setswitchinterval(SWITCH_S)
-        supervision = Supervision(gateway)
-        async with server.listen() as port, asyncio.TaskGroup() as tasks:
-            running = [
-                tasks.create_task(supervision.run_ticks()),
-                tasks.create_task(supervision.run_telemetry()),
-                tasks.create_task(supervision.run_waveform()),
-            ]
-            # What was made so far stays: looking through it again would hold up a touch by 40 ms.
-            gc.collect()
-            gc.freeze()
-            print_ready(serving, port, _devices(parts), has_priority=has_priority)
-            await stopping.wait()
-            gateway.close()
-            for task in running:
-                task.cancel()
-            # The outputs end first: closing connections may wait for a client that does not read.
-            parts.plate.close()
-            await asyncio.to_thread(parts.speaker.close)
-    finally:
-        await _close(parts)
-    print("hapticvlm stopped, outputs at rest", flush=True)
-
-
-def _make(serving: Serving) -> Parts:
+def make(serving: Serving) -> Parts:
     """Make every part, none of it started. Raises ValueError and OSError."""
-    vlm = elsewhere.vlm_worker(serving)  # first: what is refused here leaves nothing half made
+    vlm = _vlm_worker(serving)  # first: what is refused here leaves nothing half made
     user_materials = read_folder(serving.gallery)
     table = table_with(user_materials)
     saved = {} if serving.stated is None else statements.read(serving.stated, table)
@@ -129,7 +74,7 @@ def _make(serving: Serving) -> Parts:
         user_materials,
         serving.encoder_device,
         serving.threads,
-        elsewhere.remote_settings(serving),
+        _remote_settings(serving),
     )
     return Parts(
         speaker=Speaker(_audio(serving, table)),
@@ -189,23 +134,12 @@ def _audio(serving: Serving, table: Mapping[str, Material]) -> AudioSettings:
     )
 
 
-async def _start(parts: Parts, gateway: Gateway) -> None:
-    loop = asyncio.get_running_loop()
-    # The plate is first: what fails here leaves no child half started.
-    await asyncio.to_thread(parts.plate.start)
-    await asyncio.gather(
-        asyncio.to_thread(parts.speaker.start),
-        asyncio.to_thread(parts.recogniser.start, partial(_on_loop, loop, gateway.on_recognised)),
-    )
-    if parts.vlm is not None:
-        parts.vlm.start(partial(_on_loop, loop, gateway.on_reply))
-
-
-def _offer(serving: Serving, parts: Parts) -> Offer:
+def offer(serving: Serving, parts: Parts) -> Offer:
+    """Return what `welcome` reports of these parts, once they have started."""
     loaded = parts.recogniser.loaded
     vlm = None if parts.vlm is None else parts.vlm.settings.model
     return Offer(
-        _devices(parts),
+        devices(parts),
         Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm),
         parts.table,
         asks_elsewhere=serving.vlm_url is not None,
@@ -218,26 +152,12 @@ def _offer(serving: Serving, parts: Parts) -> Offer:
     )
 
 
-def _devices(parts: Parts) -> Devices:
+def devices(parts: Parts) -> Devices:
+    """Return the outputs and which of them are simulated."""
     return Devices(
         speaker=Device(name=parts.speaker.name, simulated=parts.speaker.simulated),
         peltier=Device(name=parts.plate.name, simulated=parts.plate.simulated),
     )
-
-
-async def _close(parts: Parts) -> None:
-    parts.plate.close()
-    closing = [parts.speaker.close, parts.recogniser.close]
-    closing += [part.close for part in (parts.vlm, parts.recorder) if part is not None]
-    await asyncio.gather(*map(asyncio.to_thread, closing))
-
-
-def _on_loop(
-    loop: asyncio.AbstractEventLoop, receive: Callable[[Answered[T]], None], answered: Answered[T]
-) -> None:
-    """Forward a worker's answer from its reader thread to the event loop."""
-    with contextlib.suppress(RuntimeError):  # the loop has closed
-        loop.call_soon_threadsafe(receive, answered)
 
 
 def _plate(serving: Serving) -> Peltier:
@@ -247,60 +167,44 @@ def _plate(serving: Serving) -> Peltier:
     return Peltier(serving.peltier, realtime=realtime)
 
 
-def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:
-    def stop() -> None:
-        if stopping.is_set():  # asked twice: leave at once, the engine fades by itself
-            os._exit(130)
-        stopping.set()
-
-    numbers = [signal.SIGINT, signal.SIGTERM]
-    closed_terminal = getattr(signal, "SIGHUP", None)  # Windows has none
-    if closed_terminal is not None and signal.getsignal(closed_terminal) != signal.SIG_IGN:
-        numbers.append(closed_terminal)  # ignored under nohup: then it goes on
-    for number in numbers:
-        try:
-            loop.add_signal_handler(number, stop)
-        except NotImplementedError:
-            signal.signal(number, lambda *_: loop.call_soon_threadsafe(stop))
-
-
-def _raise_priority() -> bool:
-    if not hasattr(os, "sched_setscheduler"):
-        return False
-    with contextlib.suppress(OSError):
-        policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-        os.sched_setscheduler(0, policy, os.sched_param(GATEWAY_PRIORITY))
-        return True
-    return False
+def _vlm_worker(serving: Serving) -> VlmWorker | None:
+    """Make the process that asks a VLM, if one is wanted. Raises ModuleNotFoundError."""
+    if serving.vlm is None and serving.vlm_url is None:
+        return None
+    if serving.vlm_url is None:
+        _require_models()
+    return VlmWorker(
+        VlmSettings(
+            model=serving.vlm or DEFAULT_MODEL,
+            url=serving.vlm_url,
+            token=os.environ.get("HAPTICVLM_VLM_TOKEN"),
+            device=serving.vlm_device,
+            threads=serving.vlm_threads,
+            image_tokens=serving.image_tokens,
+            timeout_s=serving.vlm_timeout,
+        )
+    )
 
 
-def print_ready(serving: Serving, port: int, devices: Devices, *, has_priority: bool) -> None:
-    """Print where the service listens (on `port`) and what it drives."""
-    shown = f"[{serving.host}]" if ":" in serving.host else serving.host
-    s = "" if serving.tls_cert is None else "s"
-    print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
-    print(f"  status page  http{s}://{shown}:{port}/")
-    for line in _network(serving, f"ws{s}", port):
-        print(line)
-    for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
-        print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
-    print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
-    if serving.recogniser_url is not None:
-        print(f"  recogniser   {serving.recogniser_url}: crops are sent there", flush=True)
-    if serving.vlm_url is not None:
-        print(f"  vlm          {serving.vlm_url}: frames are sent there", flush=True)
-    elif serving.vlm is not None:
-        print(f"  vlm          {serving.vlm or 'the default'}, loading", flush=True)
+def _require_models() -> None:
+    """Refuse at the start a model that could not be loaded later."""
+    for name in ("torch", "transformers"):
+        if importlib.util.find_spec(name) is None:
+            raise ModuleNotFoundError(name=name)
 
 
-def _network(serving: Serving, scheme: str, port: int) -> Iterator[str]:
-    """Yield what others on the network use, how they see pages, and who can read along."""
-    if is_loopback(serving.host):
-        return
-    address = own_address() if serving.host in ("0.0.0.0", "::") else None
-    if address is not None:
-        yield f"  from others  {scheme}://{address}:{port}/"
-    if serving.pages_from == "lan":
-        yield "  pages        for the local network too: any name, the token as password"
-    if serving.tls_cert is None:
-        yield "  unencrypted  the network can read along, the token too: see --tls-cert"
+def _remote_settings(serving: Serving) -> RemoteSettings | None:
+    """Return which shared recogniser is asked, if one is named. Raises LineError."""
+    if serving.recogniser_url is None:
+        return None
+    settings = RemoteSettings(
+        url=serving.recogniser_url,
+        token=os.environ.get("HAPTICVLM_RECOGNISER_TOKEN") or None,
+        gallery=serving.recogniser_gallery,
+        hash=serving.recogniser_hash,
+        deadline_s=serving.recogniser_deadline,
+        format=serving.recogniser_crops,
+        may_be_clear=serving.recogniser_clear_text,
+    )
+    settings.address()
+    return settings

@@ -1,14 +1,28 @@
-"""What every command needs to declare itself: a parser that suggests, and what options may be."""
+"""What every command needs to declare itself: a parser that suggests, and what options may be.
+
+Settings that may stand in a file too are fields of a dataclass, each with its Flag.
+"""
 
 from __future__ import annotations
 
 import argparse
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
+from types import NoneType
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Literal,
+    NoReturn,
+    TypeAlias,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 if TYPE_CHECKING:
     Commands: TypeAlias = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -127,3 +141,86 @@ def _not_a_result(text: str) -> argparse.ArgumentTypeError:
     return argparse.ArgumentTypeError(
         f"{text} is not what `hapticvlm calibrate thermal --out FILE` writes"
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """The description of an option: its group, its help without the default, ends of a number.
+
+    `bare` is what the flag without a value means; `names_path`: a name that may also be a folder;
+    `env`: the variable that a secret may come from; `read`: what takes the flag's text if not its
+    type; `former`: an older name that is still taken and not shown.
+    """
+
+    group: str
+    help: str
+    metavar: str | None = None
+    range: tuple[float, float] | None = None
+    bare: str | None = None
+    names_path: bool = False
+    env: str | None = None
+    read: Callable[[str], Any] | None = None
+    former: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One setting as flags and files need it; `kind` is its type without None."""
+
+    field: str
+    kind: Any
+    default: Any
+    details: Flag
+
+    @property
+    def name(self) -> str:
+        """What it is called in a config file: the flag without the dashes in front."""
+        return self.field.replace("_", "-")
+
+    @property
+    def flag(self) -> str:
+        """What it is called on the command line."""
+        return f"--{self.name}"
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The words it may be, or none if it is no choice of words."""
+        return get_args(self.kind) if get_origin(self.kind) is Literal else ()
+
+    @property
+    def accepted(self) -> str:
+        """What value it wants, for people."""
+        if self.details.range is not None:
+            low, high = self.details.range
+            return f"a {'whole ' if self.kind is int else ''}number, {low:g}..{high:g}"
+        if self.choices:
+            return f"one of {', '.join(self.choices)}"
+        return _ACCEPTED.get(self.kind, "a text in quotes")
+
+
+_ACCEPTED = {bool: "true or false", tuple[str, ...]: 'a list of texts, as in ["..."]'}
+
+
+def options_of(settings: type[Any]) -> tuple[Option, ...]:
+    """Return the options that a frozen dataclass declares: each field is annotated by its Flag."""
+    hints = get_type_hints(settings, include_extras=True)
+    found = []
+    for declared in fields(settings):
+        hint, flag = get_args(hints[declared.name])
+        kinds = [part for part in get_args(hint) if part is not NoneType]
+        is_optional = NoneType in get_args(hint)
+        found.append(
+            Option(declared.name, kinds[0] if is_optional else hint, declared.default, flag)
+        )
+    return tuple(found)
+
+
+def check_ranges(options: Iterable[Option], given: Mapping[str, Any]) -> None:
+    """Refuse flags with numbers that no set-up has. Raises ValueError."""
+    for option in options:
+        value = given.get(option.field)
+        if option.details.range is None or value is None:
+            continue
+        low, high = option.details.range
+        if not low <= value <= high:
+            raise ValueError(f"{option.flag} {value:g}: outside {low:g}..{high:g}")

@@ -13,8 +13,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm.commands.parsing import Option, check_ranges
 from hapticvlm.commands.reaching import port_errors
-from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Option, Serving, check_ranges
+from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Serving
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -
 def _serve(options: argparse.Namespace) -> int:
     import asyncio
 
-    from hapticvlm.commands import assemble
+    from hapticvlm.commands import assemble, run_service
 
     if options.log_level == "warning":
         logging.getLogger("hapticvlm").setLevel(logging.INFO)
@@ -57,7 +58,7 @@ def _serve(options: argparse.Namespace) -> int:
         if sys.stderr.isatty():
             print("hapticvlm serve: starting the outputs and the recogniser ...", file=sys.stderr)
         with port_errors(serving.port):
-            asyncio.run(assemble.run(serving, assemble.address(serving)))
+            asyncio.run(run_service.run(serving, assemble.address(serving)))
     return 0
 
 
@@ -102,13 +103,15 @@ def settle(given: argparse.Namespace, environment: Mapping[str, str] = os.enviro
         for option in OPTIONS
         if hasattr(given, option.field)
     }
-    check_ranges(flags)
+    check_ranges(OPTIONS, flags)
     return Serving(**_frozen(values | flags))
 
 
 def _argument(option: Option) -> dict[str, Any]:
     """Return what argparse is to know; a flag that is not given leaves no trace."""
-    text = option.details.help.replace("%(default)s", str(option.default))
+    text = option.details.help
+    if option.default not in (None, False, ()):
+        text += f" ({option.default})"
     argument: dict[str, Any] = {"default": argparse.SUPPRESS, "help": text}
     if option.kind is bool:
         return argument | {"action": "store_true"}

@@ -2,43 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from types import NoneType
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Literal
 
-from hapticvlm.commands.parsing import contact_resistance
+from hapticvlm.commands.parsing import Flag, contact_resistance, options_of
 
 CONNECTIONS, OUTPUTS, RECOGNITION = "connections", "outputs", "recognition"
 SURROUNDINGS, RECORDING = "surroundings", "recording"
-GROUPS = {
-    RECORDING: "recording",
-    CONNECTIONS: "connections",
-    OUTPUTS: "outputs",
-    RECOGNITION: "recognition",
-    SURROUNDINGS: "surroundings, read off frames by a vision-language model",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Flag:
-    """The description of an option: its group, its help, least and most of a number.
-
-    `bare` is what the flag without a value means; `names_path`: a name that may also be a folder;
-    `env`: the variable that a secret may come from; `read`: what takes the flag's text if not its
-    type; `former`: an older name that is still taken and not shown.
-    """
-
-    group: str
-    help: str
-    metavar: str | None = None
-    range: tuple[float, float] | None = None
-    bare: str | None = None
-    names_path: bool = False
-    env: str | None = None
-    read: Callable[[str], Any] | None = None
-    former: str | None = None
+GROUPS = {name: name for name in (RECORDING, CONNECTIONS, OUTPUTS, RECOGNITION)}
+GROUPS[SURROUNDINGS] = "surroundings, read off frames by a vision-language model"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,28 +19,16 @@ class Serving:
     """Every setting of the running service."""
 
     record: Annotated[
-        Path | None,
-        Flag(RECORDING, "keep each session in a sub-folder of this one", metavar="FOLDER"),
+        Path | None, Flag(RECORDING, "keep each session in a sub-folder of this one", "FOLDER")
     ] = None
     record_frames: Annotated[
         bool, Flag(RECORDING, "also keep the pictures; every scene is told so when it connects")
     ] = False
     host: Annotated[
-        str,
-        Flag(
-            CONNECTIONS,
-            "address to listen on; 0.0.0.0 is every network (%(default)s)",
-            metavar="ADDRESS",
-        ),
+        str, Flag(CONNECTIONS, "address to listen on; 0.0.0.0 is every network", "ADDRESS")
     ] = "127.0.0.1"
     port: Annotated[
-        int,
-        Flag(
-            CONNECTIONS,
-            "port to listen on, 0 for any free one (%(default)s)",
-            metavar="PORT",
-            range=(0, 65535),
-        ),
+        int, Flag(CONNECTIONS, "port to listen on, 0 for any free one", "PORT", range=(0, 65535))
     ] = 8790
     token: Annotated[
         str | None,
@@ -75,49 +36,38 @@ class Serving:
             CONNECTIONS,
             "secret that every client must send; needed beyond this machine; the variable "
             "HAPTICVLM_TOKEN keeps it out of the process list",
-            metavar="SECRET",
+            "SECRET",
             env="HAPTICVLM_TOKEN",
         ),
     ] = field(default=None, repr=False)
     tls_cert: Annotated[
         Path | None,
-        Flag(CONNECTIONS, "serve wss:// and https:// with this PEM certificate", metavar="FILE"),
+        Flag(CONNECTIONS, "serve wss:// and https:// with this PEM certificate", "FILE"),
     ] = None
     tls_key: Annotated[
         Path | None,
-        Flag(CONNECTIONS, "private key of the certificate, PEM without passphrase", metavar="FILE"),
+        Flag(CONNECTIONS, "private key of the certificate, PEM without passphrase", "FILE"),
     ] = None
     allow_origin: Annotated[
         tuple[str, ...],
         Flag(
             CONNECTIONS,
             "let web pages of this origin connect too, e.g. https://example.org (repeatable)",
-            metavar="ORIGIN",
+            "ORIGIN",
         ),
     ] = ()
     scene: Annotated[
-        Path | None,
-        Flag(
-            CONNECTIONS,
-            "serve the web pages of this folder at /scene/",
-            metavar="FOLDER",
-        ),
+        Path | None, Flag(CONNECTIONS, "serve the web pages of this folder at /scene/", "FOLDER")
     ] = None
     pages_from: Annotated[
         Literal["this-machine", "lan"],
         Flag(
             CONNECTIONS,
-            "who may open the pages; browsers of the local network are asked for the token "
-            "(%(default)s)",
+            "who may open the pages; browsers of the local network are asked for the token",
         ),
     ] = "this-machine"
     speaker: Annotated[
-        str,
-        Flag(
-            OUTPUTS,
-            "audio output: simulated, default, jack, or part of its name (%(default)s)",
-            metavar="NAME",
-        ),
+        str, Flag(OUTPUTS, "audio output: simulated, default, jack, or part of its name", "NAME")
     ] = "simulated"
     patterns: Annotated[
         Path | None,
@@ -125,7 +75,7 @@ class Serving:
             OUTPUTS,
             "play the WAV files of this folder instead of synthesis; their names are "
             "MATERIAL-INTERACTION.wav, or those of the paper's patterns",
-            metavar="FOLDER",
+            "FOLDER",
         ),
     ] = None
     speaker_response: Annotated[
@@ -133,18 +83,18 @@ class Serving:
         Flag(
             OUTPUTS,
             "correct the speaker by this curve, written by `hapticvlm calibrate speaker`",
-            metavar="FILE",
+            "FILE",
         ),
     ] = None
     wav: Annotated[
-        Path | None, Flag(OUTPUTS, "also write what is played to this WAV file", metavar="FILE")
+        Path | None, Flag(OUTPUTS, "also write what is played to this WAV file", "FILE")
     ] = None
     block: Annotated[
         int,
         Flag(
             OUTPUTS,
-            "samples of one audio block at 48 kHz; fewer are quicker (%(default)s)",
-            metavar="SAMPLES",
+            "samples of one audio block at 48 kHz; fewer are quicker",
+            "SAMPLES",
             range=(16, 4800),
         ),
     ] = 128
@@ -152,19 +102,13 @@ class Serving:
         float,
         Flag(
             OUTPUTS,
-            "upper limit of the speaker's level, 0 to 1 of full scale, whatever a scene sets "
-            "(%(default)s)",
-            metavar="SHARE",
+            "upper limit of the speaker's level, 0 to 1 of full scale, whatever a scene sets",
+            "SHARE",
             range=(0.0, 1.0),
         ),
     ] = 1.0
     peltier: Annotated[
-        str,
-        Flag(
-            OUTPUTS,
-            "the plate: a serial port, `auto`, or `simulated` (%(default)s)",
-            metavar="PORT",
-        ),
+        str, Flag(OUTPUTS, "the plate: a serial port, `auto`, or `simulated`", "PORT")
     ] = "simulated"
     contact_resistance: Annotated[
         float | None,
@@ -172,7 +116,7 @@ class Serving:
             OUTPUTS,
             "contact resistance of the palm in m2 K/W, or a file that `hapticvlm calibrate "
             "thermal` wrote (each material has its own)",
-            metavar="R_OR_FILE",
+            "R_OR_FILE",
             range=(0.0, 0.1),
             read=contact_resistance,
         ),
@@ -181,8 +125,8 @@ class Serving:
         float,
         Flag(
             OUTPUTS,
-            "resistance between palm and plate in m2 K/W; the plate compensates it (%(default)s)",
-            metavar="R",
+            "resistance between palm and plate in m2 K/W; the plate compensates it",
+            "R",
             range=(0.0, 0.005),
         ),
     ] = 2e-4
@@ -193,7 +137,7 @@ class Serving:
             RECOGNITION,
             "image network: the name or folder of any that transformers can load, or a .onnx or "
             ".tflite file; each needs further packages (the shipped one)",
-            metavar="NAME_OR_FILE",
+            "NAME_OR_FILE",
             names_path=True,
         ),
     ] = None
@@ -202,7 +146,7 @@ class Serving:
         Flag(
             RECOGNITION,
             ".npz file or gallery folder of reference pictures (the shipped one)",
-            metavar="GALLERY",
+            "GALLERY",
         ),
     ] = None
     stated: Annotated[
@@ -210,25 +154,15 @@ class Serving:
         Flag(
             RECOGNITION,
             "materials of objects that a person stated at the dashboard, as its Save gives them",
-            metavar="FILE",
+            "FILE",
         ),
     ] = None
     encoder_device: Annotated[
         Literal["cpu", "cuda", "auto"],
-        Flag(
-            RECOGNITION,
-            "where a network of transformers runs (%(default)s)",
-            former="device",
-        ),
+        Flag(RECOGNITION, "where a network of transformers runs", former="device"),
     ] = "cpu"
     threads: Annotated[
-        int,
-        Flag(
-            RECOGNITION,
-            "CPU threads of the encoder (%(default)s)",
-            metavar="N",
-            range=(1, 1024),
-        ),
+        int, Flag(RECOGNITION, "CPU threads of the encoder", "N", range=(1, 1024))
     ] = 1
     recogniser_url: Annotated[
         str | None,
@@ -237,18 +171,18 @@ class Serving:
             "let the `hapticvlm recogniser-app` at this address recognise objects; this service "
             "does it whenever that fails. Crops LEAVE this machine if it runs on another. Its "
             "token is in HAPTICVLM_RECOGNISER_TOKEN",
-            metavar="URL",
+            "URL",
         ),
     ] = None
     recogniser_gallery: Annotated[
-        str, Flag(RECOGNITION, "name of its gallery to be used (%(default)s)", metavar="NAME")
+        str, Flag(RECOGNITION, "name of its gallery to be used", "NAME")
     ] = "shipped"
     recogniser_hash: Annotated[
         str | None,
         Flag(
             RECOGNITION,
             "accept its answers only if its encoder and gallery have this hash (see /v1/identity)",
-            metavar="HASH",
+            "HASH",
         ),
     ] = None
     recogniser_deadline: Annotated[
@@ -256,17 +190,14 @@ class Serving:
         Flag(
             RECOGNITION,
             "seconds for an object to be recognised; after three quarters of them this service "
-            "begins to do it itself (%(default)s)",
-            metavar="S",
+            "begins to do it itself",
+            "S",
             range=(0.02, 5.0),
         ),
     ] = 0.2
     recogniser_crops: Annotated[
         Literal["rgba8", "jpeg"],
-        Flag(
-            RECOGNITION,
-            "format of the crops sent to it: jpeg is smaller, rgba8 exact (%(default)s)",
-        ),
+        Flag(RECOGNITION, "format of the crops sent to it: jpeg is smaller, rgba8 exact"),
     ] = "rgba8"
     recogniser_clear_text: Annotated[
         bool,
@@ -279,7 +210,7 @@ class Serving:
             "ask this image-text model of transformers for the ambient temperature, and about "
             "objects that stay unknown; needs torch and transformers (none; --vlm alone means "
             "Qwen/Qwen2-VL-2B-Instruct)",
-            metavar="NAME_OR_FOLDER",
+            "NAME_OR_FOLDER",
             bare="",
             names_path=True,
         ),
@@ -290,96 +221,27 @@ class Serving:
             SURROUNDINGS,
             "ask an OpenAI-compatible endpoint instead; --vlm names its model. Frames LEAVE this "
             "machine if the endpoint is elsewhere. Its token is in HAPTICVLM_VLM_TOKEN",
-            metavar="URL",
+            "URL",
         ),
     ] = None
-    vlm_device: Annotated[
-        str, Flag(SURROUNDINGS, "where that model runs: cpu or cuda (%(default)s)", metavar="NAME")
-    ] = "cpu"
+    vlm_device: Annotated[str, Flag(SURROUNDINGS, "where that model runs: cpu or cuda", "NAME")] = (
+        "cpu"
+    )
     vlm_threads: Annotated[
-        int,
-        Flag(SURROUNDINGS, "CPU threads of that model (%(default)s)", metavar="N", range=(1, 1024)),
+        int, Flag(SURROUNDINGS, "CPU threads of that model", "N", range=(1, 1024))
     ] = 1
     image_tokens: Annotated[
         int,
         Flag(
             SURROUNDINGS,
-            "a frame is given to it as at most this many tokens; fewer are quicker (%(default)s)",
-            metavar="N",
+            "a frame is given to it as at most this many tokens; fewer are quicker",
+            "N",
             range=(4, 4096),
         ),
     ] = 64
     vlm_timeout: Annotated[
-        float,
-        Flag(
-            SURROUNDINGS,
-            "seconds to wait for its answer (%(default)s)",
-            metavar="S",
-            range=(0.1, 600.0),
-        ),
+        float, Flag(SURROUNDINGS, "seconds to wait for its answer", "S", range=(0.1, 600.0))
     ] = 30.0
 
 
-@dataclass(frozen=True, slots=True)
-class Option:
-    """One field of `Serving` as flags and files need it; `kind` is its type without None."""
-
-    field: str
-    kind: Any
-    default: Any
-    details: Flag
-
-    @property
-    def name(self) -> str:
-        """What it is called in a config file: the flag without the dashes in front."""
-        return self.field.replace("_", "-")
-
-    @property
-    def flag(self) -> str:
-        """What it is called on the command line."""
-        return f"--{self.name}"
-
-    @property
-    def choices(self) -> tuple[str, ...]:
-        """The words it may be, or none if it is no choice of words."""
-        return get_args(self.kind) if get_origin(self.kind) is Literal else ()
-
-    @property
-    def accepted(self) -> str:
-        """What value it wants, for people."""
-        if self.details.range is not None:
-            low, high = self.details.range
-            return f"a {'whole ' if self.kind is int else ''}number, {low:g}..{high:g}"
-        if self.choices:
-            return f"one of {', '.join(self.choices)}"
-        return _ACCEPTED.get(self.kind, "a text in quotes")
-
-
-_ACCEPTED = {bool: "true or false", tuple[str, ...]: 'a list of texts, as in ["..."]'}
-
-
-def _options() -> tuple[Option, ...]:
-    hints = get_type_hints(Serving, include_extras=True)
-    found = []
-    for declared in fields(Serving):
-        hint, flag = get_args(hints[declared.name])
-        kinds = [part for part in get_args(hint) if part is not NoneType]
-        is_optional = NoneType in get_args(hint)
-        found.append(
-            Option(declared.name, kinds[0] if is_optional else hint, declared.default, flag)
-        )
-    return tuple(found)
-
-
-OPTIONS = _options()
-
-
-def check_ranges(given: Mapping[str, Any]) -> None:
-    """Refuse flags with numbers that no set-up has. Raises ValueError."""
-    for option in OPTIONS:
-        value = given.get(option.field)
-        if option.details.range is None or value is None:
-            continue
-        low, high = option.details.range
-        if not low <= value <= high:
-            raise ValueError(f"{option.flag} {value:g}: outside {low:g}..{high:g}")
+OPTIONS = options_of(Serving)
