@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from hapticvlm import materials
 from hapticvlm.recognition.ladder import KNOWN, SURE, Evidence
-from hapticvlm.recognition.names import from_name, from_shader
+from hapticvlm.recognition.names import from_name
+from hapticvlm.recognition.shader import from_shader
 
 
 def read(name: str) -> Evidence:

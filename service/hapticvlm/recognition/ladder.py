@@ -67,6 +67,12 @@ class Verdict:
     evidence: tuple[Evidence, ...]
 
 
+def ranked(rung: Rung, beliefs: Mapping[str, float]) -> Evidence:
+    """Return beliefs as evidence, best first, rounded: the same whatever order they came in."""
+    best_first = sorted(beliefs.items(), key=lambda item: (-item[1], item[0]))
+    return Evidence(rung, tuple((name, round(p, 4)) for name, p in best_first))
+
+
 def restrict(item: Evidence, among: Collection[str] | None) -> Evidence:
     """Restrict beliefs to these materials (None: all): the mass of others goes to them in scale.
 

@@ -1,4 +1,4 @@
-"""What an object's or material's name, and its shader's parameters, imply about its material. Pure.
+"""What the name of an object or of its material implies about the material. Pure.
 
 A name is cut into words (CamelCase, snake, kebab, digits, engine noise). Each word is looked up in
 materials.toml (class words) and names.toml (things, finishes, phrases). Words are read the way
@@ -20,6 +20,7 @@ from typing import Literal
 
 from hapticvlm import materials
 from hapticvlm.materials import Material
+from hapticvlm.recognition import ladder
 from hapticvlm.recognition.ladder import Evidence
 
 Kind = Literal["word", "form", "weak", "thing", "phrase", "part", "tail", "not", "fake", "look", ""]
@@ -29,9 +30,6 @@ WORD_BELIEF = 0.93  # a class word is right this often; checked by the reliabili
 FAKE = 0.3  # what is left of a belief in "faux leather" or "leather look"
 MINOR = 0.1  # weight of what stands beside the word that decides, and of things beside the head
 LEAST_PART = 3  # letters of the shortest word looked for inside an unbroken compound
-METALLIC = 0.9  # from here on a shader means bare metal
-DIELECTRIC = 0.1  # up to here it means no bare metal
-TRANSMISSIVE = 0.5  # from here on light passes through the object
 
 _CAMEL = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+")
 
@@ -69,7 +67,7 @@ def from_name(name: str, lexicon: Lexicon | None = None) -> Evidence | None:
         return None
     head = _head(groups)
     weights = [1.0 if at == head else MINOR for at in range(len(groups))]
-    return _evidence("name", _mix([_meaning(group) for group in groups], weights))
+    return ladder.ranked("name", _mix([_meaning(group) for group in groups], weights))
 
 
 def head_words(name: str, lexicon: Lexicon) -> tuple[str, ...]:
@@ -78,42 +76,6 @@ def head_words(name: str, lexicon: Lexicon) -> tuple[str, ...]:
     if not groups:
         return ()
     return tuple(word for item in groups[_head(groups)] for word in item.words)
-
-
-def from_shader(
-    metallic: float | None,
-    roughness: float | None,
-    transmission: float | None,
-    base_color: tuple[float, float, float] | None,
-) -> Evidence | None:
-    """Read physically based parameters (0..1); None when they are no evidence.
-
-    metallic 1 with roughness 1 or unstated is glTF's default, found on textured wood as often as on
-    metal: it is no evidence.
-    """
-    if (transmission or 0.0) >= TRANSMISSIVE and (metallic or 0.0) < METALLIC:
-        clear = {"glass": 0.75, "plastic": 0.15}  # not sure by itself: acrylic and water are clear
-        frosted = {"glass": 0.55, "plastic": 0.3}
-        return _evidence("shader", frosted if (roughness or 0.0) > 0.3 else clear)
-    if metallic is None or (metallic == 1.0 and roughness in (None, 1.0)):
-        return None
-    if metallic >= METALLIC:
-        is_dark = base_color is not None and max(base_color) < 0.1  # unlike any bare metal
-        return _evidence("shader", {"metal": 0.6 if is_dark else 0.9})
-    if metallic <= DIELECTRIC:
-        return _evidence("shader", _dielectric(roughness))
-    return None
-
-
-def _dielectric(roughness: float | None) -> dict[str, float]:
-    """Believe all but metal alike; smooth is hardly cloth or paper, rough hardly glass."""
-    doubt = {"metal": 0.3}
-    if roughness is not None and roughness <= 0.2:
-        doubt |= dict.fromkeys(("fabric", "paper", "rubber", "foliage"), 0.5)
-    if roughness is not None and roughness >= 0.7:
-        doubt |= {"glass": 0.4, "ceramic": 0.7}
-    odds = {name: doubt.get(name, 1.0) for name in materials.MATERIALS}
-    return {name: value / sum(odds.values()) for name, value in odds.items()}
 
 
 def words_of(name: str) -> list[str]:
@@ -242,11 +204,6 @@ def _mix(parts: Sequence[Distribution], weights: Sequence[float]) -> dict[str, f
         name: sum(w * p.get(name, 0.0) for w, p in zip(weights, parts, strict=True)) / total
         for name in names
     }
-
-
-def _evidence(rung: Literal["name", "shader"], beliefs: Distribution) -> Evidence:
-    ranked = sorted(beliefs.items(), key=lambda item: (-item[1], item[0]))
-    return Evidence(rung, tuple((name, round(p, 4)) for name, p in ranked))
 
 
 @lru_cache(maxsize=4)

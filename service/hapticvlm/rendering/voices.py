@@ -20,14 +20,7 @@ from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering import vibration
 from hapticvlm.rendering.limiter import Limiter
 from hapticvlm.rendering.patterns import Pattern, PatternTexture
-from hapticvlm.rendering.vibration import (
-    IMPACTS,
-    NOMINAL,
-    TEXTURES,
-    Motion,
-    Playback,
-    Texture,
-)
+from hapticvlm.rendering.vibration import IMPACTS, NOMINAL, TEXTURES, Motion, Playback, Texture
 
 FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
 _CHUNK = 256  # samples, so that a long block cannot hide the end of a lease

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
 
+import msgspec
+
 from hapticvlm.materials import Material
-from hapticvlm.messages import Decision, MessageError, Scene
+from hapticvlm.messages import Decision, Frame, MessageError, Scene
 from hapticvlm.rendering.plate_limits import PlateLimits
 from hapticvlm.rendering.thermal import ThermalContact
 from hapticvlm.session import decisions
@@ -21,13 +23,13 @@ class SceneModel:
 
     def __init__(
         self,
-        objects: SceneObjects,
         table: Mapping[str, Material],
+        saved: Mapping[str, str],
         *,
         can_ask: bool,
         contact_resistance: float | None,
     ) -> None:
-        self.objects = objects
+        self.objects = SceneObjects(table, saved)
         self.surroundings = Surroundings(can_ask=can_ask)
         self._table = table
         self._can_ask = can_ask
@@ -111,6 +113,18 @@ class SceneModel:
         change = decisions.change_key(decision)
         before, state.announced, state.compared_from = state.announced, change, inputs
         return decision if change != before else None
+
+    def teaching(self, frame: Frame, key: str) -> list[RecogniseFrame]:
+        """Teach the scene from some pictures of an object that is sure."""
+        objects = self.objects
+        material = objects.teaches(key, always=frame.purpose == "enrol")
+        if material is None:
+            return []
+        quiet = msgspec.structs.replace(frame, id=0, purpose="enrol")
+        generation = objects.generation(key)
+        return [
+            RecogniseFrame(quiet, key, generation, scene=objects.scene_number, teaches=material)
+        ]
 
     def question(self, action: RecogniseFrame, now: float) -> list[AskMaterial]:
         """Ask a VLM what a named object is made of that the encoder leaves unknown."""

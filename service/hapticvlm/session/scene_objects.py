@@ -20,10 +20,9 @@ from hapticvlm.messages import Decision, MessageError, Scene, SceneObject
 from hapticvlm.recognition import fusion, ladder, names, sub_materials
 from hapticvlm.recognition.fusion import Fused
 from hapticvlm.recognition.ladder import Evidence, Verdict
-from hapticvlm.recognition.names import Lexicon
 from hapticvlm.recognition.sub_materials import Make
 from hapticvlm.rendering.thermal import ThermalContact
-from hapticvlm.session import stated
+from hapticvlm.session.given import NONE_SAVED, gather, name_of, saved_facts, with_saved
 from hapticvlm.session.grading import Grading
 
 MAX_KNOWN = 8192
@@ -74,7 +73,7 @@ class SceneObjects:
     def __init__(
         self,
         table: Mapping[str, Material] = materials.MATERIALS,
-        saved: Mapping[str, str] = stated.NONE_SAVED,
+        saved: Mapping[str, str] = NONE_SAVED,
     ) -> None:
         self._table = table
         self._saved = saved
@@ -106,7 +105,7 @@ class SceneObjects:
             self._among = frozenset(scene.materials)
         for given in scene.objects:
             known = self.known.get(given.object_id)
-            facts = stated.with_saved(given, self._saved)
+            facts = with_saved(given, self._saved)
             state = self.known[given.object_id] = ObjectState(facts)
             if known is not None:
                 state.recognised, state.vlm, state.asked_at = (
@@ -204,7 +203,7 @@ class SceneObjects:
         return self._new(key) if known is None else known
 
     def _new(self, key: Key) -> ObjectState:
-        known = ObjectState(stated.saved_facts(key, self._saved))
+        known = ObjectState(saved_facts(key, self._saved))
         if len(self.known) < MAX_KNOWN or self._has_made_room():
             self.known[key] = known
         return known
@@ -221,35 +220,12 @@ class SceneObjects:
 
     def _given(self, key: Key, known: ObjectState) -> tuple[Evidence, ...]:
         if known.given is None:
-            known.given = _gather(key, known.facts, self._lexicon)
-            name = _named(key, known.facts)
+            known.given = gather(key, known.facts, self._lexicon)
+            name = name_of(key, known.facts)
             if name is not None:
                 known.make = sub_materials.from_name(name, self._lexicon)
             known.table = known.make.refine(self._table)
         return known.given
-
-
-def _gather(key: Key, facts: SceneObject | None, lexicon: Lexicon) -> tuple[Evidence, ...]:
-    """Climb the rungs that need no picture and stop at the first that is sure."""
-    if facts and facts.material and facts.material != materials.UNKNOWN:
-        return (Evidence("scene", ((facts.material, 1.0),)),)
-    found: list[Evidence] = []
-    name = _named(key, facts)
-    named = names.from_name(name, lexicon) if name else None
-    if named:
-        found.append(named)
-    if facts and facts.shader and not ladder.is_sure(found):
-        shader = facts.shader
-        shaded = names.from_shader(
-            shader.metallic, shader.roughness, shader.transmission, shader.base_color
-        )
-        if shaded:
-            found.append(shaded)
-    return tuple(found)
-
-
-def _named(key: Key, facts: SceneObject | None) -> str | None:
-    return (facts.name if facts else None) or (key if isinstance(key, str) else None)
 
 
 def _check_material(material: str | None, table: Mapping[str, Material], path: str) -> None:

@@ -1,8 +1,7 @@
 """SceneSession: the protocol's state machine for one connection. Does no I/O and reads no clock.
 
 Feed it messages, recognitions and ticks with the time; carry out the actions it returns, in order.
-A message that is wrong raises MessageError before anything has changed. An observer describes no
-scene (stated.py has what it may state of the owner's), and only the owner moves outputs.
+What is wrong, or not its sender's to say, raises MessageError before anything has changed.
 """
 
 from __future__ import annotations
@@ -31,7 +30,6 @@ from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.rendering.plate_limits import AT_REST, PlateReading
 from hapticvlm.rendering.thermal import PLATE_RESISTANCE
-from hapticvlm.session import stated
 from hapticvlm.session.actions import (
     Action,
     Ask,
@@ -46,47 +44,12 @@ from hapticvlm.session.actions import (
     Watch,
 )
 from hapticvlm.session.frames import SURROUNDINGS, Frames, recognise_scene
+from hapticvlm.session.given import NONE_SAVED
 from hapticvlm.session.hands import Hold
+from hapticvlm.session.permissions import check_describes, check_set, with_materials
 from hapticvlm.session.plate_target import PlateTarget
 from hapticvlm.session.scene_model import SceneModel
-from hapticvlm.session.scene_objects import SceneObjects
-from hapticvlm.session.touch import TouchTracker
-
-
-def check_describes(message: Frame | Scene, *, observer: bool) -> None:
-    """Refuse a frame or a scene of an observer. Raises MessageError."""
-    if not observer:
-        return
-    what = "send no frames" if isinstance(message, Frame) else "describe no scene"
-    text = f"observers {what}; connect with role scene"
-    raise MessageError("protocol", text, path="$.type", id=message.id)
-
-
-def check_touch(touch: Touch, *, owner: bool) -> None:
-    """Refuse a touch of another than the owner, and one of nothing. Raises MessageError."""
-    if not owner:
-        text = "another scene owns the outputs; this connection may watch and recognise only"
-        raise MessageError("not_owner", text, path="$.type", id=touch.id)
-    needs_target = touch.phase != "release" and touch.interaction != "swing"
-    if needs_target and touch.object_id is None and touch.region is None:
-        text = "$: a touch needs `object_id` or `region`; add one"
-        raise MessageError("message", text, path="$.object_id", id=touch.id)
-
-
-def check_set(wanted: Set, *, owner: bool, observer: bool) -> None:
-    """Refuse settings that are not this connection's. Raises MessageError."""
-    if wanted.watch is not None and not observer:
-        text = "$.watch: only observers watch; connect with role observer"
-        raise MessageError("protocol", text, path="$.watch", id=wanted.id)
-    if wanted.ambient_c is not None and observer:
-        text = "$.ambient_c: observers have no scene; connect with role scene"
-        raise MessageError("protocol", text, path="$.ambient_c", id=wanted.id)
-    if not owner and wanted.feel is not None:
-        text = "$.feel: another scene owns the outputs; only their owner gets vibration events"
-        raise MessageError("not_owner", text, path="$.feel", id=wanted.id)
-    if not owner and (wanted.vibration_gain, wanted.thermal_gain) != (None, None):
-        text = "another scene owns the outputs; only their owner sets gains"
-        raise MessageError("not_owner", text, path="$", id=wanted.id)
+from hapticvlm.session.touch import TouchTracker, check_touch
 
 
 class SceneSession:
@@ -100,7 +63,7 @@ class SceneSession:
         hold: Hold | None = None,
         reading: PlateReading = AT_REST,
         table: Mapping[str, Material] = MATERIALS,
-        saved: Mapping[str, str] = stated.NONE_SAVED,
+        saved: Mapping[str, str] = NONE_SAVED,
         can_ask: bool = False,
         contact_resistance: float | None = None,
         plate_resistance: float = PLATE_RESISTANCE,
@@ -109,15 +72,11 @@ class SceneSession:
         self.owner = owner
         self.observer = observer
         self._model = SceneModel(
-            SceneObjects(table, saved),
-            table,
-            can_ask=can_ask,
-            contact_resistance=contact_resistance,
+            table, saved, can_ask=can_ask, contact_resistance=contact_resistance
         )
         self._frames = Frames()
-        held = hold if hold is not None else Hold()
         plate = PlateTarget(reading, plate_resistance, thermal_gain)
-        self._touches = TouchTracker(self._model, self._frames, held, plate)
+        self._touches = TouchTracker(self._model, self._frames, hold or Hold(), plate)
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -131,7 +90,7 @@ class SceneSession:
 
     def with_materials(self, scene: Scene) -> Scene:
         """Return an observer's scene with all that is known here. Raises MessageError."""
-        return stated.with_materials(scene, self._model.objects.given)
+        return with_materials(scene, self._model.objects.given)
 
     @property
     def leases(self) -> int:
@@ -208,7 +167,7 @@ class SceneSession:
                 self._touches.decision(key),
                 id=frame.id,
                 stages_ms=stages_ms,
-                frame_age_ms=self.age_s(frame, now) * 1000.0,
+                frame_age_ms=self._frames.age_s(frame, now) * 1000.0,
             )
             actions.append(Reply(answer))
         return [*actions, *self._touches.refresh_texture(key), *self._model.question(action, now)]
@@ -216,10 +175,6 @@ class SceneSession:
     def skipped(self, frame: Frame, reason: SkipReason) -> list[Action]:
         """Answer that `frame` was not recognised."""
         return [Reply(Skipped(id=frame.id, reason=reason))] if frame.id else []
-
-    def age_s(self, frame: Frame, now: float) -> float:
-        """Return how old the frame is, by the client's own clock."""
-        return self._frames.age_s(frame, now)
 
     def is_stale(self, frame: Frame, now: float) -> bool:
         """Whether the frame has outlived its own `max_age_ms`."""
@@ -261,26 +216,14 @@ class SceneSession:
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
         """Answer at once what needs no recognition, else recognise the frame."""
         key, objects = frame.object_id, self._model.objects
-        scene = objects.scene_number
         if key is None or objects.needs_recognition(key):
-            return [RecogniseFrame(frame, key, objects.generation(key), scene=scene)]
+            generation = objects.generation(key)
+            return [RecogniseFrame(frame, key, generation, scene=objects.scene_number)]
         cached = self._model.has_verdict(key)
-        age_ms = self.age_s(frame, now) * 1000.0
+        age_ms = self._frames.age_s(frame, now) * 1000.0
         decision = self._touches.decision(key)
         answer = msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
-        return [Reply(answer), *self._teaching(frame, key)]
-
-    def _teaching(self, frame: Frame, key: str) -> list[Action]:
-        """Teach the scene from some pictures of an object that is sure."""
-        objects = self._model.objects
-        material = objects.teaches(key, always=frame.purpose == "enrol")
-        if material is None:
-            return []
-        quiet = msgspec.structs.replace(frame, id=0, purpose="enrol")
-        generation = objects.generation(key)
-        return [
-            RecogniseFrame(quiet, key, generation, scene=objects.scene_number, teaches=material)
-        ]
+        return [Reply(answer), *self._model.teaching(frame, key)]
 
     def _scene(self, scene: Scene) -> list[Action]:
         check_describes(scene, observer=self.observer)

@@ -19,6 +19,17 @@ from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.scene_objects import Key
 
 
+def check_touch(touch: Touch, *, owner: bool) -> None:
+    """Refuse a touch of another than the owner, and one of nothing. Raises MessageError."""
+    if not owner:
+        text = "another scene owns the outputs; this connection may watch and recognise only"
+        raise MessageError("not_owner", text, path="$.type", id=touch.id)
+    needs_target = touch.phase != "release" and touch.interaction != "swing"
+    if needs_target and touch.object_id is None and touch.region is None:
+        text = "$: a touch needs `object_id` or `region`; add one"
+        raise MessageError("message", text, path="$.object_id", id=touch.id)
+
+
 class TouchTracker:
     """The hands of one scene and the plate they share; what they touch is in `scene`."""
 

@@ -145,11 +145,7 @@ def draw_touches(touches: list[Contact], path: Path) -> None:
 
 
 def summary(
-    capture: Capture,
-    outcome: Outcome,
-    touches: list[Contact],
-    decisions: Timed,
-    telemetry: Timed,
+    capture: Capture, outcome: Outcome, touches: list[Contact], decisions: Timed, telemetry: Timed
 ) -> dict[str, Any]:
     """Return the run in figures."""
     newest = telemetry[-1][1] if telemetry else {}
@@ -232,10 +228,9 @@ def _thumbnail(touch: Contact) -> Image.Image:
 
 def _caption(draw: ImageDraw.ImageDraw, touch: Contact, x: int, y: int) -> None:
     draw.text((x, y), touch.name, INK, ImageFont.load_default(14))
-    draw.text(
-        (x, y + 19), _decision_text(touch.decision), _colour(touch), ImageFont.load_default(13)
-    )
-    draw.text((x, y + 36), f"truth: {touch.truth}", SOFT, ImageFont.load_default(13))
+    small = ImageFont.load_default(13)
+    draw.text((x, y + 19), _decision_text(touch.decision), _colour(touch), small)
+    draw.text((x, y + 36), f"truth: {touch.truth}", SOFT, small)
 
 
 def _decision_text(decision: Message | None) -> str:

@@ -1,4 +1,4 @@
-"""What a person at the dashboard may state of the owner's scene: its objects' materials. Pure.
+"""What each role may say of a scene: who describes it, who sets what, what it may state. Pure.
 
 An observer describes no scene of its own. On this machine it may state materials of objects that
 the owner's scene already has; everything else about them stays as the scene gave it.
@@ -6,15 +6,38 @@ the owner's scene already has; everything else about them stays as the scene gav
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import msgspec
 
-from hapticvlm.materials import UNKNOWN
-from hapticvlm.messages import MessageError, Scene, SceneObject
+from hapticvlm.messages import Frame, MessageError, Scene, SceneObject, Set
 
 Facts = Callable[[str], SceneObject | None]
-NONE_SAVED: Mapping[str, str] = {}
+
+
+def check_describes(message: Frame | Scene, *, observer: bool) -> None:
+    """Refuse a frame or a scene of an observer. Raises MessageError."""
+    if not observer:
+        return
+    what = "send no frames" if isinstance(message, Frame) else "describe no scene"
+    text = f"observers {what}; connect with role scene"
+    raise MessageError("protocol", text, path="$.type", id=message.id)
+
+
+def check_set(wanted: Set, *, owner: bool, observer: bool) -> None:
+    """Refuse settings that are not this connection's. Raises MessageError."""
+    if wanted.watch is not None and not observer:
+        text = "$.watch: only observers watch; connect with role observer"
+        raise MessageError("protocol", text, path="$.watch", id=wanted.id)
+    if wanted.ambient_c is not None and observer:
+        text = "$.ambient_c: observers have no scene; connect with role scene"
+        raise MessageError("protocol", text, path="$.ambient_c", id=wanted.id)
+    if not owner and wanted.feel is not None:
+        text = "$.feel: another scene owns the outputs; only their owner gets vibration events"
+        raise MessageError("not_owner", text, path="$.feel", id=wanted.id)
+    if not owner and (wanted.vibration_gain, wanted.thermal_gain) != (None, None):
+        text = "another scene owns the outputs; only their owner sets gains"
+        raise MessageError("not_owner", text, path="$", id=wanted.id)
 
 
 def with_materials(scene: Scene, facts: Facts) -> Scene:
@@ -31,21 +54,6 @@ def with_materials(scene: Scene, facts: Facts) -> Scene:
             raise _refused(scene, text, f"$.objects[{index}].object_id")
         objects.append(msgspec.structs.replace(known, material=given.material))
     return msgspec.structs.replace(scene, objects=objects)
-
-
-def with_saved(given: SceneObject, saved: Mapping[str, str]) -> SceneObject:
-    """Return what the scene gives of an object, with its saved material where it gives none."""
-    material = saved.get(given.object_id)
-    if material is None or given.material not in (None, UNKNOWN):
-        return given
-    return msgspec.structs.replace(given, material=material)
-
-
-def saved_facts(key: object, saved: Mapping[str, str]) -> SceneObject | None:
-    """Return what was saved of an object that the scene has not declared, if anything was."""
-    if not isinstance(key, str) or key not in saved:
-        return None
-    return SceneObject(object_id=key, material=saved[key])
 
 
 def _check(scene: Scene) -> None:
