@@ -9,8 +9,8 @@ from collections.abc import Callable
 import pytest
 
 from hapticvlm.devices.dose import REST_S
-from hapticvlm.devices.peltier import Plate
 from hapticvlm.devices.plant import FACE_J_PER_K, SINK_J_PER_K, SINK_K_PER_W, Plant
+from hapticvlm.devices.plate import Plate
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SINK_TRIP_C, PlateReading
 

@@ -22,9 +22,12 @@ from hapticvlm.recognition.galleries.storage import (
     GalleryError,
     load_gallery,
     save_gallery,
-    with_user_materials,
 )
-from hapticvlm.recognition.galleries.user_materials import UserMaterial, write_material
+from hapticvlm.recognition.galleries.user_materials import (
+    UserMaterial,
+    with_user_materials,
+    write_material,
+)
 from hapticvlm.recognition.ladder import FLOOR, KNOWN, decide
 
 Floats = NDArray[np.float32]

@@ -18,13 +18,13 @@ from hapticvlm.recognition.vlm.contract import (
     highlight,
 )
 from hapticvlm.recognition.vlm.generation import HALF_WIDTH_C, interval, read_celsius
-from hapticvlm.recognition.vlm.network import pack
 from hapticvlm.recognition.vlm.numbers import (
     CANDIDATES_C,
     ChoiceTree,
     beliefs,
     choice_tree,
     number_tree,
+    pack,
     quantile,
     spread,
 )

@@ -11,8 +11,9 @@ import pytest
 import soundfile
 
 from hapticvlm.devices.engine import AudioSettings, Engine
+from hapticvlm.devices.engine_orders import EngineStatus, Release, RestAll, Standing
 from hapticvlm.devices.ports import DeviceError
-from hapticvlm.devices.ring import SAMPLES, SLOTS, EngineStatus, Release, RestAll, Ring, Standing
+from hapticvlm.devices.ring import SAMPLES, SLOTS, Ring
 from hapticvlm.devices.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command

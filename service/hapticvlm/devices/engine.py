@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.ring import EngineStatus, Order, Release, RestAll, Ring
+from hapticvlm.devices.engine_orders import EngineStatus, Order, Release, RestAll
+from hapticvlm.devices.ring import Ring
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.patterns import Pattern
 from hapticvlm.rendering.vibration import NOMINAL, RATE_HZ, Correction, Playback

@@ -104,6 +104,22 @@ class HelloReply:
     telemetry_hz: int
     reset_cause: int
 
+    @property
+    def refusal(self) -> str | None:
+        """Why this board can't be used, if it can't."""
+        if self.major == MAJOR:
+            return None
+        cure = "flash the firmware of this release" if self.major < MAJOR else "upgrade it"
+        return (
+            f"the board speaks plate protocol {self.major}.{self.minor}, this hapticvlm "
+            f"{MAJOR}.{MINOR}: {cure}"
+        )
+
+    def share_of_drive(self, duty: int) -> float:
+        """Return the share of full drive, -1..1, that a duty of its telemetry is."""
+        cap = self.heat_cap if duty > 0 else self.cool_cap
+        return min(max(duty / cap, -1.0), 1.0) if cap else 0.0
+
 
 @dataclass(frozen=True, slots=True)
 class Telemetry:

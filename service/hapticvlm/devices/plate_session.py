@@ -48,23 +48,12 @@ class PlateSession:
     @property
     def is_ready(self) -> bool:
         """Whether the board has answered our HELLO and speaks our version."""
-        return self._is_open and self.board is not None and self.board.major == plate_protocol.MAJOR
+        return self._is_open and self.board is not None and self.board.refusal is None
 
     @property
     def refusal(self) -> str | None:
         """Why this board can't be used, if it can't."""
-        if self.board is None or self.board.major == plate_protocol.MAJOR:
-            return None
-        theirs = self.board.major, self.board.minor
-        cure = (
-            "flash the firmware of this release"
-            if theirs[0] < plate_protocol.MAJOR
-            else "upgrade it"
-        )
-        return (
-            f"the board speaks plate protocol {theirs[0]}.{theirs[1]}, this hapticvlm "
-            f"{plate_protocol.MAJOR}.{plate_protocol.MINOR}: {cure}"
-        )
+        return None if self.board is None else self.board.refusal
 
     @property
     def is_busy(self) -> bool:
@@ -155,11 +144,12 @@ class PlateSession:
         telemetry = self.telemetry if self._is_fresh(now) else None
         dose_cem43, heated_s = self._dose.total
         setpoint_mc = None if telemetry is None else telemetry.setpoint_mc
+        duty = self.board.share_of_drive(telemetry.duty) if telemetry and self.board else 0.0
         return PlateReading(
             plate_c=None if telemetry is None else _celsius(telemetry.plate_mc),
             sink_c=None if telemetry is None else _celsius(telemetry.sink_mc),
             setpoint_c=NEUTRAL_C if setpoint_mc is None else setpoint_mc / 1000.0,
-            duty=0.0 if telemetry is None else self._duty(telemetry),
+            duty=duty,
             current_limited=telemetry is not None
             and bool(telemetry.limited & plate_protocol.LIMITED_BY_CURRENT),
             dose_cem43=dose_cem43,
@@ -183,12 +173,6 @@ class PlateSession:
         if self._is_unfollowed:
             found = (*found, faults.NOT_FOLLOWED.name)
         return found if self._is_fresh(now) else (*found, faults.SILENT.name)
-
-    def _duty(self, telemetry: Telemetry) -> float:
-        if self.board is None:
-            return 0.0
-        cap = self.board.heat_cap if telemetry.duty > 0 else self.board.cool_cap
-        return min(max(telemetry.duty / cap, -1.0), 1.0) if cap else 0.0
 
     def _order(self, message: Message) -> None:
         self._drive.rest()

@@ -15,12 +15,12 @@ import multiprocessing
 import struct
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.devices.engine_orders import EngineStatus, Order, Release, RestAll, Standing
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Motion
 from hapticvlm.rendering.voices import Command
@@ -54,47 +54,6 @@ _SIZE = _STANDING_AT + 2 * _STANDING_SIZE
 
 _INTERACTIONS = (*IMPACTS, *TEXTURES)
 _OBEY, _RELEASE, _REST = 1, 2, 3
-
-
-@dataclass(frozen=True, slots=True)
-class Release:
-    """Fade one hand."""
-
-    hand: int
-
-
-@dataclass(frozen=True, slots=True)
-class RestAll:
-    """Fade everything."""
-
-
-@dataclass(frozen=True, slots=True)
-class Standing:
-    """What holds until it is changed, however many orders were lost; newest value only.
-
-    `gain` is 0..1; `rested` numbers the newest order to rest everything, 0 = none.
-    """
-
-    gain: float
-    rested: int
-
-
-Order = Command | Release | RestAll
-
-
-@dataclass(frozen=True, slots=True)
-class EngineStatus:
-    """What the engine reports each block; times are seconds on the monotonic clock."""
-
-    beat_at: float
-    level: float
-    underruns: int
-    lost: int
-    scrubbed: int
-    samples: int
-    newest: int
-    realtime: bool
-    has_output: bool = True
 
 
 _UNREPORTED = EngineStatus(0.0, 0.0, 0, 0, 0, 0, 0, realtime=False)

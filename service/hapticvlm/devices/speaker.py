@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from hapticvlm.devices.audio import run_engine
 from hapticvlm.devices.engine import AudioSettings
+from hapticvlm.devices.engine_orders import EngineStatus, Release, RestAll, Standing
 from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.ports import DeviceError
-from hapticvlm.devices.ring import SAMPLES, EngineStatus, Release, RestAll, Ring, Standing
+from hapticvlm.devices.ring import SAMPLES, Ring
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.voices import Command
 

@@ -21,6 +21,7 @@ from hapticvlm.rendering import vibration
 from hapticvlm.rendering.limiter import Limiter
 from hapticvlm.rendering.patterns import Pattern, PatternTexture
 from hapticvlm.rendering.vibration import IMPACTS, NOMINAL, TEXTURES, Motion, Playback, Texture
+from hapticvlm.rendering.voice import Voice, ramp
 
 FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
 _CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
@@ -52,45 +53,8 @@ class Command:
 
 
 @dataclass(slots=True)
-class _Voice:
-    """One thing sounding; `aim` is the gain it fades towards, and 0 is its end."""
-
-    source: Texture | PatternTexture | NDArray[np.float32]
-    motion: Motion
-    key: tuple[str, str]
-    gain: float
-    aim: float = 1.0
-    at: int = 0
-    ended: bool = False
-    thickness_m: float | None = None
-
-    def fork(self) -> _Voice:
-        if isinstance(self.source, Texture | PatternTexture):
-            return replace(self, source=self.source.fork())
-        return replace(self)
-
-    def render(self, count: int, step: float) -> NDArray[np.float32]:
-        if isinstance(self.source, Texture | PatternTexture):
-            block = self.source.render(count, self.motion)
-        else:
-            block = np.zeros(count, np.float32)
-            part = self.source[self.at : self.at + count]
-            block[: part.size] = part
-            self.at += count
-            self.ended = self.at >= self.source.size
-        if self.gain != self.aim:
-            gains = _ramp(self.gain, self.aim, count, step)
-            self.gain = float(gains[-1])
-            block = block * gains
-        elif self.gain != 1.0:
-            block = block * np.float32(self.gain)
-        self.ended = self.ended or self.gain == self.aim == 0.0
-        return block
-
-
-@dataclass(slots=True)
 class _Hand:
-    voices: list[_Voice] = field(default_factory=list)
+    voices: list[Voice] = field(default_factory=list)
     wanted: Command | None = None  # the texture to feel, when there is one
     expires_at: float = -math.inf
 
@@ -103,10 +67,10 @@ class _Hand:
         for voice in self.voices:
             voice.aim = 0.0
 
-    def impacts(self) -> list[_Voice]:
+    def impacts(self) -> list[Voice]:
         return [voice for voice in self.voices if voice.key[1] in IMPACTS]
 
-    def textures(self) -> list[_Voice]:
+    def textures(self) -> list[Voice]:
         return [voice for voice in self.voices if voice.key[1] in TEXTURES]
 
 
@@ -215,7 +179,7 @@ class Voices:
                     voice.ended, hand.wanted = True, None
             hand.voices = [voice for voice in hand.voices if not voice.ended]
         if self._gain != self.gain:
-            gains = _ramp(self._gain, self.gain, part.size, self._step)
+            gains = ramp(self._gain, self.gain, part.size, self._step)
             self._gain = float(gains[-1])
             part *= gains
         elif self._gain != 1.0:
@@ -233,7 +197,7 @@ class Voices:
         kind = command.interaction if command.interaction in IMPACTS else "tap"
         key = str(command.material), kind
         wave, gain = self._impact(key, command), min(command.gain, 1.0)
-        hand.voices.append(_Voice(wave, command.motion, key, gain=gain, aim=gain))
+        hand.voices.append(Voice(wave, command.motion, key, gain=gain, aim=gain))
 
     def _impact(self, key: tuple[str, str], command: Command) -> NDArray[np.float32]:
         pattern = self._patterns.get(key)
@@ -257,7 +221,7 @@ class Voices:
             return
         if len(textures) <= _MOST_FADING_TEXTURES:
             source, thickness_m = self._texture(key, wanted), wanted.thickness_m
-            voice = _Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
+            voice = Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
             hand.voices.append(voice)
 
     def _texture(self, key: tuple[str, str], wanted: Command) -> Texture | PatternTexture:
@@ -272,13 +236,6 @@ def _texture_key(command: Command) -> tuple[str, str]:
     return str(
         command.material
     ), command.interaction if command.interaction in TEXTURES else "slide"
-
-
-def _ramp(begin: float, end: float, count: int, step: float) -> NDArray[np.float32]:
-    """Gains of the next samples, (count,), moving from `begin` by `step` each until at `end`."""
-    steps = np.arange(1, count + 1, dtype=np.float32) * np.float32(step)
-    gains = np.minimum(begin + steps, end) if end > begin else np.maximum(begin - steps, end)
-    return np.asarray(gains, dtype=np.float32)
 
 
 def _warm_up(materials: Iterable[Material], playback: Playback) -> None:

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 import msgspec
 
-from hapticvlm.devices.peltier import Plate
+from hapticvlm.devices.plate import Plate
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import (
     Decision,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from hapticvlm.devices.peltier import Plate
+from hapticvlm.devices.plate import Plate
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import Scope
 from hapticvlm.rendering.plate_limits import PlateReading

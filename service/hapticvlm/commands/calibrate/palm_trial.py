@@ -12,7 +12,7 @@ from hapticvlm.rendering.thermal import PLATE_RESISTANCE, ThermalContact
 from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 
 if TYPE_CHECKING:
-    from hapticvlm.devices.peltier import Plate
+    from hapticvlm.devices.plate import Plate
 
 TICK_S, TTL_S = 0.02, 0.25
 

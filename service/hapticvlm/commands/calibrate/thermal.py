@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hapticvlm.commands.calibrate.palm_trial import Bench
     from hapticvlm.commands.calibrate.staircase import Calibration
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.devices.peltier import Plate
+    from hapticvlm.devices.plate import Plate
 
 PRECONDITION_S, TOUCH_S = 3.0, 2.0
 Judge = Callable[[float], bool | None]  # R'' of B: was the real object colder; None: no answer

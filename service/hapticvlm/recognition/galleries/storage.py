@@ -24,14 +24,12 @@ from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition.encoders.encoder import Encoder, NetworkEncoder
-from hapticvlm.recognition.galleries.calibration import calibrate
 from hapticvlm.recognition.galleries.gallery import (
     MAX_SHARPNESS,
     Calibration,
     Gallery,
     LinearLayer,
     Pictures,
-    join,
 )
 from hapticvlm.recognition.galleries.network_gallery import cached_gallery, make_gallery
 from hapticvlm.recognition.galleries.user_materials import (
@@ -40,6 +38,7 @@ from hapticvlm.recognition.galleries.user_materials import (
     read_folder,
     replace_file,
     table_with,
+    with_user_materials,
 )
 
 SHIPPED = Path(__file__).parents[1] / "shipped" / "gallery.npz"
@@ -128,33 +127,6 @@ def network_gallery(encoder: NetworkEncoder) -> Gallery:
     except OSError as error:
         logger.warning("the gallery of `%s` cannot be kept (%s)", encoder.name, error)
     return gallery
-
-
-def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gallery:
-    """Add a user's references to the own ones of a gallery, or to one that has only own ones."""
-    parents = {material.material.name: material.like for material in added}
-    gallery = replace(gallery, parents={**gallery.parents, **parents})
-    parts = [_references_of(material, gallery) for material in added if material.encoder]
-    if gallery.layer is None and gallery.own is None and gallery.places is not None:
-        whole = join([gallery, *parts])
-        return replace(whole, calibration=calibrate(whole)) if parts else gallery
-    galleries = [part for part in (gallery.own, *parts) if part is not None]
-    if not galleries:
-        return gallery
-    joined = join(galleries)
-    return replace(gallery, own=replace(joined, calibration=calibrate(joined, gallery)))
-
-
-def _references_of(material: UserMaterial, gallery: Gallery) -> Gallery:
-    pictures = material.pictures or (1,) * len(material.references)
-    return Gallery(
-        gallery.encoder,
-        (material.material.name,),
-        material.references,
-        np.zeros(len(material.references), np.int64),
-        gallery.calibration,
-        places=np.repeat(np.arange(len(pictures)), pictures),
-    )
 
 
 def file_of(path: Path | None) -> Path:

@@ -11,7 +11,8 @@
     vectors = ["..."]                 # float16, little-endian, base64: one string each
     pictures = [4, 4, 3]              # how many of them show one picture; left out: 4 each
 
-The file's name is the material's. Knows files, words and vectors; embeds nothing.
+The file's name is the material's. Its references join a gallery's own ones. Knows files, words and
+vectors; embeds nothing.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import json
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,8 @@ from numpy.typing import NDArray
 
 from hapticvlm import documents
 from hapticvlm.materials import MATERIALS, Material, MaterialError, derive
+from hapticvlm.recognition.galleries.calibration import calibrate
+from hapticvlm.recognition.galleries.gallery import Gallery, join
 
 Floats = NDArray[np.float32]
 
@@ -107,6 +110,33 @@ def replace_file(path: Path, data: bytes) -> None:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gallery:
+    """Add a user's references to the own ones of a gallery, or to one that has only own ones."""
+    parents = {material.material.name: material.like for material in added}
+    gallery = replace(gallery, parents={**gallery.parents, **parents})
+    parts = [_references_of(material, gallery) for material in added if material.encoder]
+    if gallery.layer is None and gallery.own is None and gallery.places is not None:
+        whole = join([gallery, *parts])
+        return replace(whole, calibration=calibrate(whole)) if parts else gallery
+    galleries = [part for part in (gallery.own, *parts) if part is not None]
+    if not galleries:
+        return gallery
+    joined = join(galleries)
+    return replace(gallery, own=replace(joined, calibration=calibrate(joined, gallery)))
+
+
+def _references_of(material: UserMaterial, gallery: Gallery) -> Gallery:
+    pictures = material.pictures or (1,) * len(material.references)
+    return Gallery(
+        gallery.encoder,
+        (material.material.name,),
+        material.references,
+        np.zeros(len(material.references), np.int64),
+        gallery.calibration,
+        places=np.repeat(np.arange(len(pictures)), pictures),
+    )
 
 
 def _understand(name: str, table: Mapping[str, object]) -> UserMaterial:

@@ -3,13 +3,6 @@
 The cache of a prompt's head is computed once and kept; a readout is one forward pass. Positions are
 given explicitly: those of the Qwen-VL family are three-dimensional within a picture and go on
 behind it from the largest one used, not from the count of tokens. Knows no tokenizer and no words.
-
-Several wordings and every candidate's beginning are read in one forward pass. After the part that
-all share come, one behind the other, each wording's tail and the nodes of the tree of candidates. A
-mask lets a token see what it would see if its wording and its beginning of a candidate stood alone,
-and its position counts from the shared part, so the pass gives the very next-token distributions
-that asking each text by itself would give (tree attention: Miao et al., SpecInfer, ASPLOS 2024,
-arXiv 2305.09781).
 """
 
 from __future__ import annotations
@@ -20,7 +13,6 @@ import time
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -30,48 +22,13 @@ from numpy.typing import NDArray
 from hapticvlm.recognition.encoders.networks import line
 from hapticvlm.recognition.vlm.chat import Prompt
 from hapticvlm.recognition.vlm.contract import VlmError
-from hapticvlm.recognition.vlm.numbers import ChoiceTree
+from hapticvlm.recognition.vlm.numbers import ChoiceTree, Packed, pack
 
 if TYPE_CHECKING:
     from torch import Tensor
 
 KEPT_HEADS = 4  # caches of instructions kept: ambient and a few scenes' material names
 CURE_MEMORY = "ask with fewer image tokens, give the machine more memory or name a smaller model"
-
-
-@dataclass(frozen=True, slots=True)
-class Packed:
-    """What follows the shared part, T tokens of K wordings with N nodes each.
-
-    ids: (T,) int64. steps: (T,) int64, how far behind the shared part's end each stands, from 0.
-    sees: (T, T) bool, row sees column. rows: (K, N) int64, where each node's next token is read.
-    """
-
-    ids: NDArray[np.int64]
-    steps: NDArray[np.int64]
-    sees: NDArray[np.bool_]
-    rows: NDArray[np.int64]
-
-
-def pack(tails: Sequence[Sequence[int]], tree: ChoiceTree) -> Packed:
-    """Lay out the tails, each of one token or more, with the tree's nodes behind each."""
-    size = sum(len(tail) + len(tree.nodes) - 1 for tail in tails)
-    ids, steps = np.zeros(size, np.int64), np.zeros(size, np.int64)
-    sees = np.eye(size, dtype=bool)
-    rows = np.zeros((len(tails), len(tree.nodes)), np.int64)
-    start = 0
-    for tail, row in zip(tails, rows, strict=True):
-        end = start + len(tail)
-        ids[start:end], steps[start:end] = tail, np.arange(len(tail))
-        sees[start:end, start:end] = np.tri(len(tail), dtype=bool)
-        row[0] = end - 1
-        for node in range(1, len(tree.nodes)):
-            here = row[node] = end + node - 1
-            above = row[tree.parent(node)]
-            ids[here], steps[here] = tree.nodes[node][-1], steps[above] + 1
-            sees[here] |= sees[above]
-        start = end + len(tree.nodes) - 1
-    return Packed(ids, steps, sees, rows)
 
 
 class Network:

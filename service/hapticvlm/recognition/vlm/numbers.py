@@ -9,6 +9,13 @@ scored from the distributions after the texts that lead on: the tree's nodes. Fo
 -30 to 60 by single digits these are ten beside the root. A text counts as its tokenizer's own
 split of it; other splits of the same text do not.
 
+Several wordings and every candidate's beginning are read in one forward pass. After the part that
+all share come, one behind the other, each wording's tail and the nodes of the tree of candidates. A
+mask lets a token see what it would see if its wording and its beginning of a candidate stood alone,
+and its position counts from the shared part, so the pass gives the very next-token distributions
+that asking each text by itself would give (tree attention: Miao et al., SpecInfer, ASPLOS 2024,
+arXiv 2305.09781).
+
 A belief in n degC is spread evenly over n - 0.5 to n + 0.5, so quantiles are continuous and a model
 that is sure of one number still leaves the degree it rounds to. Knows no model.
 """
@@ -63,6 +70,41 @@ def choice_tree(spellings: Mapping[str, int], encode: Encode) -> ChoiceTree:
     inner = {text[:length] for text in texts for length in range(len(text))}
     nodes = tuple(sorted(inner, key=lambda text: (len(text), text)))
     return ChoiceTree(nodes, tuple(texts.items()), 1 + max(texts.values()))
+
+
+@dataclass(frozen=True, slots=True)
+class Packed:
+    """What follows the shared part, T tokens of K wordings with N nodes each.
+
+    ids: (T,) int64. steps: (T,) int64, how far behind the shared part's end each stands, from 0.
+    sees: (T, T) bool, row sees column. rows: (K, N) int64, where each node's next token is read.
+    """
+
+    ids: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    sees: NDArray[np.bool_]
+    rows: NDArray[np.int64]
+
+
+def pack(tails: Sequence[Sequence[int]], tree: ChoiceTree) -> Packed:
+    """Lay out the tails, each of one token or more, with the tree's nodes behind each."""
+    size = sum(len(tail) + len(tree.nodes) - 1 for tail in tails)
+    ids, steps = np.zeros(size, np.int64), np.zeros(size, np.int64)
+    sees = np.eye(size, dtype=bool)
+    rows = np.zeros((len(tails), len(tree.nodes)), np.int64)
+    start = 0
+    for tail, row in zip(tails, rows, strict=True):
+        end = start + len(tail)
+        ids[start:end], steps[start:end] = tail, np.arange(len(tail))
+        sees[start:end, start:end] = np.tri(len(tail), dtype=bool)
+        row[0] = end - 1
+        for node in range(1, len(tree.nodes)):
+            here = row[node] = end + node - 1
+            above = row[tree.parent(node)]
+            ids[here], steps[here] = tree.nodes[node][-1], steps[above] + 1
+            sees[here] |= sees[above]
+        start = end + len(tree.nodes) - 1
+    return Packed(ids, steps, sees, rows)
 
 
 def beliefs(tree: ChoiceTree, log_probs: NDArray[np.float32]) -> NDArray[np.float64]:
