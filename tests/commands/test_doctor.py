@@ -16,8 +16,7 @@ import pytest
 from certificates import Authority
 from plate_ports import Cable
 
-from hapticvlm.commands.doctor import devices, machine, network
-from hapticvlm.commands.doctor.findings import Finding, Later
+from hapticvlm.commands.doctor import Finding, Later, devices, machine, network
 from hapticvlm.commands.local_service import running
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.devices import plate_protocol as line

@@ -146,8 +146,8 @@ def test_a_model_that_cannot_be_loaded_is_refused_before_the_service_starts():
 
 
 def test_the_doctor_ends_with_one_sentence():
+    from hapticvlm.commands.doctor import Finding
     from hapticvlm.commands.doctor.command import sentence
-    from hapticvlm.commands.doctor.findings import Finding
 
     fine, note = Finding("python", "ok", "3.13"), Finding("audio", "note", "none")
     wrong = Finding("port", "wrong", "taken", "another")

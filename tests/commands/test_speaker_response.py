@@ -18,7 +18,7 @@ from hapticvlm.commands.calibrate import speaker_response as measured
 from hapticvlm.commands.calibrate.speaker_response import response, simulated_speaker, sweep
 from hapticvlm.commands.main import main
 from hapticvlm.devices.calibration_output import FADE_S, Sounding
-from hapticvlm.devices.response import SpeakerResponse, read_response, write_response
+from hapticvlm.devices.speaker_files import SpeakerResponse, read_response, write_response
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration import RATE_HZ, Motion, Playback, Texture, impact
 

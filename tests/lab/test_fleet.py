@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hapticvlm.recogniser_app.galleries import Named, identify
+from hapticvlm.recogniser_app.replies import Named, identify
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.remote.contract import Found, write_result

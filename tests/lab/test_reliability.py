@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hapticvlm.commands.local_service import Service
-from hapticvlm.devices.pattern_folder import read_patterns
+from hapticvlm.devices.speaker_files import read_patterns
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import MAX_MESSAGE_BYTES
 from hapticvlm.rendering.interactions import IMPACTS

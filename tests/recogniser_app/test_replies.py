@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from hapticvlm.recogniser_app import replies
-from hapticvlm.recogniser_app.galleries import load_galleries
-from hapticvlm.recogniser_app.replies import Embedded, Refusal
+from hapticvlm.recogniser_app.replies import Embedded, Refusal, load_galleries
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.pictures import Crop, central_mask
 from hapticvlm.recognition.remote import contract

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from hapticvlm.recogniser_app.galleries import identify
+from hapticvlm.recogniser_app.replies import identify
 from hapticvlm.recognition.encoders.encoder import SHIPPED
 from hapticvlm.recognition.encoders.onnx_encoder import load_onnx_encoder
 from hapticvlm.recognition.galleries.storage import load_gallery

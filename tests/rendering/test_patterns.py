@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from hapticvlm.commands.feel.sound import sound, spectrum
 from hapticvlm.commands.main import main
 from hapticvlm.devices.engine import AudioSettings, Engine
-from hapticvlm.devices.pattern_folder import read_patterns
-from hapticvlm.devices.response import SpeakerResponse, write_response
 from hapticvlm.devices.ring import Ring
+from hapticvlm.devices.speaker_files import SpeakerResponse, read_patterns, write_response
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.equaliser import Correction
 from hapticvlm.rendering.patterns import PRESETS, PatternError, PatternTexture, named, pattern

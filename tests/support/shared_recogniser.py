@@ -13,8 +13,7 @@ from pathlib import Path
 import msgspec
 
 from hapticvlm.recogniser_app import replies
-from hapticvlm.recogniser_app.galleries import load_galleries
-from hapticvlm.recogniser_app.replies import Embedded, Refusal
+from hapticvlm.recogniser_app.replies import Embedded, Refusal, load_galleries
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.remote import contract
 

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.devices.engine import AudioSettings
-from hapticvlm.devices.pattern_folder import read_patterns
 from hapticvlm.devices.peltier import Peltier
-from hapticvlm.devices.response import read_response
 from hapticvlm.devices.simulated_board import simulated_plate
 from hapticvlm.devices.speaker import Speaker
+from hapticvlm.devices.speaker_files import read_speaker_files
 from hapticvlm.materials import Material
 from hapticvlm.messages import Device, Devices, Models
 from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
@@ -25,7 +24,6 @@ from hapticvlm.processes.vlm import VlmWorker
 from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 from hapticvlm.recognition.remote.settings import RemoteSettings
 from hapticvlm.recognition.vlm.contract import DEFAULT_MODEL, VlmSettings
-from hapticvlm.rendering.equaliser import Correction
 from hapticvlm.server import certificate, statements
 from hapticvlm.server.access import Address
 from hapticvlm.server.certificate import Certificate
@@ -116,12 +114,8 @@ def _sessions(serving: Serving) -> RecordedSessions | None:
 
 
 def _audio(serving: Serving, table: Mapping[str, Material]) -> AudioSettings:
-    correction = Correction()
-    if serving.speaker_response is not None:
-        correction = read_response(serving.speaker_response).correction()
-    patterns = (
-        () if serving.patterns is None else read_patterns(serving.patterns, table, correction)
-    )
+    files = (serving.speaker_response, serving.patterns)
+    correction, patterns = read_speaker_files(*files, table)
     return AudioSettings(
         serving.speaker,
         serving.block,

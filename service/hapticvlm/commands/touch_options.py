@@ -12,7 +12,6 @@ from hapticvlm.commands.parsing import number_within
 
 if TYPE_CHECKING:
     from hapticvlm.materials import Material
-    from hapticvlm.rendering.patterns import Pattern
     from hapticvlm.rendering.voices import Voices
 
 
@@ -105,15 +104,10 @@ def add_recordings(parser: Options) -> None:
 
 def voices(options: argparse.Namespace, table: Mapping[str, Material]) -> Voices:
     """Make the mixer that the options describe. Raises OSError, ValueError."""
-    from hapticvlm.devices.pattern_folder import read_patterns
-    from hapticvlm.devices.response import read_response
-    from hapticvlm.rendering.equaliser import Correction, Playback
+    from hapticvlm.devices.speaker_files import read_speaker_files
+    from hapticvlm.rendering.equaliser import Playback
     from hapticvlm.rendering.voices import Voices
 
-    correction = Correction()
-    if options.speaker_response is not None:
-        correction = read_response(options.speaker_response).correction()
-    patterns: tuple[Pattern, ...] = ()
-    if options.patterns is not None:
-        patterns = read_patterns(options.patterns, table, correction)
+    files = (options.speaker_response, options.patterns)
+    correction, patterns = read_speaker_files(*files, table)
     return Voices(1.0, table, Playback(correction=correction), patterns)

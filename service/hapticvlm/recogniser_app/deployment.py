@@ -22,8 +22,7 @@ from starlette.responses import Response
 
 from hapticvlm.errors import HapticVLMError, UsageError
 from hapticvlm.recogniser_app import replies
-from hapticvlm.recogniser_app.galleries import Named, load_galleries
-from hapticvlm.recogniser_app.replies import Embedded, Refusal
+from hapticvlm.recogniser_app.replies import Embedded, Named, Refusal, load_galleries
 from hapticvlm.recogniser_app.settings import TOKEN, AppSettings, Live, Model, options
 from hapticvlm.recognition.encoders.encoder import Floats
 from hapticvlm.recognition.encoders.loading import load_encoder

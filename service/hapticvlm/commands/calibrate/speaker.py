@@ -13,7 +13,7 @@ from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.devices.response import SpeakerResponse
+    from hapticvlm.devices.speaker_files import SpeakerResponse
 
 _DESCRIPTION = """
 Measure how a speaker moves, in two steps. First play a sweep of eleven seconds: --speaker NAME
@@ -132,7 +132,7 @@ def _measure(options: argparse.Namespace) -> SpeakerResponse:
 
 
 def _report(found: SpeakerResponse, options: argparse.Namespace) -> int:
-    from hapticvlm.devices.response import write_response
+    from hapticvlm.devices.speaker_files import write_response
 
     if options.out is not None:
         write_response(options.out, found)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.response import SpeakerResponse
+from hapticvlm.devices.speaker_files import SpeakerResponse
 from hapticvlm.rendering.equaliser import REFERENCE_HZ
 from hapticvlm.rendering.interactions import RATE_HZ
 from hapticvlm.rendering.patterns import resampled

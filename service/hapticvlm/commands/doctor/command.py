@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from hapticvlm.commands.parsing import add_json
 
 if TYPE_CHECKING:
-    from hapticvlm.commands.doctor.findings import Finding
+    from hapticvlm.commands.doctor import Finding
     from hapticvlm.commands.parsing import Commands
 
 PATIENCE_S = 4.0
@@ -58,8 +58,8 @@ def _doctor(options: argparse.Namespace) -> int:
 def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     """Make every check; those that may hang run beside the others."""
     from hapticvlm.commands import serve
+    from hapticvlm.commands.doctor import Finding, Later
     from hapticvlm.commands.doctor import machine as machine
-    from hapticvlm.commands.doctor.findings import Finding, Later
     from hapticvlm.commands.serve_config import Serving
 
     first = [machine.python(), *machine.packages()]

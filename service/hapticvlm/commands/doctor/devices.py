@@ -11,7 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from hapticvlm.commands.doctor.findings import Finding, Verdict
+from hapticvlm.commands.doctor import Finding, Verdict
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.devices import ports
 from hapticvlm.devices.output import OutputError, choose

@@ -14,7 +14,7 @@ from importlib import metadata
 from pathlib import Path
 
 from hapticvlm import __version__
-from hapticvlm.commands.doctor.findings import Finding
+from hapticvlm.commands.doctor import Finding
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.errors import installing
 

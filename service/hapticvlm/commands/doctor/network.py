@@ -9,7 +9,7 @@ import ssl
 import time
 
 from hapticvlm.client import Refused, connect
-from hapticvlm.commands.doctor.findings import Finding
+from hapticvlm.commands.doctor import Finding
 from hapticvlm.commands.serve_config import Serving
 
 ASK_S = 1.5

@@ -25,8 +25,8 @@ from rich.console import Console
 from rich.table import Table
 
 from hapticvlm import __version__
-from hapticvlm.recogniser_app.galleries import load_galleries
 from hapticvlm.recogniser_app.local import deploy, running
+from hapticvlm.recogniser_app.replies import load_galleries
 from hapticvlm.recogniser_app.settings import AppSettings, Live, Model, Scale
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.storage import load_gallery, save_gallery

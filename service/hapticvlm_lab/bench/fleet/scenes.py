@@ -19,7 +19,7 @@ import numpy as np
 
 from hapticvlm import captures
 from hapticvlm.messages import Frame
-from hapticvlm.recogniser_app.galleries import Named
+from hapticvlm.recogniser_app.replies import Named
 from hapticvlm.recognition import pictures
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.http_line import LineError, read_address

@@ -1,13 +1,20 @@
-"""The response file of a speaker: written by `hapticvlm calibrate speaker`, read by `serve`."""
+"""What a user gives for a speaker: its response, and recordings in place of patterns.
+
+The response is what `hapticvlm calibrate speaker` writes. Recordings are a folder of
+MATERIAL-INTERACTION.wav.
+"""
 
 from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from hapticvlm import documents
+from hapticvlm.devices.audio import read_wav
+from hapticvlm.materials import Material
 from hapticvlm.rendering.equaliser import (
     HIGH_HZ,
     LOW_HZ,
@@ -16,8 +23,10 @@ from hapticvlm.rendering.equaliser import (
     Correction,
     correction,
 )
+from hapticvlm.rendering.patterns import LONGEST_S, Pattern, PatternError, named, pattern
 
 MAX_POINTS = 1000
+MAX_FILES = 200
 MOST_RESPONSE_DB = 120.0
 FIELDS = ("simulated", "frequency_hz", "response_db")
 
@@ -80,3 +89,44 @@ def _numbers(
         if not math.isfinite(value) or not limits[0] <= value <= limits[1]:
             raise ValueError(f"{path}: {field}: {value} is not in {limits[0]:g}..{limits[1]:g}")
     return tuple(float(value) for value in values)
+
+
+def read_speaker_files(
+    response: Path | None, patterns: Path | None, table: Mapping[str, Material]
+) -> tuple[Correction, tuple[Pattern, ...]]:
+    """Read what of both is given, recordings corrected. Raises OSError, ValueError."""
+    correction = Correction() if response is None else read_response(response).correction()
+    return correction, () if patterns is None else read_patterns(patterns, table, correction)
+
+
+def read_patterns(
+    folder: Path,
+    table: Mapping[str, Material],
+    correction: Correction = Correction(),  # noqa: B008 - frozen
+) -> tuple[Pattern, ...]:
+    """Read every WAV file of `folder`. Raises OSError, PatternError naming the file."""
+    if not folder.is_dir():
+        raise NotADirectoryError(f"{folder}: no such folder")
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".wav")
+    if not 1 <= len(files) <= MAX_FILES:
+        raise PatternError(f"{folder}: {len(files)} WAV files, needs 1 to {MAX_FILES}")
+    found: dict[tuple[str, str], Path] = {}
+    patterns = []
+    for path in files:
+        made = _read(path, table, correction)
+        if made.key in found:
+            twice = f"{found[made.key].name} and {path.name} stand for the same; remove one"
+            raise PatternError(f"{folder}: {twice}")
+        found[made.key] = path
+        patterns.append(made)
+    return tuple(patterns)
+
+
+def _read(path: Path, table: Mapping[str, Material], correction: Correction) -> Pattern:
+    try:
+        key = named(path.stem, table)
+        samples, rate_hz = read_wav(path, LONGEST_S)
+        return pattern(key, samples, rate_hz, correction, table)
+    except ValueError as error:
+        text = str(error)
+        raise PatternError(text if str(path) in text else f"{path}: {text}") from None
