@@ -7,7 +7,7 @@ import pytest
 from recorded_session import record
 
 from hapticvlm.commands import timeline
-from hapticvlm.commands.replay import SessionLogError
+from hapticvlm.commands.session_log import SessionLogError
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Voices

@@ -15,6 +15,7 @@ from typing import Any
 
 from hapticvlm.captures.lines import CaptureError, read_lines
 from hapticvlm.commands import config_file, replay
+from hapticvlm.commands.session_log import SessionLogError
 from hapticvlm.devices import plate_protocol
 from hapticvlm.devices.audio import read_wav
 from hapticvlm.devices.framing import Deframer
@@ -93,7 +94,7 @@ def _captures(data: bytes, file: Path) -> None:
 
 def _session_logs(data: bytes, file: Path) -> None:
     file.parent.joinpath(SESSION_LOG).write_bytes(data)
-    with contextlib.suppress(replay.SessionLogError):
+    with contextlib.suppress(SessionLogError):
         replay.replay(file.parent, MATERIALS)
 
 

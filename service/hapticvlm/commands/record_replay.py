@@ -12,8 +12,8 @@ from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
+    from hapticvlm.commands.log_player import Replayed
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.commands.replay import Replayed
     from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 
 

@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.commands.replay import Replayed, SessionLogError, read_session_log, replay, waveform
+from hapticvlm.commands.log_player import Replayed
+from hapticvlm.commands.replay import replay, waveform
+from hapticvlm.commands.session_log import SessionLogError, read_session_log
 from hapticvlm.materials import Material
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Voices
