@@ -1,4 +1,4 @@
-"""Reads a recorded session: the lines of its log, and blanks for the pictures that it did not keep."""
+"""Reads a recorded session: the lines of its log, and blanks for pictures that were not kept."""
 
 from __future__ import annotations
 
