@@ -80,7 +80,9 @@ async def _start(parts: Parts, gateway: Gateway) -> None:
     await asyncio.to_thread(parts.plate.start)
     await asyncio.gather(
         asyncio.to_thread(parts.speaker.start),
-        asyncio.to_thread(parts.recogniser.start, partial(_on_loop, loop, gateway.on_recognised)),
+        asyncio.to_thread(
+            parts.recogniser.start, partial(_on_loop, loop, gateway.recognition.accept)
+        ),
     )
     if parts.vlm is not None:
         parts.vlm.start(partial(_on_loop, loop, gateway.on_reply))

@@ -30,7 +30,7 @@ from hapticvlm.messages import (
     View,
 )
 from hapticvlm.processes.model_worker import Answered
-from hapticvlm.processes.recogniser import Recognised, RecogniserWorker
+from hapticvlm.processes.recogniser import RecogniserWorker
 from hapticvlm.processes.vlm import VlmReply, VlmWorker
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.log_writer import LogWriter
@@ -172,10 +172,6 @@ class Gateway:
     def refuse(self, code: ErrorCode) -> None:
         """Count a refused message."""
         self.counts[f"refused: {code}"] += 1
-
-    def on_recognised(self, answered: Answered[Recognised]) -> None:
-        """Receive the recogniser's answer (on the event loop)."""
-        self.recognition.accept(answered)
 
     def on_reply(self, answered: Answered[VlmReply]) -> None:
         """Receive the VLM worker's reply (on the event loop)."""

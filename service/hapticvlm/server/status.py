@@ -33,15 +33,15 @@ def of_service(gateway: Gateway) -> dict[str, Any]:
         "owner": owner.name if owner else None,
         "owner_idle_s": round(time.monotonic() - gateway.leased_at, 1) if owner else None,
         "counts": {**counts, LOST: 0 if gateway.log is None else gateway.log.lost},
-        **of_outputs(gateway.outputs),
+        **_of_outputs(gateway.outputs),
         "leases": gateway.leases,
-        "recogniser": of_recogniser(gateway.recogniser),
-        "vlm": of_vlm(gateway.vlm),
-        "record": of_record(gateway.recorder),
+        "recogniser": _of_recogniser(gateway.recogniser),
+        "vlm": _of_vlm(gateway.vlm),
+        "record": _of_record(gateway.recorder),
     }
 
 
-def of_outputs(outputs: Outputs) -> dict[str, Any]:
+def _of_outputs(outputs: Outputs) -> dict[str, Any]:
     """Report speaker and plate, and what a stop still holds."""
     return {
         "speaker": _of_speaker(outputs.speaker),
@@ -59,7 +59,7 @@ def of_outputs(outputs: Outputs) -> dict[str, Any]:
     }
 
 
-def of_recogniser(recogniser: RecogniserWorker) -> dict[str, Any]:
+def _of_recogniser(recogniser: RecogniserWorker) -> dict[str, Any]:
     """Report the recogniser."""
     return {
         "restarts": recogniser.worker.restarts,
@@ -71,7 +71,7 @@ def of_recogniser(recogniser: RecogniserWorker) -> dict[str, Any]:
     }
 
 
-def of_vlm(queue: VlmQueue | None) -> dict[str, Any] | None:
+def _of_vlm(queue: VlmQueue | None) -> dict[str, Any] | None:
     """Report the vision-language model, if there is one, and what it was asked."""
     if queue is None:
         return None
@@ -90,7 +90,7 @@ def of_vlm(queue: VlmQueue | None) -> dict[str, Any] | None:
     }
 
 
-def of_record(recorder: Recorder | None) -> dict[str, Any] | None:
+def _of_record(recorder: Recorder | None) -> dict[str, Any] | None:
     """Report the record, if sessions are kept: whether lines of it are lost."""
     if recorder is None:
         return None
