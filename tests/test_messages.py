@@ -48,6 +48,19 @@ def test_a_refused_vector_gives_its_code_path_and_id(vector):
     assert ";" in error.text, "an error says what to do"
 
 
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ({"type": "set", "ownership": "borrow"}, "`ownership` is one of take, end"),
+        ({"type": "stop", "scope": "none"}, "`scope` is one of all, speaker, peltier"),
+        ({"type": "shout"}, "`type` is one of hello, scene, frame, touch, set, stop"),
+    ],
+)
+def test_a_refusal_names_the_words_that_may_stand_there(message, words):
+    with pytest.raises(MessageError, match=words):
+        decode(json.dumps({"id": 1, **message}))
+
+
 @pytest.mark.parametrize("vector", vectors("answers"), ids=lambda v: v["name"])
 def test_an_answer_is_read_by_another_implementation_and_written_byte_for_byte(vector):
     data = bytes.fromhex(vector["msgpack"])

@@ -7,7 +7,7 @@ After `decode` a message is right: type, range, size, finiteness. Units stand in
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal, get_args, get_origin
 
 import msgspec
 from msgspec import Meta, Struct
@@ -412,19 +412,20 @@ _msgpack_decoder: msgspec.msgpack.Decoder[ClientMessage] = msgspec.msgpack.Decod
 _json_decoder: msgspec.json.Decoder[ClientMessage] = msgspec.json.Decoder(ClientMessage)
 _msgpack_encoder = msgspec.msgpack.Encoder()
 _json_encoder = msgspec.json.Encoder()
-_CHOICES = {
-    "type": ("hello", "scene", "frame", "touch", "set", "stop"),
-    "phase": get_args(Phase),
-    "hand": get_args(HandName),
-    "interaction": get_args(Interaction),
-    "scope": get_args(Scope),
-    "role": ("scene", "observer"),
-    "format": ("jpeg", "png", "rgb8", "rgba8"),
-    "origin": ("top", "bottom"),
-    "purpose": ("live", "enrol"),
-    "watch": ("frames", "waveform", "log"),
-    "left": get_args(FeelForm),
-    "right": get_args(FeelForm),
+
+
+def _words(kind: object) -> tuple[str, ...]:
+    """List the words that a type is a choice of, wherever in it the choice stands."""
+    if get_origin(kind) is Literal:
+        return get_args(kind)
+    return tuple(word for part in get_args(kind) for word in _words(part))
+
+
+_CHOICES = {"type": tuple(str(kind.__struct_config__.tag) for kind in get_args(ClientMessage))} | {
+    field.name: words
+    for kind in (*get_args(ClientMessage), Feel)
+    for field in msgspec.structs.fields(kind)
+    if (words := _words(field.type))
 }
 
 
