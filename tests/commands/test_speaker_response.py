@@ -20,7 +20,10 @@ from hapticvlm.commands.main import main
 from hapticvlm.devices.calibration_output import FADE_S, Sounding
 from hapticvlm.devices.speaker_files import SpeakerResponse, read_response, write_response
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import RATE_HZ, Motion, Playback, Texture, impact
+from hapticvlm.rendering.equaliser import Playback
+from hapticvlm.rendering.impacts import impact
+from hapticvlm.rendering.textures import Texture
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 
 Floats = NDArray[np.float64]
 

@@ -22,7 +22,8 @@ assemble.make(Serving(gallery=gallery))
 STRUCK = """
 import sys
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import IMPACTS, Motion, impact
+from hapticvlm.rendering.impacts import impact
+from hapticvlm.rendering.vibration import IMPACTS, Motion
 from hapticvlm.rendering.voices import Voices
 Voices(table=MATERIALS)
 for material in MATERIALS.values():

@@ -19,8 +19,9 @@ from hapticvlm.devices.ring import Ring
 from hapticvlm.devices.speaker_files import SpeakerResponse, read_patterns, write_response
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.equaliser import Correction
+from hapticvlm.rendering.impacts import impact
 from hapticvlm.rendering.patterns import PRESETS, PatternError, PatternTexture, named, pattern
-from hapticvlm.rendering.vibration import RATE_HZ, Motion, impact
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command, Voices
 
 Wave = NDArray[np.float64]

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import LIMITS, MATERIALS, Mode, Vibration
 from hapticvlm.rendering import impacts
+from hapticvlm.rendering.impacts import impact
 from hapticvlm.rendering.smoothing import SmoothedValue
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion, Texture, impact
+from hapticvlm.rendering.textures import Texture
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
 from hapticvlm.rendering.voices import Command, Voices
 
 Wave = NDArray[np.float32]

@@ -10,8 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Vibration
-from hapticvlm.rendering import vibration
+from hapticvlm.rendering.impacts import impact
 from hapticvlm.rendering.limiter import DELAY_S
+from hapticvlm.rendering.textures import Texture
 from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command, Voices
 
@@ -62,7 +63,7 @@ def test_an_impact_begins_with_the_next_block_less_the_limiter_s_delay() -> None
     voices.obey(STRIKE)
     block = voices.render(BLOCK, 0.0)
 
-    expected = vibration.impact(MATERIALS["wood"].vibration, "strike", STRIKE.motion, STRIKE.seed)
+    expected = impact(MATERIALS["wood"].vibration, "strike", STRIKE.motion, STRIKE.seed)
     assert DELAY_S < 0.002
     assert not block[:DELAY].any()
     assert np.allclose(block[DELAY:], expected[: BLOCK - DELAY], atol=1e-6)
@@ -232,7 +233,7 @@ def test_a_swing_needs_no_contact_and_makes_no_impact() -> None:
 def test_a_slide_that_begins_a_contact_taps_first() -> None:
     voices = Voices()
     voices.obey(replace(SLIDE, onset=True))
-    tap = vibration.impact(MATERIALS["wood"].vibration, "tap", SLIDE.motion, SLIDE.seed)
+    tap = impact(MATERIALS["wood"].vibration, "tap", SLIDE.motion, SLIDE.seed)
 
     first = listen(voices, 2 * BLOCK_S)
     assert np.abs(first).max() > 0.5 * np.abs(tap[:BLOCK]).max()
@@ -290,7 +291,7 @@ def test_the_limiter_leaves_what_fits_alone() -> None:
     voices = Voices()
     voices.obey(STRIKE)
     wave = listen(voices, 0.02)
-    expected = vibration.impact(MATERIALS["wood"].vibration, "strike", STRIKE.motion, STRIKE.seed)
+    expected = impact(MATERIALS["wood"].vibration, "strike", STRIKE.motion, STRIKE.seed)
 
     assert np.abs(wave).max() < 0.9
     assert np.allclose(wave[DELAY:], expected[: wave.size - DELAY], atol=1e-6)
@@ -334,7 +335,7 @@ def test_a_voice_that_turns_to_nan_is_dropped_and_the_rest_sounds_on(
     voices, healthy = Voices(), Voices()
     voices.obey(replace(SLIDE, hand=1))
     healthy.obey(replace(SLIDE, hand=1))
-    monkeypatch.setattr(vibration, "impact", broken)
+    monkeypatch.setattr("hapticvlm.rendering.voices.impact", broken)
     voices.obey(STRIKE)
     wave = listen(voices, 0.2)
 
@@ -348,7 +349,7 @@ def test_a_texture_that_turns_to_nan_is_dropped_once(monkeypatch: pytest.MonkeyP
         return np.full(count, np.nan, np.float32)
 
     voices = Voices()
-    monkeypatch.setattr(vibration.Texture, "render", broken)
+    monkeypatch.setattr(Texture, "render", broken)
     voices.obey(SLIDE)
 
     assert not listen(voices, 0.2).any()

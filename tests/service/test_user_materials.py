@@ -28,8 +28,10 @@ from hapticvlm.recognition.galleries.user_materials import (
 )
 from hapticvlm.recognition.galleries.user_materials import write_material as write
 from hapticvlm.recognition.names import from_name, read_lexicon
-from hapticvlm.rendering import thermal, vibration
-from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Motion, Texture
+from hapticvlm.rendering import thermal
+from hapticvlm.rendering.impacts import impact
+from hapticvlm.rendering.textures import Texture
+from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Motion
 from hapticvlm.rendering.voices import Command, Voices
 from hapticvlm.session.actions import PlayVibration, Reply
 from hapticvlm.session.session import SceneSession
@@ -210,7 +212,7 @@ def test_facts_at_their_limits_give_finite_heat_and_sound(facts: dict[str, Any])
     for speed_mps in (0.0, 0.05, 20.0):
         motion = Motion(speed_mps, 5.0)
         for kind in IMPACTS:
-            wave = vibration.impact(extreme.vibration, kind, motion, 1)
+            wave = impact(extreme.vibration, kind, motion, 1)
             assert np.abs(wave).max() <= 1.0
         for kind in TEXTURES:
             assert np.isfinite(Texture(extreme.vibration, kind, 1).render(4800, motion)).all()

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.devices.output import Output, OutputError
-from hapticvlm.rendering.interactions import RATE_HZ
+from hapticvlm.rendering.vibration import RATE_HZ
 
 BLOCK = 512
 FADE_S = 0.05

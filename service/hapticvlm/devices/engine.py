@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from hapticvlm.devices.engine_orders import EngineStatus, Order, Release, RestAll
 from hapticvlm.devices.ring import Ring
 from hapticvlm.materials import MATERIALS, Material
+from hapticvlm.rendering.equaliser import NOMINAL, Correction, Playback
 from hapticvlm.rendering.patterns import Pattern
-from hapticvlm.rendering.vibration import NOMINAL, RATE_HZ, Correction, Playback
+from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Command, Voices
 
 FADE_S = 0.05

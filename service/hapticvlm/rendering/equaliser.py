@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.rendering.interactions import RATE_HZ
+from hapticvlm.rendering.vibration import RATE_HZ
 
 MOST_DB = 12.0  # either way; more would only drive the amplifier into its limiter
 REFERENCE_HZ = 250.0  # where nothing is corrected

@@ -28,8 +28,8 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering.equaliser import NOMINAL, Playback
-from hapticvlm.rendering.interactions import RATE_HZ, Motion
 from hapticvlm.rendering.perceived_level import perceived_amplitude
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 
 BAND_END_HZ = 1050.0
 BAND_DB = -50.5  # of an event's energy may lie above; half a dB for what a seed varies

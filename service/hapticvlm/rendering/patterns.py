@@ -19,9 +19,9 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS, Material, Vibration
 from hapticvlm.rendering import impacts, textures
 from hapticvlm.rendering.equaliser import Correction
-from hapticvlm.rendering.interactions import IMPACTS, RATE_HZ, TEXTURES, Motion
 from hapticvlm.rendering.perceived_level import perceived_amplitude
 from hapticvlm.rendering.smoothing import SmoothedValue
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
 
 _Floats = NDArray[np.float64]
 

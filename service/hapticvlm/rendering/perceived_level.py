@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.perception import drive_threshold_db
-from hapticvlm.rendering.interactions import RATE_HZ
+from hapticvlm.rendering.vibration import RATE_HZ
 
 MOST_BOOST = 10.0 ** (12.0 / 20.0)  # more would only drive the amplifier into its limiter
 GRID_HZ = np.geomspace(20.0, 400.0, 40)  # centres at which textures are levelled

@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering import impacts, loops
 from hapticvlm.rendering.equaliser import NOMINAL, Playback
-from hapticvlm.rendering.interactions import Motion
 from hapticvlm.rendering.loops import Loop
 from hapticvlm.rendering.perceived_level import GRID_HZ, perceived_amplitude
 from hapticvlm.rendering.smoothing import SmoothedValue
+from hapticvlm.rendering.vibration import Motion
 
 _Floats = NDArray[np.float64]
 

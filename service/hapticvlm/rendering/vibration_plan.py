@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
 from hapticvlm.rendering.equaliser import Playback
-from hapticvlm.rendering.interactions import RATE_HZ
 from hapticvlm.rendering.patterns import Pattern
+from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Command, Voices
 
 Form = Literal["amplitude", "parametric"]

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.rendering.patterns import PatternTexture
-from hapticvlm.rendering.vibration import Motion, Texture
+from hapticvlm.rendering.textures import Texture
+from hapticvlm.rendering.vibration import Motion
 
 
 @dataclass(slots=True)

@@ -17,19 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Material
-from hapticvlm.rendering import vibration
+from hapticvlm.rendering.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.impacts import impact
 from hapticvlm.rendering.limiter import Limiter
 from hapticvlm.rendering.patterns import Pattern, PatternTexture
-from hapticvlm.rendering.vibration import IMPACTS, NOMINAL, TEXTURES, Motion, Playback, Texture
+from hapticvlm.rendering.textures import Texture
+from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Motion
 from hapticvlm.rendering.voice import Voice, ramp
 
 FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
 _CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
-_MOST_RINGING, _MOST_IMPACTS, _MOST_FADING_TEXTURES = (
-    4,
-    8,
-    2,
-)  # per hand: bounds the cost of a block
+_MOST_RINGING, _MOST_IMPACTS, _MOST_FADING_TEXTURES = 4, 8, 2  # per hand: bounds a block's cost
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +202,7 @@ class Voices:
         if pattern is not None:
             return pattern.impact(command.motion)
         facts = self._table[key[0]].vibration
-        return vibration.impact(facts, key[1], command.motion, command.seed, self._playback)
+        return impact(facts, key[1], command.motion, command.seed, self._playback)
 
     def _follow(self, hand: _Hand) -> None:
         """Cross-fade the hand's textures towards the wanted one, never more than a few at once."""
@@ -242,6 +240,6 @@ def _warm_up(materials: Iterable[Material], playback: Playback) -> None:
     """Fill the caches of these materials, so that no first touch pays for them."""
     for material in materials:
         for kind in IMPACTS:
-            vibration.impact(material.vibration, kind, Motion(1.0, 1.0), 0, playback)
+            impact(material.vibration, kind, Motion(1.0, 1.0), 0, playback)
         for kind in TEXTURES:
             Texture(material.vibration, kind, 0, playback)

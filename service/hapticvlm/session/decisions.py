@@ -17,9 +17,9 @@ from hapticvlm.recognition.ladder import Evidence, Verdict
 from hapticvlm.recognition.sub_materials import Make
 from hapticvlm.recognition.surface import Surface, SurfaceFacts
 from hapticvlm.rendering import plate_limits, thermal
-from hapticvlm.rendering.interactions import IMPACTS
 from hapticvlm.rendering.plate_limits import PlateLimits
 from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.rendering.vibration import IMPACTS
 from hapticvlm.session.grading import Grading
 
 

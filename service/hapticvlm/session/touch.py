@@ -7,8 +7,8 @@ from collections.abc import Hashable, Mapping
 import msgspec
 
 from hapticvlm.messages import Decision, MessageError, Ok, Touch
-from hapticvlm.rendering.interactions import IMPACTS
 from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.vibration import IMPACTS
 from hapticvlm.rendering.voices import Command
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import Action, PlayVibration, ReleaseHand, Reply

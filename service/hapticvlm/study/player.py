@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.client import Client, Refused
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.interactions import Motion
+from hapticvlm.rendering.vibration import Motion
 from hapticvlm.study.stimuli import Part, Stimulus, StudyError, motion, parts
 
 TOUCH_S = 0.06  # between touches: a lease of 0.25 s survives three lost ones

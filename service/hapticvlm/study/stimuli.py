@@ -8,7 +8,7 @@ A hand presents it: it approaches, rests on the object without rubbing until the
 heat or cold to the palm, lifts for a moment and strokes. That lift, and those between strokes, are
 brief enough for the plate to take all of it as one contact, so repeated strokes are as warm as a
 single one. Within a stroke the hand rubs, carves or swings to and fro
-(rendering/interactions.py).
+(rendering/vibration.py).
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.messages import Interaction
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.interactions import Motion, motion_at
 from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.rendering.thermal import LEAD_S, share, thermal_contact
+from hapticvlm.rendering.vibration import Motion, motion_at
 
 MOST_PATTERNS = 40
 OBJECT_C = (-100.0, 400.0)  # degC, what the protocol takes as an object's temperature

@@ -102,7 +102,7 @@ def _write_sweep(options: argparse.Namespace) -> int:
 def _play_sweep(options: argparse.Namespace) -> int:
     from hapticvlm.commands.calibrate import speaker_response
     from hapticvlm.devices import calibration_output
-    from hapticvlm.rendering.interactions import RATE_HZ
+    from hapticvlm.rendering.vibration import RATE_HZ
 
     wave = speaker_response.sweep() * (options.level / speaker_response.LEVEL)
     with calibration_output.opened(options.speaker) as output:
@@ -119,7 +119,7 @@ def _play_sweep(options: argparse.Namespace) -> int:
 def _measure(options: argparse.Namespace) -> SpeakerResponse:
     from hapticvlm.commands.calibrate import speaker_response
     from hapticvlm.devices.audio import read_wav
-    from hapticvlm.rendering.interactions import RATE_HZ
+    from hapticvlm.rendering.vibration import RATE_HZ
 
     if options.simulate:
         moved = speaker_response.simulated_speaker(speaker_response.sweep().astype("float64"))

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from hapticvlm.devices.speaker_files import SpeakerResponse
 from hapticvlm.rendering.equaliser import REFERENCE_HZ
-from hapticvlm.rendering.interactions import RATE_HZ
 from hapticvlm.rendering.patterns import resampled
+from hapticvlm.rendering.vibration import RATE_HZ
 
 _Floats = NDArray[np.float64]
 

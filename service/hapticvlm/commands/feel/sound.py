@@ -1,7 +1,7 @@
 """The vibration half of a touch: the product's own voices, rendered; their spectrum; a WAV file.
 
 Without an interaction the hand strikes, then rubs from RUB_AT_S on, as a scene's `contact` and
-`slide` would have it. Rubbing, carving and swinging go to and fro (rendering/interactions.py).
+`slide` would have it. Rubbing, carving and swinging go to and fro (rendering/vibration.py).
 """
 
 from __future__ import annotations
@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
 from hapticvlm.perception import drive_threshold_db
-from hapticvlm.rendering.interactions import SWEEP_S, motion_at
 from hapticvlm.rendering.textures import STROUHAL, rendered_hz
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
+from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, SWEEP_S, TEXTURES, Motion, motion_at
 from hapticvlm.rendering.voices import FADE_S, Command, Voices
 
 RUB_AT_S = 0.4

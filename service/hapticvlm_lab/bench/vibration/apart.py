@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.palette import BLUE, GREY, INK, SOFT
-from hapticvlm.rendering.interactions import RATE_HZ, motion_at
+from hapticvlm.rendering.vibration import RATE_HZ, motion_at
 from hapticvlm.rendering.voices import Command, Voices
 from hapticvlm.study.observer.answers import confusion, recognised
 from hapticvlm.study.observer.channels import vibration_steps

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.interactions import RATE_HZ, Motion
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration_plan import VibrationPlan, VibrationPlanner
 from hapticvlm.rendering.voices import Command, Voices
 from hapticvlm.study.observer import answers

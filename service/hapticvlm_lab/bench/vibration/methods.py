@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from scipy import linalg, signal
 
 from hapticvlm.materials import MATERIALS, Mode, Vibration
-from hapticvlm.rendering.vibration import RATE_HZ, Motion, Texture, impact
+from hapticvlm.rendering.impacts import impact
+from hapticvlm.rendering.textures import Texture
+from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command, Voices
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
 

@@ -7,7 +7,7 @@ import pytest
 
 from hapticvlm.commands.feel.sound import sound
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.interactions import (
+from hapticvlm.rendering.vibration import (
     IMPACTS,
     PAUSE_S,
     RATE_HZ,
