@@ -52,8 +52,7 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
         yield
     finally:
         if ray.is_initialized():
-            serve.shutdown()
-            ray.shutdown()
+            ray.shutdown()  # not Serve's first: it waits half a minute for a proxy to drain
         shutil.rmtree(Path(folder), ignore_errors=True)
 
 
