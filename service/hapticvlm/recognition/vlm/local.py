@@ -115,6 +115,7 @@ def load_local(settings: VlmSettings) -> LocalVlm:
         raise VlmError(f"a model in process answers by {' or '.join(METHODS)}")
     if not 1 <= settings.wordings <= contract.MOST_WORDINGS:
         raise VlmError(f"there are 1 to {contract.MOST_WORDINGS} wordings")
+    weights.find_here(settings.model)  # a slip in the path is said before torch is imported
     settings = weights.settled(settings)
     vlm = LocalVlm(*weights.load(settings), settings)
     _require_agreement(vlm)

@@ -92,6 +92,11 @@ def _is_float32_faster() -> bool:
 
 def find(name: str) -> Path:
     """Return the folder of a model by folder or name, downloading it if needs be."""
+    return find_here(name) or _from_hub(name)
+
+
+def find_here(name: str) -> Path | None:
+    """Return a model's folder, None for a name of the hub. Raises VlmError; imports no library."""
     path = Path(name).expanduser()
     if path.is_dir():
         if not (path / CONFIG).is_file():
@@ -99,7 +104,7 @@ def find(name: str) -> Path:
         return path
     if path.exists() or not HUB_NAME.fullmatch(name):
         raise VlmError(f"model `{name}` is no folder here; {FOLDER}, or a name of the hub")
-    return _from_hub(name)
+    return None
 
 
 def free_bytes() -> int | None:
