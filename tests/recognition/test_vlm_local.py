@@ -421,6 +421,22 @@ def test_a_process_is_prepared_before_torch_is_imported(folder: Path) -> None:
     )
 
 
+def test_a_folder_that_is_not_there_is_refused_before_torch_is_imported(tmp_path: Path) -> None:
+    code = (
+        "import sys\n"
+        "from hapticvlm.recognition.vlm.contract import VlmError, VlmSettings\n"
+        "from hapticvlm.recognition.vlm.local import load_vlm\n"
+        "try:\n"
+        "    load_vlm(VlmSettings(model=sys.argv[1]))\n"
+        "except VlmError as error:\n"
+        "    print(error, 'torch' in sys.modules)\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "nothing")]
+    said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout
+    assert "is no folder here" in said
+    assert said.split()[-1] == "False"
+
+
 def test_the_interval_is_that_of_the_mixed_wordings(vlm: LocalVlm) -> None:
     prompt = vlm.chat.prompt(contract.about_ambient(2), [picture()])
     read = [beliefs(vlm.numbers, one) for one in vlm.network.readout(prompt, vlm.numbers)]
