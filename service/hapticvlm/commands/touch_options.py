@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from hapticvlm.materials import Material
     from hapticvlm.rendering.voices import Voices
 
-
-INTERACTIONS = ("tap", "strike", "press", "slide", "carve", "swing")
-
 Options = argparse.ArgumentParser | argparse._ArgumentGroup
 
 

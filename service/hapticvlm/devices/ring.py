@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.devices.engine_orders import EngineStatus, Order, Release, RestAll, Standing
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import IMPACTS, TEXTURES, Motion
+from hapticvlm.rendering.vibration import INTERACTIONS, Motion
 from hapticvlm.rendering.voices import Command
 
 if TYPE_CHECKING:
@@ -52,7 +52,6 @@ _STANDING_AT = _RING_AT + SLOTS * _RECORD_SIZE
 _STANDING_SIZE = 64
 _SIZE = _STANDING_AT + 2 * _STANDING_SIZE
 
-_INTERACTIONS = (*IMPACTS, *TEXTURES)
 _OBEY, _RELEASE, _REST = 1, 2, 3
 
 
@@ -206,7 +205,7 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
     match order:
         case Command():
             material = -1 if order.material is None else materials.index(order.material)
-            interaction = _INTERACTIONS.index(order.interaction)
+            interaction = INTERACTIONS.index(order.interaction)
             motion, thickness_m = order.motion, order.thickness_m or 0.0
             return (
                 *(_OBEY, order.hand, interaction, order.onset, material),
@@ -228,7 +227,7 @@ def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
     return Command(
         hand=hand,
         material=None if material < 0 else materials[material],
-        interaction=_INTERACTIONS[interaction],
+        interaction=INTERACTIONS[interaction],
         onset=bool(onset),
         motion=Motion(speed, force),
         seed=seed,

@@ -21,7 +21,7 @@ from hapticvlm.rendering import impacts, textures
 from hapticvlm.rendering.equaliser import Correction
 from hapticvlm.rendering.perceived_level import perceived_amplitude
 from hapticvlm.rendering.smoothing import SmoothedValue
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
+from hapticvlm.rendering.vibration import IMPACTS, INTERACTIONS, RATE_HZ, Motion
 
 _Floats = NDArray[np.float64]
 
@@ -110,12 +110,12 @@ def named(stem: str, materials: Iterable[str]) -> tuple[str, str]:
         if stem == preset.name:
             return preset.material, preset.interaction
     material, _, interaction = stem.rpartition("-")
-    if material in known and interaction in (*IMPACTS, *TEXTURES):
+    if material in known and interaction in INTERACTIONS:
         return material, interaction
     presets = ", ".join(preset.name for preset in PRESETS)
     raise PatternError(
         f"`{stem[:60]}` names no pattern: use MATERIAL-INTERACTION, a material of "
-        f"{', '.join(known)} and one of {', '.join((*IMPACTS, *TEXTURES))}, or one of {presets}"
+        f"{', '.join(known)} and one of {', '.join(INTERACTIONS)}, or one of {presets}"
     )
 
 

@@ -27,6 +27,7 @@ from dataclasses import dataclass
 RATE_HZ = 48_000
 IMPACTS = ("tap", "strike", "press")
 TEXTURES = ("slide", "carve", "swing")
+INTERACTIONS = (*IMPACTS, *TEXTURES)
 SWEEP_S = {"slide": 0.6, "carve": 0.6, "swing": 0.4}
 PAUSE_S = {"slide": 0.0, "carve": 0.2, "swing": 0.4}  # a blade and an arm come back unfelt
 

@@ -58,15 +58,13 @@ def _doctor(options: argparse.Namespace) -> int:
 def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     """Make every check; those that may hang run beside the others."""
     from hapticvlm.commands import serve
-    from hapticvlm.commands.doctor import Finding, Later
-    from hapticvlm.commands.doctor import machine as machine
+    from hapticvlm.commands.doctor import Finding, Later, machine
     from hapticvlm.commands.serve_config import Serving
 
     first = [machine.python(), *machine.packages()]
     if any(finding.verdict == "wrong" for finding in first):
         return first
-    from hapticvlm.commands.doctor import devices as devices
-    from hapticvlm.commands.doctor import network as network
+    from hapticvlm.commands.doctor import devices, network
 
     try:
         serving = serve.settle(options)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands import touch_options
 from hapticvlm.commands.parsing import number_within
-from hapticvlm.commands.touch_options import INTERACTIONS
 from hapticvlm.errors import UsageError, usage_errors
+from hapticvlm.rendering.vibration import INTERACTIONS
 
 if TYPE_CHECKING:
     from hapticvlm.commands.export.clip import Clip
