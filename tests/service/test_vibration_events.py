@@ -51,12 +51,13 @@ async def rub(client, seconds, hand="right"):
 async def test_a_rubbing_hand_gets_plans_20_to_30_times_a_second(service, form):
     async with peer(service) as client:
         await feeling(client, right=form)
-        plans = await rub(client, 2.0)
-        assert 15 <= len(plans) / 2.0 <= 31  # 15: a busy machine wakes late
+        plans = [plan for plan in await rub(client, 2.0) if plan.get("amplitude")]
+        # A busy machine wakes late, and may let a lease lapse, which is planned as empty.
+        assert 15 <= len(plans) / 2.0 <= 31
         for plan in plans:
             assert plan["hand"] == "right"
             assert plan["period_ms"] == PERIODS_MS[form]
-            assert 0 < len(plan["amplitude"]) * plan["period_ms"] <= HORIZON_MS
+            assert len(plan["amplitude"]) * plan["period_ms"] <= HORIZON_MS
             assert all(0.0 <= value <= 1.0 for value in plan["amplitude"])
             sized = len(plan["amplitude"]) if form == "parametric" else 0
             assert len(plan.get("frequency_hz", [])) == sized
