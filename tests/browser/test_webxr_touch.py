@@ -98,7 +98,7 @@ def press(page: Page, key: str, hold_ms: int = 400) -> Any:
 def test_the_first_picture_after_a_touch_shows_it_and_comes_as_fast_as_a_picture_can(
     page: Page,
 ) -> None:
-    found = [press(page, key) for key in ("kettle", "linen", "bowl", "pan")]
+    found = [press(page, key, 50) for key in ("kettle", "linen", "bowl", "pan")]
     seen, bare, finished = (
         median(one[name] for one in found) for name in ("seen", "bare", "finished")
     )
