@@ -24,7 +24,7 @@ KILLS = int(os.environ.get("HAPTICVLM_KILLS", "3"))  # 10 in long_run.py
 MAIN_LOOP_MS = 2.0
 SOAK_S = 1200.0
 SOAK_FRAMES = int(os.environ.get("HAPTICVLM_FRAMES", "450"))  # 3000 in long_run.py
-SOAK_RATE = int(os.environ.get("HAPTICVLM_RATE", "45"))
+SOAK_RATE = int(os.environ.get("HAPTICVLM_RATE", "90"))
 
 
 @pytest.fixture(scope="module")
