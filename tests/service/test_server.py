@@ -61,7 +61,8 @@ async def until(service, claim, seconds=15.0):
     while not claim(status(service)):
         waited = time.monotonic() - started
         assert waited < seconds, "it never happened"
-        await asyncio.sleep(0.005 if waited < 2.0 else 0.2)  # a long wait must not busy the machine
+        pause_s = 0.005 if waited < 0.4 else 0.05 if waited < 2.0 else 0.2
+        await asyncio.sleep(pause_s)  # a long wait must not busy the machine
     return time.monotonic() - started
 
 
