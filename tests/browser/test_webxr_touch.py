@@ -18,7 +18,7 @@ from hapticvlm.commands.local_service import running
 
 pytestmark = pytest.mark.browser
 
-SIZE = (320, 200)  # px: what is drawn on a processor costs time
+SIZE = (240, 160)  # px: what is drawn on a processor costs time
 SEEN_MS = 50.0
 # Presses on an object; what differs in the first picture drawn then, and when it was drawn.
 PRESS = """async ([key, hold]) => {
