@@ -76,7 +76,7 @@ def touching_client(service):
 )
 async def test_outputs_rest_within_the_lease_and_50_ms_of_a_client_being(service, name, kill):
     limit_s = LEASE_S + 0.05 + 0.03  # and the time a poll takes
-    processes = []
+    processes: list[subprocess.Popen[str]] = []
 
     async def end_a_client():
         for earlier in processes:
