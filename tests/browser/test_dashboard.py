@@ -22,7 +22,7 @@ from dashboard_scene import (
     missing,
     touching,
 )
-from playwright.sync_api import Browser, Page, Route, expect
+from playwright.sync_api import APIResponse, Browser, Page, Route, expect
 from soak_dashboard import soak
 
 from hapticvlm.commands.local_service import Service, running
@@ -361,6 +361,30 @@ def test_the_keyboard_reaches_the_stop_first_and_sees_where_it_is(
         assert page.evaluate("getComputedStyle(document.activeElement).outlineWidth") == "3px"
         page.keyboard.press("Enter")
         expect(page.locator("#stopped")).to_contain_text("Stopped at")
+
+
+def test_a_status_from_before_a_stop_does_not_wipe_that_it_was_confirmed(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page) as page, touching(service.url, only="table"):
+        late: list[tuple[Route, APIResponse]] = []
+
+        def delay_the_first(route: Route) -> None:
+            if late:
+                route.continue_()
+            else:
+                late.append((route, route.fetch()))
+
+        page.route("**/status", delay_the_first)
+        while not late:
+            page.wait_for_timeout(50)
+        page.click("#stop")
+        expect(page.locator("#stopped")).to_contain_text("Stopped at")
+        route, before = late[0]
+        with page.expect_response("**/status"):
+            route.fulfill(response=before)
+        page.wait_for_timeout(200)
+        assert "Stopped at" in page.inner_text("#stopped")
 
 
 def test_nothing_is_asked_of_anybody_else_and_no_policy_is_broken(

@@ -84,6 +84,7 @@ function showState(state) {
 
 async function askStatus() {
   if (document.hidden) return;
+  const askedAt = performance.now();
   try {
     const status = await (await fetch("/status", { signal: AbortSignal.timeout(STATUS_PATIENCE_MS) })).json();
     if (link.state !== "open") return;
@@ -93,7 +94,7 @@ async function askStatus() {
     connecting.show(status);
     faults.show(status);
     stages.paint(status.speaker.command_wait_ms);
-    showHeld(status.held);
+    showHeld(status.held, askedAt);
   } catch {
     return; // the connection's own state says that the service is gone
   }

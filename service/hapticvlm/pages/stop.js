@@ -4,12 +4,15 @@ import { sound } from "./hear.js";
 
 const BY_HAND = "switch the devices off by hand";
 
+let answeredAt = -Infinity; // of the newest stop, on performance.now()'s clock
+
 // `whenDone` is called after the service has answered.
 export function offerStop(link, whenDone) {
   const stop = async () => {
     sound.silence();
     setText(byId("stopped"), "Stopping.");
     const answer = await link.ask({ type: "stop", scope: "all" });
+    answeredAt = performance.now();
     setText(byId("stopped"), outcome(answer));
     whenDone();
   };
@@ -20,8 +23,10 @@ export function offerStop(link, whenDone) {
   document.addEventListener("keydown", onKey, { capture: true });
 }
 
-// `held`: the outputs that a stop keeps at rest, for each hand, as the status names them.
-export function showHeld(held) {
+// `held`: the outputs that a stop keeps at rest, for each hand, as the status names them. A status
+// that was asked for before the newest stop was answered knows nothing of it and changes no words.
+export function showHeld(held, askedAt) {
+  if (askedAt < answeredAt) return;
   const message = byId("stopped");
   const hands = Object.keys(held).filter((hand) => held[hand].length);
   const isStopped = message.textContent.startsWith("Stopped") && hands.length === Object.keys(held).length;
