@@ -10,6 +10,7 @@ import {buildObjects, makeGlass} from './objects.js';
 import {Board, explain, write} from './panel.js';
 import {Pointer} from './pointer.js';
 import {Pulses} from './pulses.js';
+import {isPlain, pixelRatio} from './quality.js';
 import {Readout} from './readout.js';
 import {buildScene} from './scene.js';
 import {Stream} from './stream.js';
@@ -29,10 +30,11 @@ const part = (id) => document.getElementById(id);
 /** The emulated headset when the address says `?emulate`, else null. */
 export const headset = query.has('emulate') ? (await import('./headset.js')).device : null;
 export const objects = buildObjects();
+if (isPlain) makeGlass(objects, {refracts: false});
 /** The newest decision on each object, by object id. */
 export const decisions = new Map();
 
-const renderer = new THREE.WebGLRenderer({canvas: part('view'), antialias: !headset});
+const renderer = new THREE.WebGLRenderer({canvas: part('view'), antialias: !headset && !isPlain});
 renderer.toneMapping = THREE.NeutralToneMapping;
 renderer.shadowMap.enabled = true;
 renderer.shadowMap.autoUpdate = false; // nothing on the table moves
@@ -97,7 +99,7 @@ export async function enter() {
 
 function leave() {
   hands.clear();
-  makeGlass(objects, {refracts: true});
+  makeGlass(objects, {refracts: !isPlain});
 }
 
 function touched(fields, object, point) {
@@ -188,8 +190,8 @@ function explainLast(now) {
 
 function resize() {
   if (renderer.xr.isPresenting) return;
-  renderer.setPixelRatio(Math.min(2, devicePixelRatio));
   const {clientWidth, clientHeight} = renderer.domElement;
+  renderer.setPixelRatio(pixelRatio(clientWidth, clientHeight));
   renderer.setSize(clientWidth, clientHeight, false);
   camera.aspect = clientWidth / clientHeight;
   const far = Math.max(1, 1.35 / camera.aspect); // a phone held upright stands back to see the whole table

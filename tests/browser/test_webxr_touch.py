@@ -107,6 +107,24 @@ def test_the_first_picture_after_a_touch_shows_it_and_comes_as_fast_as_a_picture
     assert seen <= 3 * bare + SEEN_MS  # what a bare picture takes is the machine's
 
 
+QUALITY = """async () => {
+  const {isPlain, pixelRatio} = await import('/scene/webxr/quality.js');
+  return [isPlain, pixelRatio(200, 200), pixelRatio(1280, 800) ** 2 * 1280 * 800];
+}"""
+
+
+def test_a_browser_that_draws_on_the_processor_draws_less_unless_asked(page: Page) -> None:
+    assert page.evaluate(QUALITY) == pytest.approx([True, 1.0, 200_000])
+    edges = "document.getElementById('view').getContext('webgl2').getContextAttributes().antialias"
+    assert page.evaluate(edges) is False
+    browser = page.context.browser
+    assert browser is not None
+    asked = browser.new_page()
+    asked.goto(page.url.replace("scene/webxr/", "?quality=full"))
+    assert asked.evaluate(QUALITY) == [False, 1.0, 1280 * 800]
+    asked.close()
+
+
 def test_the_card_at_the_object_names_its_material(page: Page) -> None:
     press(page, "linen")
     found = press(page, "linen", 800)

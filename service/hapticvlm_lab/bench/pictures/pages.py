@@ -61,7 +61,7 @@ def dashboard(_: Path, picture: Path) -> None:
 def webxr(_: Path, picture: Path) -> None:
     """Write the WebXR scene while its kettle is touched with the mouse."""
     with running(["--scene", str(ROOT / "examples")]) as service, _page() as page:
-        page.goto(f"{service.page}scene/webxr/")
+        page.goto(f"{service.page}scene/webxr/?quality=full")
         expect(page.locator("#state")).to_contain_text("Connected")
         page.evaluate(PRESS, "kettle")
         page.wait_for_timeout(HELD_MS)
