@@ -35,6 +35,8 @@ RECORD = """async () => {
   return context.sampleRate;
 }"""
 
+SOUNDS = "() => blocks.some(({samples}) => samples.some((value) => Math.abs(value) > 1e-3))"
+
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
@@ -86,6 +88,7 @@ def test_what_is_heard_of_a_strike_is_glass_for_glass_and_wood_for_wood(
         page.locator("#trial-material").select_option(name)
         recorded(page)
         hold(page, "strike")
+        page.wait_for_function(SOUNDS)
         page.wait_for_timeout(HOLD_MS)
         page.mouse.up()
         heard = spectrum(recorded(page), rate_hz)
