@@ -47,14 +47,13 @@ def networks(data: Path | None) -> list[str]:
     return [] if data is None else sorted(map(str, data.glob("teacher/*.tflite")))
 
 
-def _eager(folder: Path | None) -> Encoder:
-    """Load the same net in torch eager, from the weights beside its graph. Raises EncoderError."""
+def _eager() -> Encoder:
+    """Load the shipped net in torch eager, from its trained weights. Raises EncoderError."""
     from hapticvlm.recognition.encoders.encoder import CARD, SHIPPED, EncoderError
 
-    weights, place = folder or OF_SHIPPED, folder or SHIPPED
-    if not (weights / WEIGHTS).is_file() or not (place / CARD).is_file():
-        raise EncoderError(f"no {WEIGHTS} for {CARD} in {place.name}")
-    return _in_torch("torch eager", _card(place), lambda: _read_network(weights))
+    if not (OF_SHIPPED / WEIGHTS).is_file() or not (SHIPPED / CARD).is_file():
+        raise EncoderError(f"no {WEIGHTS} for {CARD} in {SHIPPED.name}")
+    return _in_torch("torch eager", _card(), _shipped_network)
 
 
 def _untrained() -> Encoder:
@@ -62,21 +61,21 @@ def _untrained() -> Encoder:
     from hapticvlm.recognition.encoders.encoder import CARD, SHIPPED
 
     card: dict[str, Any] = {"side": 128, "shape": {}}
-    card = _card(SHIPPED) if (SHIPPED / CARD).is_file() else card
+    card = _card() if (SHIPPED / CARD).is_file() else card
     return _in_torch("untrained", card, lambda: _random_network(card["shape"]))
 
 
-def _card(place: Path) -> dict[str, Any]:
-    from hapticvlm.recognition.encoders.encoder import CARD
+def _card() -> dict[str, Any]:
+    from hapticvlm.recognition.encoders.encoder import CARD, SHIPPED
 
-    card: dict[str, Any] = json.loads((place / CARD).read_text(encoding="utf-8"))
+    card: dict[str, Any] = json.loads((SHIPPED / CARD).read_text(encoding="utf-8"))
     return card
 
 
-def _read_network(place: Path) -> Network:
+def _shipped_network() -> Network:
     from hapticvlm_lab.training import export
 
-    return export.read(place)
+    return export.read(OF_SHIPPED)
 
 
 def _random_network(shape: dict[str, Any]) -> Network:

@@ -7,17 +7,16 @@ wrong and sure. Enrolled: references are the clean views of all other objects of
 
 from __future__ import annotations
 
-import json
-import platform
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm import __version__, materials
+from hapticvlm import materials
 from hapticvlm.commands.progress import track
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
@@ -34,6 +33,7 @@ from hapticvlm_lab.bench.material.picture import Picture, as_frame, window
 from hapticvlm_lab.bench.material.protocols import LabelledEmbeddings, left_out
 from hapticvlm_lab.bench.material.reading import load_sources
 from hapticvlm_lab.bench.material.scores import Words, score
+from hapticvlm_lab.bench.printing import made_with, publish
 
 NAME = "stability-material"
 VIEWS = 2  # of an object, far and near; more where a source has few objects
@@ -108,12 +108,8 @@ def run(plan: Plan, labels: Labels) -> int:
             print("\n".join(f"  {sentence(curve)}" for curve in results[source.name]))
     files = [path for name in results for path in curves.draw(name, results[name], plan.out / NAME)]
     figures = _figures(encoder, results, blanks, skipped) | {"files": [str(f) for f in files]}
-    (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if plan.as_json:
-        print(json.dumps(figures))
-    else:
-        _print_end(blanks, skipped, files)
-    return 0
+    end = partial(_print_end, blanks, skipped)
+    return publish(plan.out / f"{NAME}.json", figures, as_json=plan.as_json, show=end)
 
 
 def shake_source(source: Source, default: Default) -> list[Curve]:
@@ -227,8 +223,7 @@ def _figures(
 ) -> dict[str, object]:
     return {
         "stability": "material",
-        "version": __version__,
-        "machine": platform.machine(),
+        **made_with(),
         "encoder": encoder.name,
         "chance": 1 / len(FOUR),
         "sources": {
@@ -241,10 +236,8 @@ def _figures(
     }
 
 
-def _print_end(blanks: dict[str, str], skipped: Sequence[str], files: Sequence[Path]) -> None:
+def _print_end(blanks: dict[str, str], skipped: Sequence[str]) -> None:
     answers = ", ".join(f"{name}: {answer}" for name, answer in blanks.items())
     print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {answers}")
     for text in skipped:
         print(f"left out  {text}")
-    for path in files:
-        print(f"wrote     {path}")

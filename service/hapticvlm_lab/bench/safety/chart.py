@@ -53,8 +53,8 @@ def run(plan: Plan) -> int:
     source = (
         "the compiled binary's sweep" if swept else f"the compiled core, worst of {plan.plates}"
     )
-    picture = plots.draw(rows, offs, source, plan.out / f"{NAME}.png")
-    figures = _figures(rows, offs, source, plan) | {"files": [str(picture)]}
+    files = plots.draw(rows, offs, source, plan.out / NAME)
+    figures = _figures(rows, offs, source, plan) | {"files": [str(path) for path in files]}
     return publish(
         plan.out / f"{NAME}.json",
         figures,
