@@ -24,8 +24,8 @@ from hapticvlm_lab.bench import labels as chart_labels
 from hapticvlm_lab.bench.material import logistic
 from hapticvlm_lab.bench.material.answers import answer, embed
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, standardised_on
-from hapticvlm_lab.bench.material.belief_chart import coverage
-from hapticvlm_lab.bench.material.data import FOUR, Labels, Source, Stated, View, Where, crops, thin
+from hapticvlm_lab.bench.material.belief_chart import COURSE, coverage
+from hapticvlm_lab.bench.material.data import FOUR, Source, Stated, View, Where, crops, thin
 from hapticvlm_lab.bench.material.methods import GalleryHead, Method
 from hapticvlm_lab.bench.material.protocols import (
     LabelledEmbeddings,
@@ -39,9 +39,7 @@ from hapticvlm_lab.bench.material.rows import Row, knee
 from hapticvlm_lab.bench.material.scores import Score, interval, open_score, rejection, score
 from hapticvlm_lab.bench.material.tables import knee_sentence
 from hapticvlm_lab.bench.material.timing import Cost
-from hapticvlm_lab.commands import charts, material_wiring
 
-NO_LABELS = Labels((), (), lambda label: label, lambda _: False, frozenset())
 FIGURES = ("accuracy", "low", "high", "n", "classes", "recall", "confusion")
 
 
@@ -108,7 +106,7 @@ def test_a_view_is_cut_by_mask_box_or_nothing(source: Source) -> None:
 
 def test_a_missing_set_is_skipped_and_said(capture: Path, tmp_path: Path) -> None:
     where = Where((capture, tmp_path / "nowhere"), None, 0)
-    found, skipped = load_sources(where, NO_LABELS)
+    found, skipped = load_sources(where)
     assert [source.name for source in found] == ["tiny"]
     assert len(skipped) == 3
     assert any("nowhere" in text for text in skipped)
@@ -488,9 +486,7 @@ def test_the_surest_are_said_first_and_the_last_point_says_all():
 
 
 def test_the_course_of_training_is_there_and_ends_with_what_ships():
-    rows = list(
-        csv.DictReader((material_wiring.OF_SHIPPED / charts.COURSE).read_text().splitlines())
-    )
+    rows = list(csv.DictReader((COURSE).read_text().splitlines()))
     samples = [int(row["samples"]) for row in rows]
     assert samples == sorted(samples)
     assert rows[-1]["cooled"] == "1"

@@ -23,7 +23,6 @@ OUT = Path("chart-output")
 LIMIT = 640  # pictures of a source that `chart` uses
 SHAKEN = 64  # pictures of a source that `stability` uses
 PLATES = 200
-COURSE = "course.csv"  # of the shipped encoder's training: samples and accuracies
 
 Run = Callable[[argparse.Namespace], int]
 
@@ -149,27 +148,21 @@ def _safety(subjects: Commands) -> None:
 
 def _chart_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import chart
-    from hapticvlm_lab.commands.material_wiring import networks, wiring
 
-    where = _where(options)
-    named = tuple(options.encoder or networks(where.data))
-    plan = chart.Plan(where, named, options.out, options.json)
-    return chart.run(plan, wiring())
+    named = options.encoder or ()
+    return chart.run(_where(options), named, options.out, as_json=options.json)
 
 
 def _shake_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import stability
-    from hapticvlm_lab.commands.material_wiring import labels
 
-    return stability.run(stability.Plan(_where(options), options.out, options.json), labels())
+    return stability.run(_where(options), options.out, as_json=options.json)
 
 
 def _chart_beliefs(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import belief_chart
-    from hapticvlm_lab.commands.material_wiring import OF_SHIPPED, labels
 
-    course = OF_SHIPPED / COURSE
-    return belief_chart.run(_data(options), labels(), course, options.out, as_json=options.json)
+    return belief_chart.run(_data(options), options.out, as_json=options.json)
 
 
 def _chart_thermal(options: argparse.Namespace) -> int:
@@ -207,7 +200,7 @@ def _chart_safety(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.safety import chart
 
     with usage_errors():
-        return chart.run(chart.Plan(options.plates, options.out, options.sweep, options.json))
+        return chart.run(options.plates, options.out, options.sweep, as_json=options.json)
 
 
 def _chart_vibration(options: argparse.Namespace) -> int:

@@ -170,10 +170,8 @@ def _names(options: argparse.Namespace) -> int:
 
 def _beliefs(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material.beliefs import run
-    from hapticvlm_lab.commands.material_wiring import labels
 
-    chosen = options.encoder, options.gallery
-    return run(options.data, labels(), *chosen, as_json=options.json)
+    return run(options.data, options.encoder, options.gallery, as_json=options.json)
 
 
 def _speaker(options: argparse.Namespace) -> int:

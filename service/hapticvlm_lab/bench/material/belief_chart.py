@@ -23,7 +23,8 @@ from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material import beliefs
-from hapticvlm_lab.bench.material.data import FOUR, Labels
+from hapticvlm_lab.bench.material.data import FOUR
+from hapticvlm_lab.bench.material.torch_networks import TRAINED
 from hapticvlm_lab.bench.printing import publish
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 NAME = "chart-beliefs"
 SIZE_IN = (12.0, 4.4)
+COURSE = TRAINED / "course.csv"  # of the shipped encoder's training: samples and accuracies
 LEAST_COUNT = 12  # pictures: a share of fewer means nothing
 REFERENCES = 5
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
@@ -50,17 +52,17 @@ class Worth:
     errors_c: Mapping[str, float]
 
 
-def run(data: Path | None, labels: Labels, training: Path, out: Path, *, as_json: bool) -> int:
-    """Judge every set, and write picture and figures to `out`; `training` is a CSV of its course.
+def run(data: Path | None, out: Path, *, as_json: bool) -> int:
+    """Judge every set, and write picture and figures to `out`.
 
     Raises CaptureError, EncoderError, GalleryError, OSError.
     """
     encoder = load_encoder()
     found = []
-    for source, kind in beliefs.sources_of(data, labels):
+    for source, kind in beliefs.sources_of(data):
         gallery = load_gallery(encoder=encoder, pictures=kind)
         found.append(worth(beliefs.embed(encoder, source.keep(FOUR), kind), gallery))
-    with training.open(newline="", encoding="utf-8") as file:
+    with COURSE.open(newline="", encoding="utf-8") as file:
         course = [
             {name: float(value) for name, value in row.items()} for row in csv.DictReader(file)
         ]

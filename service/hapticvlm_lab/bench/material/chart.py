@@ -7,7 +7,7 @@ then allows "unknown"; enrolled and probe use references of the source itself, b
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
@@ -21,9 +21,9 @@ from hapticvlm_lab.bench.material.methods import (
     Floats,
     GalleryHead,
     Method,
-    Wiring,
     assemble,
     for_source,
+    networks,
 )
 from hapticvlm_lab.bench.material.protocols import REFERENCES, LabelledEmbeddings, enrolled, probe
 from hapticvlm_lab.bench.material.reading import load_sources, read_teaching
@@ -35,42 +35,30 @@ from hapticvlm_lab.bench.printing import made_with, publish
 NAME = "chart-material"
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """What to chart: pictures, networks, where results go, and whether to print tables.
-
-    named: networks as `--encoder` takes them.
-    """
-
-    where: Where
-    named: tuple[str, ...]
-    out: Path
-    as_json: bool
-
-
-def run(plan: Plan, wiring: Wiring) -> int:
+def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
     """Chart all that is there; 2 when there is no picture to chart on.
 
-    Raises CaptureError, EncoderError, GalleryError, PictureError.
+    named: networks as `--encoder` takes them, none for those of the data folder. Raises
+    CaptureError, EncoderError, GalleryError, PictureError.
     """
-    sources, skipped = load_sources(plan.where, wiring.labels)
+    sources, skipped = load_sources(where)
     if not sources:
         print("\n".join(["no pictures to chart on:", *skipped]))
         return 2
-    teaching = read_teaching(plan.where.data, wiring.labels)
-    methods, missing = assemble(wiring, plan.named, teaching)
+    teaching = read_teaching(where.data)
+    methods, missing = assemble(named or networks(where.data), teaching)
     skipped += missing
     stated = next((source for source in sources if source.stated), None)
     times = costs(for_source(methods, sources[0]), stated)
     rows: list[Row] = []
     for source in track(sources, "asking every method about each source"):
         rows += chart_source(source, for_source(methods, source), times)
-        if not plan.as_json:
+        if not as_json:
             tables.print_source(source, rows)
-    files = plots.draw(rows, plan.out / NAME)
+    files = plots.draw(rows, out / NAME)
     figures = _figures(sources, rows, skipped) | {"files": [str(path) for path in files]}
     end = partial(tables.print_end, skipped)
-    return publish(plan.out / f"{NAME}.json", figures, as_json=plan.as_json, show=end)
+    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=end)
 
 
 def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, Cost]) -> list[Row]:

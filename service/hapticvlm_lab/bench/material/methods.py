@@ -21,9 +21,9 @@ from hapticvlm.recognition.encoders.encoder import Encoder, EncoderError
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
 from hapticvlm.recognition.galleries.storage import GalleryError, load_gallery
-from hapticvlm_lab.bench.material import logistic
+from hapticvlm_lab.bench.material import logistic, torch_networks
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, standardised_on
-from hapticvlm_lab.bench.material.data import Cut, Labels, Source, crops
+from hapticvlm_lab.bench.material.data import Cut, Source, crops
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -122,22 +122,7 @@ class Method:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Wiring:
-    """What the command line hands in from `training`: labels, and networks that need torch.
-
-    eager: the shipped net in torch. untrained: the same architecture, its weights random. Each
-    raises EncoderError where it cannot.
-    """
-
-    labels: Labels
-    eager: Callable[[], Encoder]
-    untrained: Callable[[], Encoder]
-
-
-def assemble(
-    wiring: Wiring, named: Sequence[str], teaching: Source | None
-) -> tuple[list[Method], list[str]]:
+def assemble(named: Sequence[str], teaching: Source | None) -> tuple[list[Method], list[str]]:
     """List the available methods, and which are not. Raises EncoderError, GalleryError.
 
     named: networks as `--encoder` takes them.
@@ -154,13 +139,20 @@ def assemble(
         except (EncoderError, GalleryError, OSError) as error:
             skipped.append(f"{name}: {error}")
 
-    attempt("untrained", lambda: _taught("untrained", "untrained", wiring.untrained(), teaching))
+    attempt(
+        "untrained", lambda: _taught("untrained", "untrained", torch_networks.untrained(), teaching)
+    )
     for name in named:
         attempt(name, partial(_named, name))
     found += _combinations(ours)
-    attempt("ours, torch eager", lambda: _eager(wiring, ours))
+    attempt("ours, torch eager", lambda: _eager(ours))
     whole = [_as_whole(m) for m in found if _is_seen(m)]
     return found + whole, skipped
+
+
+def networks(data: Path | None) -> list[str]:
+    """List the ImageNet networks of the data folder."""
+    return [] if data is None else sorted(map(str, data.glob("teacher/*.tflite")))
 
 
 def for_source(methods: Sequence[Method], source: Source) -> list[Method]:
@@ -223,9 +215,9 @@ def _taught(name: str, family: Family, encoder: Encoder, teaching: Source | None
     return Method(name, family, encoder, reference_head(teaching, encoder), references="teaching")
 
 
-def _eager(wiring: Wiring, like: Method) -> Method:
+def _eager(like: Method) -> Method:
     name = f"{like.name}, torch eager"
-    return replace(like, name=name, encoder=wiring.eager(), is_default=False)
+    return replace(like, name=name, encoder=torch_networks.eager(), is_default=False)
 
 
 def _as_whole(method: Method) -> Method:

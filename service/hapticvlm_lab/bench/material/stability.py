@@ -26,7 +26,7 @@ from hapticvlm.recognition.ladder import KNOWN, SURE, decide
 from hapticvlm.recognition.pictures import crop
 from hapticvlm_lab.bench.material import curves
 from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence
-from hapticvlm_lab.bench.material.data import FOUR, Labels, Source, Where, thin
+from hapticvlm_lab.bench.material.data import FOUR, Source, Where, thin
 from hapticvlm_lab.bench.material.methods import GalleryHead
 from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply
 from hapticvlm_lab.bench.material.picture import Picture, as_frame, window
@@ -42,15 +42,6 @@ BLANKS = {"black": (0, 0, 0), "white": (255, 255, 255), "grey": (127, 127, 127)}
 PLAIN = {"red": (200, 30, 30), "green": (30, 160, 60), "blue": (40, 60, 190)}
 
 Floats = NDArray[np.float32]
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """Which pictures, where results go, and whether to print the JSON line alone."""
-
-    where: Where
-    out: Path
-    as_json: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,11 +79,10 @@ class Clean:
     predictions: Predictions
 
 
-def run(plan: Plan, labels: Labels) -> int:
+def run(where: Where, out: Path, *, as_json: bool) -> int:
     """Shake every source that is there; 2 when none is. Raises what loading raises."""
-    where = replace(plan.where, limit=0)
-    found, skipped = load_sources(where, labels)
-    sources = [_thinned(source.keep(FOUR), plan.where.limit) for source in found]
+    found, skipped = load_sources(replace(where, limit=0))
+    sources = [_thinned(source.keep(FOUR), where.limit) for source in found]
     sources = [source for source in sources if source.views]
     if not sources:
         print("\n".join(["no pictures to shake:", *skipped]))
@@ -103,13 +93,13 @@ def run(plan: Plan, labels: Labels) -> int:
     results: dict[str, list[Curve]] = {}
     for source in track(sources, "shaking each source"):
         results[source.name] = shake_source(source, default)
-        if not plan.as_json:
+        if not as_json:
             print(f"\n== {source.name}, {len(source.views)} pictures: where it breaks")
             print("\n".join(f"  {sentence(curve)}" for curve in results[source.name]))
-    files = [path for name in results for path in curves.draw(name, results[name], plan.out / NAME)]
+    files = [path for name in results for path in curves.draw(name, results[name], out / NAME)]
     figures = _figures(encoder, results, blanks, skipped) | {"files": [str(f) for f in files]}
     end = partial(_print_end, blanks, skipped)
-    return publish(plan.out / f"{NAME}.json", figures, as_json=plan.as_json, show=end)
+    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=end)
 
 
 def shake_source(source: Source, default: Default) -> list[Curve]:
