@@ -3,6 +3,7 @@ import * as THREE from 'three';
 import {offerSound, startWithTouch} from '/hear.js';
 import {Surface} from '../captures/make/page/collision.js';
 import {pointingHand} from './bodies.js';
+import {Drawing} from './drawing.js';
 import {FrameCamera} from './frames.js';
 import {Hands} from './hands.js';
 import {Haptics} from './haptics.js';
@@ -18,9 +19,7 @@ import {TouchLight} from './touchlight.js';
 
 const LONGEST_STEP = 0.1; // s, of one animation frame
 const PANEL_WAIT = 200; // ms between updates of the panel
-const DUE = 3; // pictures after a reason to draw: effects and the camera settle
-
-let due = DUE; // pictures still to be drawn; a page that nobody touches draws none
+const PLAIN_WAIT = 100; // ms between paintings of the card where the processor draws it
 
 // All that the things on the table can be made of: recognition considers no other.
 const MATERIALS = ['wood', 'glass', 'fabric', 'metal'];
@@ -31,10 +30,11 @@ const part = (id) => document.getElementById(id);
 export const headset = query.has('emulate') ? (await import('./headset.js')).device : null;
 export const objects = buildObjects();
 if (isPlain) makeGlass(objects, {refracts: false});
+document.body.classList.toggle('plain', isPlain);
 /** The newest decision on each object, by object id. */
 export const decisions = new Map();
 
-const renderer = new THREE.WebGLRenderer({canvas: part('view'), antialias: !headset && !isPlain});
+const renderer = new THREE.WebGLRenderer({canvas: part('view'), antialias: !headset && !isPlain, preserveDrawingBuffer: isPlain});
 renderer.toneMapping = THREE.NeutralToneMapping;
 renderer.shadowMap.enabled = true;
 renderer.shadowMap.autoUpdate = false; // nothing on the table moves
@@ -45,8 +45,10 @@ renderer.xr.setReferenceSpaceType('local-floor');
 const scene = buildScene(renderer, objects);
 /** The page's own view. */
 export const camera = new THREE.PerspectiveCamera(38, 1, 0.05, 20);
+/** What the page has drawn: how many pictures, when the newest and how much of it. */
+export const drawn = new Drawing(renderer, scene, camera, {inParts: isPlain});
 const board = new Board(scene);
-const readout = new Readout(part('overlay'));
+const readout = new Readout(part('overlay'), isPlain ? PLAIN_WAIT : 0);
 const light = new TouchLight(objects);
 const cursor = pointingHand();
 cursor.visible = false;
@@ -61,13 +63,11 @@ scene.add(hands.root);
 frameCamera.exclude(hands.root, board.mesh, readout.mesh, cursor, light);
 const pointer = new Pointer(renderer.domElement, camera, objects, touched);
 resize();
-renderer.render(scene, camera);
+drawn.step();
 /** Connects last: what came before kept the page busy for seconds, and a service waits ten for a hello. */
 const token = query.get('token') ?? undefined;
 export const haptics = new Haptics(service(), {token});
 const stream = new Stream(service(), token);
-/** How many pictures the page has drawn, and when the newest. */
-export const drawn = {count: 0, at: 0};
 let mode = 'ids';
 let last = null; // the object touched last
 export let plate = null; // the newest telemetry
@@ -100,6 +100,7 @@ export async function enter() {
 function leave() {
   hands.clear();
   makeGlass(objects, {refracts: !isPlain});
+  drawn.change();
 }
 
 function touched(fields, object, point) {
@@ -128,9 +129,9 @@ function animate(now, frame) {
   board.mesh.visible = Boolean(frame);
   if (frame) hands.step(frame, space, now / 1000, elapsed);
   else pointer.step(now);
-  const isDrawn = show(now, elapsed, viewer);
-  if (isDrawn) due = DUE;
-  if (frame || due-- > 0) draw();
+  show(now, elapsed, viewer);
+  if (frame) drawn.all();
+  else drawn.step();
   if (viewer) frameCamera.step(viewer.position, now);
   else if (!frame) frameCamera.step(camera.position, now);
   if (now - shownAt > PANEL_WAIT) explainLast(now);
@@ -138,39 +139,33 @@ function animate(now, frame) {
 
 /** Draws the page again although nothing has changed. */
 export function redraw() {
-  due = DUE;
+  drawn.change();
 }
 
-function draw() {
-  renderer.render(scene, camera);
-  drawn.count++;
-  drawn.at = performance.now();
-}
-
-/** Light, card and drawn hand of this moment; returns whether anything of them moves. */
+/** Light, card and drawn hand of this moment. */
 function show(now, elapsed, viewer) {
   const level = stream.level(elapsed);
-  const isLit = light.step(performance.now(), elapsed, level);
+  for (const place of light.step(performance.now(), elapsed, level)) drawn.change(place);
   const isShown = readout.step(performance.now(), level);
   if (viewer) readout.inHeadset(isShown, viewer.position);
   else readout.onPage(isShown, camera, renderer.domElement);
-  const isPointing = !renderer.xr.isPresenting && point(pointer.tip);
+  if (!renderer.xr.isPresenting) point(pointer.tip);
   if (!viewer) pulses.playOnPhone();
-  return isLit || isPointing;
 }
 
-/** Draws the mouse's hand at this tip; returns whether it moved. */
+/** Draws the mouse's hand at this tip. */
 function point(tip) {
-  if (cursor.visible === (tip !== null) && (!tip || cursor.position.equals(tip.point))) return false;
+  if (cursor.visible === (tip !== null) && (!tip || cursor.position.equals(tip.point))) return;
+  if (cursor.visible) drawn.change(new THREE.Box3().setFromObject(cursor));
   cursor.visible = tip !== null;
   renderer.domElement.classList.toggle('pointing', cursor.visible);
-  if (!tip) return true;
+  if (!tip) return;
   const [right, up, back] = [0, 1, 2].map((column) => new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, column));
   const into = back.negate().multiplyScalar(0.7).addScaledVector(up, 0.55).addScaledVector(right, -0.4).addScaledVector(tip.normal, -0.25);
   const turn = new THREE.Matrix4().lookAt(new THREE.Vector3(), into, up.addScaledVector(right, -0.2));
   cursor.quaternion.setFromRotationMatrix(turn);
   cursor.position.copy(tip.point);
-  return true;
+  drawn.change(new THREE.Box3().setFromObject(cursor));
 }
 
 /** For who hears the page. */
@@ -191,14 +186,16 @@ function explainLast(now) {
 function resize() {
   if (renderer.xr.isPresenting) return;
   const {clientWidth, clientHeight} = renderer.domElement;
-  renderer.setPixelRatio(pixelRatio(clientWidth, clientHeight));
-  renderer.setSize(clientWidth, clientHeight, false);
-  camera.aspect = clientWidth / clientHeight;
+  const ratio = pixelRatio(clientWidth, clientHeight);
+  const [width, height] = [clientWidth, clientHeight].map((side) => Math.floor(side * ratio));
+  renderer.setSize(width, height, false); // in px of the picture, so that its parts fit
+  camera.aspect = width / height;
   const far = Math.max(1, 1.35 / camera.aspect); // a phone held upright stands back to see the whole table
   camera.position.set(0, 0.78 + 0.74 * far, -0.16 + 1.22 * far);
   camera.lookAt(0, 0.79, -0.17);
   camera.updateProjectionMatrix();
-  due = DUE;
+  camera.updateMatrixWorld();
+  drawn.change();
 }
 
 /** The service that served this page, unless the address says `?service=ws://...`. */

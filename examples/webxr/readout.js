@@ -18,9 +18,13 @@ export class Readout {
   #texture = new THREE.CanvasTexture(this.#canvas);
   #shown = null; // {object, decision, point}
   #until = 0;
+  #painted = []; // what the card shows
+  #paintedAt = -Infinity;
+  #wait;
 
-  /** `place` is the element over the canvas that holds the card. */
-  constructor(place) {
+  /** `place` is the element over the canvas that holds the card; it is painted every `wait` ms at most. */
+  constructor(place, wait) {
+    this.#wait = wait;
     this.#canvas.className = 'readout';
     this.#canvas.setAttribute('aria-hidden', 'true'); // the page says the same in words
     this.#line.className = 'leader';
@@ -47,8 +51,16 @@ export class Readout {
     this.#history.copyWithin(0, 1);
     this.#history[KEPT - 1] = level;
     const isShown = this.#shown !== null && now < this.#until;
-    if (isShown) this.#paint();
+    if (isShown && now - this.#paintedAt >= this.#wait && this.#isOld()) this.#paint(now);
     return isShown;
+  }
+
+  /** Whether the card shows anything else than now is so; painting it costs the page a picture. */
+  #isOld() {
+    const {object, decision} = this.#shown;
+    const before = this.#painted;
+    this.#painted = [object, decision, this.#history.some((level) => level > 0)];
+    return this.#painted[2] || this.#painted.some((part, index) => part !== before[index]);
   }
 
   /** Places it on the page. */
@@ -77,7 +89,8 @@ export class Readout {
     this.#texture.needsUpdate = true;
   }
 
-  #paint() {
+  #paint(now) {
+    this.#paintedAt = now;
     const pen = this.#canvas.getContext('2d');
     pen.setTransform(SCALE, 0, 0, SCALE, 0, 0);
     pen.clearRect(0, 0, SIZE.width, SIZE.height);

@@ -4,6 +4,7 @@ import {Link} from '/link.js';
 
 const FULL = 0.35; // of the speaker's full scale: what counts as strong in a picture
 const FALLS = 9; // 1/s, of the level once it is quiet
+const LEAST = 1e-4; // of the full level: less is none
 
 export class Stream {
   #level = 0;
@@ -19,7 +20,7 @@ export class Stream {
   level(elapsed) {
     const now = this.#level;
     this.#level *= Math.exp(-FALLS * elapsed);
-    return Math.min(1, now / FULL);
+    return now < LEAST * FULL ? 0 : Math.min(1, now / FULL);
   }
 
   /** At once: a stop, or no service. */

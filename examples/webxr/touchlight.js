@@ -59,6 +59,7 @@ export class TouchLight {
     feelWave: {value: list(RIPPLES)},
   };
   #rims = new Map(); // object -> its uniform
+  #boxes = new Map(); // object -> where it is
   #hands = {left: hand(0), right: hand(1)};
   #ripples = Array.from({length: RIPPLES}, () => ({at: -Infinity, material: 'unknown', strength: 0}));
   #next = 0;
@@ -68,6 +69,7 @@ export class TouchLight {
     for (const object of objects) {
       const rim = {value: 0};
       this.#rims.set(object, rim);
+      this.#boxes.set(object, new THREE.Box3().setFromObject(object.root));
       const seen = new Set();
       object.root.traverse(({material}) => {
         if (!material || seen.has(material)) return;
@@ -94,39 +96,38 @@ export class TouchLight {
     hand.held = held;
     hand.near = phase !== 'release';
     hand.size = 0.01 + 0.0015 * Math.min(8, force);
-    hand.moved = hand.near && point && !hand.point.equals(point);
-    if (hand.moved) hand.point.copy(point);
+    if (hand.near && point) hand.point.copy(point);
     if (warmth_c !== null) hand.colour.setRGB(...warmthRgb(warmth_c).map((part) => part / 255), THREE.SRGBColorSpace);
     hand.isWarm = held && warmth_c !== null;
     this.#wanted = hand.near ? object : null;
   }
 
-  /** Lets time pass; `level` (0..1) is how strongly the speaker vibrates. Returns whether anything moved. */
+  /** Lets time pass; `level` (0..1) is how strongly the speaker vibrates. Returns the balls and boxes (m) in which anything changed. */
   step(now, elapsed, level) {
-    let isMoving = false;
-    for (const hand of Object.values(this.#hands)) isMoving = this.#follow(hand, elapsed, level) || isMoving;
-    this.#ripples.forEach((ripple, index) => (isMoving = this.#spread(ripple, index, now) || isMoving));
+    const changed = Object.values(this.#hands).flatMap((hand) => this.#follow(hand, elapsed, level));
+    this.#ripples.forEach((ripple, index) => changed.push(...this.#spread(ripple, index, now)));
     for (const [object, rim] of this.#rims) {
-      const goal = object === this.#wanted ? 1 : 0;
-      const next = toward(rim.value, goal, elapsed / FADES_S);
-      isMoving ||= next !== rim.value;
+      const next = toward(rim.value, object === this.#wanted ? 1 : 0, elapsed / FADES_S);
+      if (next !== rim.value) changed.push(this.#boxes.get(object));
       rim.value = next;
     }
-    return isMoving;
+    return changed;
   }
 
   #follow(hand, elapsed, level) {
-    const before = [hand.glow, hand.warmth];
     const goal = hand.held ? 1 : hand.near ? 0.3 : 0;
     hand.glow = hand.held ? goal : toward(hand.glow, goal, elapsed / FADES_S);
     hand.warmth = toward(hand.warmth, hand.isWarm ? 1 : 0, elapsed / (hand.isWarm ? WARMS_S : COOLS_S));
     const {x, y, z} = hand.point;
     const pulse = hand.held ? 0.35 + 0.9 * Math.sqrt(level) : 1;
-    this.#shared.feelAt.value[hand.index].set(x, y, z, hand.glow * pulse);
-    this.#shared.feelSize.value[hand.index] = hand.size;
     const {r, g, b} = hand.colour;
-    this.#shared.feelWarmth.value[hand.index].set(r, g, b, hand.warmth);
-    return hand.held || hand.moved || hand.glow !== before[0] || hand.warmth !== before[1];
+    const [before, lit] = [hand.lit, [x, y, z, hand.glow * pulse, r, g, b, hand.warmth, hand.size]];
+    if (lit.every((value, part) => value === before[part])) return [];
+    hand.lit = lit;
+    this.#shared.feelAt.value[hand.index].fromArray(lit);
+    this.#shared.feelWarmth.value[hand.index].fromArray(lit, 4);
+    this.#shared.feelSize.value[hand.index] = hand.size;
+    return [glowOf(before), glowOf(lit)];
   }
 
   #ripple(point, material, strength) {
@@ -139,9 +140,12 @@ export class TouchLight {
     const age = Math.min(RIPPLE_S, Math.max(0, now - at) / 1000);
     const [speed, width, dies] = WAVES[material] ?? WAVES.unknown;
     const isAlive = age < RIPPLE_S;
-    this.#shared.feelRipple.value[index].w = isAlive ? strength : 0;
-    this.#shared.feelWave.value[index].set(speed * age + 0.004, width, isAlive ? 2.2 * Math.exp(-dies * age) * (1 - age / RIPPLE_S) : 0, 0);
-    return isAlive;
+    const ripple = this.#shared.feelRipple.value[index];
+    if (!isAlive && ripple.w === 0) return [];
+    const radius = speed * age + 0.004;
+    ripple.w = isAlive ? strength : 0;
+    this.#shared.feelWave.value[index].set(radius, width, isAlive ? 2.2 * Math.exp(-dies * age) * (1 - age / RIPPLE_S) : 0, 0);
+    return [ball(ripple, radius + widths(2.2) * width)];
   }
 
   #patch(material, uniforms) {
@@ -159,7 +163,21 @@ export class TouchLight {
 }
 
 function hand(index) {
-  return {index, point: new THREE.Vector3(0, -9, 0), colour: new THREE.Color(), held: false, near: false, moved: false, isWarm: false, glow: 0, warmth: 0, size: 0.01};
+  return {index, point: new THREE.Vector3(0, -9, 0), colour: new THREE.Color(), held: false, near: false, isWarm: false, glow: 0, warmth: 0, size: 0.01, lit: new Array(9).fill(0)};
+}
+
+/** Where the light of a hand is seen, by the same bells as in the shader. */
+function glowOf([x, y, z, glow, , , , warmth, size]) {
+  return ball([x, y, z], Math.max(widths(2 * glow) * Math.SQRT2 * size, widths(warmth) * Math.sqrt(0.0072)));
+}
+
+/** Widths of a bell of this height until it is 0.001, which no screen shows. */
+function widths(height) {
+  return Math.sqrt(Math.max(0, Math.log(1000 * height)));
+}
+
+function ball([x, y, z], radius) {
+  return new THREE.Sphere(new THREE.Vector3(x, y, z), radius);
 }
 
 function list(count) {

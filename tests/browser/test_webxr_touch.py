@@ -20,6 +20,8 @@ pytestmark = pytest.mark.browser
 
 SIZE = (240, 160)  # px: what is drawn on a processor costs time
 SEEN_MS = 50.0
+MOST_DRAWN = 0.4  # of the canvas, for a touch of one object; it is 0.1 to 0.2
+MOST_ODD = 0.002  # of the pixels, on edges that a part rounds to another one
 # Presses on an object; what differs in the first picture drawn then, and when it was drawn.
 PRESS = """async ([key, hold]) => {
   const main = await import('./main.js');
@@ -60,6 +62,7 @@ PRESS = """async ([key, hold]) => {
   send('pointerdown');
   const after = await nextPicture();
   const seen = main.drawn.at - started;
+  const {share} = main.drawn;
   const finished = performance.now() - started; // on a processor, with all that others run on it
   const differs = before.reduce((sum, value, i) => sum + (Math.abs(value - after[i]) > 8), 0);
   await wait(hold);
@@ -67,7 +70,7 @@ PRESS = """async ([key, hold]) => {
   const said = document.getElementById('said').textContent;
   send('pointerup');
   await wait(300);
-  return {seen, bare, finished, differs, card, said};
+  return {seen, bare, finished, share, differs, card, said};
 }"""
 
 
@@ -105,6 +108,55 @@ def test_the_first_picture_after_a_touch_shows_it_and_comes_as_fast_as_a_picture
     print({"seen_ms": seen, "bare_picture_ms": bare, "with_the_gpu_ms": finished})
     assert all(one["differs"] > 60 for one in found)
     assert seen <= 3 * bare + SEEN_MS  # what a bare picture takes is the machine's
+
+
+# Touches an object and lets go; of each picture, how much of the canvas a whole one would change.
+PARTS = """async (key) => {
+  const main = await import('./main.js');
+  const three = await import('three');
+  const canvas = document.getElementById('view');
+  const gl = canvas.getContext('webgl2');
+  const {root} = main.objects.find((one) => one.key === key);
+  const at = new three.Box3().setFromObject(root).getCenter(new three.Vector3());
+  at.project(main.camera);
+  const [x, y] = [(at.x + 1) / 2, (1 - at.y) / 2];
+  const where = {clientX: x * canvas.clientWidth, clientY: y * canvas.clientHeight, pointerId: 1};
+  const read = () => {
+    const pixels = new Uint8Array(4 * canvas.width * canvas.height);
+    gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return pixels;
+  };
+  const pictures = [];
+  for (const type of ['pointermove', 'pointerdown', 'pointerup']) {
+    canvas.dispatchEvent(new PointerEvent(type, {...where, bubbles: true}));
+    for (let more = 6; more; more--) {
+      const {count} = main.drawn;
+      const until = performance.now() + 1000;
+      while (main.drawn.count === count && performance.now() < until) {
+        await new Promise(requestAnimationFrame);
+      }
+      const {share} = main.drawn;
+      const parts = read();
+      main.drawn.all();
+      const whole = read();
+      const odd = parts.filter((value, i) => Math.abs(value - whole[i]) > 8).length;
+      pictures.push({share, odd: odd / parts.length});
+    }
+  }
+  return pictures;
+}"""
+
+
+def test_a_touch_draws_only_the_part_that_changes_where_the_processor_draws(page: Page) -> None:
+    shares = [press(page, key, 50)["share"] for key in ("kettle", "linen", "bowl", "pan")]
+    assert median(shares) < MOST_DRAWN
+
+
+@pytest.mark.parametrize("key", ["kettle", "table"])
+def test_a_picture_drawn_in_parts_is_the_whole_picture(page: Page, key: str) -> None:
+    pictures = page.evaluate(PARTS, key)
+    assert min(one["share"] for one in pictures) < 1
+    assert max(one["odd"] for one in pictures) < MOST_ODD
 
 
 QUALITY = """async () => {

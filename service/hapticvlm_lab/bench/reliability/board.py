@@ -14,6 +14,8 @@ import json
 import os
 import pty
 import select
+import subprocess
+import sys
 import threading
 import time
 import tty
@@ -25,7 +27,6 @@ from hapticvlm.devices import plate_protocol
 from hapticvlm.devices.framing import Deframer
 from hapticvlm.devices.output import request_priority
 from hapticvlm.devices.simulated_board import SimulatedBoard
-from hapticvlm_lab.bench.rigs import Process, first_line, helper
 
 TURN_S = 0.005  # what arrives is taken at once
 READ_BYTES = 4096
@@ -63,8 +64,10 @@ class PtyBoard:
 @contextmanager
 def board_on_a_terminal() -> Iterator[PtyBoard]:
     """Run a board for as long as the context lasts."""
-    with helper("reliability.board") as process:
-        port, spare = first_line(process).split()
+    command = [sys.executable, "-m", "hapticvlm_lab.bench.reliability.board"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        port, spare = process.stdout.readline().split()
         board = PtyBoard(port, os.open(spare, os.O_WRONLY | os.O_NOCTTY), process.pid)
         reader = threading.Thread(target=_read, args=(board, process), daemon=True)
         reader.start()
@@ -76,7 +79,7 @@ def board_on_a_terminal() -> Iterator[PtyBoard]:
             os.close(board.spare)
 
 
-def _read(board: PtyBoard, process: Process) -> None:
+def _read(board: PtyBoard, process: subprocess.Popen[str]) -> None:
     assert process.stdout is not None
     for line in process.stdout:
         at, what = json.loads(line)
