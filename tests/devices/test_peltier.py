@@ -22,7 +22,7 @@ from hapticvlm.devices.ports import READ_S, DeviceError
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort, simulated_plate
 from hapticvlm.rendering.plate_limits import PlateReading
-from hapticvlm_lab.bench.latency.round_trip import is_priority_permitted
+from hapticvlm_lab.bench.rigs import is_priority_permitted
 
 
 def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> list[PlateReading]:

@@ -9,7 +9,14 @@ from collections.abc import Callable
 import pytest
 
 from hapticvlm.devices.dose import REST_S
-from hapticvlm.devices.plant import FACE_J_PER_K, SINK_J_PER_K, SINK_K_PER_W, Plant
+from hapticvlm.devices.plant import (
+    FACE_J_PER_K,
+    RESISTANCE,
+    SEEBECK,
+    SINK_J_PER_K,
+    SINK_K_PER_W,
+    Plant,
+)
 from hapticvlm.devices.plate import Plate
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SINK_TRIP_C, PlateReading
@@ -131,7 +138,8 @@ def test_energy_is_neither_made_nor_lost_without_a_hand(current_a: float) -> Non
     stored_before_j = FACE_J_PER_K * plant.plate_c + SINK_J_PER_K * plant.sink_c
     for _ in range(5_000):
         plant.step(current_a, 0.001)
-        supplied_j += 0.001 * plant.electric_w(current_a)
+        module_v = SEEBECK * (plant.plate_c - plant.sink_c) + current_a * RESISTANCE
+        supplied_j += 0.001 * current_a * module_v
         lost_j += 0.001 * (plant.sink_c - 23.0) / SINK_K_PER_W
     stored_j = FACE_J_PER_K * plant.plate_c + SINK_J_PER_K * plant.sink_c - stored_before_j
 

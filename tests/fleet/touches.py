@@ -17,7 +17,8 @@ from shared_recogniser import shared_recogniser
 
 from hapticvlm.commands.local_service import Service, running
 from hapticvlm_lab.bench.latency import touch
-from hapticvlm_lab.bench.latency.round_trip import echo, priority
+from hapticvlm_lab.bench.latency.round_trip import echo
+from hapticvlm_lab.bench.rigs import priority
 
 FAULTS = ("answers", "hangs", "garbage", "wrong hash", "fails", "closes")
 FRAMES = (1, 10.0)  # scenes, frames/s of each

@@ -181,4 +181,5 @@ def test_the_chart_prints_a_table_and_the_paths_of_its_files(
     assert len(told["time_to_off"]["faults"]) == len(INJECTIONS)
     assert any("runaway" in line or "both plate thermistors" in line for line in table)
     assert (tmp_path / "chart-safety.png").stat().st_size > 10_000
-    assert table[-1] == f"wrote {tmp_path / 'chart-safety.png'}"
+    written = [f"wrote {tmp_path / f'chart-safety.{kind}'}" for kind in ("png", "svg")]
+    assert table[-2:] == written

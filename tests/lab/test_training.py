@@ -14,7 +14,7 @@ from hapticvlm import materials  # noqa: E402
 from hapticvlm.recognition.encoders.loading import load_encoder  # noqa: E402
 from hapticvlm.recognition.galleries.gallery import Gallery, Pictures  # noqa: E402
 from hapticvlm.recognition.pictures import Crop  # noqa: E402
-from hapticvlm_lab.training import answers, export, fit, pool, race, sources, teacher  # noqa: E402
+from hapticvlm_lab.training import answers, export, fit, pool, sources, teacher  # noqa: E402
 from hapticvlm_lab.training.distil import (  # noqa: E402
     CHECKPOINT,
     Plan,
@@ -184,19 +184,6 @@ def test_a_run_learns_two_textures_and_goes_on_where_it_was_cut(tmp_path):
     assert again.progress.step == 60
     ours, theirs = run.model.state_dict(), again.model.state_dict()
     assert all(torch.equal(ours[key], theirs[key]) for key in ours)
-
-
-@pytest.mark.parametrize(
-    "name", ["plain residual 3 x 3", "ConvNeXt, depthwise 7 x 7", "MobileNetV2, inverted"]
-)
-def test_a_network_of_the_race_learns_and_a_cut_race_goes_on(name, tmp_path):
-    known = answers.Pool(make_pool(tmp_path / "pool"), tmp_path)
-    plan = Plan(shape=TINY, batch=24, side=32, warm_up=5, rate=5e-3)
-    before = left_out_scores(Run(plan, known.names, race.NETWORKS[name][1]), known)
-    rows = race.race(name, plan, known, tmp_path / "racer", cpu_s=1e-3)
-    assert [row["samples"] for row in rows] == [race.STEPS * 24] * race.LEGS
-    assert rows[-1]["left_out_v2"] > before["left_out_v2"] + 0.02
-    assert race.race(name, plan, known, tmp_path / "racer", cpu_s=1e-3) == rows
 
 
 def test_a_branch_cools_down_to_nothing_and_ends(tmp_path):

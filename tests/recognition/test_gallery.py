@@ -14,9 +14,7 @@ from hapticvlm.recognition.galleries.gallery import (
     Calibration,
     Gallery,
     LinearLayer,
-    believe,
     log_softmax,
-    score,
 )
 from hapticvlm.recognition.galleries.storage import (
     GalleryError,
@@ -188,9 +186,7 @@ def test_what_resembles_references_of_none_of_the_materials_is_unknown() -> None
 
 def test_scores_and_beliefs_can_be_had_for_many_at_once() -> None:
     gallery, many = small(), unit(5, 40)
-    scores = score(many, gallery.references, gallery.labels, 12.0)
-    assert scores.shape == (40, 3)
-    assert np.allclose(believe(scores, gallery.calibration), gallery.beliefs(many))
+    assert gallery.scores(many).shape == (40, 3)
     assert np.allclose(gallery.beliefs(many[7:8])[0], gallery.beliefs(many)[7])
 
 

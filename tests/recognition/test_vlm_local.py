@@ -25,9 +25,7 @@ from hapticvlm.recognition.ladder import SURE, decide
 from hapticvlm.recognition.vlm import contract, generation, weights
 from hapticvlm.recognition.vlm.contract import Vlm, VlmError, VlmSettings
 from hapticvlm.recognition.vlm.local import PASSIVE, TRUST, LocalVlm, load_local, load_vlm
-from hapticvlm.recognition.vlm.network import Network
 from hapticvlm.recognition.vlm.numbers import CANDIDATES_C, beliefs, spread
-from hapticvlm_lab.bench.ambient import full_size
 
 pytestmark = pytest.mark.torch
 
@@ -92,7 +90,8 @@ def test_a_kept_head_changes_nothing(vlm: LocalVlm) -> None:
     prompt = vlm.chat.prompt(contract.about_ambient(3), [picture()])
     keeping = vlm.network.readout(prompt, vlm.numbers)
     again = vlm.network.readout(prompt, vlm.numbers)
-    forgetful = Network(vlm.network.model, keeps_heads=False).readout(prompt, vlm.numbers)
+    whole = replace(prompt, head=(), body=(*prompt.head, *prompt.body))  # nothing to keep
+    forgetful = vlm.network.readout(whole, vlm.numbers)
     assert np.abs(np.exp(keeping) - np.exp(forgetful)).max() < 1e-5
     assert (keeping == again).all()
 
@@ -442,14 +441,3 @@ def test_the_interval_is_that_of_the_mixed_wordings(vlm: LocalVlm) -> None:
     read = [beliefs(vlm.numbers, one) for one in vlm.network.readout(prompt, vlm.numbers)]
     reading = vlm.ambient(picture())
     assert (reading.low_c, reading.high_c) == (spread(read).low_c, spread(read).high_c)
-
-
-def test_the_measurement_runs_and_ends_with_one_json_line(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    full_size.main(["--tiny", "--threads", "1", "--tokens", "16", "32", "--most-s", "1"])
-    told = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert told["weights"] == "random"
-    assert set(told["times_faster"]["32"]) == {"number", "number_kept", "sentence", "sentence_kept"}
-    assert told["times_faster"]["16"]["sentence"] > 1.0
-    assert told["peak_bytes"] > 1e8

@@ -5,36 +5,22 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from gateways import Peer, join, new_gateway
 
-from hapticvlm.devices.engine import AudioSettings
-from hapticvlm.devices.simulated import SimulatedPlate
-from hapticvlm.devices.speaker import Speaker
 from hapticvlm.messages import Error, Frame, MessageError, Set, Touch
-from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
 from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection
-from hapticvlm.server.gateway import IDLE_OWNER_S, Gateway
+from hapticvlm.server.gateway import IDLE_OWNER_S
 from hapticvlm.server.recognition_queue import RecognitionQueue
 from hapticvlm.session.actions import RecogniseFrame
 from hapticvlm.session.session import SceneSession
 
-PEER: Any = SimpleNamespace(remote_address=("127.0.0.1", 0))
+PEER: Any = Peer()
 
 
 @pytest.fixture
 def gateway():
-    worker = RecogniserWorker(RecogniserSettings())
-    return Gateway(Speaker(AudioSettings()), SimulatedPlate(), worker)
-
-
-def connection(gateway, *, observer=False):
-    is_owner = not observer and gateway.owner is None
-    session = SceneSession(
-        owner=is_owner, observer=observer, thermal_gain=gateway.outputs.thermal_gain
-    )
-    client = Connection(PEER, "test", session, as_text=False)
-    gateway.join(client)
-    return client
+    return new_gateway()
 
 
 def wish(ownership):
@@ -47,14 +33,14 @@ def touch(**fields):
 
 
 def test_the_first_scene_owns_the_outputs_and_a_later_one_may_not_touch(gateway):
-    first, second = connection(gateway), connection(gateway)
+    first, second = join(gateway), join(gateway)
     assert gateway.owner is first
     with pytest.raises(MessageError, match="owns"):
         second.session.receive(touch(), 0.0)
 
 
 def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
-    first, second = connection(gateway), connection(gateway)
+    first, second = join(gateway), join(gateway)
     now = gateway.leased_at + IDLE_OWNER_S - 0.1
     with pytest.raises(MessageError) as refused:
         gateway.change_owner(second, wish("take"), now)
@@ -65,7 +51,7 @@ def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
 
 
 def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):
-    first, second = connection(gateway), connection(gateway)
+    first, second = join(gateway), join(gateway)
     now = gateway.leased_at + IDLE_OWNER_S + 0.001  # a sum is rounded
     gateway.change_owner(second, wish("take"), now)
     assert gateway.owner is second
@@ -77,14 +63,14 @@ def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):
 
 
 def test_an_observer_never_takes_the_outputs(gateway):
-    connection(gateway)
-    observer = connection(gateway, observer=True)
+    join(gateway)
+    observer = join(gateway, observer=True)
     with pytest.raises(MessageError, match="connect as scene"):
         gateway.change_owner(observer, wish("take"), gateway.leased_at + 10 * IDLE_OWNER_S)
 
 
 def test_a_scene_takes_outputs_that_nobody_owns(gateway):
-    first, second = connection(gateway), connection(gateway)
+    first, second = join(gateway), join(gateway)
     gateway.leave(first)
     assert gateway.owner is None
     gateway.change_owner(second, wish("take"), gateway.leased_at)
@@ -92,21 +78,21 @@ def test_a_scene_takes_outputs_that_nobody_owns(gateway):
 
 
 def test_nobody_can_be_ended_when_nobody_owns(gateway):
-    observer = connection(gateway, observer=True)
+    observer = join(gateway, observer=True)
     with pytest.raises(MessageError, match="nobody owns"):
         gateway.change_owner(observer, wish("end"), 0.0)
 
 
 def test_a_gain_that_was_set_is_that_of_the_next_owner(gateway):
-    first = connection(gateway)
+    first = join(gateway)
     gateway.carry_out(first, first.session.receive(Set(id=3, vibration_gain=0.2), 0.0))
     gateway.leave(first)
-    connection(gateway)
+    join(gateway)
     assert gateway.outputs.speaker.gain == 0.2
 
 
 def test_a_thermal_gain_that_was_set_is_that_of_the_next_owner_too(gateway):
-    first, second = connection(gateway), connection(gateway)
+    first, second = join(gateway), join(gateway)
     gateway.carry_out(first, first.session.receive(Set(id=3, thermal_gain=0.2), 0.0))
     assert gateway.outputs.thermal_gain == 0.2
     gateway.leave(first)

@@ -131,6 +131,25 @@ async def test_a_silent_speaker_halts_the_study_and_its_trial_does_not_count(
         await until(lambda: "played" in kinds(tmp_path))
 
 
+async def test_trouble_after_the_last_answer_does_not_keep_a_participant_from_the_end(
+    service: Service, design: Design, tmp_path: Path
+) -> None:
+    last = replace(design.stimuli[0], seconds=1.5)
+    one = replace(design, stimuli=(last,), trials={"ann": (last.name,)})
+    clients: list[Client] = []
+    async with conducting(service, one, tmp_path, clients) as conductor:
+        await clients[0].set(vibration_gain=0.0)
+        await begin(conductor)
+        await conductor.do({"do": "answer", "trial": 0, "pattern": last.name})
+        await until(lambda: conductor.phase == "trouble")
+        await conductor.do({"do": "begin"})
+
+        assert conductor.phase == "done"
+        assert conductor.view()["trouble"] is None
+        with pytest.raises(StudyError, match="nothing to begin"):
+            await conductor.do({"do": "begin"})
+
+
 async def test_stop_rests_the_outputs_and_the_trial_comes_again(
     service: Service, design: Design, tmp_path: Path
 ) -> None:

@@ -6,15 +6,13 @@ or else what stands in the middle of the picture is touched all the time.
 
 from hapticvlm.captures.capture import CENTRE, Capture, Touched, read
 from hapticvlm.captures.lines import LINES, CaptureError, Line, Recorder
-from hapticvlm.captures.video import AS_RECORDED, Eye, View
+from hapticvlm.captures.video import View
 
 __all__ = [
-    "AS_RECORDED",
     "CENTRE",
     "LINES",
     "Capture",
     "CaptureError",
-    "Eye",
     "Line",
     "Recorder",
     "Touched",

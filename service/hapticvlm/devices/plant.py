@@ -93,12 +93,6 @@ class Plant:
         face_c, cell_c = self._state_c[1], self._state_c[2]
         return float(cell_c + self._surface_share * (face_c - cell_c))
 
-    def electric_w(self, current_a: float) -> float:
-        """Electric power that a current would draw now, in watts."""
-        module = self._module
-        thermal_v = module.seebeck * (self.plate_c - self.sink_c)
-        return current_a * (thermal_v + current_a * module.resistance)
-
     def step(self, current_a: float, dt_s: float) -> None:
         """Advance by `dt_s` at a constant current, heating the face when positive."""
         if not dt_s > 0.0:

@@ -130,11 +130,6 @@ class Texture:
         forked._breaks = None if self._breaks is None else self._breaks.fork()
         return forked
 
-    @property
-    def breaks(self) -> int:
-        """How many fibres have broken so far."""
-        return 0 if self._breaks is None else self._breaks.begun
-
     def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
         """Next `count` samples, (count,) float32, under a motion that holds for all of them."""
         moved = share(self._interaction, motion)

@@ -167,8 +167,12 @@ class Conductor:
     def _begin(self) -> None:
         """Start the trials, or continue them."""
         sitting = self._record.sitting
-        if sitting is None or sitting.is_done or self._work is not None:
+        is_in_trouble = self.phase == "trouble"
+        if sitting is None or self._work is not None or (sitting.is_done and not is_in_trouble):
             raise StudyError("there is nothing to begin now")
+        if sitting.is_done:  # the last pattern met trouble after it was answered
+            self._trouble, self.phase = None, self._standing()
+            return
         if sitting.stage in ("consent", "questions"):
             raise StudyError("answer what is asked first")
         if not sitting.is_trained:

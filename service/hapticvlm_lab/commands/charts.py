@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from hapticvlm.commands.evaluate.command import TOKEN
 from hapticvlm.commands.parsing import add_json
+from hapticvlm_lab.commands.declaring import labelled_pictures, number
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -22,7 +23,6 @@ OUT = Path("chart-output")
 LIMIT = 640  # pictures of a source that `chart` uses
 SHAKEN = 64  # pictures of a source that `stability` uses
 PLATES = 200
-COURSE = "course.csv"  # of the shipped encoder's training: samples and accuracies
 
 Run = Callable[[argparse.Namespace], int]
 
@@ -33,12 +33,6 @@ def add(commands: Commands) -> None:
     subjects = chart.add_subparsers(title="subjects", required=True, metavar="WHAT")
     material = _material(subjects, _chart_material, LIMIT)
     material.add_argument(
-        "--variants",
-        type=Path,
-        help="folder whose sub-folders hold further encoders",
-        metavar="FOLDER",
-    )
-    material.add_argument(
         "--encoder",
         action="append",
         metavar="NAME",
@@ -47,39 +41,31 @@ def add(commands: Commands) -> None:
     beliefs = _subject(
         subjects,
         "beliefs",
-        "what the service says and renders for pictures, and what it learns from a few",
         _chart_beliefs,
-        has_json=False,
+        "what the service says and renders for pictures, and what it learns from a few",
     )
-    beliefs.add_argument(
-        "--data",
-        type=Path,
-        metavar="FOLDER",
-        help="labelled pictures (../shared/data if it exists)",
-    )
+    labelled_pictures(beliefs)
     _subject(
         subjects,
         "thermal",
-        "skin temperature: error against computing time for every method",
         _chart_thermal,
+        "skin temperature: error against computing time for every method",
     )
     _ambient(subjects)
     _safety(subjects)
     _subject(
         subjects,
         "vibration",
-        "modes, noise and block size: perceptible difference against computing time",
         _chart_vibration,
+        "modes, noise and block size: perceptible difference against computing time",
     )
     stability = commands.add_parser("stability", help="draw under which conditions a method fails")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
     _material(subjects, _shake_material, SHAKEN)
-    _subject(subjects, "thermal", "skin temperature: where each method fails", _shake_thermal)
+    _subject(subjects, "thermal", _shake_thermal, "skin temperature: where each method fails")
 
 
-def _subject(
-    subjects: Commands, name: str, text: str, run: Run, *, has_json: bool = True
-) -> argparse.ArgumentParser:
+def _subject(subjects: Commands, name: str, run: Run, text: str) -> argparse.ArgumentParser:
     """Declare a subject that writes into a folder, which is made when it runs."""
 
     def into_folder(options: argparse.Namespace) -> int:
@@ -97,21 +83,15 @@ def _subject(
         metavar="FOLDER",
         help="write picture and JSON here (%(default)s)",
     )
-    if has_json:
-        add_json(subject)
+    add_json(subject)
     return subject
 
 
 def _material(subjects: Commands, run: Run, limit: int) -> argparse.ArgumentParser:
     material = _subject(
-        subjects, "material", "material from pictures, for each held-back source", run
+        subjects, "material", run, "material from pictures, for each held-back source"
     )
-    material.add_argument(
-        "--data",
-        type=Path,
-        metavar="FOLDER",
-        help="labelled pictures (../shared/data if it exists)",
-    )
+    labelled_pictures(material)
     material.add_argument(
         "--capture",
         type=Path,
@@ -119,19 +99,13 @@ def _material(subjects: Commands, run: Run, limit: int) -> argparse.ArgumentPars
         metavar="DIR",
         help="capture whose materials are known, repeatable (those in examples/)",
     )
-    material.add_argument(
-        "--limit",
-        type=int,
-        default=limit,
-        metavar="N",
-        help="most pictures of each source, 0 for all (%(default)s)",
-    )
+    number(material, "--limit", limit, "N", "most pictures of each source, 0 for all")
     return material
 
 
 def _ambient(subjects: Commands) -> None:
     ambient = _subject(
-        subjects, "ambient", "air temperature from pictures: error, time, memory", _chart_ambient
+        subjects, "ambient", _chart_ambient, "air temperature from pictures: error, time, memory"
     )
     ambient.add_argument(
         "--data", type=Path, metavar="CSV", help="labelled pictures, as `evaluate ambient` takes"
@@ -153,9 +127,6 @@ def _ambient(subjects: Commands) -> None:
         metavar="NAME",
         help="where the model runs: cpu or cuda (%(default)s)",
     )
-    ambient.add_argument(
-        "--device", dest="vlm_device", default=argparse.SUPPRESS, help=argparse.SUPPRESS
-    )
     ambient.add_argument("--vlm-url", metavar="URL", help="chart an OpenAI-compatible endpoint too")
 
 
@@ -163,16 +134,10 @@ def _safety(subjects: Commands) -> None:
     safety = _subject(
         subjects,
         "safety",
-        "safety functions of the plate: peak temperature, false trips, time to off",
         _chart_safety,
+        "safety functions of the plate: peak temperature, false trips, time to off",
     )
-    safety.add_argument(
-        "--plates",
-        type=int,
-        default=PLATES,
-        metavar="N",
-        help="how many plates to vary (%(default)s)",
-    )
+    number(safety, "--plates", PLATES, "N", "how many plates to vary")
     safety.add_argument(
         "--sweep",
         type=Path,
@@ -183,26 +148,21 @@ def _safety(subjects: Commands) -> None:
 
 def _chart_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import chart
-    from hapticvlm_lab.commands.material_wiring import networks, wiring
 
-    where = _where(options)
-    named = tuple(options.encoder or networks(where.data))
-    plan = chart.Plan(where, named, options.variants, options.out, options.json)
-    return chart.run(plan, wiring())
+    named = options.encoder or ()
+    return chart.run(_where(options), named, options.out, as_json=options.json)
 
 
 def _shake_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import stability
-    from hapticvlm_lab.commands.material_wiring import labels
 
-    return stability.run(stability.Plan(_where(options), options.out, options.json), labels())
+    return stability.run(_where(options), options.out, as_json=options.json)
 
 
 def _chart_beliefs(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import belief_chart
-    from hapticvlm_lab.commands.material_wiring import OF_SHIPPED, labels
 
-    return belief_chart.run(_data(options), labels(), OF_SHIPPED / COURSE, options.out)
+    return belief_chart.run(_data(options), options.out, as_json=options.json)
 
 
 def _chart_thermal(options: argparse.Namespace) -> int:
@@ -240,7 +200,7 @@ def _chart_safety(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.safety import chart
 
     with usage_errors():
-        return chart.run(chart.Plan(options.plates, options.out, options.sweep, options.json))
+        return chart.run(options.plates, options.out, options.sweep, as_json=options.json)
 
 
 def _chart_vibration(options: argparse.Namespace) -> int:

@@ -71,7 +71,7 @@ def prepare(crops: Tensor) -> Tensor:
 class Network(nn.Module):
     """Crops to embeddings; `features` is what the heads of training see besides.
 
-    `block` makes a block from channels before, channels and stride; the race tries others.
+    `block` makes a block from channels before, channels and stride; LOG.md has those tried.
     """
 
     def __init__(

@@ -178,19 +178,6 @@ def log_softmax(logits: Doubles) -> Doubles:
     return np.asarray(shifted - np.log(np.exp(shifted).sum(axis=1, keepdims=True)))
 
 
-def score(embeddings: Floats, references: Floats, labels: Indices, sharpness: float) -> Doubles:
-    """Score (N, D) against (R, D) references of classes 0..C-1: (N, C) float64, about -1..1."""
-    names = tuple(str(label) for label in range(int(labels.max()) + 1))
-    plain = Gallery("", names, references, labels, Calibration(sharpness, 0.0, 0.0))
-    return plain.scores(embeddings)
-
-
-def believe(scores: Doubles, calibration: Calibration) -> Doubles:
-    """Turn (N, C) scores into (N, C) beliefs; what a row lacks to 1 is unknown."""
-    logits = calibration.weight * calibration.sharpness * scores
-    return known(scores, calibration)[:, None] * softmax(calibration.renders * logits)
-
-
 @dataclass(frozen=True, slots=True)
 class _Blocks:
     """References in order of material: where each material's begin, and how many there are."""

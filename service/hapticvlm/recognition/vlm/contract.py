@@ -112,17 +112,17 @@ AMBIENT_QUESTIONS = (
 MOST_WORDINGS = len(AMBIENT_QUESTIONS)
 
 
-def highlight(
-    picture: Picture,
-    region: messages.Region | None = None,
-    mask: NDArray[np.uint8] | None = None,
-) -> Picture:
-    """Return the picture (H, W, 3) uint8 with an outline around what a mask or region marks.
+def highlight(picture: Picture, region: messages.Region) -> Picture:
+    """Return the picture (H, W, 3) uint8 with an outline around what a region marks.
 
-    mask: (H, W), nonzero = object; it counts before the region. The line lies outside the object,
-    within the picture. With neither, or nothing marked, the picture comes back as it is.
+    The line lies outside the object, within the picture. With nothing marked the picture comes back
+    as it is.
     """
-    inside = _marked(picture, region, mask)
+    height, width = picture.shape[:2]
+    top, left = int(region.y * height), int(region.x * width)
+    bottom, right = np.ceil([(region.y + region.h) * height, (region.x + region.w) * width])
+    inside = np.zeros((height, width), bool)
+    inside[top : int(bottom), left : int(right)] = True
     by = max(2, round(THICKNESS * min(picture.shape[:2])))
     line = _grow(inside, by) & ~inside
     if inside.any() and not line.any():
@@ -130,20 +130,6 @@ def highlight(
     outlined = picture.copy()
     outlined[line] = COLOUR
     return outlined
-
-
-def _marked(
-    picture: Picture, region: messages.Region | None, mask: NDArray[np.uint8] | None
-) -> NDArray[np.bool_]:
-    if mask is not None:
-        return mask > 0
-    height, width = picture.shape[:2]
-    inside = np.zeros((height, width), bool)
-    if region is not None:
-        top, left = int(region.y * height), int(region.x * width)
-        bottom, right = np.ceil([(region.y + region.h) * height, (region.x + region.w) * width])
-        inside[top : int(bottom), left : int(right)] = True
-    return inside
 
 
 def _grow(inside: NDArray[np.bool_], by: int, *, beyond: bool = False) -> NDArray[np.bool_]:

@@ -32,14 +32,10 @@ CURE_MEMORY = "ask with fewer image tokens, give the machine more memory or name
 
 
 class Network:
-    """A loaded network of transformers on its device; `model` makes text of images and text.
+    """A loaded network of transformers on its device; `model` makes text of images and text."""
 
-    With `keeps_heads` the cache of a prompt's head is computed once; without, at each question.
-    """
-
-    def __init__(self, model: Any, *, keeps_heads: bool = True) -> None:  # noqa: ANN401 - any kind
+    def __init__(self, model: Any) -> None:  # noqa: ANN401 - any kind
         self.model = model
-        self.keeps_heads = keeps_heads
         self._heads: OrderedDict[tuple[int, ...], Any] = OrderedDict()
         given = model.generation_config.eos_token_id
         self.ends = frozenset([given] if isinstance(given, int) else given or [])
@@ -48,7 +44,7 @@ class Network:
         """Return log-probabilities (wordings, nodes, vocabulary) of one pass. Raises VlmError."""
         with guarded("the model's pass"):
             packed = pack(prompt.tails, tree)
-            rows = len(self._new(prompt)) + packed.rows.ravel()
+            rows = len(prompt.body) + packed.rows.ravel()
             logits, _ = self._pass(prompt, packed, rows)
             flat = log_probs(logits[0])
             return flat.reshape((*packed.rows.shape, flat.shape[-1]))
@@ -77,7 +73,7 @@ class Network:
 
     def _write(self, prompt: Prompt, most: int, until_s: float) -> Iterator[int]:
         packed = pack(prompt.tails[:1], ChoiceTree(((),), (), 0))
-        last = np.array([len(self._new(prompt)) + len(packed.ids) - 1])
+        last = np.array([len(prompt.body) + len(packed.ids) - 1])
         logits, cache = self._pass(prompt, packed, last)
         for count in range(1, most + 1):
             token = int(log_probs(logits[0, -1:])[0].argmax())
@@ -92,26 +88,20 @@ class Network:
                 logits, cache = outputs.logits, outputs.past_key_values
 
     def _pass(self, prompt: Prompt, packed: Packed, rows: NDArray[np.int64]) -> tuple[Tensor, Any]:
-        """Run what is new of a prompt with what is packed behind; logits (1, rows, vocabulary)."""
+        """Run a prompt's body with what is packed behind; logits (1, rows, vocabulary)."""
         import torch
 
-        new = self._new(prompt)
-        ids = (*new, *packed.ids.tolist())
+        ids = (*prompt.body, *packed.ids.tolist())
         positions = self._positions(prompt, packed.steps)[..., -len(ids) :]
-        cache = self._head(prompt.head) if len(new) == len(prompt.body) else None
         outputs = self._call(
             ids,
             positions,
             attention_mask=self._mask(len(prompt.head) + len(prompt.body), packed, len(ids)),
-            past_key_values=cache,
+            past_key_values=self._head(prompt.head),
             logits_to_keep=torch.from_numpy(rows).to(self.model.device),
             **prompt.tensors,
         )
         return outputs.logits, outputs.past_key_values
-
-    def _new(self, prompt: Prompt) -> tuple[int, ...]:
-        """List the shared tokens that are run at each question."""
-        return prompt.body if self.keeps_heads else (*prompt.head, *prompt.body)
 
     def _head(self, head: tuple[int, ...]) -> Any:  # noqa: ANN401 - a cache of transformers
         """Copy the kept cache of a head, computing it at first; a pass writes into its copy."""

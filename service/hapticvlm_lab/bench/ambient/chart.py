@@ -6,18 +6,16 @@ its size, its answers mean nothing, so no error of it is given.
 
 from __future__ import annotations
 
-import json
-import platform
 import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from hapticvlm import __version__
 from hapticvlm.commands.evaluate.pictures import read_picture, read_shots
 from hapticvlm.commands.evaluate.scores import Guess, Score, constant, score
 from hapticvlm.commands.progress import track
@@ -25,6 +23,7 @@ from hapticvlm.recognition.vlm.contract import Picture
 from hapticvlm_lab.bench.ambient import chart_plot, methods
 from hapticvlm_lab.bench.ambient.rows import Row, print_rows
 from hapticvlm_lab.bench.ambient.timing import measure
+from hapticvlm_lab.bench.printing import made_with, publish
 
 NAME = "chart-ambient"
 SYNTHETIC = 5  # pictures without --data
@@ -66,12 +65,8 @@ def run(plan: Plan) -> int:
     note = f"Qwen2-VL, {plan.size}, {RANDOM}" if plan.model is None else plan.model
     files = chart_plot.draw(rows, note, plan.out / NAME)
     figures = _figures(plan, rows, note, len(pictures)) | {"files": [str(path) for path in files]}
-    (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if plan.as_json:
-        print(json.dumps(figures))
-    else:
-        print_rows(rows, note, files)
-    return 0
+    show = partial(print_rows, rows, note)
+    return publish(plan.out / f"{NAME}.json", figures, as_json=plan.as_json, show=show)
 
 
 def _pictures(data: Path | None) -> tuple[list[Picture], list[float] | None]:
@@ -136,9 +131,7 @@ def _blind(truths: Sequence[float] | None) -> list[Row]:
 def _figures(plan: Plan, rows: Sequence[Row], note: str, pictures: int) -> dict[str, Any]:
     return {
         "chart": "ambient",
-        "version": __version__,
-        "machine": platform.machine(),
-        "python": platform.python_version(),
+        **made_with(),
         "device": plan.device,
         "model": note,
         "weights": "random" if plan.model is None else "given",

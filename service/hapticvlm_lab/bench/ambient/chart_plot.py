@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.palette import BLUE, FIGURE, GREEN, GRID, INK, SOFT, VERMILION
+from hapticvlm.palette import BLUE, GREEN, SOFT, VERMILION
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.ambient.rows import Row
-from hapticvlm_lab.bench.material.labels import place
+from hapticvlm_lab.bench.labels import place
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-WIDTH_IN, HEIGHT_IN, DPI = 12.0, 5.8, 100
+SIZE_IN = (12.0, 5.8)
 STYLE = {  # colour and marker of each family
     "readout": (BLUE, "o"),
     "generation": (VERMILION, "s"),
@@ -25,27 +26,14 @@ STYLE = {  # colour and marker of each family
 
 def draw(rows: Sequence[Row], note: str, stem: Path) -> list[Path]:
     """Write `stem`.png and .svg; return both."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
-    with mpl.rc_context(dict(FIGURE)):
-        figure, (left, right) = plt.subplots(
-            1, 2, figsize=(WIDTH_IN, HEIGHT_IN), dpi=DPI, layout="constrained"
-        )
+    with figures.figure(stem, SIZE_IN, 2) as (drawn, (left, right)):
+        heading = "Ambient temperature off one picture, every way in a process of its own."
+        figures.title(drawn, f"{heading}\n{note}")
         _errors(left, rows)
         _memory(right, rows)
-        title = f"Ambient temperature off one picture, every way in a process of its own.\n{note}"
-        figure.suptitle(title, fontsize=10.5, x=0.01, ha="left")
-        figure.canvas.draw()
         _labels(left, rows, [row.score.mae_c if row.score else None for row in rows])
         _labels(right, rows, [row.timed.peak_mb if row.timed else None for row in rows])
-        paths = [stem.with_suffix(".png"), stem.with_suffix(".svg")]
-        figure.savefig(paths[0], dpi=DPI)
-        figure.savefig(paths[1], metadata={"Date": None})
-        plt.close(figure)
-    return paths
+    return figures.files(stem)
 
 
 def _errors(axes: Axes, rows: Sequence[Row]) -> None:
@@ -53,19 +41,11 @@ def _errors(axes: Axes, rows: Sequence[Row]) -> None:
     for row in graded:
         score = row.score
         assert score is not None
-        colour, marker = STYLE[row.family]
         if row.timed is None:
-            axes.axhline(score.mae_c, color=colour, linewidth=0.8, linestyle="--")
-            axes.annotate(
-                f"{row.name} {score.mae_c:.1f} [{score.mae_low_c:.1f}, {score.mae_high_c:.1f}]",
-                (1.0, score.mae_c),
-                xycoords=("axes fraction", "data"),
-                xytext=(0, 3),
-                textcoords="offset points",
-                ha="right",
-                color=colour,
-            )
+            interval = f"[{score.mae_low_c:.1f}, {score.mae_high_c:.1f}]"
+            figures.level(axes, score.mae_c, f"{row.name} {score.mae_c:.1f} {interval}")
             continue
+        colour, marker = STYLE[row.family]
         seconds = row.timed.median_s
         axes.vlines(seconds, score.mae_low_c, score.mae_high_c, color=colour, alpha=0.5)
         axes.plot(seconds, score.mae_c, marker, color=colour, markersize=7)
@@ -107,7 +87,7 @@ def _memory(axes: Axes, rows: Sequence[Row]) -> None:
         axes.plot([seconds, row.timed.longest_s], [peak, peak], color=colour, alpha=0.5)
         axes.plot(seconds, peak, marker, color=colour, markersize=7)
         if row.is_default:
-            axes.plot(seconds, peak, "o", color=INK, markerfacecolor="none", markersize=13)
+            figures.ring(axes, seconds, peak)
     axes.set_ylim(0, 1.15 * max(axes.get_ylim()[1], 1.0))
     _tidy(axes, rows, "peak memory of the process, MB", "Memory; line: median to longest")
 
@@ -127,11 +107,6 @@ def _name(row: Row) -> str:
 
 
 def _tidy(axes: Axes, rows: Sequence[Row], label: str, title: str) -> None:
-    times = [row.timed.median_s for row in rows if row.timed] or [1.0]
     axes.set_xscale("log")
-    axes.set_xlim(min(times) / 2, max(times) * 4)
-    axes.set(xlabel="median seconds an answer, one thread", ylabel=label)
-    axes.set_title(title, fontsize=9.5, loc="left", color=INK)
-    axes.grid(color=GRID, linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_xlim(figures.span([row.timed.median_s for row in rows if row.timed], 2, 4))
+    axes.set(xlabel="median seconds an answer, one thread", ylabel=label, title=title)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from hapticvlm.commands.evaluate.scores import Score
 from hapticvlm_lab.bench.ambient.timing import Timed
@@ -29,7 +28,7 @@ class Row:
         return sum(guess is not None for guess in self.timed.guesses)
 
 
-def print_rows(rows: Sequence[Row], note: str, files: Sequence[Path]) -> None:
+def print_rows(rows: Sequence[Row], note: str) -> None:
     """Print the chart for a reader."""
     print(f"\n{note}")
     print(f"{'way':<34}{'median s':>9}{'longest':>9}{'load s':>8}{'peak MB':>9}  MAE, degC")
@@ -37,8 +36,6 @@ def print_rows(rows: Sequence[Row], note: str, files: Sequence[Path]) -> None:
         mark = "* " if row.is_default else "  "
         print(f"{mark + row.name:<34}{_cost(row.timed)}  {_error(row)}")
     print("\n* the default. Brackets: 95 %. Each way ran in a process of its own, on one thread.")
-    for path in files:
-        print(f"wrote     {path}")
 
 
 def _cost(timed: Timed | None) -> str:

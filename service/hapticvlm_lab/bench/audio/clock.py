@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 import time
 from typing import Any
 
@@ -13,6 +10,7 @@ from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import Motion
 from hapticvlm.rendering.voices import Command
 from hapticvlm_lab.bench.audio.conditions import stolen_s
+from hapticvlm_lab.bench.rigs import helper, report_of
 
 
 def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
@@ -20,16 +18,14 @@ def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
     settings = AudioSettings(realtime=realtime)
     speaker = Speaker(settings)
     speaker.start()
-    bare_loop = [sys.executable, "-m", "hapticvlm_lab.bench.audio.deadlines", str(seconds)]
-    bare_loop += [str(settings.block), str(int(realtime))]
     started, stolen_before = time.monotonic(), stolen_s()
     try:
-        with subprocess.Popen(bare_loop, stdout=subprocess.PIPE, text=True) as bare:
+        with helper("audio.deadlines", seconds, settings.block, int(realtime)) as bare:
             while time.monotonic() - started < seconds:
                 speaker.obey(command("slide", 1, 0.5))
                 time.sleep(0.1)
             status = speaker.status()
-            floor = json.loads(bare.communicate()[0])
+            floor = report_of(bare)
     finally:
         speaker.close()
     counts = {"underruns": status.underruns, "samples": status.samples, "lost": status.lost}

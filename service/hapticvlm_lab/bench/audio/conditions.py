@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
-import sys
-import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from hapticvlm.commands.local_service import Service, running
+from hapticvlm.commands.local_service import running
 from hapticvlm_lab.bench.audio.sink import Recording, Server
+from hapticvlm_lab.bench.rigs import first_line, helper, service_status, set_priority
 
-OUR_PRIORITY, SERVER_PRIORITY = 5, 25
+SERVER_PRIORITY = 25
 LOAD = ("80.0", "40000", "3")  # frames/s, bytes a frame, scenes: all that are admitted
 
 
@@ -28,41 +25,12 @@ def no_load(seconds: float) -> Iterator[Callable[[], float]]:  # noqa: ARG001 - 
 def load(seconds: float) -> Iterator[Callable[[], float]]:
     """Keep the encoder of a service busy; what is yielded returns how long it was, s."""
     rate, size, scenes = LOAD
-    for_s = str(seconds)
-    with running(["--no-realtime"]) as service:
-        command = [
-            sys.executable,
-            "-m",
-            "hapticvlm_lab.bench.latency.load",
-            service.url,
-            rate,
-            for_s,
-            size,
-        ]
-        with subprocess.Popen([*command, scenes], stdout=subprocess.PIPE, text=True) as process:
-            assert process.stdout is not None
-            try:
-                process.stdout.readline()
-                yield lambda: _busy_s(service)
-            finally:
-                process.kill()
-
-
-def _busy_s(service: Service) -> float:
-    with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
-        return float(json.load(answer)["recogniser"]["busy_s"])
-
-
-@contextmanager
-def priority(realtime: bool) -> Iterator[None]:
-    """Set real-time priority for this process where permitted; its children start without."""
-    if not (realtime and _set_priority(0, OUR_PRIORITY)):
-        yield
-        return
-    try:
-        yield
-    finally:
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    with (
+        running(["--no-realtime"]) as service,
+        helper("latency.load", service.url, rate, seconds, size, scenes) as process,
+    ):
+        first_line(process)
+        yield lambda: float(service_status(service)["recogniser"]["busy_s"])
 
 
 def stolen_s() -> float | None:
@@ -83,15 +51,4 @@ def raise_priority(realtime: bool, server: Server, recording: Recording) -> None
     if recording.reader is not None and recording.reader.native_id is not None:
         ids.append(recording.reader.native_id)  # a thread of ours, but it does not inherit priority
     for number in ids if realtime else ():
-        _set_priority(number, SERVER_PRIORITY)
-
-
-def _set_priority(pid: int, priority: int) -> bool:
-    if not hasattr(os, "sched_setscheduler"):
-        return False
-    try:
-        flags = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-        os.sched_setscheduler(pid, flags, os.sched_param(priority))
-    except OSError:
-        return False
-    return True
+        set_priority(number, SERVER_PRIORITY)

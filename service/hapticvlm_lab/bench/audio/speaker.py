@@ -30,8 +30,9 @@ from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm_lab.bench.audio import clock, jack
 from hapticvlm_lab.bench.audio.click import Clicker, clicker
 from hapticvlm_lab.bench.audio.clock import command
-from hapticvlm_lab.bench.audio.conditions import load, no_load, priority, raise_priority
+from hapticvlm_lab.bench.audio.conditions import load, no_load, raise_priority
 from hapticvlm_lab.bench.audio.sink import NAME, Recording, Server, null_sink, recording
+from hapticvlm_lab.bench.rigs import priority
 
 BLOCKS = (64, 128, 256, 512)
 STRIKE_LEASE_S = 0.03
@@ -198,11 +199,10 @@ def _server_version() -> str:
 
 def _table(rows: list[dict[str, Any]]) -> Table:
     goal = f"goal: {GOAL_MS:.0f} beyond the floor"
-    table = Table(title=f"contact to first sample heard at a null sink, ms ({goal})")
-    for column in ("condition", "block", "n", "touch median / p99", "floor median / p99"):
-        table.add_column(column)
-    for column in ("p99 beyond", "missed", "underruns", "gaps", "busy", "load"):
-        table.add_column(column)
+    columns = ("condition", "block", "n", "touch median / p99", "floor median / p99")
+    further = ("p99 beyond", "missed", "underruns", "gaps", "busy", "load")
+    title = f"contact to first sample heard at a null sink, ms ({goal})"
+    table = Table(*columns, *further, title=title)
     for row in rows:
         table.add_row(
             *(row["condition"], str(row["block"]), str(row["touch_n"])),

@@ -223,17 +223,15 @@ def _replace(settings: AppSettings, gallery: Path) -> None:
 
 
 def _print(console: Console, result: dict[str, Any]) -> None:
-    table = Table(title=f"{result['simulated_scenes']} simulated scenes, {result['rate_hz']:g}/s")
-    names = ("phase", "offered", "answered", "superseded", "stale", "failed", "wrong_gallery")
-    more = ("answers_per_s", "age_ms", "longest_gap_s", "fairness", "core_ms_per_look")
-    for name in (*names, *more):
-        table.add_column(name.replace("_", " "))
+    counts = ("phase", "offered", "answered", "superseded", "stale", "failed", "wrong_gallery")
+    names = (*counts, "answers_per_s", "age_ms", "longest_gap_s", "fairness", "core_ms_per_look")
+    title = f"{result['simulated_scenes']} simulated scenes, {result['rate_hz']:g}/s"
+    table = Table(*(name.replace("_", " ") for name in names), title=title)
     for phase in result["phases"]:
-        table.add_row(*(str(phase.get(name, "-")) for name in (*names, *more)))
+        table.add_row(*(str(phase.get(name, "-")) for name in names))
     console.print(table)
-    bare = Table(title="bare encoder, one thread")
-    for name in ("batch", "core-ms a pass", "core-ms a look"):
-        bare.add_column(name)
+    columns = ("batch", "core-ms a pass", "core-ms a look")
+    bare = Table(*columns, title="bare encoder, one thread")
     for size, took in result["curve_core_ms"].items():
         bare.add_row(size, f"{took:.2f}", f"{took / int(size):.2f}")
     console.print(bare)

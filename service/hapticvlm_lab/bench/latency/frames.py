@@ -7,13 +7,9 @@ recogniser's own work on one frame (decode, embed, match) without sockets or pro
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import time
-from typing import Any
 
 import msgspec
-import numpy as np
 from rich.console import Console
 
 from hapticvlm import __version__
@@ -23,6 +19,7 @@ from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm_lab.bench.latency.load import SIDE, pictures
+from hapticvlm_lab.bench.rigs import Process, helper, report_of, spread
 
 RATE_HZ = 60.0
 FRAME_BYTES = 40_000
@@ -38,16 +35,10 @@ def run(*, seconds: float, as_json: bool) -> int:
     with running() as service, console.status(f"{seconds:.0f} s at {RATE_HZ:.0f} frames/s"):
         ready_s = service.seconds_to_ready
         resting = _memory_mb(service.process.pid)
-        load = subprocess.Popen(
-            [
-                *(sys.executable, "-m", "hapticvlm_lab.bench.latency.load", service.url),
-                *(str(RATE_HZ), str(seconds), str(FRAME_BYTES)),
-            ],
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        memory = _watch_memory(load, service.process.pid)
-        frames: dict[str, Any] = json.loads(load.communicate()[0].splitlines()[-1])
+        rig = (service.url, RATE_HZ, seconds, FRAME_BYTES)
+        with helper("latency.load", *rig) as load:
+            memory = _watch_memory(load, service.process.pid)
+            frames = report_of(load)
     answered = sum(frames["answers"].values())
     settled = memory[int(SETTLE_S / SAMPLE_S) :] or memory
     result = {
@@ -73,7 +64,7 @@ def run(*, seconds: float, as_json: bool) -> int:
     return 0 if result["all_answered"] else 1
 
 
-def _watch_memory(load: subprocess.Popen[str], pid: int) -> list[float]:
+def _watch_memory(load: Process, pid: int) -> list[float]:
     memory = [_memory_mb(pid)]
     while load.poll() is None:
         time.sleep(SAMPLE_S)
@@ -109,7 +100,4 @@ def _floor_ms() -> dict[str, float]:
         started = time.perf_counter()
         recogniser.recognise(data, "floor", 0.0, anew=True)
         took.append((time.perf_counter() - started) * 1000.0)
-    return {
-        "median": round(float(np.median(took)), 2),
-        "p99": round(float(np.percentile(took, 99)), 2),
-    }
+    return spread(took)

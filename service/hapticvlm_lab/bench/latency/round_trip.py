@@ -1,24 +1,19 @@
-"""Round trips of touches and of echoes: one client's end, the floor beside it, its priority."""
+"""Round trips of touches and of echoes: one client's end, and the floor beside it."""
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 import time
-import urllib.request
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from typing import Any
 
 import msgpack
 from websockets.asyncio.client import ClientConnection
+from websockets.asyncio.client import connect as open_socket
 
 from hapticvlm import __version__
 from hapticvlm.commands.local_service import Service
-
-CLIENT_PRIORITY = 5
+from hapticvlm_lab.bench.rigs import first_line, helper
 
 
 def touch(number: int) -> dict[str, Any]:
@@ -61,45 +56,22 @@ async def introduce(socket: ClientConnection) -> None:
         await round_trip(socket, msgpack.packb(message), int(str(message["id"])))
 
 
+@asynccontextmanager
+async def sockets(
+    service: Service, echo_port: int
+) -> AsyncIterator[tuple[ClientConnection, ClientConnection]]:
+    """Open a scene with one table at the service, and a socket to the echo."""
+    plain: dict[str, Any] = {"compression": None, "proxy": None, "ping_interval": None}
+    async with (
+        open_socket(service.url, **plain) as touches,
+        open_socket(f"ws://127.0.0.1:{echo_port}/", **plain) as echoes,
+    ):
+        await introduce(touches)
+        yield touches, echoes
+
+
 @contextmanager
 def echo(realtime: bool) -> Iterator[int]:
     """Run a bare echo in a process of its own; yields its port."""
-    command = [sys.executable, "-m", "hapticvlm_lab.bench.latency.echo", *(["realtime"] * realtime)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        try:
-            yield int(process.stdout.readline())
-        finally:
-            process.kill()
-
-
-@contextmanager
-def priority(realtime: bool) -> Iterator[None]:
-    """Give the measuring client the same kind of priority; children start without it."""
-    if not realtime:
-        yield
-        return
-    flags = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-    os.sched_setscheduler(0, flags, os.sched_param(CLIENT_PRIORITY))
-    try:
-        yield
-    finally:
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-
-
-def is_priority_permitted() -> bool:
-    """Return whether this system permits real-time priority."""
-    if not hasattr(os, "sched_setscheduler"):
-        return False
-    try:
-        with priority(True):
-            return True
-    except OSError:
-        return False
-
-
-def service_status(service: Service) -> dict[str, Any]:
-    """Return the service's page `/status`."""
-    with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
-        found: dict[str, Any] = json.load(answer)
-    return found
+    with helper("latency.echo", *(["realtime"] * realtime)) as process:
+        yield int(first_line(process))

@@ -13,11 +13,9 @@ import asyncio
 import json
 import os
 import platform
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,18 +25,18 @@ import websockets.version
 from rich.console import Console
 from rich.table import Table
 from websockets.asyncio.client import ClientConnection
-from websockets.asyncio.client import connect as open_socket
 
 from hapticvlm import __version__
 from hapticvlm.commands.local_service import Service, running
-from hapticvlm_lab.bench.latency.round_trip import (
-    echo,
-    introduce,
+from hapticvlm_lab.bench.latency.round_trip import echo, round_trip, sockets, touch
+from hapticvlm_lab.bench.rigs import (
+    Process,
+    first_line,
+    helper,
     is_priority_permitted,
     priority,
-    round_trip,
+    report_of,
     service_status,
-    touch,
 )
 
 RATE_HZ = 100.0
@@ -120,26 +118,20 @@ def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
 async def _row(
     name: str, service: Service, echo_port: int, seconds: float, frames: tuple[int, float]
 ) -> Row:
-    load = await start_load(service.url, seconds + MARGIN_S, *frames) if frames[0] else None
-    async with (
-        open_socket(service.url, compression=None, proxy=None, ping_interval=None) as touches,
-        open_socket(
-            f"ws://127.0.0.1:{echo_port}/", compression=None, proxy=None, ping_interval=None
-        ) as echoes,
-    ):
-        await introduce(touches)
-        if load is not None and load.stdout is not None:
-            await load.stdout.readline()
-            await asyncio.sleep(SETTLE_S)
-        started, busy_s = time.monotonic(), service_status(service)["recogniser"]["busy_s"]
-        touch_ms, echo_ms = await alternate(touches, echoes, seconds)
-        status = service_status(service)
-        busy = (status["recogniser"]["busy_s"] - busy_s) / (time.monotonic() - started)
-        waits = status["speaker"]["command_wait_ms"]
-    result = None
-    if load is not None:
-        out, _ = await load.communicate()
-        result = json.loads(out)
+    with ExitStack() as stack:
+        load = None
+        if frames[0]:
+            load = stack.enter_context(streaming(service.url, seconds + MARGIN_S, *frames))
+        async with sockets(service, echo_port) as (touches, echoes):
+            if load is not None:
+                await asyncio.to_thread(first_line, load)
+                await asyncio.sleep(SETTLE_S)
+            started, busy_s = time.monotonic(), service_status(service)["recogniser"]["busy_s"]
+            touch_ms, echo_ms = await alternate(touches, echoes, seconds)
+            status = service_status(service)
+            busy = (status["recogniser"]["busy_s"] - busy_s) / (time.monotonic() - started)
+            waits = status["speaker"]["command_wait_ms"]
+        result = None if load is None else await asyncio.to_thread(report_of, load)
     return Row(name, touch_ms, echo_ms, os.getloadavg()[0], result, waits, busy)
 
 
@@ -160,45 +152,28 @@ async def alternate(
     return touch_ms[WARM_UP:], echo_ms[WARM_UP:]
 
 
-async def start_load(
+def streaming(
     url: str, seconds: float, scenes: int, rate: float
-) -> asyncio.subprocess.Process:
-    """Start `scenes` that stream at `rate` each from a process of their own."""
-    return await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "hapticvlm_lab.bench.latency.load", url),
-        *(str(rate), str(seconds), str(FRAME_BYTES), str(scenes)),
-        stdout=subprocess.PIPE,
-    )
+) -> AbstractContextManager[Process]:
+    """Let `scenes` stream at `rate` each from a process of their own."""
+    return helper("latency.load", url, rate, seconds, FRAME_BYTES, scenes)
 
 
 @contextmanager
 def _burning(seconds: float) -> Iterator[dict[str, Any]]:
     """Keep a VLM busy on every core meanwhile; what it did is reported when the context ends."""
     report: dict[str, Any] = {}
-    command = [
-        sys.executable,
-        "-m",
-        "hapticvlm_lab.bench.latency.burn",
-        str(seconds + MARGIN_S + 1.0),
-    ]
-    command.append(str(os.cpu_count() or 1))
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        try:
-            if process.stdout.readline() != "burning\n":
-                raise RuntimeError("the VLM did not start; it needs the extra `models`")
-            yield report
-            report |= json.loads(process.communicate(timeout=BURN_END_S)[0])
-        finally:
-            process.kill()
+    with helper("latency.burn", seconds + MARGIN_S + 1.0, os.cpu_count() or 1) as process:
+        if first_line(process) != "burning":
+            raise RuntimeError("the VLM did not start; it needs the extra `models`")
+        yield report
+        report |= report_of(process, BURN_END_S)
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:
-    table = Table(title="touch round trip, ms (floor: bare websockets echo of the same bytes)")
-    for column in ("condition", "n", "touch median / p99", "echo median / p99"):
-        table.add_column(column)
-    for column in ("ratio median / p99", "to block, blocks", "busy", "load", "frames"):
-        table.add_column(column)
+    columns = ("condition", "n", "touch median / p99", "echo median / p99", "ratio median / p99")
+    title = "touch round trip, ms (floor: bare websockets echo of the same bytes)"
+    table = Table(*columns, "to block, blocks", "busy", "load", "frames", title=title)
     for row in rows:
         table.add_row(
             row["condition"],

@@ -9,7 +9,6 @@ measure beliefs` has them.
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,17 +17,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.palette import BLUE, FIGURE, GREEN, GRID, INK, PURPLE, SOFT, VERMILION
+from hapticvlm.palette import BLUE, GREEN, INK, PURPLE, SOFT, VERMILION
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.galleries.storage import load_gallery
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material import beliefs
-from hapticvlm_lab.bench.material.data import FOUR, Labels
+from hapticvlm_lab.bench.material.data import FOUR
+from hapticvlm_lab.bench.material.torch_networks import TRAINED
+from hapticvlm_lab.bench.printing import publish
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 NAME = "chart-beliefs"
+SIZE_IN = (12.0, 4.4)
+COURSE = TRAINED / "course.csv"  # of the shipped encoder's training: samples and accuracies
 LEAST_COUNT = 12  # pictures: a share of fewer means nothing
 REFERENCES = 5
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
@@ -48,30 +52,28 @@ class Worth:
     errors_c: Mapping[str, float]
 
 
-def run(data: Path | None, labels: Labels, training: Path, out: Path) -> int:
-    """Judge every set, and write picture and figures to `out`; `training` is a CSV of its course.
+def run(data: Path | None, out: Path, *, as_json: bool) -> int:
+    """Judge every set, and write picture and figures to `out`.
 
     Raises CaptureError, EncoderError, GalleryError, OSError.
     """
     encoder = load_encoder()
     found = []
-    for source, kind in beliefs.sources_of(data, labels):
+    for source, kind in beliefs.sources_of(data):
         gallery = load_gallery(encoder=encoder, pictures=kind)
         found.append(worth(beliefs.embed(encoder, source.keep(FOUR), kind), gallery))
-    with training.open(newline="", encoding="utf-8") as file:
+    with COURSE.open(newline="", encoding="utf-8") as file:
         course = [
             {name: float(value) for name, value in row.items()} for row in csv.DictReader(file)
         ]
-    stem = out / NAME
-    draw(found, course, encoder.name, stem.with_suffix(".png"))
-    figures = {
+    written = draw(found, course, encoder.name, out / NAME)
+    results = {
         "encoder": encoder.name,
         "sets": [_as_json(each) for each in found],
         "course": course,
+        "files": [str(path) for path in written],
     }
-    stem.with_suffix(".json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    print(f"{stem}.png, {stem}.json")
-    return 0
+    return publish(out / f"{NAME}.json", results, as_json=as_json, show=lambda: None)
 
 
 def worth(seen: beliefs.Seen, gallery: Gallery) -> Worth:
@@ -100,26 +102,16 @@ def coverage(found: Doubles, truth: NDArray[np.int64]) -> Curve:
     return [(float(counts[at] / len(right)), float(shares[at])) for at in steps]
 
 
-def draw(found: list[Worth], course: list[dict[str, float]], encoder: str, path: Path) -> None:
-    """Draw the panels."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
-    with mpl.rc_context(dict(FIGURE)):
-        figure, (coverage_axes, error_axes, learned_axes) = plt.subplots(
-            1, 3, figsize=(12, 4.4), dpi=100, layout="constrained"
-        )
-        _draw_coverage(coverage_axes, found)
-        _draw_error(error_axes, found)
-        _draw_course(learned_axes, course)
-        for axes in (coverage_axes, error_axes, learned_axes):
-            axes.grid(color=GRID)
-            axes.set_axisbelow(True)
-        figure.suptitle(f"{encoder}: wood, glass, fabric or metal?", x=0.01, ha="left")
-        figure.savefig(path)
-        plt.close(figure)
+def draw(
+    found: list[Worth], course: list[dict[str, float]], encoder: str, stem: Path
+) -> list[Path]:
+    """Draw the panels into `stem`.png and .svg; return both."""
+    with figures.figure(stem, SIZE_IN, 3) as (drawn, (said, felt, learned)):
+        figures.title(drawn, f"{encoder}: wood, glass, fabric or metal?")
+        _draw_coverage(said, found)
+        _draw_error(felt, found)
+        _draw_course(learned, course)
+    return figures.files(stem)
 
 
 def _draw_coverage(axes: Axes, found: list[Worth]) -> None:
@@ -131,7 +123,7 @@ def _draw_coverage(axes: Axes, found: list[Worth]) -> None:
             )
     axes.axhline(25, color=INK, linewidth=0.8, linestyle=":")
     axes.set(xlim=(0, 101), ylim=(0, 101), xlabel="said, % of pictures", ylabel="right, % of said")
-    axes.set_title("The surest first; dotted: chance", loc="left", fontsize=9)
+    axes.set_title("The surest first; dotted: chance")
     axes.legend(fontsize=7, loc="lower left")
 
 
@@ -144,8 +136,8 @@ def _draw_error(axes: Axes, found: list[Worth]) -> None:
         axes.bar(places + (number - 1) * width, heights, width, color=colour, label=title)
     axes.set_xticks(places, [result.name.replace("/", "/\n") for result in found], fontsize=7)
     axes.set(ylabel="mean error of contact temperature, degC", ylim=(0, None))
-    axes.set_title("Felt, zero-shot: skin 33, room 22 degC", loc="left", fontsize=9)
-    axes.legend(fontsize=7)
+    axes.set_title("Felt, zero-shot: skin 33, room 22 degC")
+    axes.legend()
 
 
 def _draw_course(axes: Axes, course: list[dict[str, float]]) -> None:
@@ -157,8 +149,8 @@ def _draw_course(axes: Axes, course: list[dict[str, float]]) -> None:
     for row in cooled:
         axes.axvline(row["samples"] / 1000, color=INK, linewidth=0.8, linestyle=":")
     axes.set(xlabel="thousand samples", ylabel="forced choice of four right, %", ylim=(25, 100))
-    axes.set_title("Sets to choose on; dotted: rate at zero", loc="left", fontsize=9)
-    axes.legend(fontsize=7)
+    axes.set_title("Sets to choose on; dotted: rate at zero")
+    axes.legend()
 
 
 def _as_json(result: Worth) -> dict[str, object]:

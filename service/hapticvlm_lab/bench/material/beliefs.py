@@ -28,7 +28,7 @@ from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.scene_references import SceneReferences
 from hapticvlm.rendering import thermal
 from hapticvlm.rendering.expectation import expected_thermal, needed_belief
-from hapticvlm_lab.bench.material.data import FOUR, Labels, Source
+from hapticvlm_lab.bench.material.data import FOUR, Source
 from hapticvlm_lab.bench.material.reading import default_captures, read_capture, read_pictures
 
 REFERENCES = (5, 20)
@@ -60,17 +60,14 @@ class Seen:
         return np.stack([rows[0] for rows in self.views])
 
 
-def run(
-    data: Path | None, labels: Labels, encoder_name: str | None, path: Path | None, *, as_json: bool
-) -> int:
-    """Print a table for each set as it is ready, or JSON.
+def run(data: Path | None, encoder_name: str | None, path: Path | None, *, as_json: bool) -> int:
+    """Print a table for each set as it is ready, or JSON; `path` is a gallery.
 
-    `labels` give what the data folder's labels mean; `path` is a gallery. Raises CaptureError,
-    EncoderError, GalleryError.
+    Raises CaptureError, EncoderError, GalleryError.
     """
     encoder = load_encoder(encoder_name)
     found: dict[str, object] = {"encoder": encoder.name}
-    for source, kind in sources_of(data, labels):
+    for source, kind in sources_of(data):
         gallery = load_gallery(path, encoder=encoder, pictures=kind)
         found[source.name] = judge(embed(encoder, source.keep(FOUR), kind), gallery)
         if not as_json:
@@ -263,14 +260,14 @@ def _mean(values: NDArray[np.bool_]) -> float:
     return float(values.mean()) if values.size else float("nan")
 
 
-def sources_of(data: Path | None, labels: Labels) -> list[tuple[Source, Pictures]]:
+def sources_of(data: Path | None) -> list[tuple[Source, Pictures]]:
     """Read the sets that only report."""
     found: list[tuple[Source, Pictures]] = [
         (read_capture(path), "renders") for path in default_captures()
     ]
     for name in ("caltech101", "report_web") if data is not None else ():
         assert data is not None
-        source = read_pictures(data, name, labels)
+        source = read_pictures(data, name)
         if source is not None:
             found.append((source, "photographs"))
     return found

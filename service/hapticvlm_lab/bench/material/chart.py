@@ -6,15 +6,12 @@ then allows "unknown"; enrolled and probe use references of the source itself, b
 
 from __future__ import annotations
 
-import json
-import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from hapticvlm import __version__, materials
+from hapticvlm import materials
 from hapticvlm.commands.progress import track
 from hapticvlm_lab.bench.material import plots, tables
 from hapticvlm_lab.bench.material.answers import ELEVEN, Answers, answer, embed
@@ -24,60 +21,44 @@ from hapticvlm_lab.bench.material.methods import (
     Floats,
     GalleryHead,
     Method,
-    Wiring,
     assemble,
     for_source,
+    networks,
 )
 from hapticvlm_lab.bench.material.protocols import REFERENCES, LabelledEmbeddings, enrolled, probe
 from hapticvlm_lab.bench.material.reading import load_sources, read_teaching
 from hapticvlm_lab.bench.material.rows import Enrolment, Row
 from hapticvlm_lab.bench.material.scores import Open, Rejection, open_score, rejection, score
 from hapticvlm_lab.bench.material.timing import Cost, costs
+from hapticvlm_lab.bench.printing import made_with, publish
 
 NAME = "chart-material"
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """What to chart: pictures, further encoders, where results go, and whether to print tables.
-
-    named: networks as `--encoder` takes them.
-    """
-
-    where: Where
-    named: tuple[str, ...]
-    variants: Path | None
-    out: Path
-    as_json: bool
-
-
-def run(plan: Plan, wiring: Wiring) -> int:
+def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
     """Chart all that is there; 2 when there is no picture to chart on.
 
-    Raises CaptureError, EncoderError, GalleryError, PictureError.
+    named: networks as `--encoder` takes them, none for those of the data folder. Raises
+    CaptureError, EncoderError, GalleryError, PictureError.
     """
-    sources, skipped = load_sources(plan.where, wiring.labels)
+    sources, skipped = load_sources(where)
     if not sources:
         print("\n".join(["no pictures to chart on:", *skipped]))
         return 2
-    teaching = read_teaching(plan.where.data, wiring.labels)
-    methods, missing = assemble(wiring, plan.named, plan.variants, teaching)
+    teaching = read_teaching(where.data)
+    methods, missing = assemble(named or networks(where.data), teaching)
     skipped += missing
     stated = next((source for source in sources if source.stated), None)
     times = costs(for_source(methods, sources[0]), stated)
     rows: list[Row] = []
     for source in track(sources, "asking every method about each source"):
         rows += chart_source(source, for_source(methods, source), times)
-        if not plan.as_json:
+        if not as_json:
             tables.print_source(source, rows)
-    files = plots.draw(rows, plan.out / NAME)
+    files = plots.draw(rows, out / NAME)
     figures = _figures(sources, rows, skipped) | {"files": [str(path) for path in files]}
-    (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if plan.as_json:
-        print(json.dumps(figures))
-    else:
-        tables.print_end(skipped, files)
-    return 0
+    end = partial(tables.print_end, skipped)
+    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=end)
 
 
 def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, Cost]) -> list[Row]:
@@ -153,10 +134,7 @@ def _figures(
 ) -> dict[str, object]:
     return {
         "chart": "material",
-        "version": __version__,
-        "machine": platform.machine(),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
+        **made_with(),
         "floor": "decoding a 448 px JPEG",
         "chance": {"four": 1 / len(FOUR), "eleven": 1 / len(ELEVEN)},
         "sources": {

@@ -1,13 +1,12 @@
 """Held-back pictures, one `Source` per origin: never mixed, each thinned to a limit the same way.
 
-A source is a capture (frames with object id, truth, mask) or a set of labelled photographs. Which
-pictures teach is given by the caller (`Labels`): this package measures and imports no training.
+A source is a capture (frames with object id, truth, mask) or a set of labelled photographs.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -90,17 +89,6 @@ class Source:
         """Leave out the views of other classes."""
         views = tuple(view for view in self.views if view.truth in classes)
         return Source(self.name, views, self.stated, self.note)
-
-
-@dataclass(frozen=True, slots=True)
-class Labels:
-    """What the data folder's labels mean; from `training.sources`, wired in by the command line."""
-
-    teaching: tuple[str, ...]
-    calibrating: tuple[str, ...]
-    material_of: Callable[[str], str]
-    is_held_back: Callable[[str], bool]
-    unknown_folders: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True)

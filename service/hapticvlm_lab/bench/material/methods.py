@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials, messages
-from hapticvlm.recognition.encoders.encoder import CARD, Encoder, EncoderError
+from hapticvlm.recognition.encoders.encoder import Encoder, EncoderError
 from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
-from hapticvlm.recognition.galleries.storage import FILE_NAME, GalleryError, load_gallery
-from hapticvlm_lab.bench.material import logistic
+from hapticvlm.recognition.galleries.storage import GalleryError, load_gallery
+from hapticvlm_lab.bench.material import logistic, torch_networks
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, standardised_on
-from hapticvlm_lab.bench.material.data import Cut, Labels, Source, crops
+from hapticvlm_lab.bench.material.data import Cut, Source, crops
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -122,26 +122,10 @@ class Method:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Wiring:
-    """What the command line hands in from `training`: labels, and networks that need torch.
-
-    eager: an encoder's folder (None: the
-    shipped one) to the same net in torch. untrained: the same architecture, its weights random.
-    Each raises EncoderError where it cannot.
-    """
-
-    labels: Labels
-    eager: Callable[[Path | None], Encoder]
-    untrained: Callable[[], Encoder]
-
-
-def assemble(
-    wiring: Wiring, named: Sequence[str], variants: Path | None, teaching: Source | None
-) -> tuple[list[Method], list[str]]:
+def assemble(named: Sequence[str], teaching: Source | None) -> tuple[list[Method], list[str]]:
     """List the available methods, and which are not. Raises EncoderError, GalleryError.
 
-    named: networks as `--encoder` takes them. variants: a folder of encoders of our own.
+    named: networks as `--encoder` takes them.
     """
     encoder = load_encoder()
     shipped = GalleryHead(load_gallery(encoder=encoder), speaks=True)
@@ -149,27 +133,26 @@ def assemble(
     found = [Method("majority", "guess"), *_stated(), *_plain(encoder.side, teaching)]
     skipped: list[str] = []
 
-    def attempt(name: str, make: Callable[[], Method]) -> Method | None:
+    def attempt(name: str, make: Callable[[], Method]) -> None:
         try:
             found.append(make())
         except (EncoderError, GalleryError, OSError) as error:
             skipped.append(f"{name}: {error}")
-            return None
-        return found[-1]
 
-    def attempt_eager(folder: Path | None, like: Method | None) -> None:
-        if like is not None:
-            attempt(f"{like.name}, torch eager", partial(_eager, wiring, folder, like))
-
-    attempt("untrained", lambda: _taught("untrained", "untrained", wiring.untrained(), teaching))
+    attempt(
+        "untrained", lambda: _taught("untrained", "untrained", torch_networks.untrained(), teaching)
+    )
     for name in named:
         attempt(name, partial(_named, name))
     found += _combinations(ours)
-    attempt_eager(None, ours)
-    for folder in _variants(variants):
-        attempt_eager(folder, attempt(folder.name, partial(_variant, folder, teaching)))
+    attempt("ours, torch eager", lambda: _eager(ours))
     whole = [_as_whole(m) for m in found if _is_seen(m)]
     return found + whole, skipped
+
+
+def networks(data: Path | None) -> list[str]:
+    """List the ImageNet networks of the data folder."""
+    return [] if data is None else sorted(map(str, data.glob("teacher/*.tflite")))
 
 
 def for_source(methods: Sequence[Method], source: Source) -> list[Method]:
@@ -232,23 +215,9 @@ def _taught(name: str, family: Family, encoder: Encoder, teaching: Source | None
     return Method(name, family, encoder, reference_head(teaching, encoder), references="teaching")
 
 
-def _variants(folder: Path | None) -> list[Path]:
-    return [] if folder is None else sorted(path.parent for path in folder.glob(f"*/{CARD}"))
-
-
-def _variant(folder: Path, teaching: Source | None) -> Method:
-    """Load an encoder with the gallery beside it, or with the teaching sources for one."""
-    encoder = load_encoder(str(folder))
-    if not (folder / FILE_NAME).is_file():
-        return _taught(folder.name, "ours", encoder, teaching)
-    head = GalleryHead(load_gallery(folder / FILE_NAME, encoder=encoder), speaks=True)
-    return Method(folder.name, "ours", encoder, head, references="its own")
-
-
-def _eager(wiring: Wiring, folder: Path | None, like: Method) -> Method:
-    encoder = wiring.eager(folder)
+def _eager(like: Method) -> Method:
     name = f"{like.name}, torch eager"
-    return replace(like, name=name, encoder=encoder, is_default=False)
+    return replace(like, name=name, encoder=torch_networks.eager(), is_default=False)
 
 
 def _as_whole(method: Method) -> Method:

@@ -1,7 +1,4 @@
-"""The chart as a picture: accuracy against latency, a panel per source, labels on the points.
-
-Colours are Okabe and Ito's, which colour-blind readers tell apart; families differ in shape too.
-"""
+"""The chart as a picture: accuracy against latency, a panel per source, labels on the points."""
 
 from __future__ import annotations
 
@@ -11,15 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.palette import BLUE, FIGURE, GRID, INK, ORANGE, PURPLE, SKY, SOFT, VERMILION
-from hapticvlm_lab.bench.material.labels import place
+from hapticvlm.palette import BLUE, INK, ORANGE, PURPLE, SKY, SOFT, VERMILION
+from hapticvlm_lab.bench import figures
+from hapticvlm_lab.bench.labels import place
 from hapticvlm_lab.bench.material.rows import Row
 from hapticvlm_lab.bench.material.scores import Score
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-WIDTH_IN, PANEL_IN, DPI = 12.0, 5.4, 100  # 1200 px wide
+WIDTH_IN, PANEL_IN = 12.0, 5.4
 COLUMNS = 2
 STEP = 1.12  # between methods that take the same time, so that their intervals can be read
 SHOWN = "5"  # references a class of the hollow points
@@ -51,38 +49,15 @@ class Point:
 
 def draw(rows: Sequence[Row], stem: Path) -> list[Path]:
     """Write `stem`.png and .svg; return both."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
     sources = list(dict.fromkeys(row.source for row in rows))
-    lines = -(-len(sources) // COLUMNS)
-    size = (WIDTH_IN, PANEL_IN * lines + 0.9)
-    with mpl.rc_context(dict(FIGURE)):
-        figure, grid = plt.subplots(
-            lines,
-            min(COLUMNS, len(sources)),
-            figsize=size,
-            dpi=DPI,
-            squeeze=False,
-            layout="constrained",
-        )
-        panels = list(grid.ravel())
-        for axes in panels[len(sources) :]:
-            axes.set_axis_off()
-        for axes, source in zip(panels, sources, strict=False):
-            _panel(axes, [row for row in rows if row.source == source])
-        figure.suptitle(_title(), fontsize=10.5, x=0.01, ha="left")
-        figure.canvas.draw()
-        for axes, source in zip(panels, sources, strict=False):
+    size_in = (WIDTH_IN, PANEL_IN * -(-len(sources) // COLUMNS) + 0.9)
+    with figures.figure(stem, size_in, len(sources), COLUMNS) as (drawn, panels):
+        figures.title(drawn, _title())
+        for axes, source in zip(panels, sources, strict=True):
             mine = [row for row in rows if row.source == source]
+            _panel(axes, mine)
             place(axes, _labels(mine), [(point.x, point.y) for point in points(mine)])
-        paths = [stem.with_suffix(".png"), stem.with_suffix(".svg")]
-        figure.savefig(paths[0], dpi=DPI)
-        figure.savefig(paths[1], metadata={"Date": None})
-        plt.close(figure)
-    return paths
+    return figures.files(stem)
 
 
 def points(rows: Sequence[Row]) -> list[Point]:
@@ -117,28 +92,16 @@ def _panel(axes: Axes, rows: Sequence[Row]) -> None:
         if len(ends) == 2:
             colour = STYLE[row.family][0]
             axes.plot(*zip(*ends, strict=True), ":", color=colour, linewidth=0.8, zorder=2)
-    axes.axhline(25, color=SOFT, linewidth=0.8, linestyle="--", zorder=1)
-    axes.text(
-        1.0, 25.6, "chance of 4 ", transform=axes.get_yaxis_transform(), ha="right", color=SOFT
-    )
+    figures.level(axes, 25, "chance of 4")
     for row in rows:
         if row.family == "guess" and row.four is not None and len(row.four.classes) != 4:
-            level = 100 * row.four.accuracy
-            axes.axhline(level, color=SOFT, linewidth=0.8, linestyle=":", zorder=1)
-            text = "majority "
-            axes.text(
-                1.0, level + 0.6, text, transform=axes.get_yaxis_transform(), ha="right", color=SOFT
-            )
+            figures.level(axes, 100 * row.four.accuracy, "majority", dashes=":")
     axes.set_xscale("log")
-    times = [point.x for point in dots] or [1.0]
-    axes.set_xlim(min(times) / 2.0, max(times) * 6.0)
+    axes.set_xlim(figures.span([point.x for point in dots], 2.0, 6.0))
     axes.set_ylim(0, 104)
-    axes.set_title(_heading(rows), fontsize=9.5, loc="left", color=INK)
+    axes.set_title(_heading(rows))
     axes.set_xlabel("ms of one core a decision")
     axes.set_ylabel("balanced accuracy of 4, %")
-    axes.grid(color=GRID, linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
 
 
 def _dot(axes: Axes, point: Point) -> None:
@@ -148,7 +111,7 @@ def _dot(axes: Axes, point: Point) -> None:
     face = "white" if point.hollow else colour
     axes.plot(point.x, point.y, marker, color=colour, markerfacecolor=face, markersize=7, zorder=4)
     if point.row.is_default:
-        axes.plot(point.x, point.y, "o", color=INK, markerfacecolor="none", markersize=13, zorder=3)
+        figures.ring(axes, point.x, point.y)
 
 
 def _labels(rows: Sequence[Row]) -> list[tuple[float, float, str, str]]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.recognition.galleries import gallery as galleries
+from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
 from hapticvlm_lab.bench.material import logistic
 from hapticvlm_lab.bench.material.scores import Rejection, Score, Words, interval, rejection, score
 
@@ -98,9 +98,8 @@ def left_out(known: LabelledEmbeddings, embeddings: Floats) -> Words:
         if classes:
             truth = known.truth[~mine].tolist()
             labels = np.array([classes.index(name) for name in truth], np.int64)
-            references = known.embeddings[~mine]
-            scores = galleries.score(embeddings[mine], references, labels, known.sharpness)
-            answers[mine] = np.array(classes)[scores.argmax(axis=1)]
+            plain = _gallery(known, ~mine, labels, classes)
+            answers[mine] = np.array(classes)[plain.scores(embeddings[mine]).argmax(axis=1)]
     return answers
 
 
@@ -135,18 +134,25 @@ def _match(
     labelled: LabelledEmbeddings, draw: Draw, classes: Sequence[str]
 ) -> tuple[Words, Words, Words, Doubles]:
     """Answers, truth, objects and familiarity of what is tested, by the product's own match."""
-    references = labelled.embeddings[draw.references]
-    scores = galleries.score(
-        labelled.embeddings[draw.tested], references, draw.labels, labelled.sharpness
-    )
+    plain = _gallery(labelled, draw.references, draw.labels, classes)
+    embeddings = labelled.embeddings[draw.tested]
     truth, objects = labelled.truth[draw.tested], labelled.objects[draw.tested]
+    scores = familiar = plain.scores(embeddings)
     if labelled.fused:
-        even = galleries.Calibration(labelled.sharpness, 0.0, 0.0)
         familiar, *_ = _by_object(scores, truth, objects)
-        scores, truth, objects = _by_object(galleries.believe(scores, even), truth, objects)
-    else:
-        familiar = scores
+        scores, truth, objects = _by_object(plain.beliefs(embeddings), truth, objects)
     return np.array(classes)[scores.argmax(axis=1)], truth, objects, familiar.max(axis=1)
+
+
+def _gallery(
+    labelled: LabelledEmbeddings,
+    rows: Numbers | NDArray[np.bool_],
+    labels: Numbers,
+    classes: Sequence[str],
+) -> Gallery:
+    """Make a gallery of these rows that is not calibrated: the nearest decides."""
+    even = Calibration(labelled.sharpness, 0.0, 0.0)
+    return Gallery("", tuple(classes), labelled.embeddings[rows], labels, even)
 
 
 def _by_object(values: Doubles, truth: Words, objects: Words) -> tuple[Doubles, Words, Words]:

@@ -15,7 +15,6 @@ from typing import Any
 
 from hapticvlm import captures, materials, messages
 from hapticvlm_lab.bench.material.data import (
-    Labels,
     Source,
     Stated,
     View,
@@ -24,6 +23,7 @@ from hapticvlm_lab.bench.material.data import (
     shuffled,
     thin,
 )
+from hapticvlm_lab.training import sources
 
 CAPTURES = ("service/hapticvlm_lab/data/held_back/approach", "examples/captures/living_room")
 PICTURES = ("caltech101", "pb_renders")
@@ -41,7 +41,7 @@ def default_captures() -> tuple[Path, ...]:
     return tuple(HOUSE / name for name in CAPTURES)
 
 
-def load_sources(where: Where, labels: Labels) -> tuple[list[Source], list[str]]:
+def load_sources(where: Where) -> tuple[list[Source], list[str]]:
     """Read what is there; the second list names what is not. Raises CaptureError."""
     found, skipped = [], []
     for path in where.captures:
@@ -50,7 +50,7 @@ def load_sources(where: Where, labels: Labels) -> tuple[list[Source], list[str]]
         else:
             skipped.append(f"{path.name}: no capture in {path}")
     for name in PICTURES:
-        source = None if where.data is None else read_pictures(where.data, name, labels)
+        source = None if where.data is None else read_pictures(where.data, name)
         if source is None:
             skipped.append(f"{name}: no labelled pictures of it; pass --data")
         else:
@@ -72,9 +72,9 @@ def read_capture(path: Path, limit: int = 0) -> Source:
     return thin(Source(path.name, tuple(ordered), helpful), limit)
 
 
-def read_pictures(data: Path, name: str, labels: Labels) -> Source | None:
+def read_pictures(data: Path, name: str) -> Source | None:
     """Read one held-back set of labelled pictures; None when it is not there."""
-    rows = [(path, labels.material_of(label)) for path, label in _rows(data, (name,))]
+    rows = [(path, sources.material_of(label)) for path, label in _rows(data, (name,))]
     if not rows:
         return None
     views = [
@@ -82,22 +82,22 @@ def read_pictures(data: Path, name: str, labels: Labels) -> Source | None:
         for path, truth in rows
     ]
     if name == UNKNOWN_OF:
-        views += _unknown_pictures(data, labels)
+        views += _unknown_pictures(data)
     note = "a class is a few kinds of thing" if name == UNKNOWN_OF else "one shape"
-    if name in labels.calibrating:
+    if name in sources.CALIBRATION:
         note += "; calibrates ours, whose confidence is therefore not held back here"
     ordered = [view for group in by_object(views).values() for view in group]
     return Source(name, tuple(ordered), note=note)
 
 
-def read_teaching(data: Path | None, labels: Labels) -> Source | None:
+def read_teaching(data: Path | None) -> Source | None:
     """Read TAUGHT pictures per class and teaching source, for methods without a gallery."""
     if data is None:
         return None
     cells: dict[tuple[str, str], list[Path]] = defaultdict(list)
-    for path, label in _rows(data, labels.teaching):
-        truth, place = labels.material_of(label), path.relative_to(data)
-        if truth != materials.UNKNOWN and not labels.is_held_back(place.as_posix()):
+    for path, label in _rows(data, sources.LABELLED):
+        truth, place = sources.material_of(label), path.relative_to(data)
+        if truth != materials.UNKNOWN and not sources.is_tile_held_back(place.as_posix()):
             cells[truth, place.parts[0]].append(path)
     views = [
         picture(path, truth, path.stem)
@@ -119,20 +119,20 @@ def picture(path: Path, truth: str, object_id: str) -> View:
     return View(frame, object_id, truth)
 
 
-def _rows(data: Path, sources: Collection[str]) -> list[tuple[Path, str]]:
+def _rows(data: Path, names: Collection[str]) -> list[tuple[Path, str]]:
     """(path, class) of the JPEG pictures of some sets, in the order of labels.csv."""
     table = data / "labels.csv"
     if not table.is_file():
         return []
     with table.open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if row["path"].split("/")[0] in sources]
+        rows = [row for row in csv.DictReader(file) if row["path"].split("/")[0] in names]
     return [(data / row["path"], row["class"]) for row in rows if row["path"].endswith(".jpg")]
 
 
-def _unknown_pictures(data: Path, labels: Labels) -> list[View]:
+def _unknown_pictures(data: Path) -> list[View]:
     """Pictures of what is made of no material of the table, as many of each folder."""
     found = []
-    for folder in sorted(labels.unknown_folders):
+    for folder in sorted(sources.LIVING_HELD_BACK):
         files = sorted((data / UNKNOWN_PICTURES / folder).glob("*.jpg"), key=shuffled)
         found += [
             picture(path, materials.UNKNOWN, f"{folder}/{path.stem}")

@@ -7,17 +7,16 @@ wrong and sure. Enrolled: references are the clean views of all other objects of
 
 from __future__ import annotations
 
-import json
-import platform
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm import __version__, materials
+from hapticvlm import materials
 from hapticvlm.commands.progress import track
 from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
@@ -27,13 +26,14 @@ from hapticvlm.recognition.ladder import KNOWN, SURE, decide
 from hapticvlm.recognition.pictures import crop
 from hapticvlm_lab.bench.material import curves
 from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence
-from hapticvlm_lab.bench.material.data import FOUR, Labels, Source, Where, thin
+from hapticvlm_lab.bench.material.data import FOUR, Source, Where, thin
 from hapticvlm_lab.bench.material.methods import GalleryHead
 from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply
 from hapticvlm_lab.bench.material.picture import Picture, as_frame, window
 from hapticvlm_lab.bench.material.protocols import LabelledEmbeddings, left_out
 from hapticvlm_lab.bench.material.reading import load_sources
 from hapticvlm_lab.bench.material.scores import Words, score
+from hapticvlm_lab.bench.printing import made_with, publish
 
 NAME = "stability-material"
 VIEWS = 2  # of an object, far and near; more where a source has few objects
@@ -42,15 +42,6 @@ BLANKS = {"black": (0, 0, 0), "white": (255, 255, 255), "grey": (127, 127, 127)}
 PLAIN = {"red": (200, 30, 30), "green": (30, 160, 60), "blue": (40, 60, 190)}
 
 Floats = NDArray[np.float32]
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """Which pictures, where results go, and whether to print the JSON line alone."""
-
-    where: Where
-    out: Path
-    as_json: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,11 +79,10 @@ class Clean:
     predictions: Predictions
 
 
-def run(plan: Plan, labels: Labels) -> int:
+def run(where: Where, out: Path, *, as_json: bool) -> int:
     """Shake every source that is there; 2 when none is. Raises what loading raises."""
-    where = replace(plan.where, limit=0)
-    found, skipped = load_sources(where, labels)
-    sources = [_thinned(source.keep(FOUR), plan.where.limit) for source in found]
+    found, skipped = load_sources(replace(where, limit=0))
+    sources = [_thinned(source.keep(FOUR), where.limit) for source in found]
     sources = [source for source in sources if source.views]
     if not sources:
         print("\n".join(["no pictures to shake:", *skipped]))
@@ -103,17 +93,13 @@ def run(plan: Plan, labels: Labels) -> int:
     results: dict[str, list[Curve]] = {}
     for source in track(sources, "shaking each source"):
         results[source.name] = shake_source(source, default)
-        if not plan.as_json:
+        if not as_json:
             print(f"\n== {source.name}, {len(source.views)} pictures: where it breaks")
             print("\n".join(f"  {sentence(curve)}" for curve in results[source.name]))
-    files = [path for name in results for path in curves.draw(name, results[name], plan.out / NAME)]
+    files = [path for name in results for path in curves.draw(name, results[name], out / NAME)]
     figures = _figures(encoder, results, blanks, skipped) | {"files": [str(f) for f in files]}
-    (plan.out / f"{NAME}.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    if plan.as_json:
-        print(json.dumps(figures))
-    else:
-        _print_end(blanks, skipped, files)
-    return 0
+    end = partial(_print_end, blanks, skipped)
+    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=end)
 
 
 def shake_source(source: Source, default: Default) -> list[Curve]:
@@ -227,8 +213,7 @@ def _figures(
 ) -> dict[str, object]:
     return {
         "stability": "material",
-        "version": __version__,
-        "machine": platform.machine(),
+        **made_with(),
         "encoder": encoder.name,
         "chance": 1 / len(FOUR),
         "sources": {
@@ -241,10 +226,8 @@ def _figures(
     }
 
 
-def _print_end(blanks: dict[str, str], skipped: Sequence[str], files: Sequence[Path]) -> None:
+def _print_end(blanks: dict[str, str], skipped: Sequence[str]) -> None:
     answers = ", ".join(f"{name}: {answer}" for name, answer in blanks.items())
     print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {answers}")
     for text in skipped:
         print(f"left out  {text}")
-    for path in files:
-        print(f"wrote     {path}")

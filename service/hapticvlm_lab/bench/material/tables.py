@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 
 from hapticvlm import materials
 from hapticvlm_lab.bench.material.data import Source
@@ -52,8 +51,8 @@ def knee_sentence(rows: Sequence[Row]) -> str:
     return f"zero-shot, of 4: {best.method} is best at {best.latency_ms:.2g} ms; {reach}"
 
 
-def print_end(skipped: Sequence[str], files: Sequence[Path]) -> None:
-    """Print how to read it, what was left out and where the pictures are."""
+def print_end(skipped: Sequence[str]) -> None:
+    """Print how to read it, and what was left out."""
     print("\nBalanced accuracy, %, 95 % interval over objects; k: references a class from other")
     print(
         "objects of the source, among 4, +- s.d. of 20 draws; probe: logistic regression, 5-fold;"
@@ -62,8 +61,6 @@ def print_end(skipped: Sequence[str], files: Sequence[Path]) -> None:
     print("and of the clock; p99: of the clock; floors: core time over that of decoding one JPEG.")
     for text in skipped:
         print(f"left out  {text}")
-    for path in files:
-        print(f"wrote     {path}")
 
 
 def _line(row: Row) -> str:

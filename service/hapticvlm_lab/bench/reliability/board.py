@@ -14,8 +14,6 @@ import json
 import os
 import pty
 import select
-import subprocess
-import sys
 import threading
 import time
 import tty
@@ -27,6 +25,7 @@ from hapticvlm.devices import plate_protocol
 from hapticvlm.devices.framing import Deframer
 from hapticvlm.devices.output import request_priority
 from hapticvlm.devices.simulated_board import SimulatedBoard
+from hapticvlm_lab.bench.rigs import Process, first_line, helper
 
 TURN_S = 0.005  # what arrives is taken at once
 READ_BYTES = 4096
@@ -64,10 +63,8 @@ class PtyBoard:
 @contextmanager
 def board_on_a_terminal() -> Iterator[PtyBoard]:
     """Run a board for as long as the context lasts."""
-    command = [sys.executable, "-m", "hapticvlm_lab.bench.reliability.board"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        port, spare = process.stdout.readline().split()
+    with helper("reliability.board") as process:
+        port, spare = first_line(process).split()
         board = PtyBoard(port, os.open(spare, os.O_WRONLY | os.O_NOCTTY), process.pid)
         reader = threading.Thread(target=_read, args=(board, process), daemon=True)
         reader.start()
@@ -79,7 +76,7 @@ def board_on_a_terminal() -> Iterator[PtyBoard]:
             os.close(board.spare)
 
 
-def _read(board: PtyBoard, process: subprocess.Popen[str]) -> None:
+def _read(board: PtyBoard, process: Process) -> None:
     assert process.stdout is not None
     for line in process.stdout:
         at, what = json.loads(line)

@@ -15,11 +15,9 @@ import json
 import os
 import signal
 import statistics
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -32,8 +30,8 @@ from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
 from hapticvlm.commands.local_service import Service, running
 from hapticvlm_lab.bench.latency.load import SIDE, pictures
-from hapticvlm_lab.bench.latency.round_trip import service_status
 from hapticvlm_lab.bench.reliability.board import PtyBoard, board_on_a_terminal
+from hapticvlm_lab.bench.rigs import Process, helper, service_status
 
 PATIENCE_S, WATCHED_S = 180.0, 15.0
 POLL_S, SLIDE_S, FRAME_EVERY = 0.01, 0.02, 10  # a frame with every tenth slide
@@ -50,7 +48,7 @@ class Scenario:
 
     service: Service
     board: PtyBoard
-    scene: subprocess.Popen[str]
+    scene: Process
     before: Status
     hit_at: float = 0.0
     seen: dict[str, float] = field(default_factory=dict)
@@ -113,9 +111,8 @@ def run(*, trials: int, only: list[str], as_json: bool) -> int:
             found = [asyncio.run(_trial(row)) for _ in range(trials)]
         rows.append({"row": name, "n": trials, **summary(row, found), "load": os.getloadavg()[0]})
         print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
-    table = Table(title="seconds after the blow (median / longest)")
-    for column in ("hit", "n", *SEEN, "load"):
-        table.add_column(column)
+    title = "seconds after the blow (median / longest)"
+    table = Table("hit", "n", *SEEN, "load", title=title)
     for each in rows:
         cells = [f"{each[what][0]} / {each[what][1]}" if what in each else "" for what in SEEN]
         table.add_row(each["row"], str(each["n"]), *cells, f"{each['load']:.1f}")
@@ -138,7 +135,7 @@ async def _trial(row: Row) -> dict[str, float]:
     with (
         board_on_a_terminal() as board,
         running(["--peltier", board.port]) as service,
-        _sliding(service) as scene,
+        helper("reliability.chaos", service.url) as scene,
     ):
         async with connect(service.url, name="chaos", role="observer") as observer:
             before = await _driven(service, board)
@@ -210,16 +207,6 @@ async def _hear(scenario: Scenario, observer: Client) -> None:
     while True:
         if (await observer.events.get())["type"] == "error":
             scenario.note(TOLD, time.monotonic())
-
-
-@contextmanager
-def _sliding(service: Service) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-m", __name__, service.url]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as scene:
-        try:
-            yield scene
-        finally:
-            scene.kill()
 
 
 async def _slide(url: str) -> None:

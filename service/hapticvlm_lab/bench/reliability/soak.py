@@ -13,11 +13,7 @@ import itertools
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -32,13 +28,8 @@ from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client
 from hapticvlm.commands.local_service import Service, running
-from hapticvlm_lab.bench.latency.round_trip import (
-    echo,
-    introduce,
-    round_trip,
-    service_status,
-    touch,
-)
+from hapticvlm_lab.bench.latency.round_trip import echo, round_trip, sockets, touch
+from hapticvlm_lab.bench.rigs import helper, report_of, service_status, spread
 
 RATE_HZ, FRAME_RATE_HZ, FRAME_BYTES = 20.0, 10.0, 40_000
 SAMPLE_S = 10.0
@@ -89,9 +80,14 @@ def run(*, minutes: float, as_json: bool) -> int:
     console = Console(quiet=as_json)
     seconds = minutes * 60.0
     with echo(realtime=False) as port, running() as service:
-        with console.status(f"{minutes:g} minutes"), _others(service, seconds) as others:
+        left_s, frames = max(1.0, seconds - 2.0), (FRAME_RATE_HZ, FRAME_BYTES)
+        with (
+            console.status(f"{minutes:g} minutes"),
+            helper("latency.load", service.url, frames[0], left_s, frames[1]) as load,
+            helper("reliability.floods", service.url, "all", left_s) as flood,
+        ):
             soak = asyncio.run(_soak(service, port, seconds))
-            reports = [json.loads(each.communicate()[0].splitlines()[-1]) for each in others]
+            reports = [report_of(each) for each in (load, flood)]
         time.sleep(END_S)
         found = service_status(service)
         tracebacks = [line for line in service.printed if "Traceback" in line]
@@ -142,12 +138,8 @@ def summary(soak: Soak, seconds: float) -> dict[str, Any]:
     }
 
 
-def _spread(found: list[tuple[float, float]], begin: float, end: float) -> dict[str, Any]:
-    values = [value for at, value in found if begin <= at < end]
-    if not values:
-        return {"n": 0}
-    median, p99 = np.percentile(values, (50, 99))
-    return {"n": len(values), "median": round(float(median), 2), "p99": round(float(p99), 2)}
+def _spread(found: list[tuple[float, float]], begin: float, end: float) -> dict[str, float]:
+    return spread([value for at, value in found if begin <= at < end])
 
 
 def _growth(held: list[tuple[float, float]], warm_up_s: float) -> dict[str, Any] | None:
@@ -170,13 +162,10 @@ def _growth(held: list[tuple[float, float]], warm_up_s: float) -> dict[str, Any]
 
 async def _soak(service: Service, echo_port: int, seconds: float) -> Soak:
     soak = Soak(time.monotonic())
-    plain: dict[str, Any] = {"compression": None, "proxy": None, "ping_interval": None}
     async with (
-        open_socket(service.url, **plain) as touches,
-        open_socket(f"ws://127.0.0.1:{echo_port}/", **plain) as echoes,
+        sockets(service, echo_port) as (touches, echoes),
         connect(service.url, name="reads", role="observer") as reads,
     ):
-        await introduce(touches)
         await reads.request("set", watch=["frames", "waveform", "log"])
         meanwhile = [
             asyncio.create_task(_read_events(reads)),
@@ -239,19 +228,3 @@ async def _kill(service: Service, soak: Soak) -> None:
         with contextlib.suppress(OSError, TypeError):
             os.kill(found[part]["pid"], signal.SIGKILL)
             soak.killed.append(part)
-
-
-@contextmanager
-def _others(service: Service, seconds: float) -> Iterator[list[subprocess.Popen[str]]]:
-    """Run the scene that streams and the hostile client."""
-    rig, left = [sys.executable, "-m"], str(max(1.0, seconds - 2.0))
-    load = ["hapticvlm_lab.bench.latency.load", service.url, str(FRAME_RATE_HZ), left]
-    flood = ["hapticvlm_lab.bench.reliability.floods", service.url, "all", left]
-    commands = [[*rig, *load, str(FRAME_BYTES)], [*rig, *flood]]
-    others = [subprocess.Popen(each, stdout=subprocess.PIPE, text=True) for each in commands]
-    try:
-        yield others
-    finally:
-        for each in others:
-            each.kill()
-            each.wait()

@@ -27,10 +27,11 @@ from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
 from hapticvlm.commands.local_service import Service, ServiceError
-from hapticvlm_lab.bench.audio.conditions import priority, raise_priority
+from hapticvlm_lab.bench.audio.conditions import raise_priority
 from hapticvlm_lab.bench.audio.sink import Recording, null_sink, recording
 from hapticvlm_lab.bench.reliability.board import OFF, PING, PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
+from hapticvlm_lab.bench.rigs import priority
 
 MARK_MS = 50.0
 DRIVEN_WITHIN_S = 180.0  # from the contact to vibration and a driven plate, on a busy machine
@@ -239,18 +240,9 @@ async def _touching(url: str) -> AsyncIterator[_Hand]:
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:
-    table = Table(title="stop, ms until (median / p99 / longest)")
-    for column in (
-        "condition",
-        "n",
-        "answered",
-        "silent",
-        "OFF on the line",
-        "bridge open",
-        "line alone",
-        "load",
-    ):
-        table.add_column(column)
+    columns = ("answered", "silent", "OFF on the line", "bridge open", "line alone", "load")
+    title = "stop, ms until (median / p99 / longest)"
+    table = Table("condition", "n", *columns, title=title)
     for row in rows:
         if "failed" in row:
             table.add_row(row["condition"], "failed", row["failed"])

@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
@@ -26,8 +24,8 @@ from hapticvlm.client import connect
 from hapticvlm.commands.local_service import Service, running
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration import RATE_HZ
-from hapticvlm_lab.bench.latency.round_trip import service_status
 from hapticvlm_lab.bench.reliability.floods import TINY
+from hapticvlm_lab.bench.rigs import first_line, helper, service_status
 
 LOAD_S = 3600.0  # more than a condition lasts
 LOAD = ("120", "40000", "2")  # frames/s, bytes a frame, scenes: all that are admitted
@@ -79,28 +77,23 @@ class Condition:
 
 
 @contextmanager
-def _process(module: str, *arguments: str) -> Iterator[None]:
-    command = [sys.executable, "-m", f"hapticvlm_lab.bench.{module}", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        try:
-            process.stdout.readline()
-            yield
-        finally:
-            process.kill()
+def _process(module: str, *arguments: object) -> Iterator[None]:
+    with helper(module, *arguments) as process:
+        first_line(process)
+        yield
 
 
 @contextmanager
 def _frames(service: Service) -> Iterator[None]:
     rate, size, scenes = LOAD
-    with _process("latency.load", service.url, rate, str(LOAD_S), size, scenes):
+    with _process("latency.load", service.url, rate, LOAD_S, size, scenes):
         yield
 
 
 def _flooded(kind: str) -> Condition:
     @contextmanager
     def flooding(service: Service) -> Iterator[None]:
-        with _process("reliability.floods", service.url, kind, str(LOAD_S)):
+        with _process("reliability.floods", service.url, kind, LOAD_S):
             yield
 
     return Condition(load=flooding)
@@ -121,7 +114,7 @@ def _unread(arguments: list[str]) -> Iterator[Service]:
 @contextmanager
 def _fill(service: Service) -> Iterator[None]:
     """Log more than the pipe holds, and go on with it."""
-    with _process("reliability.floods", service.url, "comings and goings", str(LOAD_S)):
+    with _process("reliability.floods", service.url, "comings and goings", LOAD_S):
         time.sleep(FILL_S)
         yield
 

@@ -11,7 +11,8 @@ import platform
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,34 +34,31 @@ HEAT_LIMITS_MA = (750, 1500, 3000)
 DEFAULT = Setting()
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """How many plates, where results go, a sweep of the compiled binary, and how to print."""
+def run(count: int, out: Path, sweep: Path | None, *, as_json: bool) -> int:
+    """Measure `count` plates, print, draw; `sweep` gives the times to off of the compiled binary.
 
-    plates: int
-    out: Path
-    sweep: Path | None
-    as_json: bool
-
-
-def run(plan: Plan) -> int:
-    """Measure, print, draw. Raises CoreError, OSError, ValueError for a sweep that is none."""
-    swept = None if plan.sweep is None else read_sweep(plan.sweep)
-    plates = draw(plan.plates)
+    Raises CoreError, OSError, ValueError for a sweep that is none.
+    """
+    swept = None if sweep is None else read_sweep(sweep)
+    plates = draw(count)
     with tempfile.TemporaryDirectory() as place:
         rows = measure(plates, lambda setting: build(setting, Path(place)))
         offs = swept or time_to_off(build(DEFAULT, Path(place)), plates)
-    source = (
-        "the compiled binary's sweep" if swept else f"the compiled core, worst of {plan.plates}"
-    )
-    picture = plots.draw(rows, offs, source, plan.out / f"{NAME}.png")
-    figures = _figures(rows, offs, source, plan) | {"files": [str(picture)]}
-    return publish(
-        plan.out / f"{NAME}.json",
-        figures,
-        as_json=plan.as_json,
-        show=lambda: _print(rows, offs, source),
-    )
+    source = "the compiled binary's sweep" if swept else f"the compiled core, worst of {count}"
+    files = plots.draw(rows, offs, source, out / NAME)
+    figures = {
+        "chart": "safety",
+        "hapticvlm": __version__,
+        "python": platform.python_version(),
+        "plates": count,
+        "seed": SEED,
+        "guards": "firmware core compiled for this machine",
+        "settings": [asdict(row) for row in rows],
+        "time_to_off": {"source": source, "faults": [asdict(off) for off in offs]},
+        "files": [str(path) for path in files],
+    }
+    show = partial(_print, rows, offs, source)
+    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=show)
 
 
 def measure(plates: Sequence[Variation], make: Callable[[Setting], Core]) -> list[Row]:
@@ -147,21 +145,6 @@ def _slowest(name: str, trials: Sequence[dict[str, Any]]) -> Off:
         guard for trial in trials for guard in (*trial["caught_by"], *trial["numbers"])
     )
     return Off(name, max(times, default=None), ", ".join(guards))
-
-
-def _figures(
-    rows: Sequence[Row], offs: Sequence[Off], source: str, plan: Plan
-) -> dict[str, object]:
-    return {
-        "chart": "safety",
-        "hapticvlm": __version__,
-        "python": platform.python_version(),
-        "plates": plan.plates,
-        "seed": SEED,
-        "guards": "firmware core compiled for this machine",
-        "settings": [asdict(row) for row in rows],
-        "time_to_off": {"source": source, "faults": [asdict(off) for off in offs]},
-    }
 
 
 def _print(rows: Sequence[Row], offs: Sequence[Off], source: str) -> None:

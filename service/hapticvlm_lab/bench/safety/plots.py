@@ -4,32 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-from hapticvlm.palette import BLUE, GREEN, ORANGE, VERMILION
+from hapticvlm.palette import BLUE, GREEN, INK, ORANGE, VERMILION
 from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.safety.trials import Off, Row
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SIZE_IN, DPI = (13.5, 5.6), 110
 COLOURS = (GREEN, BLUE, VERMILION, ORANGE)
 FAST_S, SLOW_S = 0.15, 1.5
 
 
-def draw(rows: Sequence[Row], offs: Sequence[Off], source: str, path: Path) -> Path:
-    """Draw peak against false trips, and the time to off, into one PNG."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
-    figure, (left, right) = plt.subplots(1, 2, figsize=(13.5, 5.6), layout="constrained")
-    _settings(left, rows)
-    _times(right, offs, source)
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
-    return path
+def draw(rows: Sequence[Row], offs: Sequence[Off], source: str, stem: Path) -> list[Path]:
+    """Draw peak against false trips, and the time to off, into `stem`.png and .svg; return both."""
+    with figures.figure(stem, SIZE_IN, 2, dpi=DPI) as (_, (left, right)):
+        _settings(left, rows)
+        _times(right, offs, source)
+    return figures.files(stem)
 
 
-def _settings(axes: Any, rows: Sequence[Row]) -> None:  # noqa: ANN401 - matplotlib
+def _settings(axes: Axes, rows: Sequence[Row]) -> None:
     other = axes.twinx()
     caps = sorted({row.duty_cap for row in rows})
     for cap, colour in zip(caps, COLOURS, strict=False):
@@ -45,9 +43,8 @@ def _settings(axes: Any, rows: Sequence[Row]) -> None:  # noqa: ANN401 - matplot
         other.plot(windows_s, [100.0 * row.false_trips for row in line], ":", color=colour)
     for row in rows:
         if row.is_default:
-            at = row.window_ms / 1000.0
-            axes.plot(at, row.peak_worst_c, "o", ms=15, mfc="none", mec="black", label="default")
-    axes.axhline(PLATE_TRIP_HIGH_C, color="grey", ls="--", lw=1.0, label="43 degC")
+            figures.ring(axes, row.window_ms / 1000.0, row.peak_worst_c)
+    figures.level(axes, PLATE_TRIP_HIGH_C, f"{PLATE_TRIP_HIGH_C:g} degC")
     axes.set_xscale("log")
     ticks = sorted({row.window_ms / 1000.0 for row in rows})
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -55,13 +52,14 @@ def _settings(axes: Any, rows: Sequence[Row]) -> None:  # noqa: ANN401 - matplot
     axes.set_xlabel("runaway window, s")
     axes.set_ylabel("hottest plate of all, degC (solid)")
     other.set_ylabel("sound plates switched off by mistake, % (dotted)")
+    other.grid(visible=False)
     other.set_ylim(-0.5, max(10.0, *(115.0 * row.false_trips for row in rows)))
-    axes.set_title("Both plate thermistors frozen while heating:\nrunaway window and duty cap")
-    axes.legend(fontsize=8)
-    axes.grid(alpha=0.3)
+    knobs = "runaway window and duty cap (ringed: the default)"
+    axes.set_title(f"Both plate thermistors frozen while heating:\n{knobs}")
+    axes.legend()
 
 
-def _times(axes: Any, offs: Sequence[Off], source: str) -> None:  # noqa: ANN401
+def _times(axes: Axes, offs: Sequence[Off], source: str) -> None:
     places = range(len(offs))
     seconds = [off.off_s for off in offs]
     axes.barh(places, [value or 0.0 for value in seconds], color=BLUE, height=0.6)
@@ -74,7 +72,7 @@ def _times(axes: Any, offs: Sequence[Off], source: str) -> None:  # noqa: ANN401
     axes.set_xlim(0.01, max([SLOW_S, *(value for value in seconds if value)]) * 30.0)
     axes.invert_yaxis()
     for limit in (FAST_S, SLOW_S):
-        axes.axvline(limit, color="grey", ls="--", lw=1.0)
+        axes.axvline(limit, color=INK, ls="--", lw=1.0)
     axes.set_xlabel("s from the fault to the bridge being off (dashed: 0.15 s and 1.5 s)")
     axes.set_title(f"Time to off\n({source})")
-    axes.grid(alpha=0.3, axis="x")
+    axes.grid(visible=False, axis="y")

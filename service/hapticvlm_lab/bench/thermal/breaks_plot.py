@@ -1,7 +1,4 @@
-"""Four of the breaks as a picture: Euler leaves the page, ringing, overflow, windup.
-
-Colours are Okabe and Ito's, which colour-blind readers tell apart.
-"""
+"""Four of the breaks as a picture: Euler leaves the page, ringing, overflow, windup."""
 
 from __future__ import annotations
 
@@ -11,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import erfcx
 
-from hapticvlm.palette import BLUE, FIGURE, GREEN, GRID, INK, ORANGE, SOFT, VERMILION
+from hapticvlm.palette import BLUE, GREEN, ORANGE, SOFT, VERMILION
 from hapticvlm.rendering.thermal import thermal_contact
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.thermal import breaks, grids
 from hapticvlm_lab.bench.thermal.loop import WISH_S, wind_up
 from hapticvlm_lab.bench.thermal.methods import Closed, uniform_cells
@@ -20,33 +18,18 @@ from hapticvlm_lab.bench.thermal.methods import Closed, uniform_cells
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-WIDTH_IN, HEIGHT_IN, DPI = 12.0, 6.4, 80
+SIZE_IN, DPI = (12.0, 6.4), 80
 OURS, BAD, OTHER = GREEN, VERMILION, BLUE
 
 
 def draw(stem: Path) -> list[Path]:
     """Write `stem`.png and .svg; return both."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
-    with mpl.rc_context(dict(FIGURE)):
-        figure, panels = plt.subplots(
-            2, 2, figsize=(WIDTH_IN, HEIGHT_IN), dpi=DPI, layout="constrained"
-        )
-        drawn = (_euler, _ringing, _overflow, _windup)
-        for axes, draw_panel in zip(panels.ravel(), drawn, strict=True):
+    with figures.figure(stem, SIZE_IN, 4, 2, dpi=DPI) as (_, panels):
+        for axes, show in zip(panels, (_euler, _ringing, _overflow, _windup), strict=True):
             with np.errstate(all="ignore"):
-                draw_panel(axes)
-            axes.grid(color=GRID, linewidth=0.6)
-            axes.legend(frameon=False, fontsize=8)
-            axes.spines[["top", "right"]].set_visible(False)
-        paths = [stem.with_suffix(".png"), stem.with_suffix(".svg")]
-        figure.savefig(paths[0], dpi=DPI)
-        figure.savefig(paths[1], metadata={"Date": None})
-        plt.close(figure)
-    return paths
+                show(axes)
+            axes.legend(frameon=False)
+    return figures.files(stem)
 
 
 def _euler(axes: Axes) -> None:
@@ -57,7 +40,9 @@ def _euler(axes: Axes) -> None:
         times = breaks.FRAME_S * np.arange(1, errors.size + 1)
         axes.plot(times, np.clip(errors, 1e-4, 1e7), color=colours[name], label=name)
     axes.axhline(0.1, color=SOFT, linestyle="--", linewidth=0.8, label="what skin feels")
-    _name(axes, "explicit Euler, 0.1 mm cells, 90 Hz: error", "s", "degC (cut at 1e7)")
+    axes.set(
+        title="explicit Euler, 0.1 mm cells, 90 Hz: error", xlabel="s", ylabel="degC (cut at 1e7)"
+    )
     axes.set_yscale("log")
 
 
@@ -73,7 +58,11 @@ def _ringing(axes: Axes) -> None:
         followed = breaks.follow(skin, contact, step_s, 0.4)
         times = np.arange(1, followed.size + 1, dtype=np.float64) * step_s
         axes.plot(times[1:], np.diff(followed) / step_s, color=colour, label=name, linewidth=1.2)
-    _name(axes, "stiff contact with aluminium (R'' 1e-5): rate of the skin", "s", "degC/s")
+    axes.set(
+        title="stiff contact with aluminium (R'' 1e-5): rate of the skin",
+        xlabel="s",
+        ylabel="degC/s",
+    )
     axes.set_ylim(-25, 10)
 
 
@@ -95,7 +84,7 @@ def _overflow(axes: Axes) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(3e-3, 1.5)
-    _name(axes, "the closed form's own pitfall", "x, grows as sqrt(t) / R''", "")
+    axes.set(title="the closed form's own pitfall", xlabel="x, grows as sqrt(t) / R''", ylabel="")
 
 
 def _windup(axes: Axes) -> None:
@@ -106,10 +95,6 @@ def _windup(axes: Axes) -> None:
         back = wind_up(guarded=guarded)
         axes.plot(back.times_s, back.plate_c, color=colour, label=name)
     axes.axvline(WISH_S, color=SOFT, linewidth=0.8, linestyle=":")
-    _name(axes, "0 degC asked for 30 s, then neutral: simulated plate", "s", "degC")
-
-
-def _name(axes: Axes, title: str, x: str, y: str) -> None:
-    axes.set_title(title, fontsize=9.5, loc="left", color=INK)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
+    axes.set(
+        title="0 degC asked for 30 s, then neutral: simulated plate", xlabel="s", ylabel="degC"
+    )

@@ -19,11 +19,12 @@ import numpy as np
 from scipy.special import erfcx
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.palette import GREEN, GREY, GRID, INK, SOFT
+from hapticvlm.palette import GREEN, GREY, INK, SOFT
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.thermal import SKIN, ThermalContact, progress, thermal_contact
 from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
-from hapticvlm_lab.bench.material.labels import place
+from hapticvlm_lab.bench import figures
+from hapticvlm_lab.bench.labels import place
 from hapticvlm_lab.bench.thermal.grids import Floats
 
 NAME = "chart-thermal-plate"
@@ -35,6 +36,7 @@ ASSUMED = 5e-4  # of a term that does not know the palm
 LOWEST_C = 1e-3  # what errs by less is drawn there
 MARK_C = 0.3  # RMS of the skin from 1 s on
 ROUNDS, STEPS = 15, 200
+PANELS = (("contact_c", "one contact"), ("slide_c", "the second object of a slide"))
 
 # trajectory, palm resistance, now -> plate
 Term = Callable[[ThermalTrajectory, float, float], float]
@@ -157,34 +159,23 @@ def _degrees(error_c: float) -> str:
 
 
 def draw(rows: Sequence[PlateRow], stem: Path) -> None:
-    """Write `stem`.png: error against cost, a panel for one contact and one for slides."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
-    figure, panels = plt.subplots(1, 2, figsize=(12.0, 4.6), dpi=80, sharey=True)
-    titles = ("one contact", "the second object of a slide")
-    for axes, field, title in zip(panels, ("contact_c", "slide_c"), titles, strict=True):
-        dots = [(row.step_us, max(getattr(row, field), LOWEST_C)) for row in rows]
-        for row, dot in zip(rows, dots, strict=True):
-            axes.plot(*dot, "o", color=GREEN if row.is_default else GREY, markersize=8)
-        axes.axhline(MARK_C, color=SOFT, linestyle="--", linewidth=0.8)
-        axes.set(xscale="log", yscale="log", title=title, xlabel="us of a core a setpoint")
-        axes.set_xlim(min(x for x, _ in dots) / 3.0, max(x for x, _ in dots) * 100.0)
-        axes.set_ylim(LOWEST_C / 2.0, 10.0 ** math.ceil(math.log10(max(y for _, y in dots)) + 0.1))
-        axes.grid(color=GRID, linewidth=0.6)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.figure.canvas.draw()
-        labels = [
-            (x, y, f"{row.method}: {_degrees(getattr(row, field))}", INK)
-            for row, (x, y) in zip(rows, dots, strict=True)
-        ]
-        place(axes, labels, dots)
-    panels[0].set_ylabel("skin on the plate from 1 s on: worst RMS, degC")
-    figure.suptitle(
-        "Allowing for palm and plate, 2e-4 to 1e-3 m2 K/W (dashed: mark of 0.3 degC)", fontsize=10
-    )
-    figure.tight_layout()
-    figure.savefig(stem.with_suffix(".png"), dpi=80)
-    plt.close(figure)
+    """Draw error against cost, a panel for one contact and one for slides."""
+    with figures.figure(stem, (12.0, 4.6), 2, dpi=80, sharey=True) as (drawn, panels):
+        figures.title(
+            drawn, "Allowing for palm and plate, 2e-4 to 1e-3 m2 K/W (dashed: mark of 0.3 degC)"
+        )
+        panels[0].set_ylabel("skin on the plate from 1 s on: worst RMS, degC")
+        for axes, (field, title) in zip(panels, PANELS, strict=True):
+            dots = [(row.step_us, max(getattr(row, field), LOWEST_C)) for row in rows]
+            for row, dot in zip(rows, dots, strict=True):
+                axes.plot(*dot, "o", color=GREEN if row.is_default else GREY, markersize=8)
+            axes.axhline(MARK_C, color=SOFT, linestyle="--", linewidth=0.8)
+            axes.set(xscale="log", yscale="log", title=title, xlabel="us of a core a setpoint")
+            axes.set_xlim(figures.span([x for x, _ in dots], 3.0, 100.0))
+            highest = math.ceil(math.log10(max(y for _, y in dots)) + 0.1)
+            axes.set_ylim(LOWEST_C / 2.0, 10.0**highest)
+            labels = [
+                (x, y, f"{row.method}: {_degrees(getattr(row, field))}", INK)
+                for row, (x, y) in zip(rows, dots, strict=True)
+            ]
+            place(axes, labels, dots)

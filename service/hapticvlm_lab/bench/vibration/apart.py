@@ -25,6 +25,7 @@ from hapticvlm.study.observer.answers import confusion, recognised
 from hapticvlm.study.observer.channels import vibration_steps
 from hapticvlm.study.observer.percepts import Percepts
 from hapticvlm.study.observer.predict import paper_noise
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.vibration import event
 from hapticvlm_lab.bench.vibration.event import EIGHT, MOTIONS, SECONDS, SEEDS, Wave
 
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 # Measured alike at 0.2.0 (8facd3e), when all materials were levelled to be equally strong.
 BEFORE = {"strike": 0.536, "slide": 0.341}
 SEED = 5
-DPI = 90
 COLOURS = {"before": GREY, "now": BLUE}
 
 Matrix = NDArray[np.int64]
@@ -62,33 +62,28 @@ def answers(path: event.Path, interaction: str, noise: float) -> Matrix:
     return confusion(Percepts(EIGHT, np.array(rows) / noise), 1.0, SEED)
 
 
-def draw(found: dict[str, Matrix], noise: float, path: Path) -> None:
+def draw(found: dict[str, Matrix], noise: float, stem: Path) -> None:
     """Draw the shares before and now, and what is taken for what now."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(14.0, 5.0), dpi=DPI, layout="constrained")
-    bars, *matrices = figure.subplots(1, 3, width_ratios=(1.0, 1.2, 1.2))
-    names = tuple(found)
-    _bars(bars, "before", [BEFORE.get(name) for name in names], -0.2)
-    _bars(bars, "now", [recognised(found[name]) for name in names], 0.2)
-    bars.axhline(100.0 / len(EIGHT), color=SOFT, ls=":", label="chance")
-    bars.set_xticks(range(len(names)), names)
-    bars.set_ylim(0.0, 100.0)
-    bars.set_ylabel("told apart, % of eight materials")
-    bars.set_title("One equal stroke", loc="left", fontsize=10)
-    bars.legend(fontsize=8, loc="upper right")
-    for axes, name in zip(matrices, ("strike", "slide"), strict=True):
-        _matrix(axes, found[name])
-        axes.set_title(f"{name}, now: % of each material's trials", loc="left", fontsize=10)
-    figure.suptitle(
-        f"Machine observer (simulated, no person), noise {noise:.2f} Weber steps", fontsize=10
-    )
-    figure.savefig(path)
+    with figures.figure(stem, (14.0, 5.0), 3, dpi=90) as (drawn, (bars, *matrices)):
+        names = tuple(found)
+        _bars(bars, "before", [BEFORE.get(name) for name in names], -0.2)
+        _bars(bars, "now", [recognised(found[name]) for name in names], 0.2)
+        bars.axhline(100.0 / len(EIGHT), color=SOFT, ls=":", label="chance")
+        bars.set(xticks=range(len(names)), xticklabels=names, ylim=(0.0, 100.0))
+        bars.set(ylabel="told apart, % of eight materials", title="One equal stroke")
+        bars.legend(loc="upper right")
+        for axes, name in zip(matrices, ("strike", "slide"), strict=True):
+            _matrix(axes, found[name])
+            axes.set_title(f"{name}, now: % of each material's trials")
+        figures.title(
+            drawn, f"Machine observer (simulated, no person), noise {noise:.2f} Weber steps"
+        )
 
 
 def _matrix(axes: Axes, counts: Matrix) -> None:
     share = 100.0 * counts / counts.sum(axis=1, keepdims=True)
     axes.imshow(share, cmap="Blues", vmin=0.0, vmax=100.0)
+    axes.grid(visible=False)
     for (row, column), value in np.ndenumerate(share):
         if value >= 0.5:
             colour = "white" if value > 55.0 else INK
@@ -114,7 +109,7 @@ def main() -> None:
     noise = paper_noise().touch
     found = {name: answers(event.by_speaker, name, noise) for name in MOTIONS}
     found["slide to and fro"] = answers(to_and_fro, "slide", noise)
-    draw(found, noise, out / "chart-apart.png")
+    draw(found, noise, out / "chart-apart")
     shares = {name: recognised(matrix) for name, matrix in found.items()}
     print(json.dumps({"noise": noise, "before": BEFORE, "now": shares}))
 

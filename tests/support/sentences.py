@@ -1,16 +1,12 @@
-"""How long the sentences of pages are: `python -m hapticvlm_lab.bench.sentences README.md`.
+"""Sentences of Markdown pages: a cell of a table and an item of a list end one, headings are none.
 
-Prints lines, sentences, mean words and the longest sentence of each page. A cell of a table and an
-item of a list end a sentence, headings are none; code counts as one word, a link as its text.
+Code counts as one word, a link as its text.
 """
 
 from __future__ import annotations
 
-import argparse
 import re
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 _FENCED = re.compile(r"^(```|~~~).*?^\1[^\S\n]*$", re.MULTILINE | re.DOTALL)
 _CODE, _PICTURE = re.compile(r"`[^`\n]*`"), re.compile(r"!\[[^\]]*\]\([^)]*\)")
@@ -32,11 +28,6 @@ class Page:
         """Mean length of a sentence."""
         return sum(map(words, self.sentences)) / max(1, len(self.sentences))
 
-    @property
-    def longest(self) -> str:
-        """The sentence with most words."""
-        return max(self.sentences, key=words, default="")
-
 
 def words(sentence: str) -> int:
     """Count the words of a sentence."""
@@ -50,20 +41,3 @@ def read(markdown: str) -> Page:
     parts = [part for block in _BREAK.split(text) for part in _END.split(block)]
     sentences = tuple(" ".join(part.split()) for part in parts if words(part) > 1)
     return Page(len(markdown.splitlines()), sentences)
-
-
-def main() -> int:
-    """Read the command line and print a row a page."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("pages", type=Path, nargs="+", help="Markdown files")
-    for path in parser.parse_args().pages:
-        page = read(path.read_text(encoding="utf-8"))
-        print(
-            f"{path}: {page.lines} lines, {len(page.sentences)} sentences, "
-            f"mean {page.mean_words:.1f} words, longest {words(page.longest)}: {page.longest}"
-        )
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import pytest
+from sentences import read, words
 
-from hapticvlm_lab.bench.sentences import read, words
-
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 FOR_DEVELOPERS = {"MEASURED.md", "physics.md"}  # tables of figures, with their conditions
 PAGES = [

@@ -1,0 +1,91 @@
+"""What several rigs do: run a helper in a process of its own, raise priorities, sum times up."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from hapticvlm.commands.local_service import Service
+
+OUR_PRIORITY = 5
+
+Process = subprocess.Popen[str]
+
+
+@contextmanager
+def helper(module: str, *arguments: object) -> Iterator[Process]:
+    """Run the module `bench.MODULE` in a process of its own, as long as the context lasts."""
+    command = [sys.executable, "-m", f"hapticvlm_lab.bench.{module}", *map(str, arguments)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def first_line(process: Process) -> str:
+    """Wait for what a helper prints when it is ready; empty when it ended instead."""
+    assert process.stdout is not None
+    return process.stdout.readline().strip()
+
+
+def report_of(process: Process, within_s: float | None = None) -> dict[str, Any]:
+    """Wait for the end of a helper; return the JSON object of its last line."""
+    report: dict[str, Any] = json.loads(process.communicate(timeout=within_s)[0].splitlines()[-1])
+    return report
+
+
+@contextmanager
+def priority(realtime: bool) -> Iterator[None]:
+    """Give this process real-time priority where permitted; its children start without it."""
+    if not (realtime and set_priority(0, OUR_PRIORITY)):
+        yield
+        return
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+def set_priority(pid: int, priority: int) -> bool:
+    """Give a process or thread real-time priority; return whether that is permitted."""
+    if not hasattr(os, "sched_setscheduler"):
+        return False
+    try:
+        flags = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+        os.sched_setscheduler(pid, flags, os.sched_param(priority))
+    except OSError:
+        return False
+    return True
+
+
+def is_priority_permitted() -> bool:
+    """Return whether this system permits real-time priority."""
+    is_permitted = set_priority(0, OUR_PRIORITY)
+    if is_permitted:
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    return is_permitted
+
+
+def service_status(service: Service) -> dict[str, Any]:
+    """Return the service's page `/status`."""
+    with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
+        found: dict[str, Any] = json.load(answer)
+    return found
+
+
+def spread(values: Sequence[float], digits: int = 2) -> dict[str, float]:
+    """Return n, and of any values their median, p99 and the greatest."""
+    if not len(values):
+        return {"n": 0}
+    median, p99 = np.percentile(values, (50, 99))
+    figures = {"median": median, "p99": p99, "max": max(values)}
+    return {"n": len(values), **{name: round(float(x), digits) for name, x in figures.items()}}

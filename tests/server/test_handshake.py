@@ -1,0 +1,198 @@
+"""Hello and welcome without a network: who is admitted, who is refused, and what is promised."""
+
+import json
+import logging
+import time
+from typing import Any
+
+import msgpack
+import pytest
+from gateways import Peer, join, new_gateway
+from websockets.exceptions import ConnectionClosed
+
+from hapticvlm import __version__
+from hapticvlm.materials import MATERIALS
+from hapticvlm.messages import PROTOCOL_MAJOR, Device, Devices, Error, Models
+from hapticvlm.server import handshake
+from hapticvlm.server.access import Address
+from hapticvlm.server.budgets import (
+    LOOPBACK_PLACES,
+    MAX_CONNECTIONS,
+    MAX_HELLO_BYTES,
+    MAX_SCENES,
+)
+from hapticvlm.server.handshake import CLOSE_PROTOCOL, GUESSES_LOGGED_S, Guesses, Handshake, Offer
+from hapticvlm.server.recorder import Recorder
+from hapticvlm.session.recorded import RecordedSession
+
+SIMULATED = Device(name="simulated", simulated=True)
+TOKEN = "long enough to be given off this machine"
+OFFER: dict[str, Any] = {
+    "devices": Devices(SIMULATED, SIMULATED),
+    "models": Models(),
+    "table": MATERIALS,
+}
+
+
+@pytest.fixture
+def gateway():
+    return new_gateway()
+
+
+def at_the_door(gateway, address=None, **offered):
+    return Handshake(address or Address(), gateway, Offer(**OFFER | offered), time.monotonic)
+
+
+def hello(role="scene", **fields):
+    client = {"name": "test", "version": "1"}
+    protocol = {"major": PROTOCOL_MAJOR, "minor": 0}
+    return {"type": "hello", "id": 1, "client": client, "protocol": protocol, "role": role} | fields
+
+
+def says(message, **given):
+    return Peer(msgpack.packb(message), **given)
+
+
+async def test_the_first_scene_is_welcomed_as_owner_and_the_next_is_not(gateway):
+    door = at_the_door(gateway)
+    first, second = says(hello()), says(hello())
+    connection = await door.welcome(first)
+    await door.welcome(second)
+    assert gateway.owner is connection
+    assert [peer.sent[0]["owner"] for peer in (first, second)] == [True, False]
+    assert first.sent[0]["id"] == 1
+    assert first.sent[0]["service"] == {"name": "hapticvlm", "version": __version__}
+    assert first.sent[0]["materials"] == list(MATERIALS)
+    assert first.sent[0]["session"] != second.sent[0]["session"]
+    assert first.is_greeted
+
+
+async def test_an_observer_owns_nothing_even_when_nobody_does(gateway):
+    peer = says(hello("observer"))
+    await at_the_door(gateway).welcome(peer)
+    assert not peer.sent[0]["owner"]
+    assert gateway.owner is None
+
+
+async def test_a_client_that_speaks_json_is_answered_in_json(gateway):
+    peer = Peer(json.dumps(hello()))
+    connection = await at_the_door(gateway).welcome(peer)
+    assert connection is not None
+    assert peer.sent[0]["type"] == "welcome"
+    await connection.send(Error(id=2, code="message", text="no"))
+    assert peer.sent[1]["text"] == "no"
+
+
+@pytest.mark.parametrize(
+    ("message", "path", "text"),
+    [
+        ({"type": "stop", "id": 7, "scope": "all"}, "$.type", "say hello first"),
+        (hello(id=7, protocol={"major": 99, "minor": 3}), "$.protocol.major", "speaks protocol 99"),
+        (hello(id=7, role="king"), "$.role", "before hello"),
+        (hello(id=7, client={"name": "x" * 20_000, "version": ""}), None, "at most"),
+    ],
+)
+async def test_what_is_no_hello_of_ours_is_named_and_the_socket_closed(
+    gateway, message, path, text
+):
+    peer = says(message)
+    assert await at_the_door(gateway).welcome(peer) is None
+    (answer,) = peer.sent
+    assert (answer["type"], answer["code"], answer.get("path")) == ("error", "protocol", path)
+    assert text in answer["text"]
+    assert len(msgpack.packb(message)) < MAX_HELLO_BYTES or answer["id"] == 0
+    assert peer.closed == (CLOSE_PROTOCOL, "hello first")
+    assert not peer.is_greeted
+    assert gateway.connections == []
+    assert sum(gateway.counts.values()) == 1
+
+
+async def test_one_that_stays_silent_is_closed(gateway, monkeypatch):
+    monkeypatch.setattr(handshake, "HELLO_S", 0.01)
+    peer = Peer()
+    assert await at_the_door(gateway).welcome(peer) is None
+    assert "no hello within" in peer.sent[0]["text"]
+    assert peer.closed is not None
+
+
+@pytest.mark.parametrize("given", [{}, {"token": "wrong"}, {"token": "rightly"}])
+async def test_a_wrong_or_missing_token_is_refused_late_and_counted(gateway, monkeypatch, given):
+    monkeypatch.setattr(handshake, "GUESS_S", 0.02)
+    peer, begun = says(hello(**given)), time.monotonic()
+    assert await at_the_door(gateway, Address(token="right")).welcome(peer) is None
+    assert time.monotonic() - begun >= 0.02
+    assert peer.sent[0]["path"] == "$.token"
+    assert "right" not in peer.sent[0]["text"].replace("rightly", "")
+    assert gateway.counts["refused: token"] == 1
+
+
+async def test_the_right_token_is_admitted(gateway):
+    peer = says(hello(token="right"))
+    assert await at_the_door(gateway, Address(token="right")).welcome(peer) is not None
+
+
+async def test_one_scene_too_many_is_refused_and_an_observer_is_not(gateway):
+    for _ in range(MAX_SCENES):
+        join(gateway)
+    door, scene = at_the_door(gateway), says(hello())
+    assert await door.welcome(scene) is None
+    assert scene.sent[0]["path"] == "$.role"
+    assert await door.welcome(says(hello("observer"))) is not None
+    assert gateway.counts["refused: no place"] == 1
+
+
+async def test_the_last_places_are_kept_for_the_dashboard_of_this_machine(gateway):
+    for _ in range(MAX_CONNECTIONS - LOOPBACK_PLACES):
+        join(gateway, observer=True)
+    door = at_the_door(gateway)
+    assert await door.welcome(says(hello("observer"), address="192.168.1.9")) is None
+    assert await door.welcome(says(hello("scene"))) is None
+    for _ in range(LOOPBACK_PLACES):
+        assert await door.welcome(says(hello("observer"))) is not None
+    assert await door.welcome(says(hello("observer"))) is None
+
+
+async def test_a_client_that_left_before_its_welcome_owns_nothing(gateway):
+    with pytest.raises(ConnectionClosed):
+        await at_the_door(gateway).welcome(says(hello(), gone=True))
+    assert gateway.connections == []
+    assert gateway.owner is None
+
+
+@pytest.mark.parametrize(
+    ("host", "asks_elsewhere", "leaves"),
+    [("127.0.0.1", False, False), ("127.0.0.1", True, True), ("0.0.0.0", False, True)],
+)
+async def test_welcome_says_whether_frames_leave_the_machine(gateway, host, asks_elsewhere, leaves):
+    peer = says(hello(token=TOKEN))
+    address = Address(host=host, token=TOKEN)
+    await at_the_door(gateway, address, asks_elsewhere=asks_elsewhere).welcome(peer)
+    assert peer.sent[0]["privacy"]["frames_leave_machine"] is leaves
+    assert not peer.sent[0]["privacy"]["frames_stored"]
+
+
+async def test_scenes_are_recorded_when_sessions_are_kept_and_observers_are_not(gateway, tmp_path):
+    recorder = Recorder(tmp_path, frames=True)
+    door = at_the_door(gateway, recorder=recorder)
+    peer = says(hello())
+    scene, observer = await door.welcome(peer), await door.welcome(says(hello("observer")))
+    assert scene is not None
+    assert observer is not None
+    assert isinstance(scene.session, RecordedSession)
+    assert not isinstance(observer.session, RecordedSession)
+    assert peer.sent[0]["privacy"]["frames_stored"]
+    recorder.close()
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_flood_of_wrong_tokens_is_two_lines_of_the_log(caplog):
+    guesses = Guesses()
+    with caplog.at_level(logging.WARNING):
+        for number in range(50):
+            guesses.note("192.168.1.9", number * 0.1)
+        guesses.note("192.168.1.7", GUESSES_LOGGED_S)
+    lines = [record.getMessage() for record in caplog.records]
+    assert lines == [
+        "1 wrong tokens, the newest from 192.168.1.9",
+        "50 wrong tokens, the newest from 192.168.1.7",
+    ]

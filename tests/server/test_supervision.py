@@ -1,0 +1,133 @@
+"""What the service does as time passes, on a gateway without processes."""
+
+import asyncio
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from gateways import Peer, join, new_gateway
+
+from hapticvlm.devices.engine_orders import EngineStatus
+from hapticvlm.devices.simulated import SimulatedPlate
+from hapticvlm.messages import Set, Touch
+from hapticvlm.server.supervision import LOSSES_S, TELEMETRY_S, TICK_S, Supervision
+
+WITHIN_S = 5.0  # on a busy machine
+NOTHING_LOST = {"underruns": 0, "lost": 0, "scrubbed": 0, "newest": 0}
+
+
+class Client:
+    """A connection and what arrives at its other end."""
+
+    def __init__(self, gateway, **role):
+        self.peer = Peer()
+        self.connection = join(gateway, peer=self.peer, **role)
+
+    def received(self, kind):
+        return [message for message in self.peer.sent if message["type"] == kind]
+
+
+@pytest.fixture
+def gateway():
+    return new_gateway()
+
+
+async def until(is_so, gateway, *running):
+    """Run these beside every connection's sending until it is so."""
+    senders = [each.send_posted() for each in gateway.connections]
+    tasks = [asyncio.create_task(each) for each in (*running, *senders)]
+    try:
+        async with asyncio.timeout(WITHIN_S):
+            while not is_so():  # noqa: ASYNC110 - nothing says when
+                await asyncio.sleep(TICK_S / 4)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+def touch(now):
+    return Touch(
+        id=9,
+        phase="contact",
+        object_id="table",
+        hand="left",
+        captured_at=now,
+        speed_mps=0.1,
+        force_n=1.0,
+    )
+
+
+async def test_a_lease_that_nobody_renews_is_ended_by_a_tick(gateway):
+    owner = join(gateway)
+    now = time.monotonic()
+    gateway.carry_out(owner, owner.session.receive(touch(now), now))
+    assert gateway.leases == 1
+    begun_at, ordered = gateway.leased_at, gateway.outputs.speaker._ring.newest
+    await until(lambda: gateway.leases == 0, gateway, Supervision(gateway).run_ticks())
+    assert gateway.leased_at > begun_at, "the owner touched something until then"
+    assert gateway.outputs.speaker._ring.newest > ordered, "the speaker was told"
+
+
+async def test_a_fault_of_the_plate_is_reported_to_everybody_once_and_holds_it():
+    gateway = new_gateway(SimulatedPlate(stuck_sensor_c=60.0))
+    clients = [Client(gateway), Client(gateway), Client(gateway, observer=True)]
+    supervisor = Supervision(gateway)
+    await until(
+        lambda: all(client.received("error") for client in clients),
+        gateway,
+        supervisor.run_ticks(),
+    )
+    for client in clients:
+        (error,) = client.received("error")
+        assert error["code"] == "device"
+        assert "plate fault" in error["text"]
+    assert gateway.outputs.reading.faults == ("over_temperature",)
+    assert gateway.counts["refused: device"] == 1
+    assert gateway.outputs.hold.holds("peltier", None)
+    assert not gateway.outputs.hold.holds("speaker", None)
+
+
+async def test_telemetry_reaches_scenes_and_observers_and_counts_dropped_frames(gateway):
+    clients = [Client(gateway), Client(gateway, observer=True)]
+    gateway.counts.update({"frames superseded": 2, "frames rate": 3, "refused: token": 5})
+    begun = time.monotonic()
+    await until(
+        lambda: all(len(client.received("telemetry")) >= 2 for client in clients),
+        gateway,
+        Supervision(gateway).run_telemetry(),
+    )
+    assert time.monotonic() - begun >= 2 * TELEMETRY_S
+    state = clients[0].received("telemetry")[0]
+    assert (state["id"], state["dropped_frames"], state["leases"]) == (0, 5, 0)
+    assert state["faults"] == []
+
+
+async def test_a_waveform_goes_to_those_that_watch_it(gateway):
+    watching, other = (Client(gateway, observer=True) for _ in range(2))
+    asked = watching.connection.session.receive(Set(id=2, watch=["waveform"]), 0.0)
+    gateway.carry_out(watching.connection, asked)
+    status = EngineStatus(
+        beat_at=1.0, level=0.5, samples=480, realtime=False, has_output=True, **NOTHING_LOST
+    )
+    gateway.outputs.speaker._ring.report(status, np.full(480, 0.5, np.float32))
+    await until(lambda: watching.received("view"), gateway, Supervision(gateway).run_waveform())
+    (view,) = watching.received("view")[:1]
+    assert view["kind"] == "waveform"
+    assert set(view["samples"]) == {0.5}
+    assert other.peer.sent == []
+
+
+async def test_lines_missing_from_the_record_are_reported_and_not_again_at_once(gateway):
+    scene = Client(gateway)
+    gateway.recorder = SimpleNamespace(lost=3)
+    supervisor = Supervision(gateway)
+    for now, lost in ((0.0, 3), (1.0, 3), (2.0, 8), (LOSSES_S + 0.1, 9), (3 * LOSSES_S, 9)):
+        gateway.recorder.lost = lost
+        supervisor._report_losses(now)
+    await until(lambda: len(scene.received("error")) >= 2, gateway)
+    assert [(error["code"], error["text"].split(":")[0]) for error in scene.received("error")] == [
+        ("overload", "the record misses 3 lines"),
+        ("overload", "the record misses 9 lines"),
+    ]

@@ -1,0 +1,64 @@
+"""A gateway on simulated devices without processes, and clients of it without a network."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import Any, cast
+
+import msgpack
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosedError
+
+from hapticvlm.devices.engine import AudioSettings
+from hapticvlm.devices.simulated import SimulatedPlate
+from hapticvlm.devices.speaker import Speaker
+from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
+from hapticvlm.server.connection import Connection
+from hapticvlm.server.gateway import Gateway
+from hapticvlm.session.session import SceneSession
+
+
+def new_gateway(plate: SimulatedPlate | None = None) -> Gateway:
+    """Make a gateway whose engine and recogniser are never started."""
+    worker = RecogniserWorker(RecogniserSettings())
+    return Gateway(Speaker(AudioSettings()), plate or SimulatedPlate(), worker)
+
+
+class Peer:
+    """Our end of a socket in memory: what the client says, then silence; what it is sent."""
+
+    def __init__(self, *said: bytes | str, address: str = "127.0.0.1", gone: bool = False) -> None:
+        self.remote_address = (address, 50_000)
+        self.sent: list[dict[str, Any]] = []
+        self.is_greeted = False
+        self.closed: tuple[int, str] | None = None
+        self._said, self._gone = list(said), gone
+
+    def greeted(self) -> None:
+        self.is_greeted = True
+
+    async def recv(self) -> bytes | str:
+        if not self._said:
+            await asyncio.Future()
+        return self._said.pop(0)
+
+    async def send(self, data: bytes | str) -> None:
+        if self._gone:
+            raise ConnectionClosedError(None, None)
+        self.sent.append(json.loads(data) if isinstance(data, str) else msgpack.unpackb(data))
+
+    async def close(self, code: int, reason: str) -> None:
+        self.closed = code, reason
+
+
+def join(gateway: Gateway, *, observer: bool = False, peer: Peer | None = None) -> Connection:
+    """Let a client in, past its hello; the first scene is the owner."""
+    is_owner = not observer and gateway.owner is None
+    session = SceneSession(
+        owner=is_owner, observer=observer, thermal_gain=gateway.outputs.thermal_gain
+    )
+    socket = cast("ServerConnection", peer or Peer())
+    connection = Connection(socket, "test", session, as_text=False)
+    gateway.join(connection)
+    return connection
