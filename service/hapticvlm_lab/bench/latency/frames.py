@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import time
+from typing import Any
 
 import msgspec
 from rich.console import Console
@@ -87,15 +88,8 @@ def _floor_ms() -> dict[str, float]:
     recogniser = FrameRecogniser(encoder, load_gallery(encoder=encoder))
     took = []
     for number, image in enumerate(pictures(FLOOR_FRAMES, FRAME_BYTES, seed=1), 1):
-        frame = Frame(
-            id=number,
-            captured_at=0.0,
-            format="jpeg",
-            width=SIDE,
-            height=SIDE,
-            origin="top",
-            image=image,
-        )
+        size: dict[str, Any] = {"width": SIDE, "height": SIDE}
+        frame = Frame(id=number, captured_at=0.0, format="jpeg", origin="top", image=image, **size)
         data = msgspec.msgpack.encode(frame)
         started = time.perf_counter()
         recogniser.recognise(data, "floor", 0.0, anew=True)

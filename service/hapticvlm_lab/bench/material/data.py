@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Literal
 from zlib import crc32
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,18 +40,9 @@ class View:
 
     def as_cut(self, cut: Cut) -> messages.Frame:
         """Return the frame as a client sends it who knows the mask, its box, or nothing."""
-        frame = self.frame
-        return messages.Frame(
-            id=1,
-            captured_at=0.0,
-            format=frame.format,
-            width=frame.width,
-            height=frame.height,
-            image=frame.image,
-            origin=frame.origin,
-            mask=self.mask if cut == "mask" else None,
-            region={"box": self.region, "whole": _WHOLE}.get(cut),
-        )
+        mask = self.mask if cut == "mask" else None
+        region = {"box": self.region, "whole": _WHOLE}.get(cut)
+        return msgspec.structs.replace(self.frame, mask=mask, region=region)
 
 
 @dataclass(frozen=True, slots=True)

@@ -139,9 +139,7 @@ def assemble(named: Sequence[str], teaching: Source | None) -> tuple[list[Method
         except (EncoderError, GalleryError, OSError) as error:
             skipped.append(f"{name}: {error}")
 
-    attempt(
-        "untrained", lambda: _taught("untrained", "untrained", torch_networks.untrained(), teaching)
-    )
+    attempt("untrained", partial(_untrained, teaching))
     for name in named:
         attempt(name, partial(_named, name))
     found += _combinations(ours)
@@ -213,6 +211,10 @@ def _named(name: str) -> Method:
 
 def _taught(name: str, family: Family, encoder: Encoder, teaching: Source | None) -> Method:
     return Method(name, family, encoder, reference_head(teaching, encoder), references="teaching")
+
+
+def _untrained(teaching: Source | None) -> Method:
+    return _taught("untrained", "untrained", torch_networks.untrained(), teaching)
 
 
 def _eager(like: Method) -> Method:

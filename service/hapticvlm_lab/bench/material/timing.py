@@ -11,6 +11,7 @@ import itertools
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from hapticvlm import messages
 from hapticvlm.recognition.ladder import Evidence, decide
 from hapticvlm.recognition.pictures import crop
 from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
-from hapticvlm_lab.bench.material.data import Source, View
+from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Method
 
 FRAME_PX = 448  # what clients are asked to send
@@ -74,16 +75,9 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
     if method.encoder is None:
         return read if method.rungs else None
     encoder, head = method.encoder, method.head
-    frame = messages.Frame(
-        id=1,
-        captured_at=0.0,
-        format="jpeg",
-        width=FRAME_PX,
-        height=FRAME_PX,
-        image=jpeg,
-        origin="top",
-    )
-    cut = crop(View(frame, "", "").as_cut("centre"), encoder.side)
+    size: dict[str, Any] = {"width": FRAME_PX, "height": FRAME_PX}
+    frame = messages.Frame(id=1, captured_at=0.0, format="jpeg", image=jpeg, origin="top", **size)
+    cut = crop(frame, encoder.side)
 
     def recognise() -> object:
         embeddings = encoder.embed([cut])

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
+from scipy.optimize import brentq
 
 from hapticvlm.materials import Thermal
 from hapticvlm.rendering.thermal import SKIN, ThermalContact
@@ -35,12 +36,8 @@ class System:
 def graded(cells: int) -> Floats:
     """Cell sizes of skin from its surface inwards, (cells,) m: fine first, DEPTH_M deep."""
     first_m = 3e-4 / cells
-    low, high = 1.0, 20.0
-    for _ in range(60):
-        middle = (low + high) / 2.0
-        too_deep = first_m * float(np.sum(middle ** np.arange(cells))) > DEPTH_M
-        low, high = (low, middle) if too_deep else (middle, high)
-    return np.asarray(first_m * low ** np.arange(cells))
+    growth = brentq(lambda ratio: first_m * np.sum(ratio ** np.arange(cells)) - DEPTH_M, 1.0, 20.0)
+    return np.asarray(first_m * growth ** np.arange(cells))
 
 
 def uniform(size_m: float = UNIFORM_M) -> Floats:

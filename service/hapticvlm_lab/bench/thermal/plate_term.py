@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -25,6 +24,7 @@ from hapticvlm.rendering.thermal import SKIN, ThermalContact, progress, thermal_
 from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.labels import place
+from hapticvlm_lab.bench.rigs import core_us
 from hapticvlm_lab.bench.thermal.grids import Floats
 
 NAME = "chart-thermal-plate"
@@ -145,13 +145,12 @@ def _step_us(term: Term) -> float:
     first, second = _contacts(("metal", "glass"), 22.0)
     trajectory = ThermalTrajectory(lead_s=0.0, plate_resistance=ASSUMED).touch(first, 1, 0.0)
     trajectory = trajectory.touch(second, 2, 1.0)
-    rounds = []
-    for _ in range(ROUNDS):
-        begun = time.process_time_ns()
+
+    def follow() -> None:
         for step in range(STEPS):
             term(trajectory, ASSUMED, 1.0 + FRAME_S * (step + 1))
-        rounds.append((time.process_time_ns() - begun) / 1e3 / STEPS)
-    return round(float(np.median(rounds)), 2)
+
+    return round(float(np.median([core_us(follow) for _ in range(ROUNDS)])) / STEPS, 2)
 
 
 def _degrees(error_c: float) -> str:

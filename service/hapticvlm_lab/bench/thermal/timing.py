@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.thermal import skin_surface_c, thermal_contact
+from hapticvlm_lab.bench.rigs import core_us
 from hapticvlm_lab.bench.thermal.methods import Method
 
 TICK_S = 0.02  # how often the service asks
@@ -34,26 +33,18 @@ def cost(method: Method) -> Cost:
     skin = method.begin(TICK_S)
     skin.touch(first)
     skin.step()
-    setups = [_us(lambda: skin.touch(second), 1)]
+    setups = [core_us(lambda: skin.touch(second), 1)]
     for turn in range(SETUPS):
         skin.step()
         again = first if turn % 2 == 0 else second
-        setups.append(_us(lambda contact=again: skin.touch(contact), 1))  # type: ignore[misc]
+        setups.append(core_us(lambda contact=again: skin.touch(contact), 1))  # type: ignore[misc]
     floors, steps = [], []
     for _ in range(ROUNDS):
-        floors.append(_us(lambda: skin_surface_c(second, 1.0), STEPS))
-        steps.append(_us(skin.step, STEPS))
+        floors.append(core_us(lambda: skin_surface_c(second, 1.0), STEPS))
+        steps.append(core_us(skin.step, STEPS))
     step_us, setup_us = float(np.median(steps)), float(np.median(setups))
     touch_us = step_us + setup_us / STEPS_A_TOUCH
     floor_us = float(np.median(floors))
     return Cost(
         round(step_us, 3), round(setup_us, 1), round(touch_us, 3), round(touch_us / floor_us, 2)
     )
-
-
-def _us(work: Callable[[], object], times: int) -> float:
-    """Time of this process's core for one go, us."""
-    begin = time.process_time_ns()
-    for _ in range(times):
-        work()
-    return (time.process_time_ns() - begin) / 1e3 / times

@@ -15,29 +15,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.palette import BLUE, GREY, INK, SOFT
 from hapticvlm.rendering.vibration import RATE_HZ, motion_at
 from hapticvlm.rendering.voices import Command, Voices
-from hapticvlm.study.observer.answers import confusion, recognised
-from hapticvlm.study.observer.channels import vibration_steps
-from hapticvlm.study.observer.percepts import Percepts
+from hapticvlm.study.observer.answers import recognised
 from hapticvlm.study.observer.predict import paper_noise
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.vibration import event
-from hapticvlm_lab.bench.vibration.event import EIGHT, MOTIONS, SECONDS, SEEDS, Wave
+from hapticvlm_lab.bench.vibration.event import (
+    EIGHT,
+    MOTIONS,
+    SECONDS,
+    Matrix,
+    Wave,
+    by_speaker,
+    taken_for,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # Measured alike at 0.2.0 (8facd3e), when all materials were levelled to be equally strong.
 BEFORE = {"strike": 0.536, "slide": 0.341}
-SEED = 5
 COLOURS = {"before": GREY, "now": BLUE}
-
-Matrix = NDArray[np.int64]
 
 
 def to_and_fro(material: str, _: str, seed: int) -> Wave:
@@ -51,15 +52,6 @@ def to_and_fro(material: str, _: str, seed: int) -> Wave:
         voices.obey(replace(command, motion=motion_at("slide", peak, now)))
         blocks.append(voices.render(count, now))
     return np.concatenate(blocks).astype(np.float64)
-
-
-def answers(path: event.Path, interaction: str, noise: float) -> Matrix:
-    """Count how often each of EIGHT (rows) is taken for each (columns), (8, 8)."""
-    rows = [
-        [vibration_steps(path(material, interaction, s).astype(np.float32), RATE_HZ) for s in SEEDS]
-        for material in EIGHT
-    ]
-    return confusion(Percepts(EIGHT, np.array(rows) / noise), 1.0, SEED)
 
 
 def draw(found: dict[str, Matrix], noise: float, stem: Path) -> None:
@@ -107,8 +99,8 @@ def main() -> None:
     out: Path = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
     noise = paper_noise().touch
-    found = {name: answers(event.by_speaker, name, noise) for name in MOTIONS}
-    found["slide to and fro"] = answers(to_and_fro, "slide", noise)
+    found = {name: taken_for(by_speaker, name, noise) for name in MOTIONS}
+    found["slide to and fro"] = taken_for(to_and_fro, "slide", noise)
     draw(found, noise, out / "chart-apart")
     shares = {name: recognised(matrix) for name, matrix in found.items()}
     print(json.dumps({"noise": noise, "before": BEFORE, "now": shares}))

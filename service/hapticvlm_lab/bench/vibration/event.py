@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration_plan import VibrationPlan, VibrationPlanner
 from hapticvlm.rendering.voices import Command, Voices
-from hapticvlm.study.observer import answers
+from hapticvlm.study.observer.answers import confusion, recognised
 from hapticvlm.study.observer.channels import vibration_steps
 from hapticvlm.study.observer.percepts import Percepts
 from hapticvlm.study.observer.predict import paper_noise
@@ -26,9 +27,10 @@ EIGHT = ("wood", "glass", "fabric", "metal", "plastic", "stone", "ceramic", "rub
 FRAME_HZ, PLANS_HZ, ACTUATOR_HZ = 72.0, 30.0, 170.0
 SECONDS, RENEWAL_S = 0.8, 1.0 / 90.0
 MOTIONS = {"strike": Motion(1.0, 3.0), "slide": Motion(0.2, 2.0)}
-SEEDS = tuple(range(1, 7))
+SEED, SEEDS = 5, tuple(range(1, 7))  # of the answers, of the strokes
 
 Wave = NDArray[np.float64]
+Matrix = NDArray[np.int64]
 Path = Callable[[str, str, int], Wave]
 
 
@@ -82,14 +84,13 @@ def by_pulses(_: str, interaction: str, seed: int) -> Wave:
     return _actuator(level * jitter)
 
 
-def recognised_share(path: Path, interaction: str, noise: float, seed: int = 5) -> float:
-    """Share of EIGHT the observer tells apart when each is done with one equal stroke, 0..1."""
+def taken_for(path: Path, interaction: str, noise: float) -> Matrix:
+    """Count how often each of EIGHT (rows) is taken for each (columns), (8, 8)."""
     rows = [
         [vibration_steps(path(material, interaction, s).astype(np.float32), RATE_HZ) for s in SEEDS]
         for material in EIGHT
     ]
-    percepts = Percepts(EIGHT, np.array(rows) / noise)
-    return answers.recognised(answers.confusion(percepts, 1.0, seed))
+    return confusion(Percepts(EIGHT, np.array(rows) / noise), 1.0, SEED)
 
 
 def main() -> None:
@@ -97,7 +98,7 @@ def main() -> None:
     noise = paper_noise().touch
     paths: dict[str, Path] = {"speaker": by_speaker, "event": by_event, "pulses": by_pulses}
     shares = {
-        name: {interaction: recognised_share(path, interaction, noise) for interaction in MOTIONS}
+        name: {kind: recognised(taken_for(path, kind, noise)) for kind in MOTIONS}
         for name, path in paths.items()
     }
     for name, share in shares.items():
@@ -105,13 +106,9 @@ def main() -> None:
     print(json.dumps({"noise": noise, "shares": shares, "chance": 1.0 / len(EIGHT)}))
 
 
-_planners: dict[str, VibrationPlanner] = {}
-
-
+@cache
 def _planner(material: str) -> VibrationPlanner:
-    if material not in _planners:
-        _planners[material] = VibrationPlanner({material: MATERIALS[material]})
-    return _planners[material]
+    return VibrationPlanner({material: MATERIALS[material]})
 
 
 def _actuator(level: Wave) -> Wave:

@@ -6,7 +6,6 @@ strokes; costs are the least of ROUNDS on this process's core, which other work 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -19,6 +18,7 @@ from hapticvlm.rendering.impacts import impact
 from hapticvlm.rendering.textures import Texture
 from hapticvlm.rendering.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.voices import Command, Voices
+from hapticvlm_lab.bench.rigs import core_us
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
 
 Wave = NDArray[np.float32]
@@ -183,10 +183,4 @@ def _moving(size: int) -> Wave:
 
 def _least_us(work: Callable[[], object]) -> float:
     work()
-    taken = []
-    for _ in range(ROUNDS):
-        begin = time.process_time_ns()
-        for _ in range(20):
-            work()
-        taken.append((time.process_time_ns() - begin) / 20e3)
-    return float(np.min(taken))
+    return min(core_us(work, 20) for _ in range(ROUNDS))
