@@ -40,8 +40,8 @@ def test_an_answer_is_right_only_for_the_gallery_it_names():
     gallery = load_gallery(encoder=encoder)
     unsure = replace(gallery, calibration=replace(gallery.calibration, renders=0.3))
     named = [Named(identify(encoder, one, "arcade"), one) for one in (gallery, unsure)]
-    looks = recorded(Path("examples/captures/living_room"), encoder)
-    embedding = encoder.embed(looks.crops[:1])[0]
+    crops = recorded(Path("examples/captures/living_room"), encoder)
+    embedding = encoder.embed(crops[:1])[0]
     result = write_result(Found(gallery.match(embedding), embedding))
     truth = Truth(named)
     assert truth.is_right(named[0].identity.hash, result)

@@ -223,7 +223,7 @@ async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(sink
 @needs_jack
 def test_jack_is_played_on_in_two_channels_and_at_its_own_pace():
     seconds = 3.0
-    found = jack.underruns(seconds, jack.settings(256, realtime=True))
+    found = jack.underruns(seconds, 256, realtime=True)
 
     assert found["samples"] == pytest.approx(RATE_HZ * seconds, rel=0.5)
     assert found["underruns"] * 256 < 0.5 * RATE_HZ * seconds

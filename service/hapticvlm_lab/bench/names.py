@@ -25,12 +25,12 @@ from hapticvlm import materials
 from hapticvlm.recognition.ladder import KNOWN, SURE, Evidence
 from hapticvlm.recognition.names import from_name
 from hapticvlm.statistics import wilson
+from hapticvlm_lab.training import sources
 
 SETS = ("models", "caltech101", "pbr", "ambientcg_tiles", "pb_renders")
 SEEN = ("models", "caltech101")
 SIBLING = Path(__file__).parents[4] / "shared" / "data"
 EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
-_SAME = {"brick": "stone", "concrete": "stone"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +94,7 @@ def read_names(data: Path, source: str) -> list[Name]:
     for row in rows:
         path = Path(row["path"])
         text = path.parent.name if path.stem == "albedo" else path.stem
-        truth = _SAME.get(row["class"], row["class"])
-        found.append(Name(text, truth if truth in materials.MATERIALS else materials.UNKNOWN))
+        found.append(Name(text, sources.material_of(row["class"])))
     return found
 
 

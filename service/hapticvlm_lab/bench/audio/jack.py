@@ -19,9 +19,9 @@ from typing import Any
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.output import JACK
 from hapticvlm.devices.speaker import Speaker
-from hapticvlm.rendering.vibration import RATE_HZ, Motion
-from hapticvlm.rendering.voices import Command
-from hapticvlm_lab.bench.audio.sink import SinkError
+from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm_lab.bench.audio.clock import command
+from hapticvlm_lab.bench.audio.sink import SinkError, environment
 
 PRIORITY = 40  # above the engine's, as a sound server's is
 START_S = 20.0
@@ -37,49 +37,34 @@ def dummy(block: int) -> Iterator[subprocess.Popen[bytes]]:
     name = f"hapticvlm-{os.getpid()}"
     ours = {"JACK_DEFAULT_SERVER": name, "JACK_NO_AUDIO_RESERVATION": "1"}
     ours["JACK_NO_START_SERVER"] = "1"
-    before = {key: os.environ.get(key) for key in ours}
-    os.environ.update(ours)
-    command = ["jackd", "-n", name, "-R", "-P", str(PRIORITY), "-d", "dummy"]
-    command += ["-r", str(RATE_HZ), "-p", str(block), "-C", "0", "-P", "2"]
-    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        _await(server, name)
-        yield server
-    finally:
-        server.terminate()
-        server.wait()
-        for key, value in before.items():
-            os.environ.pop(key, None)
-            if value is not None:
-                os.environ[key] = value
+    daemon = ["jackd", "-n", name, "-R", "-P", str(PRIORITY), "-d", "dummy"]
+    daemon += ["-r", str(RATE_HZ), "-p", str(block), "-C", "0", "-P", "2"]
+    with environment(ours):
+        server = subprocess.Popen(daemon, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            _await(server, name)
+            yield server
+        finally:
+            server.terminate()
+            server.wait()
 
 
-def underruns(seconds: float, settings: AudioSettings) -> dict[str, Any]:
+def underruns(seconds: float, block: int, *, realtime: bool) -> dict[str, Any]:
     """Hold a slide on the dummy and count the periods that were missed. Raises SinkError."""
-    with dummy(settings.block):
-        speaker = Speaker(settings)
+    with dummy(block):
+        speaker = Speaker(AudioSettings(JACK, block, realtime=realtime))
         speaker.start()
         ends_at = time.monotonic() + seconds
         before = speaker.underruns
         try:
             while time.monotonic() < ends_at:
-                speaker.obey(_slide())
+                speaker.obey(command("slide", 1, _LEASE_S))
                 time.sleep(_RENEWED_S)
             status, missed = speaker.status(), speaker.underruns - before
         finally:
             speaker.close()
-    counts = {"seconds": seconds, "block": settings.block, "underruns": missed}
+    counts = {"seconds": seconds, "block": block, "underruns": missed}
     return {**counts, "samples": status.samples, "realtime": status.realtime}
-
-
-def settings(block: int, *, realtime: bool) -> AudioSettings:
-    """Return settings that play there."""
-    return AudioSettings(JACK, block, realtime=realtime)
-
-
-def _slide() -> Command:
-    lease = time.monotonic() + _LEASE_S
-    return Command(1, "wood", "slide", False, Motion(0.5, 2.0), 1, lease)
 
 
 def _await(server: subprocess.Popen[bytes], name: str) -> None:

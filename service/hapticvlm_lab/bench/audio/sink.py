@@ -12,7 +12,7 @@ import subprocess
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -100,17 +100,26 @@ def null_sink() -> Iterator[Server]:
         raise SinkError(f"{', '.join(missing)} missing: install pulseaudio and pulseaudio-utils")
     with tempfile.TemporaryDirectory(prefix="hapticvlm-sink-") as folder:
         server = Server(Path(folder))
-        before = {name: os.environ.get(name) for name in server.environment}
-        os.environ.update(server.environment)
-        try:
-            server.start()
-            yield server
-        finally:
-            server.kill()
-            for name, value in before.items():
-                os.environ.pop(name, None)
-                if value is not None:
-                    os.environ[name] = value
+        with environment(server.environment):
+            try:
+                server.start()
+                yield server
+            finally:
+                server.kill()
+
+
+@contextmanager
+def environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """Set variables for this process and those it starts meanwhile."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value
 
 
 @dataclass(slots=True)

@@ -111,8 +111,7 @@ def _sinks(plan: Plan, console: Console) -> list[dict[str, Any]]:
 
 
 def _jack(plan: Plan) -> list[dict[str, Any]]:
-    rooms = (jack.settings(block, realtime=plan.realtime) for block in plan.blocks)
-    return [jack.underruns(plan.jack_s, room) for room in rooms]
+    return [jack.underruns(plan.jack_s, block, realtime=plan.realtime) for block in plan.blocks]
 
 
 def _jack_line(found: dict[str, Any]) -> str:

@@ -57,8 +57,8 @@ def run(load: Load, *, as_json: bool) -> int:
     """Measure, print the tables and, last, one JSON object."""
     console = Console(quiet=as_json, width=150)
     encoder = load_encoder()
-    captured = recorded(CAPTURE, encoder)
-    curve = curves.measure(encoder, captured.crops)
+    crops = recorded(CAPTURE, encoder)
+    curve = curves.measure(encoder, crops)
     with tempfile.TemporaryDirectory(prefix="hv-fleet-") as folder:
         old, new = _galleries(Path(folder))
         named = [load_galleries({NAME: str(path)}, encoder)[NAME] for path in (old, new)]
@@ -77,7 +77,7 @@ def run(load: Load, *, as_json: bool) -> int:
             ]
             for name, wanted, event in events:
                 with console.status(name):
-                    scenes = Scenes(URL, wanted, captured, truth)
+                    scenes = Scenes(URL, wanted, crops, truth)
                     phases.append({"phase": name, **_phase(scenes, wanted, event)})
         phases[-1]["ended_with_new"] = phases[-1]["last_hashes"] == [hashes[1]]
     result = {

@@ -32,15 +32,8 @@ MOST = 64
 BELIEF_ERROR = 1e-4  # of one embedding, on another processor
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedCrops:
-    """Crops in the order of the recording."""
-
-    crops: tuple[Crop, ...]
-
-
-def recorded(path: Path, encoder: Encoder) -> RecordedCrops:
-    """Cut the objects out of MOST frames of a capture, evenly chosen. Raises CaptureError."""
+def recorded(path: Path, encoder: Encoder) -> list[Crop]:
+    """Cut the objects out of MOST frames of a capture, evenly and in order. Raises CaptureError."""
     frames = [line for line in captures.read(path).lines() if line.type == "frame"]
     chosen = frames[:: max(1, len(frames) // MOST)][:MOST]
     crops = []
@@ -48,7 +41,7 @@ def recorded(path: Path, encoder: Encoder) -> RecordedCrops:
         fields = {"type": "frame", "id": 1, "captured_at": line.t_s, **line.message()}
         frame = msgspec.convert(fields, Frame)
         crops.append(pictures.crop(frame, encoder.side))
-    return RecordedCrops(tuple(crops))
+    return crops
 
 
 class Truth:
@@ -102,11 +95,11 @@ class Tally:
 class Scenes:
     """The scenes of one run; `start`, then `finish`."""
 
-    def __init__(self, url: str, plan: Plan, recorded: RecordedCrops, truth: Truth) -> None:
+    def __init__(self, url: str, plan: Plan, crops: Sequence[Crop], truth: Truth) -> None:
         self._url, self._plan, self._truth = url, plan, truth
         wait_ms = plan.max_age_ms
         self._bodies = [
-            contract.write_request([crop], plan.gallery, wait_ms=wait_ms) for crop in recorded.crops
+            contract.write_request([crop], plan.gallery, wait_ms=wait_ms) for crop in crops
         ]
         self.tallies = [Tally() for _ in range(plan.scenes)]
         self._threads = [

@@ -22,7 +22,7 @@ from hapticvlm.recognition.encoders.loading import load_encoder
 from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.material import beliefs
+from hapticvlm_lab.bench.material import belief_sets, beliefs
 from hapticvlm_lab.bench.material.data import FOUR
 from hapticvlm_lab.bench.material.torch_networks import TRAINED
 from hapticvlm_lab.bench.printing import publish
@@ -59,9 +59,9 @@ def run(data: Path | None, out: Path, *, as_json: bool) -> int:
     """
     encoder = load_encoder()
     found = []
-    for source, kind in beliefs.sources_of(data):
+    for source, kind in belief_sets.sources_of(data):
         gallery = load_gallery(encoder=encoder, pictures=kind)
-        found.append(worth(beliefs.embed(encoder, source.keep(FOUR), kind), gallery))
+        found.append(worth(belief_sets.embed(encoder, source.keep(FOUR), kind), gallery))
     with COURSE.open(newline="", encoding="utf-8") as file:
         course = [
             {name: float(value) for name, value in row.items()} for row in csv.DictReader(file)
@@ -76,11 +76,11 @@ def run(data: Path | None, out: Path, *, as_json: bool) -> int:
     return publish(out / f"{NAME}.json", results, as_json=as_json, show=lambda: None)
 
 
-def worth(seen: beliefs.Seen, gallery: Gallery) -> Worth:
+def worth(seen: belief_sets.Seen, gallery: Gallery) -> Worth:
     """Judge one set, zero-shot and with REFERENCES enrolled where it has enough objects."""
-    zero = beliefs.among(gallery.beliefs(seen.first), gallery.candidates)
+    zero = belief_sets.among(gallery.beliefs(seen.first), gallery.candidates)
     curves = {"zero-shot": coverage(zero, seen.truth)}
-    drawn = beliefs.drawn(seen, gallery, REFERENCES)
+    drawn = belief_sets.drawn(seen, gallery, REFERENCES)
     if drawn is not None:
         curves[f"{REFERENCES} references"] = coverage(drawn[0], seen.truth[drawn[1]])
     errors_c = beliefs.contact_error(zero, seen.truth, seen.objects)

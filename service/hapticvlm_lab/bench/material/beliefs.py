@@ -11,53 +11,37 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Thermal
-from hapticvlm.recognition import pictures
-from hapticvlm.recognition.encoders.encoder import Encoder
 from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries import calibration, enrol
-from hapticvlm.recognition.galleries.gallery import Gallery, Pictures
+from hapticvlm.recognition.galleries.gallery import Gallery
 from hapticvlm.recognition.galleries.storage import load_gallery
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.scene_references import SceneReferences
 from hapticvlm.rendering import thermal
 from hapticvlm.rendering.expectation import expected_thermal, needed_belief
-from hapticvlm_lab.bench.material.data import FOUR, Source
-from hapticvlm_lab.bench.material.reading import default_captures, read_capture, read_pictures
+from hapticvlm_lab.bench.material.belief_sets import (
+    DRAWS,
+    SEED,
+    Doubles,
+    Seen,
+    among,
+    drawn,
+    embed,
+    sources_of,
+)
+from hapticvlm_lab.bench.material.data import FOUR
 
 REFERENCES = (5, 20)
 NAMED = 5  # objects of a scene that teach
-DRAWS = 20
 RESAMPLES = 1000
-SEED = 7
 ROOM_C = 22.0
 
 _SHOWN = ("said", "right", "startling", "startling_right", "forced")
-
-Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Seen:
-    """Pictures of the four materials: truth (N,) indices of FOUR, objects (N,), views of each."""
-
-    name: str
-    pictures: Pictures
-    truth: NDArray[np.int64]
-    objects: NDArray[np.str_]
-    views: tuple[Floats, ...]
-
-    @property
-    def first(self) -> Floats:
-        """The unvaried view of each picture, (N, D)."""
-        return np.stack([rows[0] for rows in self.views])
 
 
 def run(data: Path | None, encoder_name: str | None, path: Path | None, *, as_json: bool) -> int:
@@ -92,13 +76,6 @@ def judge(seen: Seen, gallery: Gallery) -> dict[str, object]:
             errors[name] = contact_error(beliefs, seen.truth[rows], seen.objects[rows])
     taught = _scene_taught(seen, zero) if seen.pictures == "renders" else None
     return {"pictures": len(seen.truth), "said": figures, "felt": errors, "scene-taught": taught}
-
-
-def among(beliefs: Doubles, names: Sequence[str]) -> Doubles:
-    """Restrict (N, C) beliefs to FOUR: (N, 4); what was unknown stays so, in scale."""
-    kept = beliefs[:, [names.index(name) for name in FOUR]]
-    unknown = 1.0 - beliefs.sum(axis=1, keepdims=True)
-    return np.asarray(kept / (kept.sum(axis=1, keepdims=True) + np.maximum(unknown, 0.0)))
 
 
 def spoken(
@@ -158,22 +135,6 @@ def _contact_c(bulk: Thermal) -> float:
     return thermal.contact_temperature_c(thermal.thermal_contact(bulk, ROOM_C))
 
 
-def drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np.int64]] | None:
-    """Enrol `count` pictures a class DRAWS times; beliefs of all other objects, and their rows."""
-    rng = np.random.default_rng([SEED, count])
-    found, rows = [], []
-    for _ in range(DRAWS):
-        chosen = _draw(seen, count, rng)
-        if chosen is None:
-            return None
-        rest = np.flatnonzero(~np.isin(seen.objects, seen.objects[chosen]))
-        own = enrolled(seen, chosen, gallery)
-        beliefs = replace(gallery, own=own).beliefs(seen.first[rest])
-        found.append(among(beliefs, gallery.candidates))
-        rows.append(rest)
-    return np.concatenate(found), np.concatenate(rows)
-
-
 def _scene_taught(seen: Seen, zero: Doubles) -> dict[str, object]:
     """Name NAMED objects at random, judge all others: forced choice without and with their help."""
     rng = np.random.default_rng([SEED, NAMED])
@@ -198,37 +159,6 @@ def _scene_taught(seen: Seen, zero: Doubles) -> dict[str, object]:
         "with": _interval(lambda at: float(np.array(after)[at].mean()), seen.objects[place]),
         "gain": _interval(lambda at: float(gains[at].mean()), seen.objects[place]),
     }
-
-
-def enrolled(seen: Seen, chosen: NDArray[np.int64], gallery: Gallery) -> Gallery:
-    """Make own references of these pictures, calibrated as `gallery build` does."""
-    views = [seen.views[row] for row in chosen]
-    places = np.repeat(np.arange(len(views)), [len(rows) for rows in views])
-    labels = seen.truth[chosen][places]
-    own = Gallery(
-        gallery.encoder, FOUR, np.concatenate(views), labels, calibration.FEW, places=places
-    )
-    return replace(own, calibration=calibration.calibrate(own, gallery))
-
-
-def _draw(seen: Seen, count: int, rng: np.random.Generator) -> NDArray[np.int64] | None:
-    """Draw `count` pictures a class, of as many objects as there are, of half of them at most."""
-    chosen: list[int] = []
-    for label in range(len(FOUR)):
-        objects = rng.permutation(np.unique(seen.objects[seen.truth == label]))
-        if len(objects) < 2:
-            return None
-        of = [rng.permutation(np.flatnonzero(seen.objects == name)) for name in objects]
-        queue = [
-            int(row) for turn in _turns(of[: max(1, min(count, len(of) // 2))]) for row in turn
-        ]
-        chosen += queue[:count]
-    return np.array(chosen)
-
-
-def _turns(groups: Sequence[NDArray[np.int64]]) -> list[list[int]]:
-    longest = max(len(group) for group in groups)
-    return [[int(g[turn]) for g in groups if turn < len(g)] for turn in range(longest)]
 
 
 def _fused(beliefs: Doubles, seen: Seen) -> dict[str, object]:
@@ -258,34 +188,6 @@ def _balanced(values: NDArray[np.generic], truth: NDArray[np.int64]) -> float:
 
 def _mean(values: NDArray[np.bool_]) -> float:
     return float(values.mean()) if values.size else float("nan")
-
-
-def sources_of(data: Path | None) -> list[tuple[Source, Pictures]]:
-    """Read the sets that only report."""
-    found: list[tuple[Source, Pictures]] = [
-        (read_capture(path), "renders") for path in default_captures()
-    ]
-    for name in ("caltech101", "report_web") if data is not None else ():
-        assert data is not None
-        source = read_pictures(data, name)
-        if source is not None:
-            found.append((source, "photographs"))
-    return found
-
-
-def embed(encoder: Encoder, source: Source, kind: Pictures) -> Seen:
-    """Embed pictures of FOUR, each as it is and varied as enrolment does."""
-    views = []
-    for view in source.views:
-        frame = view.as_cut(source.cut)
-        try:
-            cut = enrol.views(enrol.Picture(view.truth, Path(view.object_id)), frame, encoder.side)
-        except enrol.EnrolError:  # one plain colour: recognised all the same
-            cut = [pictures.crop(frame, encoder.side)]
-        cut = cut if kind == "renders" else cut[:1]
-        views.append(np.concatenate([encoder.embed([crop]) for crop in cut]))
-    truth = np.array([FOUR.index(name) for name in source.truth])
-    return Seen(source.name, kind, truth, source.objects, tuple(views))
 
 
 def _print(name: str, found: object) -> None:
