@@ -108,20 +108,33 @@ def contact_resistance(text: str) -> float:
     `text` is a number, or the file that `hapticvlm calibrate thermal --out FILE` wrote. Raises
     ArgumentTypeError that names what to give.
     """
+    return _resistance(text, "contact_resistance", ("thermal",))
+
+
+def plate_resistance(text: str) -> float:
+    """Read a plate resistance in m2 K/W, of any range; an argparse type.
+
+    `text` is a number, or the file that `hapticvlm calibrate plate --out FILE` wrote; that of
+    `calibrate thermal` has it too. Raises ArgumentTypeError that names what to give.
+    """
+    return _resistance(text, "plate_resistance", ("plate", "thermal"))
+
+
+def _resistance(text: str, key: str, subjects: tuple[str, ...]) -> float:
     try:
         return float(text)
     except ValueError:
         pass
-    calibration = _calibrated(Path(text))
-    value = calibration.get("contact_resistance")
-    if calibration.get("calibrate") != "thermal" or isinstance(value, bool):
+    calibration = _calibrated(Path(text), subjects[0])
+    value = calibration.get(key)
+    if calibration.get("calibrate") not in subjects or isinstance(value, bool):
         value = None
     if not isinstance(value, int | float):
-        raise _not_a_result(text)
+        raise _not_a_result(text, subjects[0])
     return float(value)
 
 
-def _calibrated(path: Path) -> dict[str, object]:
+def _calibrated(path: Path, subject: str) -> dict[str, object]:
     try:
         with path.open("rb") as file:
             data = file.read(_MOST_BYTES + 1)
@@ -133,13 +146,13 @@ def _calibrated(path: Path) -> dict[str, object]:
     except (ValueError, RecursionError):
         calibration = None
     if not isinstance(calibration, dict):
-        raise _not_a_result(str(path))
+        raise _not_a_result(str(path), subject)
     return calibration
 
 
-def _not_a_result(text: str) -> argparse.ArgumentTypeError:
+def _not_a_result(text: str, subject: str) -> argparse.ArgumentTypeError:
     return argparse.ArgumentTypeError(
-        f"{text} is not what `hapticvlm calibrate thermal --out FILE` writes"
+        f"{text} is not what `hapticvlm calibrate {subject} --out FILE` writes"
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
-from hapticvlm.commands.parsing import Flag, contact_resistance, options_of
+from hapticvlm.commands.parsing import Flag, contact_resistance, options_of, plate_resistance
 
 CONNECTIONS, OUTPUTS, RECOGNITION = "connections", "outputs", "recognition"
 SURROUNDINGS, RECORDING = "surroundings", "recording"
@@ -125,9 +125,11 @@ class Serving:
         float,
         Flag(
             OUTPUTS,
-            "resistance between palm and plate in m2 K/W; the plate compensates it",
-            "R",
+            "resistance between palm and plate in m2 K/W, which the plate compensates, or a file "
+            "that `hapticvlm calibrate plate` wrote",
+            "R_OR_FILE",
             range=(0.0, 0.005),
+            read=plate_resistance,
         ),
     ] = 2e-4
     no_realtime: Annotated[bool, Flag(OUTPUTS, "do not ask for real-time priority")] = False

@@ -115,10 +115,13 @@ class HelloReply:
             f"{MAJOR}.{MINOR}: {cure}"
         )
 
-    def share_of_drive(self, duty: int) -> float:
-        """Return the share of full drive, -1..1, that a duty of its telemetry is."""
-        cap = self.heat_cap if duty > 0 else self.cool_cap
-        return min(max(duty / cap, -1.0), 1.0) if cap else 0.0
+    def drive(self, duty: int) -> tuple[float, float]:
+        """Return the share of full drive, -1..1, and the current in A that a duty stands for."""
+        cap, limit_ma = self.cool_cap, self.cool_limit_ma
+        if duty > 0:
+            cap, limit_ma = self.heat_cap, self.heat_limit_ma
+        share = min(max(duty / cap, -1.0), 1.0) if cap else 0.0
+        return share, share * limit_ma / 1000.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -144,7 +144,9 @@ class PlateSession:
         telemetry = self.telemetry if self._is_fresh(now) else None
         dose_cem43, heated_s = self._dose.total
         setpoint_mc = None if telemetry is None else telemetry.setpoint_mc
-        duty = self.board.share_of_drive(telemetry.duty) if telemetry and self.board else 0.0
+        duty, current_a = (
+            self.board.drive(telemetry.duty) if telemetry and self.board else (0, None)
+        )
         return PlateReading(
             plate_c=None if telemetry is None else _celsius(telemetry.plate_mc),
             sink_c=None if telemetry is None else _celsius(telemetry.sink_mc),
@@ -155,6 +157,7 @@ class PlateSession:
             dose_cem43=dose_cem43,
             heated_s=heated_s,
             faults=self._faults(now),
+            current_a=current_a,
         )
 
     def _is_fresh(self, now: float) -> bool:

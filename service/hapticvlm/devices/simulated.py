@@ -107,6 +107,10 @@ class SimulatedPlate:
         """Nothing goes wrong that could be counted."""
         return {}
 
+    def touch(self, palm_resistance: float) -> None:
+        """Lay the simulated palm on the face, with this resistance in m2 K/W; inf lifts it."""
+        self._plant.touch(palm_resistance)
+
     def clear(self, fault: str) -> bool:
         """Unlatch one fault unless its cause is still there; the plate stays off."""
         if fault in self._causes():
@@ -211,4 +215,5 @@ class SimulatedPlate:
             dose_cem43=self._dose_cem43,
             heated_s=self._heated_s,
             faults=self._faults,
+            current_a=self._current_a,
         )

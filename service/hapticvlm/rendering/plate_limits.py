@@ -36,7 +36,10 @@ class Limited:
 
 @dataclass(frozen=True, slots=True)
 class PlateReading:
-    """What a plate last reported of itself; None is no reading, duty is -1 (cool) to 1 (heat)."""
+    """What a plate last reported of itself; None is no reading, duty is -1 (cool) to 1 (heat).
+
+    `current_a` is what the driver was asked for, positive when it heats the plate.
+    """
 
     plate_c: float | None
     sink_c: float | None
@@ -46,6 +49,7 @@ class PlateReading:
     dose_cem43: float
     heated_s: float
     faults: tuple[str, ...]
+    current_a: float | None = None
 
 
 AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint band limits

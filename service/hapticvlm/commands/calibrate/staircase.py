@@ -8,10 +8,11 @@ with a trial value of R''. The answer to "which felt colder" is A with the proba
 where T is the skin surface JUDGED_S after contact. R'' and the noise of the person, whom nobody has
 measured either, are learned together on a grid; the next trial is the one whose answer is expected
 to inform most about both. The plate makes up for its own contact with the palm, whose resistance is
-taken as known: 15 answers of a simulated palm on the plant find R'' within 11 % where it is right,
-and 0.3 to 0.7 of R'' where the palm has 5e-4 m2 K/W and is taken for 2e-4. A second
-comparison, on wood of 5 degC, gives both only if R'' is the same on wood and metal, which the fit
-of Ho and Jones denies; metal felt for longer leaves them mixed up (simulated). So it is not asked.
+taken as known (`calibrate plate` measures it): 15 answers of a simulated palm on the plant find R''
+within 11 % where it is right, and 0.3 to 0.7 of R'' where the palm has 5e-4 m2 K/W and is taken for
+2e-4. A second comparison, on wood of 5 degC, gives both only if R'' is the same on wood and metal,
+which the fit of Ho and Jones denies; metal felt for longer leaves them mixed up (simulated). So it
+is not asked.
 
 Fifteen answers of a simulated palm with 0.3 degC of noise on metal at 22 degC find R'' within 30 %
 from 3e-4 to 6e-3 m2 K/W (20 seeds each), and within a factor of about two at 1e-4, where less

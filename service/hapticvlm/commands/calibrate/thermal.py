@@ -12,8 +12,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.calibrate import speaker
-from hapticvlm.commands.parsing import add_json, number_within
+from hapticvlm.commands.calibrate import plate, speaker
+from hapticvlm.commands.parsing import add_json, number_within, plate_resistance
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.errors import UsageError, usage_errors
 
@@ -27,10 +27,11 @@ PRECONDITION_S, TOUCH_S = 3.0, 2.0
 Judge = Callable[[float], bool | None]  # R'' of B: was the real object colder; None: no answer
 
 _DESCRIPTION = """
-Measure the contact resistance of a palm. You need a real piece of --object at room temperature. In
-each trial touch it (A), then the plate (B), two seconds each, and say which felt colder. The plate
-then tries another contact resistance. Fifteen trials take about four minutes; q stops earlier. With
---simulate R a simulated palm answers, and no plate is needed.
+Measure the contact resistance of a palm. You need a real piece of --object at room temperature, and
+the result of `hapticvlm calibrate plate`. In each trial touch the object (A), then the plate (B),
+two seconds each, and say which felt colder. The plate then tries another contact resistance.
+Fifteen trials take about four minutes; q stops earlier. With --simulate R a simulated palm answers,
+and no plate is needed.
 """
 
 
@@ -51,6 +52,7 @@ def add(commands: Commands) -> None:
             "hapticvlm calibrate thermal --simulate 2e-4",
         ),
     )
+    plate.add(subjects)
     speaker.add(subjects)
     thermal.set_defaults(run=_thermal)
     thermal.add_argument(
@@ -77,11 +79,11 @@ def add(commands: Commands) -> None:
     )
     thermal.add_argument(
         "--plate-resistance",
-        type=number_within(0.0, 0.005),
+        type=_between,
         default=Serving().plate_resistance,
-        metavar="R",
-        help="resistance between palm and plate in m2 K/W that the plate compensates, as given to "
-        "`hapticvlm serve` (%(default)s)",
+        metavar="R_OR_FILE",
+        help="resistance between palm and plate in m2 K/W that the plate compensates, or a file "
+        "that `hapticvlm calibrate plate` wrote (%(default)s)",
     )
     thermal.add_argument(
         "--simulate",
@@ -103,6 +105,11 @@ def add(commands: Commands) -> None:
         metavar="FILE",
         help="write the result here, for `hapticvlm serve --contact-resistance FILE`",
     )
+
+
+def _between(text: str) -> float:
+    """Read a plate resistance that the service takes."""
+    return number_within(0.0, 0.005)(repr(plate_resistance(text)))
 
 
 def _thermal(options: argparse.Namespace) -> int:
