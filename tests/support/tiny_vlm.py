@@ -31,10 +31,7 @@ def write_tiny_vlm(folder: Path, seed: int = 0) -> Path:
     texts = " ".join(text for asked in ASKED for text in (asked.instruction, *asked.questions))
     for name in SPLIT:
         texts = texts.replace(name, "")
-    tokenizer = random_model.stand_in_tokenizer([texts])
-    configuration = random_model.config(random_model.TINY, tokenizer)
-    model = random_model.random_network(configuration, "float32", seed, sd=SD)
-    random_model.save(folder, model, tokenizer)
+    random_model.write(folder, [texts], random_model.TINY, "float32", seed, SD)
     return folder
 
 

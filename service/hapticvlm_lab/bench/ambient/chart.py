@@ -87,10 +87,8 @@ def _model(plan: Plan, folder: Path) -> str:
     from hapticvlm_lab.bench.ambient import random_model
 
     asked = contract.about_ambient(contract.MOST_WORDINGS)
-    tokenizer = random_model.stand_in_tokenizer([asked.instruction, *asked.questions])
     sizes = random_model.TINY if plan.size == "tiny" else random_model.FULL
-    model = random_model.random_network(random_model.config(sizes, tokenizer), "bfloat16")
-    random_model.save(folder, model, tokenizer)
+    random_model.write(folder, [asked.instruction, *asked.questions], sizes, "bfloat16")
     return str(folder)
 
 

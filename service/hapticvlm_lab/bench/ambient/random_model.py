@@ -16,6 +16,8 @@ from typing import Any
 END, PAD, START = "<|im_end|>", "<|endoftext|>", "<|im_start|>"
 IMAGE, VIDEO = "<|image_pad|>", "<|video_pad|>"
 VISION = ("<|vision_start|>", "<|vision_end|>")
+IMAGE_TOKENS = 256  # at most, of one picture
+SD = 0.02  # of the weights
 # As Qwen2-VL's own template, for one picture or more in a message.
 TEMPLATE = (
     "{% for m in messages %}{% if loop.first and m.role != 'system' %}"
@@ -124,7 +126,7 @@ def config(sizes: Sizes, tokenizer: Any) -> Any:  # noqa: ANN401 - of transforme
     )
 
 
-def random_network(configuration: Any, precision: str, seed: int = 0, sd: float = 0.02) -> Any:  # noqa: ANN401
+def random_network(configuration: Any, precision: str, seed: int = 0, sd: float = SD) -> Any:  # noqa: ANN401
     """Make the network with normal random weights, at once in its precision."""
     import torch
     from transformers import GenerationConfig, Qwen2VLForConditionalGeneration
@@ -145,7 +147,14 @@ def random_network(configuration: Any, precision: str, seed: int = 0, sd: float 
     return model.eval()
 
 
-def save(folder: Path, model: Any, tokenizer: Any, image_tokens: int = 256) -> None:  # noqa: ANN401
-    """Write a folder as save_pretrained does: network, tokenizer with template, image processor."""
-    for part in (model, tokenizer, image_processor(image_tokens)):
+def write(
+    folder: Path, texts: Iterable[str], sizes: Sizes, precision: str, seed: int = 0, sd: float = SD
+) -> None:
+    """Write a folder as save_pretrained does: network, tokenizer of these texts, image processor.
+
+    sd: of the weights.
+    """
+    tokenizer = stand_in_tokenizer(texts)
+    model = random_network(config(sizes, tokenizer), precision, seed, sd)
+    for part in (model, tokenizer, image_processor(IMAGE_TOKENS)):
         part.save_pretrained(folder)

@@ -30,7 +30,9 @@ def burn(seconds: float, threads: int) -> dict[str, object]:
     """Read pictures for `seconds` after a first one; return what that took."""
     pictures = np.random.default_rng(0).integers(0, 255, (8, 448, 448, 3), np.uint8)
     with tempfile.TemporaryDirectory() as folder:
-        _write_model(Path(folder))
+        wording = contract.about_ambient(contract.MOST_WORDINGS)
+        texts = [wording.instruction, *wording.questions]
+        random_model.write(Path(folder), texts, SIZES, "bfloat16")
         vlm = load_vlm(VlmSettings(model=folder, threads=threads, image_tokens=256))
     vlm.ambient(pictures[0])
     print("burning", flush=True)
@@ -45,13 +47,6 @@ def burn(seconds: float, threads: int) -> dict[str, object]:
         "seconds": round(wall, 2),
         "cores": round((time.process_time() - used) / wall, 2),
     }
-
-
-def _write_model(folder: Path) -> None:
-    wording = contract.about_ambient(contract.MOST_WORDINGS)
-    tokenizer = random_model.stand_in_tokenizer([wording.instruction, *wording.questions])
-    configuration = random_model.config(SIZES, tokenizer)
-    random_model.save(folder, random_model.random_network(configuration, "bfloat16"), tokenizer)
 
 
 if __name__ == "__main__":

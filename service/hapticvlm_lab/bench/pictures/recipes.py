@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from hapticvlm_lab.bench.pictures import pages
+from hapticvlm_lab.bench.pictures import moving_picture, pages
 
 Recipe = Callable[[Path, Path], None]  # (folder to work in, picture to write)
 
@@ -26,7 +26,7 @@ def _command(found: str, *arguments: str) -> Recipe:
 def _moving_picture(folder: Path, picture: Path) -> None:
     _run("hapticvlm", "demo", "--quiet", "--out", str(folder))
     session = max((folder / "session").iterdir())
-    _run("hapticvlm_lab.bench.moving_picture", "--session", str(session), "--out", str(picture))
+    moving_picture.write(session, picture)
 
 
 def _apart(folder: Path, picture: Path) -> None:
