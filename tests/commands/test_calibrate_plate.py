@@ -180,6 +180,15 @@ def test_what_the_command_writes_is_taken_as_plate_resistance(tmp_path, capsys):
     assert serving.plate_resistance == told["plate_resistance"]
 
 
+def test_a_result_that_cannot_be_written_is_told_all_the_same(tmp_path, capsys):
+    nowhere = tmp_path / "nowhere" / "plate.json"
+
+    assert main(["calibrate", "plate", "--simulate", "5e-4", "--out", str(nowhere)]) == 2
+    said = capsys.readouterr()
+    assert "plate resistance 0.0005" in said.out
+    assert str(nowhere) in said.err
+
+
 def test_a_file_of_something_else_is_refused_with_what_to_give(tmp_path):
     path = tmp_path / "curve.json"
     path.write_text('{"calibrate": "speaker", "plate_resistance": 5e-4}')

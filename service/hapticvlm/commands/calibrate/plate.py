@@ -116,17 +116,15 @@ def _tell(text: str) -> None:
 
 
 def _report(found: PlateEstimate, options: argparse.Namespace) -> int:
+    """Print what was found before it is written: a file that can't be must not lose it."""
     result = {"calibrate": "plate", "simulated": options.simulate is not None, **asdict(found)}
-    line = json.dumps(result)
-    if options.out is not None:
-        options.out.write_text(line + "\n", encoding="utf-8")
+    line, rounded = json.dumps(result), f"{found.plate_resistance:.2g}"
     if options.json:
         print(line)
-        return 0
-    kept = f"{found.plate_resistance:.2g}" if options.out is None else options.out
-    print(
-        f"plate resistance {found.plate_resistance:.2g} m2 K/W (95 % {found.low:.2g} to "
-        f"{found.high:.2g})"
-    )
-    print(f"use it: --plate-resistance {kept}")
+    else:
+        print(f"plate resistance {rounded} m2 K/W (95 % {found.low:.2g} to {found.high:.2g})")
+    if options.out is not None:
+        options.out.write_text(line + "\n", encoding="utf-8")
+    if not options.json:
+        print(f"use it: --plate-resistance {options.out or rounded}")
     return 0
