@@ -43,6 +43,24 @@ PIXELS = """async () => {
   const at = (x, y) => [...canvas.getContext("2d").getImageData(x, y, 1, 1).data].slice(0, 3);
   return { outside: at(8, 8), inside: at(112, 112), line: at(112, 54) };
 }"""
+# How long after a key a chart that was to change in the next frame is painted, ms.
+PAINTED = """async () => {
+  const { Chart } = await import("./chart.js");
+  const canvas = document.body.appendChild(document.createElement("canvas"));
+  let paintedAt = null;
+  const chart = new Chart(canvas, () => (paintedAt = performance.now()));
+  const painted = async () => {
+    while (paintedAt === null) await new Promise((done) => setTimeout(done, 5));
+    return paintedAt;
+  };
+  await painted();
+  paintedAt = null;
+  const key = new KeyboardEvent("keydown", { key: "Shift" });
+  document.dispatchEvent(key);
+  chart.change();
+  return (await painted()) - key.timeStamp;
+}"""
+YIELD_MS = 60.0
 LET_GO_S = 8.0
 FELT = re.compile(r"0\.\d*[1-9]")
 
@@ -93,6 +111,11 @@ def seen(browser: Browser) -> dict[str, Any]:
                     "axe": page.evaluate("axe.run()")["violations"],
                 }
     return found
+
+
+def test_what_a_key_changes_is_painted_before_the_charts(browser: Browser) -> None:
+    with running() as service, dashboard(browser, service.page, SCREEN) as page:
+        assert page.evaluate(PAINTED) > YIELD_MS - 1
 
 
 def test_the_stop_has_one_place_in_every_state(seen: dict[str, Any]) -> None:

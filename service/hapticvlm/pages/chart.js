@@ -3,9 +3,12 @@ import { eachFrame } from "./dom.js";
 
 const MOST_PIXELS = 2; // per CSS pixel: more is not seen and costs
 const CALM_MS = 1000; // between pictures for who asked for reduced motion
+const YIELD_MS = 60; // after a key or a press: what it changes is painted first
+const YIELDS_EACH_MS = 400; // keys held down do not stop the charts
 const COLOURS = ["ink", "soft", "line", "card", "setpoint", "wave", "wave-soft"];
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 let colours = null;
+let yieldsUntil = -Infinity;
 
 // The colours as the canvas wants them; asked of the page once per theme.
 export function palette() {
@@ -22,6 +25,13 @@ export function palette() {
 }
 
 document.addEventListener("themechange", () => (colours = null));
+for (const act of ["pointerdown", "pointerup", "keydown", "keyup"]) {
+  document.addEventListener(act, ({ timeStamp }) => yieldTo(timeStamp), { capture: true, passive: true });
+}
+
+function yieldTo(actedAt) {
+  if (actedAt > yieldsUntil + YIELDS_EACH_MS) yieldsUntil = actedAt + YIELD_MS;
+}
 
 // A canvas that is painted again on request (every `everyMs` at most), when it changes size and when the
 // theme changes. paint(context, width, height), in CSS pixels. Its size is reported to it, never read:
@@ -50,7 +60,9 @@ export class Chart {
 
   #draw() {
     clearTimeout(this.timer);
-    this.timer = null;
+    const yieldMs = yieldsUntil - performance.now();
+    this.timer = yieldMs > 0 ? setTimeout(() => this.inFrame(), yieldMs) : null;
+    if (this.timer) return;
     this.paintedAt = performance.now();
     if (!this.size) return;
     const { width, height } = this.size;

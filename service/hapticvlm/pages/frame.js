@@ -6,10 +6,13 @@ const THUMB = { width: 168, height: 126 };
 const DIM = 0.42; // of what is not the object
 const ROOM = 0.12; // round an object in its thumbnail
 const MOST_KEPT = 40;
+const THUMB_MS = 1000; // between pictures of one thumbnail
 const views = new Map(); // object name -> the newest view, least lately shown first
 const listeners = new Set();
 let shown = null; // the object whose frame is on the page
 let isDrawing = false; // a frame that comes meanwhile waits: the next is never far
+let decoded = { view: null, pictures: null }; // the newest asked for: its frame and its thumbnail are drawn from one
+const thumbs = new WeakMap(); // canvas -> when it was drawn
 
 export const keyOf = ({ object_id: id }) => id ?? "(touched region)";
 
@@ -69,18 +72,26 @@ function clear(canvas) {
 export async function thumbnail(name, canvas) {
   const view = views.get(name);
   if (!view) return false;
+  if (performance.now() < thumbs.get(canvas) + THUMB_MS) return true;
+  thumbs.set(canvas, performance.now());
   try {
     const { image, mask } = await decode(view);
     const whole = new OffscreenCanvas(1, 1);
     draw(whole, image, mask, view.region, { outlined: false });
     crop(whole, canvas, mask ? boxOf(mask) : view.region);
   } catch {
+    thumbs.delete(canvas);
     return false;
   }
   return true;
 }
 
-async function decode({ image, mask, format, origin }) {
+function decode(view) {
+  if (decoded.view !== view) decoded = { view, pictures: read(view) };
+  return decoded.pictures;
+}
+
+async function read({ image, mask, format, origin }) {
   const upright = { imageOrientation: origin === "bottom" ? "flipY" : "from-image" };
   const [picture, outline] = await Promise.all([
     createImageBitmap(blob(image, format), upright),
@@ -90,7 +101,7 @@ async function decode({ image, mask, format, origin }) {
 }
 
 function blob(text, format) {
-  const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+  const bytes = Uint8Array.fromBase64?.(text) ?? Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
   return new Blob([bytes], { type: `image/${format}` });
 }
 
