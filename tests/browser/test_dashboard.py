@@ -366,7 +366,8 @@ def test_the_keyboard_reaches_the_stop_first_and_sees_where_it_is(
 def test_a_status_from_before_a_stop_does_not_wipe_that_it_was_confirmed(
     service: Service, browser: Browser
 ) -> None:
-    with dashboard(browser, service.page) as page, touching(service.url, only="table"):
+    holds_on = touching(service.url, only="table", lets_go=False)
+    with dashboard(browser, service.page) as page, holds_on:
         late: list[tuple[Route, APIResponse]] = []
 
         def delay_the_first(route: Route) -> None:
