@@ -71,8 +71,7 @@ def test_every_message_is_answered_and_every_frame_decided_or_counted(demo):
 def test_most_touches_are_decided_rightly_and_a_quarter_or_more_by_sight(demo):
     summary = json.loads((demo.out / "summary.json").read_text())
     outcomes = summary["touch_outcomes"]
-    # Sight takes the nameless grey cloth for paper: what the shipped encoder cannot do (LOG.md).
-    assert outcomes.get("wrong", 0) <= 1
+    assert outcomes.get("wrong", 0) == 0
     assert outcomes["right"] >= 5 / 8 * summary["touches"]
     assert summary["touch_sources"]["encoder"] >= summary["touches"] / 4
 
