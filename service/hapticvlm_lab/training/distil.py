@@ -15,7 +15,6 @@ import json
 import shutil
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -64,14 +63,12 @@ class Progress:
 class Run:
     """Network, heads, optimiser and the running average: all that a checkpoint holds."""
 
-    def __init__(
-        self, plan: Plan, names: int, block: Callable[[int, int, int], nn.Module] | None = None
-    ) -> None:
+    def __init__(self, plan: Plan, names: int) -> None:
         torch.manual_seed(plan.seed)
         self.plan, self.progress = plan, Progress()
         self._in_bfloat16 = is_bfloat16_fast()
         layout = {"memory_format": torch.channels_last}
-        self.network = Network(plan.shape, block).to(**layout)  # type: ignore[call-overload]
+        self.network = Network(plan.shape).to(**layout)  # type: ignore[call-overload]
         features = 2 * plan.shape.widths[-1]
         sizes = {**dict.fromkeys(FILES, DIRECTIONS), "names": names, "classes": len(CLASSES)}
         self.heads = nn.ModuleDict({name: nn.Linear(features, n) for name, n in sizes.items()})
@@ -230,15 +227,7 @@ def main() -> int:
     return 0
 
 
-def train(
-    run: Run,
-    pool: Pool,
-    path: Path,
-    save_s: float = 120.0,
-    most: int | None = None,
-    *,
-    is_judged: bool = True,
-) -> None:
+def train(run: Run, pool: Pool, path: Path, save_s: float = 120.0, most: int | None = None) -> None:
     """Train until the rate is zero (or `most` steps in all), saving now and then and at the end."""
     rng = np.random.default_rng([run.plan.seed, run.progress.step])
     saved, sums = time.monotonic(), dict[str, float]()
@@ -258,9 +247,8 @@ def train(
         if time.monotonic() - saved > save_s:
             run.save(path)
             saved = time.monotonic()
-    if is_judged:
-        run.save(path)
-        _report(run, **left_out_scores(run, pool))
+    run.save(path)
+    _report(run, **left_out_scores(run, pool))
 
 
 @torch.no_grad()

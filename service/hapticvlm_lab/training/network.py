@@ -8,7 +8,6 @@ is pooled under the mask: mean and spread.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import torch
@@ -69,16 +68,10 @@ def prepare(crops: Tensor) -> Tensor:
 
 
 class Network(nn.Module):
-    """Crops to embeddings; `features` is what the heads of training see besides.
+    """Crops to embeddings; `features` is what the heads of training see besides."""
 
-    `block` makes a block from channels before, channels and stride; LOG.md has those tried.
-    """
-
-    def __init__(
-        self, shape: Shape, block: Callable[[int, int, int], nn.Module] | None = None
-    ) -> None:
+    def __init__(self, shape: Shape) -> None:
         super().__init__()
-        make = Block if block is None else block
         last = shape.widths[0]
         self.stem = nn.Sequential(
             nn.Conv2d(4, last, 3, stride=2, padding=1, bias=False),
@@ -91,7 +84,7 @@ class Network(nn.Module):
         blocks: list[nn.Module] = []
         for stage, (depth, width) in enumerate(zip(shape.depths, shape.widths, strict=True)):
             for number in range(depth):
-                blocks.append(make(last, width, 2 if stage and not number else 1))
+                blocks.append(Block(last, width, 2 if stage and not number else 1))
                 last = width
         self.stages = nn.Sequential(*blocks)
         self.norm = nn.BatchNorm1d(2 * last)
