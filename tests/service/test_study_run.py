@@ -142,6 +142,7 @@ async def test_trouble_after_the_last_answer_does_not_keep_a_participant_from_th
         await begin(conductor)
         await conductor.do({"do": "answer", "trial": 0, "pattern": last.name})
         await until(lambda: conductor.phase == "trouble")
+        await clients[0].set(vibration_gain=1.0)  # it stays set for the next owner
         await conductor.do({"do": "begin"})
 
         assert conductor.phase == "done"
