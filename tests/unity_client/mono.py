@@ -85,9 +85,20 @@ OPTIONAL = (
         (
             f"HapticVLM.{part}.dll",
             (PACKAGE / "Runtime" / part,),
-            ("HapticVLM.Unity.dll", "UnityEngine.dll", "Packages.dll"),
+            ("HapticVLM.Core.dll", "HapticVLM.Unity.dll", "UnityEngine.dll", "Packages.dll"),
         )
         for part in ("OpenXR", "Interaction", "Meta")
+    ),
+)
+STREAMS = (
+    "streams.exe",
+    (HERE / "optional_programs",),
+    (
+        "HapticVLM.Core.dll",
+        "HapticVLM.Unity.dll",
+        "UnityEngine.dll",
+        "Packages.dll",
+        "HapticVLM.Meta.dll",
     ),
 )
 ENGINE = ("HapticVLM.Core.dll", "HapticVLM.Unity.dll", "UnityEngine.dll", "UnityEditor.dll")

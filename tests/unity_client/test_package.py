@@ -44,6 +44,22 @@ def test_the_parts_for_other_packages_compile_and_are_left_out_without_them(buil
         assert defines == set(definition["defineConstraints"])
 
 
+def test_meta_s_parametric_haptics_are_streamed_as_its_page_asks(build):
+    for name, folders, using in (*mono.OPTIONAL, mono.STREAMS):
+        build.compile(name, mono.sources(*folders), mono.QUIET, using=using)
+    sent = build.run("streams.exe").split("\n")
+    first, *later = [re.findall(r"[\d.]+", line) for line in sent if line]
+    assert (first[0], first[1], first[3]) == ("1", "0", "0.60")
+    assert int(first[2]) >= 30  # ms, as the controller asks for
+    *frames, stop = later
+    assert len(frames) == 4  # one in two display frames: 20 ms are asked for
+    ends = int(first[2])
+    for kind, begin, end, most in frames:
+        assert (kind, int(begin), most) == ("2", ends + 5, "0.60")  # no gap, nothing twice
+        ends = int(end)
+    assert (stop[0], stop[3]) == ("0", "0.00")
+
+
 def test_every_meta_file_is_current():
     script = PACKAGE / "Tools~" / "metas.py"
     subprocess.run([sys.executable, str(script), "--check"], check=True, timeout=60)

@@ -70,11 +70,11 @@ class Script:
             time.sleep(0.033)
 
 
-def run(build, script):
+def run(build, script, program="controllers"):
     with serve(script, "127.0.0.1", 0) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         url = f"ws://127.0.0.1:{server.socket.getsockname()[1]}/"
-        said = build.run("components.exe", "controllers", url)
+        said = build.run("components.exe", program, url)
         server.shutdown()
     return said
 
@@ -114,11 +114,18 @@ def test_a_controller_is_silent_100_ms_after_the_link_is_lost(played, capsys):
     assert silent > script.marks[1] - 0.15
 
 
-def test_a_controller_rests_while_a_palm_speaker_plays(build):
-    script = Script(simulated=False)
-    said = run(build, script)
+def test_a_controller_vibrates_also_while_the_service_plays_on_a_real_speaker(build):
+    said = run(build, Script(simulated=False))
+    assert "most 0.400" in said
+    assert "silent because \n" in said
+
+
+def test_a_controller_rests_beside_a_palm_speaker_where_told_and_says_why(build):
+    said = run(build, Script(simulated=False), "controllers-beside-a-palm-speaker")
     assert "most 0.000" in said
     assert "pulses 0" in said
+    assert "silent because the service plays on the speaker 'palm'" in said
+    assert "untick it" in said
 
 
 def test_a_controller_plays_what_the_hand_in_it_touches(build, capsys):

@@ -50,6 +50,44 @@ namespace HapticVLM.Editor
         }
     }
 
+    [CustomEditor(typeof(ControllerHaptics)), CanEditMultipleObjects]
+    internal sealed class ControllerHapticsInspector : UnityEditor.Editor
+    {
+        static readonly float[] Trials = { 0.02f, 0.05f, 0.1f, 0.2f, 0.4f, 0.8f };
+
+        float tried;
+
+        public override void OnInspectorGUI()
+        {
+            DrawDefaultInspector();
+            if (!Application.isPlaying) return;
+            var haptics = (ControllerHaptics)target;
+            EditorGUILayout.LabelField("Plays", haptics.Amplitude.ToString("F2"));
+            if (haptics.Silence != null) EditorGUILayout.HelpBox("Silent: " + haptics.Silence + ".", MessageType.Warning);
+            EditorGUILayout.LabelField("Try it: which is the weakest that you feel?", EditorStyles.boldLabel);
+            foreach (float amplitude in Trials)
+            {
+                if (!GUILayout.Button("Pulse at " + amplitude.ToString("F2"))) continue;
+                tried = amplitude;
+                haptics.Try(amplitude);
+            }
+            if (tried > 0f && GUILayout.Button("I feel " + tried.ToString("F2") + ": keep it as threshold")) Keep(haptics);
+        }
+
+        /// <summary>Values set in play mode are lost at its end, and the log keeps it for whoever wears the headset.</summary>
+        void Keep(ControllerHaptics haptics)
+        {
+            haptics.Threshold = tried;
+            Debug.Log("HapticVLM: threshold " + haptics.Threshold.ToString("F2") + " of the " + haptics.Side.ToString().ToLowerInvariant()
+                + " controller. Enter it in the inspector after play mode, or set it from a settings menu of yours.", haptics);
+        }
+
+        public override bool RequiresConstantRepaint()
+        {
+            return Application.isPlaying;
+        }
+    }
+
     [CustomEditor(typeof(HapticObject))]
     internal sealed class HapticObjectInspector : UnityEditor.Editor
     {

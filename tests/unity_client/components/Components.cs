@@ -32,7 +32,8 @@ public static class Components
             case "scan": Scanning(arguments[1]); break;
             case "window": EditorParts.Show(arguments[1]); break;
             case "mouse": SampleScene.Play(arguments[1], arguments[2]); break;
-            case "controllers": Hands.Run(arguments[1]); break;
+            case "controllers": Hands.Run(arguments[1], false); break;
+            case "controllers-beside-a-palm-speaker": Hands.Run(arguments[1], true); break;
             case "feel": Hands.Feel(arguments[1]); break;
             default: return Others(arguments[0], arguments[1]);
         }

@@ -24,6 +24,8 @@ namespace UnityEditor
 
     public sealed class CustomEditor : Attribute { public CustomEditor(Type inspectedType) { } }
 
+    public sealed class CanEditMultipleObjects : Attribute { }
+
     // What was done can be undone: what was made is destroyed again.
     public static class Undo
     {

@@ -53,5 +53,26 @@ public static class OVRInput
         public HapticsParametricStreamFrameType StreamFrameType;
     }
 
-    public static void SetControllerHapticsParametric(HapticsParametricVibration hapticsVibration, Controller controllerMask = Controller.RTouch) { }
+    public struct HapticsParametricProperties
+    {
+        public long IdealFrameSubmissionRate;
+        public long MinimumFirstFrameDuration;
+    }
+
+    // As a controller that asks for 30 ms at first and then for a frame every 20 ms.
+    public static HapticsParametricProperties GetControllerParametricProperties(Controller controllerMask)
+    {
+        return new HapticsParametricProperties { IdealFrameSubmissionRate = 20000000, MinimumFirstFrameDuration = 30000000 };
+    }
+
+    public static readonly System.Collections.Generic.List<string> Sent = new System.Collections.Generic.List<string>();
+
+    public static void SetControllerHapticsParametric(HapticsParametricVibration hapticsVibration, Controller controllerMask = Controller.RTouch)
+    {
+        HapticsParametricPoint[] points = hapticsVibration.AmplitudePoints;
+        float most = 0f;
+        foreach (HapticsParametricPoint point in points) most = System.Math.Max(most, point.Value);
+        Sent.Add(string.Format(System.Globalization.CultureInfo.InvariantCulture, "{0} from {1} to {2} most {3:f2}", (uint)hapticsVibration.StreamFrameType,
+            System.Math.Round(1e-6 * points[0].Time), System.Math.Round(1e-6 * points[points.Length - 1].Time), most));
+    }
 }

@@ -4,50 +4,120 @@ namespace HapticVLM
 {
     /// <summary>
     /// Amplitude and frequency through Meta's parametric haptics, which Touch Pro, Touch Plus and later
-    /// controllers play; older ones ignore the frequency. Put it beside a Controller Haptics.
+    /// controllers play; older ones ignore the frequency. Put it beside a Controller Haptics. Meta calls
+    /// this interface experimental, and its Store accepts no app that uses it: for demonstrations and
+    /// studies. Without this component the controller's plain impulses are played, which the Store accepts.
     /// </summary>
+    /// <remarks>
+    /// What is generated while it plays is streamed: a First frame of at least the duration that the
+    /// controller asks for, then Intermediate frames at the interval it asks for, all times counted from
+    /// the start of the stream. Little is sent ahead, so that a stop is a stop: it replaces the stream by
+    /// a vibration of amplitude 0.
+    /// </remarks>
     [RequireComponent(typeof(ControllerHaptics)), AddComponentMenu("HapticVLM/Output through Meta XR Core SDK")]
-    public sealed class MetaOutput : MonoBehaviour, IHapticOutput
+    public sealed class MetaOutput : MonoBehaviour, IHapticPlanOutput
     {
-        // Played once a frame: the next replaces it, and without one it ends by itself. Constants,
-        // so that they fit whichever integer type a release of the SDK has.
-        const int PulseNs = 30000000;
+        const double StepS = 0.005; // of the plans that carry a frequency
+        const double LateFrameS = 0.02; // sent ahead of the interval, so that a late frame leaves no gap
+        const double LongestS = 0.1; // a plan lasts no longer
         const int LowestHz = 1, HighestHz = 1000;
+
+        // By number, as OpenXR's XR_EXT_haptic_parametric has them: Meta's page does not spell the names.
+        const OVRInput.HapticsParametricStreamFrameType NoStream = (OVRInput.HapticsParametricStreamFrameType)0;
+        const OVRInput.HapticsParametricStreamFrameType FirstFrame = (OVRInput.HapticsParametricStreamFrameType)1;
+        const OVRInput.HapticsParametricStreamFrameType IntermediateFrame = (OVRInput.HapticsParametricStreamFrameType)2;
 
         static readonly OVRInput.HapticsParametricTransient[] NoTransients = new OVRInput.HapticsParametricTransient[0];
 
-        readonly OVRInput.HapticsParametricPoint[] amplitudes = new OVRInput.HapticsParametricPoint[2];
-        readonly OVRInput.HapticsParametricPoint[] frequencies = new OVRInput.HapticsParametricPoint[2];
+        // By their length, as the interface plays all of an array; made once.
+        readonly OVRInput.HapticsParametricPoint[][] amplitudes = new OVRInput.HapticsParametricPoint[32][];
+        readonly OVRInput.HapticsParametricPoint[][] frequencies = new OVRInput.HapticsParametricPoint[32][];
+        double beganAt, sentAt, sentUntil, intervalS;
+        bool isStreaming;
 
         public bool PlaysFrequency { get { return true; } }
 
+        public void Play(HandSide hand, VibrationPlan plan, double now, float gain, float threshold)
+        {
+            if (isStreaming && now >= sentUntil) isStreaming = false; // it ran dry: a new stream begins
+            if (isStreaming && now < sentAt + intervalS) return;
+            bool isFirst = !isStreaming;
+            double leastS = isFirst ? Begin(hand, now) : 0.0;
+            double until = System.Math.Min(now + System.Math.Max(leastS, intervalS + LateFrameS), now + LongestS);
+            int count = Mathf.Min(amplitudes.Length - 1, (int)((until - sentUntil) / StepS));
+            if (count < (isFirst ? 2 : 1)) return;
+            Fill(Points(amplitudes, count), Points(frequencies, count), plan, gain, threshold);
+            sentAt = now;
+            sentUntil += count * StepS;
+            isStreaming = true;
+            OVRInput.HapticsParametricStreamFrameType type = isFirst ? FirstFrame : IntermediateFrame;
+            Send(hand, amplitudes[count], frequencies[count], type);
+        }
+
+        /// <summary>One amplitude for some seconds; Controller Haptics gives the whole plan instead.</summary>
         public void Play(HandSide hand, float amplitude, float frequencyHz, float seconds)
         {
-            float share = Mathf.Min(1f, Mathf.Max(0f, frequencyHz - LowestHz) / (HighestHz - LowestHz));
+            isStreaming = false;
+            OVRInput.HapticsParametricPoint[] levels = Points(amplitudes, 2), tones = Points(frequencies, 2);
             for (int i = 0; i < 2; i++)
             {
-                amplitudes[i].Value = amplitude;
-                frequencies[i].Value = share;
+                levels[i] = new OVRInput.HapticsParametricPoint { Time = i * Nanoseconds(seconds), Value = amplitude };
+                tones[i] = new OVRInput.HapticsParametricPoint { Time = i * Nanoseconds(seconds), Value = Tone(frequencyHz) };
             }
-            var vibration = new OVRInput.HapticsParametricVibration();
-            vibration.AmplitudePoints = amplitudes;
-            vibration.FrequencyPoints = frequencies;
-            vibration.Transients = NoTransients;
-            vibration.MinFrequencyHz = LowestHz;
-            vibration.MaxFrequencyHz = HighestHz;
-            vibration.StreamFrameType = OVRInput.HapticsParametricStreamFrameType.None;
-            OVRInput.SetControllerHapticsParametric(vibration, Of(hand));
+            Send(hand, levels, tones, NoStream);
         }
 
         public void Stop(HandSide hand)
         {
-            Play(hand, 0f, LowestHz, 0f);
+            Play(hand, 0f, LowestHz, (float)StepS);
         }
 
-        void Awake()
+        /// <summary>Begins a stream; returns how long its first frame must be, s.</summary>
+        double Begin(HandSide hand, double now)
         {
-            amplitudes[1].Time = PulseNs;
-            frequencies[1].Time = PulseNs;
+            OVRInput.HapticsParametricProperties asked = OVRInput.GetControllerParametricProperties(Of(hand));
+            beganAt = now;
+            sentUntil = now;
+            intervalS = System.Math.Min(1e-9 * asked.IdealFrameSubmissionRate, LongestS); // 0: as often as one likes
+            return 1e-9 * asked.MinimumFirstFrameDuration + StepS; // its last point begins the last step
+        }
+
+        void Fill(OVRInput.HapticsParametricPoint[] levels, OVRInput.HapticsParametricPoint[] tones, VibrationPlan plan, float gain, float threshold)
+        {
+            for (int i = 0; i < levels.Length; i++)
+            {
+                double at = sentUntil + i * StepS, hz;
+                float level = (float)VibrationPlan.Played(plan.Sample(at, out hz), gain, threshold);
+                levels[i] = new OVRInput.HapticsParametricPoint { Time = Nanoseconds(at - beganAt), Value = level };
+                tones[i] = new OVRInput.HapticsParametricPoint { Time = Nanoseconds(at - beganAt), Value = Tone((float)hz) };
+            }
+        }
+
+        static void Send(HandSide hand, OVRInput.HapticsParametricPoint[] levels, OVRInput.HapticsParametricPoint[] tones, OVRInput.HapticsParametricStreamFrameType type)
+        {
+            var vibration = new OVRInput.HapticsParametricVibration();
+            vibration.AmplitudePoints = levels;
+            vibration.FrequencyPoints = tones;
+            vibration.Transients = NoTransients; // the plan has lifted its amplitudes by them
+            vibration.MinFrequencyHz = LowestHz;
+            vibration.MaxFrequencyHz = HighestHz;
+            vibration.StreamFrameType = type;
+            OVRInput.SetControllerHapticsParametric(vibration, Of(hand));
+        }
+
+        static OVRInput.HapticsParametricPoint[] Points(OVRInput.HapticsParametricPoint[][] made, int count)
+        {
+            return made[count] ?? (made[count] = new OVRInput.HapticsParametricPoint[count]);
+        }
+
+        static long Nanoseconds(double seconds)
+        {
+            return (long)(seconds * 1e9);
+        }
+
+        static float Tone(float hz)
+        {
+            return Mathf.Min(1f, Mathf.Max(0f, hz - LowestHz) / (HighestHz - LowestHz));
         }
 
         static OVRInput.Controller Of(HandSide hand)

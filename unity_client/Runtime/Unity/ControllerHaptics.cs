@@ -12,22 +12,29 @@ namespace HapticVLM
     public sealed class ControllerHaptics : MonoBehaviour
     {
         const float FramesAPulse = 1.5f; // so that one late frame leaves no gap
+        const float TrialS = 0.3f;
+        const float MostGain = 4f;
 
         static readonly List<ControllerHaptics> All = new List<ControllerHaptics>();
 
         [SerializeField]
         HandSide hand = HandSide.Right;
 
-        [SerializeField, Range(0f, 1f), Tooltip("Times the vibration the service computes.")]
+        [SerializeField, Range(0f, MostGain), Tooltip("Times the vibration the service computes; never above the controller's strongest.")]
         float gain = 1f;
 
-        [SerializeField, Tooltip("Silent while the service drives a real palm speaker, which the same hand feels.")]
-        bool onlyWithoutSpeaker = true;
+        [SerializeField, Range(0f, 0.5f), Tooltip("The weakest vibration that is felt on this controller. What is weaker is lifted above it. Find it with Try It, in play mode.")]
+        float threshold;
+
+        [SerializeField, Tooltip("Silent while the service drives a real speaker: tick it where the same hand rests on a palm speaker.")]
+        bool silentWithSpeaker;
 
         readonly VibrationPlan plan = new VibrationPlan();
         IHapticOutput output;
+        IHapticPlanOutput planOutput;
         HapticClient client;
         bool isPlaying;
+        float triedUntil;
 
         public HandSide Side { get { return hand == HandSide.Left ? HandSide.Left : HandSide.Right; } }
 
@@ -38,13 +45,52 @@ namespace HapticVLM
             set
             {
                 Rest();
-                output = value;
+                Use(value ?? new XrDeviceOutput());
                 Ask();
+            }
+        }
+
+        /// <summary>Times the vibration the service computes, 0 to 4; never above the controller's strongest.</summary>
+        public float Gain
+        {
+            get { return gain; }
+            set { gain = Mathf.Min(MostGain, Mathf.Max(0f, value)); }
+        }
+
+        /// <summary>The weakest amplitude that its user feels, 0 to 0.5; see Try.</summary>
+        public float Threshold
+        {
+            get { return threshold; }
+            set { threshold = Mathf.Min(0.5f, Mathf.Max(0f, value)); }
+        }
+
+        /// <summary>Why nothing would be felt on this controller now, and the cure; null when all is well.</summary>
+        public string Silence
+        {
+            get
+            {
+                if (client == null) return "the scene has no active Haptic Client: choose GameObject > HapticVLM > Set Up Scene";
+                if (client.State != LinkState.Ready) return client.Status;
+                if (!client.Connection.Welcome.Owner) return "another scene owns the outputs";
+                if (gain <= 0f) return "Gain is 0";
+                if (IsSpeakerFelt) return "the service plays on the speaker '" + client.Connection.Welcome.Devices.Speaker.Name
+                    + "' and Silent With Speaker is ticked: untick it unless this hand rests on a palm speaker";
+                return null;
             }
         }
 
         /// <summary>The amplitude that is played now, 0..1.</summary>
         public float Amplitude { get; private set; }
+
+        /// <summary>
+        /// Vibrates for 0.3 s at this amplitude, 0..1, whatever the service says: what a settings menu
+        /// calls with 0.02, 0.05, 0.1 ... until the user feels it, and then keeps as Threshold.
+        /// </summary>
+        public void Try(float amplitude)
+        {
+            output.Play(Side, Mathf.Min(1f, Mathf.Max(0f, amplitude)), 0f, TrialS);
+            triedUntil = Time.unscaledTime + TrialS;
+        }
 
         internal void Belong(HandSide side)
         {
@@ -76,7 +122,7 @@ namespace HapticVLM
 
         void OnEnable()
         {
-            if (output == null) output = GetComponent<IHapticOutput>() ?? new XrDeviceOutput();
+            if (output == null) Use(GetComponent<IHapticOutput>() ?? new XrDeviceOutput());
             All.Add(this);
             Follow(HapticClient.Active);
             Ask();
@@ -93,22 +139,31 @@ namespace HapticVLM
         void Update()
         {
             if (client != HapticClient.Active) Follow(HapticClient.Active);
+            if (Time.unscaledTime < triedUntil) return;
             float frame = Time.unscaledDeltaTime;
-            double now = Clock.Now, hz, amplitude = plan.Sample(now + 0.5 * frame, out hz);
-            Amplitude = IsWanted ? gain * (float)amplitude : 0f;
+            double now = Clock.Now, hz, amplitude = plan.Strongest(now, frame, out hz);
             float seconds = Mathf.Min(FramesAPulse * frame, (float)plan.RemainingS(now));
-            if (Amplitude > 0f) output.Play(Side, Amplitude, (float)hz, seconds);
-            else if (isPlaying) output.Stop(Side);
+            Amplitude = IsWanted && seconds > 0f ? (float)VibrationPlan.Played(amplitude, gain, threshold) : 0f;
+            if (Amplitude <= 0f) Quieten();
+            else if (planOutput != null) planOutput.Play(Side, plan, now, gain, threshold);
+            else output.Play(Side, Amplitude, (float)hz, seconds);
             isPlaying = Amplitude > 0f;
         }
 
         bool IsWanted
         {
-            get
-            {
-                if (client == null || client.State != LinkState.Ready) return false;
-                return !onlyWithoutSpeaker || client.Connection.Welcome.Devices.Speaker.Simulated;
-            }
+            get { return client != null && client.State == LinkState.Ready && !IsSpeakerFelt; }
+        }
+
+        bool IsSpeakerFelt
+        {
+            get { return silentWithSpeaker && !client.Connection.Welcome.Devices.Speaker.Simulated; }
+        }
+
+        void Use(IHapticOutput next)
+        {
+            output = next;
+            planOutput = next as IHapticPlanOutput;
         }
 
         void Follow(HapticClient next)
@@ -134,6 +189,11 @@ namespace HapticVLM
         {
             plan.Silence();
             Amplitude = 0f;
+            Quieten();
+        }
+
+        void Quieten()
+        {
             if (isPlaying) output.Stop(Side);
             isPlaying = false;
         }

@@ -15,4 +15,14 @@ namespace HapticVLM
         /// <summary>Is silent at once.</summary>
         void Stop(HandSide hand);
     }
+
+    /// <summary>An output that plays more than one amplitude a display frame: it is given the whole plan.</summary>
+    public interface IHapticPlanOutput : IHapticOutput
+    {
+        /// <summary>
+        /// Called once a frame while there is something to feel. Read the plan with Sample from now on,
+        /// and play what VibrationPlan.Played makes of each amplitude.
+        /// </summary>
+        void Play(HandSide hand, VibrationPlan plan, double now, float gain, float threshold);
+    }
 }

@@ -76,46 +76,5 @@ namespace HapticVLM.Tests
         {
             Assert.Throws<WireException>(() => new SceneBook().Put(default(SceneObject)));
         }
-
-        static Vibration Plan(double periodMs, params double[] amplitude)
-        {
-            var plan = new Vibration { PeriodMs = periodMs };
-            plan.Amplitude.AddRange(amplitude);
-            return plan;
-        }
-
-        [Test]
-        public void APlanIsPlayedInOrderAndThenSilent()
-        {
-            var plan = new VibrationPlan();
-            double hz;
-            plan.Take(Plan(10.0, 0.2, 0.8), 5.0);
-            Assert.AreEqual(0.2, plan.Sample(5.005, out hz));
-            Assert.AreEqual(0.8, plan.Sample(5.015, out hz));
-            Assert.AreEqual(0.0, plan.Sample(5.021, out hz));
-        }
-
-        [Test]
-        public void NoPlanLastsLongerThan100Milliseconds()
-        {
-            var plan = new VibrationPlan();
-            double hz;
-            plan.Take(Plan(1000.0, 1.0, 1.0), 0.0);
-            Assert.AreEqual(1.0, plan.Sample(0.099, out hz));
-            Assert.AreEqual(0.0, plan.Sample(0.101, out hz));
-        }
-
-        [Test]
-        public void APlanOfNonsenseIsSilent()
-        {
-            var plan = new VibrationPlan();
-            double hz;
-            plan.Take(Plan(double.NaN, 1.0), 0.0);
-            Assert.AreEqual(0.0, plan.Sample(0.0, out hz));
-            plan.Take(Plan(10.0, 7.0), 0.0);
-            Assert.AreEqual(1.0, plan.Sample(0.0, out hz));
-            plan.Silence();
-            Assert.AreEqual(0.0, plan.Sample(0.0, out hz));
-        }
     }
 }
