@@ -23,8 +23,8 @@ from hapticvlm.commands.calibrate.plate_flow import (
 )
 from hapticvlm.commands.main import main
 from hapticvlm.commands.parsing import plate_resistance
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate_protocol import Setpoint, State
-from hapticvlm.devices.ports import DeviceError
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.devices.simulated_board import SimulatedBoard
 from hapticvlm.rendering.plate_limits import SLEW_C_PER_S

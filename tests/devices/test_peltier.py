@@ -14,11 +14,12 @@ from plate_ports import TURN_S, Cable
 
 from hapticvlm.commands.main import main
 from hapticvlm.devices import plate_protocol, ports
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.framing import Deframer
 from hapticvlm.devices.peltier import GREETING_S, Peltier
 from hapticvlm.devices.plant import Plant
 from hapticvlm.devices.plate import Plate
-from hapticvlm.devices.ports import READ_S, DeviceError
+from hapticvlm.devices.ports import READ_S
 from hapticvlm.devices.simulated import SimulatedPlate
 from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort, simulated_plate
 from hapticvlm.rendering.plate_limits import PlateReading

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.peltier import Peltier
-from hapticvlm.devices.ports import DeviceError
 
 from .board import Board
 from .faults import BY_NAME

@@ -9,14 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from hapticvlm import messages
-from hapticvlm.recognition.vlm.contract import (
-    COLOUR,
-    COVERAGE,
-    LEAST_C,
-    MOST_C,
-    VlmError,
-    highlight,
-)
+from hapticvlm.evidence.reading import COVERAGE
+from hapticvlm.recognition.vlm.contract import COLOUR, LEAST_C, MOST_C, VlmError, highlight
 from hapticvlm.recognition.vlm.generation import HALF_WIDTH_C, interval, read_celsius
 from hapticvlm.recognition.vlm.numbers import (
     CANDIDATES_C,

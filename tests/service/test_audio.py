@@ -12,7 +12,7 @@ import soundfile
 
 from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.engine_orders import EngineStatus, Release, RestAll, Standing
-from hapticvlm.devices.ports import DeviceError
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.ring import SAMPLES, SLOTS, Ring
 from hapticvlm.devices.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Motion

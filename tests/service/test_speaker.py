@@ -12,8 +12,8 @@ from conftest import peer, status
 from hapticvlm.commands.local_service import running
 from hapticvlm.devices.engine import AudioSettings, Engine
 from hapticvlm.devices.engine_orders import Standing
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.output import OutputError, choose
-from hapticvlm.devices.ports import DeviceError
 from hapticvlm.devices.ring import Ring
 from hapticvlm.devices.speaker import Speaker
 from hapticvlm.rendering.vibration import RATE_HZ, Motion

@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
+from hapticvlm.evidence.reading import Reading
 from hapticvlm.messages import (
     ClientMessage,
     Frame,
@@ -30,7 +31,6 @@ from hapticvlm.messages import (
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.rendering.plate_limits import (
     AT_REST,
     SETPOINT_MAX_C,

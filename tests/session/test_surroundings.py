@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from hapticvlm.evidence.reading import Reading
 from hapticvlm.recognition.ambient import SceneView
-from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.session.surroundings import (
     ASK_EVERY_S,
     LATE_S,

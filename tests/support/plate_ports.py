@@ -6,9 +6,9 @@ import random
 from collections.abc import Callable
 
 from hapticvlm.devices import plate_protocol
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.framing import Deframer
 from hapticvlm.devices.peltier import Peltier
-from hapticvlm.devices.ports import DeviceError
 from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort
 
 TURN_S = 0.02

@@ -17,12 +17,12 @@ import numpy as np
 
 from hapticvlm import messages
 from hapticvlm.commands.session_log import Line, SessionLogError, blank_picture
+from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import Material
 from hapticvlm.messages import ClientMessage, Frame, MessageError
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.frame_recogniser import FrameRecogniser
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.rendering.voices import Command
 from hapticvlm.session.actions import (

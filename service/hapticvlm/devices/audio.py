@@ -27,9 +27,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.devices.engine import FADE_S, AudioSettings, Engine
-from hapticvlm.devices.output import lock_memory, request_priority
+from hapticvlm.devices.output import lock_memory
 from hapticvlm.devices.output_loop import Player, VirtualClock
 from hapticvlm.devices.ring import Ring
+from hapticvlm.processes.priority import request_priority
 from hapticvlm.processes.supervised import Started
 from hapticvlm.rendering.vibration import RATE_HZ
 

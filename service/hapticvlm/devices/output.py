@@ -12,7 +12,6 @@ between two periods, so that there a single period missed is audible.
 from __future__ import annotations
 
 import ctypes
-import os
 import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
@@ -22,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.errors import HapticVLMError
+from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration import RATE_HZ
 
-FIFO_PRIORITY = 20
 BUFFERED_BLOCKS = 3  # miniaudio's default number of periods: a longer gap has emptied them all
 JACK = "jack"
 JACK_BLOCKS = 2  # periods between two calls, when the one between them was missed
@@ -153,17 +152,6 @@ def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | N
     if partly:
         raise OutputError(f"several outputs match: {names}")
     raise OutputError(f"no such output; this machine has: {names}")
-
-
-def request_priority(priority: int = FIFO_PRIORITY) -> bool:
-    """Ask for real-time priority for the calling thread; return whether it was permitted."""
-    if not hasattr(os, "sched_setscheduler"):
-        return False
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-    except OSError:
-        return False
-    return True
 
 
 def lock_memory() -> bool:

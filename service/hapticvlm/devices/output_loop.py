@@ -11,7 +11,8 @@ import threading
 import time
 
 from hapticvlm.devices.engine import AudioSettings, Engine
-from hapticvlm.devices.output import Output, OutputError, request_priority
+from hapticvlm.devices.output import Output, OutputError
+from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration import RATE_HZ
 
 WATCH_S = 0.05

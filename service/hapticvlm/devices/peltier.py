@@ -13,10 +13,11 @@ import time
 from collections.abc import Callable
 
 from hapticvlm.devices import faults, ports
-from hapticvlm.devices.output import request_priority
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate_protocol import Answer
 from hapticvlm.devices.plate_session import PlateSession
-from hapticvlm.devices.ports import DeviceError, Place, Port
+from hapticvlm.devices.ports import Place, Port
+from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.plate_limits import PlateReading
 
 GREETING_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry

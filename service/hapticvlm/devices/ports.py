@@ -7,8 +7,8 @@ import os
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate_protocol import BAUD
-from hapticvlm.errors import HapticVLMError
 
 AUTO = "auto"
 READ_S, WRITE_S = 0.02, 0.2
@@ -23,10 +23,6 @@ _VENDORS = {
     0x067B: "PL2303",
 }
 _WORDS = ("arduino", "ch340", "usb serial", "usb-serial", "cp210", "ft232")
-
-
-class DeviceError(HapticVLMError):
-    """The hardware failed or is not there; outputs rest and the scene is notified."""
 
 
 class Port(Protocol):

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from hapticvlm.devices.audio import run_engine
 from hapticvlm.devices.engine import AudioSettings
 from hapticvlm.devices.engine_orders import EngineStatus, Release, RestAll, Standing
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.faults import SPEAKER_GONE
-from hapticvlm.devices.ports import DeviceError
 from hapticvlm.devices.ring import SAMPLES, Ring
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.voices import Command

@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection
 
 import msgspec
 
+from hapticvlm.evidence.reading import Reading
 from hapticvlm.messages import Frame, Region
 from hapticvlm.processes.model_worker import (
     Answered,
@@ -29,7 +30,7 @@ from hapticvlm.processes.model_worker import (
 )
 from hapticvlm.processes.supervised import Started
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.contract import Picture, Reading, Vlm, VlmError, VlmSettings
+from hapticvlm.recognition.vlm.contract import Picture, Vlm, VlmError, VlmSettings
 
 LOAD_S = 900.0  # a model may first have to come over the network
 GRACE_S = 5.0  # beyond the model's own time limit, before the process is ended

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.vlm.contract import Reading
+from hapticvlm.evidence.reading import Reading
 
 DEFAULT_C = 22.0  # degC, middle of heated and cooled rooms (docs/physics.md 7.1)
 # Indoor comfort bands run from 18 (WHO's least for healthy homes) to 26 degC (upper end of the

@@ -16,10 +16,10 @@ from typing import Any
 import msgspec
 
 from hapticvlm import __version__, messages
+from hapticvlm.evidence.reading import Reading
 from hapticvlm.messages import ClientMessage, Frame, Hello, Scope
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.rendering.plate_limits import PlateReading
 from hapticvlm.rendering.thermal import PLATE_RESISTANCE
 from hapticvlm.rendering.voices import Command

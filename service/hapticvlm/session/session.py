@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import msgspec
 
+from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.messages import (
     ClientMessage,
@@ -27,7 +28,6 @@ from hapticvlm.messages import (
 )
 from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.contract import Reading
 from hapticvlm.rendering.plate_limits import AT_REST, PlateReading
 from hapticvlm.rendering.thermal import PLATE_RESISTANCE
 from hapticvlm.session.actions import (

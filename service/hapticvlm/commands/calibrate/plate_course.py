@@ -11,7 +11,7 @@ import numpy as np
 
 from hapticvlm.commands.calibrate.plate_flow import RUN_S, Floats, course_c
 from hapticvlm.devices import faults
-from hapticvlm.devices.ports import DeviceError
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.plate_limits import PlateReading, limit
 

@@ -14,9 +14,10 @@ from pathlib import Path
 from hapticvlm.commands.doctor import Finding, Verdict
 from hapticvlm.commands.serve_config import Serving
 from hapticvlm.devices import ports
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.output import OutputError, choose
 from hapticvlm.devices.peltier import Peltier
-from hapticvlm.devices.ports import DeviceError, Place
+from hapticvlm.devices.ports import Place
 
 AUDIO_S = 3.5
 # In a process of its own: a sound system can hang for ever, and ALSA writes to the terminal.

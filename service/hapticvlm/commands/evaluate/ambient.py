@@ -12,7 +12,7 @@ from hapticvlm.commands.evaluate.asking import Ask, ask_all
 from hapticvlm.commands.evaluate.grading import Outcome, figures, grade
 from hapticvlm.commands.evaluate.pictures import read_shots
 from hapticvlm.commands.evaluate.scores import PAPER, Score, Share, share
-from hapticvlm.recognition.vlm.contract import COVERAGE
+from hapticvlm.evidence.reading import COVERAGE
 
 NAME = "evaluate-ambient"
 MOST_LINES = 40  # pictures listed

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 from hapticvlm.commands.evaluate.pictures import Shot, read_picture
 from hapticvlm.commands.evaluate.scores import Guess
+from hapticvlm.evidence.reading import Reading
 from hapticvlm.recognition.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW_C
-from hapticvlm.recognition.vlm.contract import Picture, Reading, Vlm, VlmError
+from hapticvlm.recognition.vlm.contract import Picture, Vlm, VlmError
 from hapticvlm.recognition.vlm.remote import RestingError
 
 Ask = Callable[[Picture], Guess | None]

@@ -9,8 +9,8 @@ import numpy as np
 
 from hapticvlm.commands.evaluate.grading import Outcome
 from hapticvlm.commands.evaluate.scores import TOLERANCE_C
+from hapticvlm.evidence.reading import COVERAGE
 from hapticvlm.palette import BLUE, FIGURE, GRID, INK, SOFT, VERMILION
-from hapticvlm.recognition.vlm.contract import COVERAGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

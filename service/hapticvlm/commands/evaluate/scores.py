@@ -15,8 +15,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.evidence.reading import COVERAGE
 from hapticvlm.recognition.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW_C
-from hapticvlm.recognition.vlm.contract import COVERAGE
 
 TOLERANCE_C = 8.0  # the paper's rule: right when within 8 degC
 PAPER = (13, 15)  # right by that rule, of how many; HapticVLM, arXiv 2505.02569

@@ -15,8 +15,9 @@ from pathlib import Path
 
 from hapticvlm.commands.progress import working
 from hapticvlm.devices import ports
+from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.peltier import Peltier
-from hapticvlm.devices.ports import DeviceError, Place
+from hapticvlm.devices.ports import Place
 from hapticvlm.errors import HapticVLMError, UsageError
 
 SHIPPED = Path(__file__).parent / "firmware" / "plate.hex"

@@ -16,9 +16,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.vlm.contract import Asked, Picture, Reading, VlmError
+from hapticvlm.recognition.vlm.contract import Asked, Picture, VlmError
 from hapticvlm.recognition.vlm.endpoint import EndpointError, Json
 from hapticvlm.recognition.vlm.generation import MOST_TOKENS, interval, read_celsius
 from hapticvlm.recognition.vlm.logprobs import (

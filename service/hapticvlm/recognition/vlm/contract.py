@@ -15,37 +15,18 @@ from numpy.typing import NDArray
 
 from hapticvlm import materials, messages
 from hapticvlm.errors import HapticVLMError
+from hapticvlm.evidence.reading import Method, Reading
 from hapticvlm.recognition.ladder import Evidence
 
 DEFAULT_MODEL = "Qwen/Qwen2-VL-2B-Instruct"
 LEAST_C, MOST_C = -30, 60  # degC, the candidate numbers, each whole degree
-COVERAGE = 0.8  # share of the belief that lies inside an interval
 
-Method = Literal["readout", "generation", "logprobs", "text"]
 Precision = Literal["bfloat16", "float32"]
 Picture = NDArray[np.uint8]
 
 
 class VlmError(HapticVLMError):
     """The model cannot be loaded or asked, or its answer is of no use; the text is the reason."""
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """An ambient temperature read off a picture, degC, with the interval that holds COVERAGE.
-
-    `prompt_sd_c` is the standard deviation of the value over the wordings asked, None with one.
-    `share` is the probability that the answer is one of the candidate numbers at all, None where
-    the method sees no probabilities.
-    """
-
-    value_c: float
-    low_c: float
-    high_c: float
-    prompt_sd_c: float | None
-    method: Method
-    seconds: float
-    share: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,10 +16,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hapticvlm import materials
+from hapticvlm.evidence.reading import Method, Reading
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm import contract, generation, weights
 from hapticvlm.recognition.vlm.chat import Chat
-from hapticvlm.recognition.vlm.contract import Method, Picture, Reading, Vlm, VlmError, VlmSettings
+from hapticvlm.recognition.vlm.contract import Picture, Vlm, VlmError, VlmSettings
 from hapticvlm.recognition.vlm.network import Network
 from hapticvlm.recognition.vlm.numbers import (
     ChoiceTree,

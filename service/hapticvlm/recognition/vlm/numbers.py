@@ -28,7 +28,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.vlm.contract import COVERAGE, LEAST_C, MOST_C, VlmError
+from hapticvlm.evidence.reading import COVERAGE
+from hapticvlm.recognition.vlm.contract import LEAST_C, MOST_C, VlmError
 
 Encode = Callable[[str], Sequence[int]]
 Text = tuple[int, ...]

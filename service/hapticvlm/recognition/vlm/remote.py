@@ -14,12 +14,12 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from hapticvlm.backoff import Breaker, State
+from hapticvlm.evidence.reading import Reading
 from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.recognition.vlm import chat_protocol
 from hapticvlm.recognition.vlm.contract import (
     DEFAULT_MODEL,
     Picture,
-    Reading,
     VlmError,
     VlmSettings,
     about_ambient,

@@ -22,7 +22,8 @@ import numpy as np
 
 from hapticvlm.commands.evaluate.asking import guess_of
 from hapticvlm.commands.evaluate.scores import Guess
-from hapticvlm.recognition.vlm.contract import Picture, Reading, Vlm, VlmError
+from hapticvlm.evidence.reading import Reading
+from hapticvlm.recognition.vlm.contract import Picture, Vlm, VlmError
 from hapticvlm_lab.bench.ambient.methods import REPLY, Method
 
 

@@ -18,7 +18,7 @@ import miniaudio
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.output import request_priority
+from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration import RATE_HZ
 
 if TYPE_CHECKING:

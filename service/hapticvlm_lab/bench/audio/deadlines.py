@@ -11,7 +11,7 @@ import json
 import sys
 import time
 
-from hapticvlm.devices.output import request_priority
+from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration import RATE_HZ
 
 

@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 
 from hapticvlm.devices import plate_protocol
 from hapticvlm.devices.framing import Deframer
-from hapticvlm.devices.output import request_priority
 from hapticvlm.devices.simulated_board import SimulatedBoard
+from hapticvlm.processes.priority import request_priority
 from hapticvlm_lab.bench.rigs import Process, first_line, helper
 
 TURN_S = 0.005  # what arrives is taken at once
