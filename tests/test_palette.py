@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hapticvlm import palette
-from hapticvlm.commands.demo import film
 from hapticvlm_lab.bench.material import curves, plots
+from hapticvlm_lab.bench.pictures import film
 from hapticvlm_lab.bench.thermal import plot as thermal_plot
 
 ROOT = Path(__file__).parents[1]

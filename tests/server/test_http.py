@@ -9,6 +9,7 @@ from websockets.http11 import Request
 
 from hapticvlm.server import http
 from hapticvlm.server.access import Address
+from hapticvlm.study import run as page_server
 
 TOKEN = "twelve-chars-at-least"
 ORIGIN = frozenset({"https://studio.example"})
@@ -55,13 +56,13 @@ def test_a_page_of_another_site_may_link_here_and_fetch_nothing(site, mode, dest
     assert http.is_cross_site(headers) == refused
 
 
-@pytest.mark.parametrize("page", http.STUDY_PAGES)
-@pytest.mark.parametrize(("has_study", "code"), [(False, 404), (True, 200)])
-def test_the_pages_of_a_study_are_served_where_a_study_listens_to_them(has_study, code, page):
-    policy = http.AccessPolicy("127.0.0.1", frozenset(), has_study=has_study)
+@pytest.mark.parametrize("page", [page_server.PAGE, page_server.EXPERIMENTER])
+@pytest.mark.parametrize(("is_study", "code"), [(False, 404), (True, 200)])
+def test_the_pages_of_a_study_are_served_only_where_a_study_runs(is_study, code, page):
+    folders = {"pages": page_server.PAGES} if is_study else {}
+    policy = http.AccessPolicy("127.0.0.1", frozenset(), **folders)
     request = Request(page, Headers([("Host", "127.0.0.1")]))
     browser: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
     answer = http.answer(browser, request, policy, dict)
     assert answer is not None
     assert answer.status_code == code
-    assert has_study or b"hapticvlm study run" in answer.body

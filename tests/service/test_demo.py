@@ -1,19 +1,18 @@
 """The main job end to end: the recorded emulated headset session through the real service."""
 
 import json
+import re
 import subprocess
 import sys
 import time
 from itertools import pairwise
 
-import av
 import numpy as np
 import pytest
 import soundfile
-from PIL import Image
 
 from hapticvlm.captures import read
-from hapticvlm.commands.demo import report
+from hapticvlm.captures.contacts import contacts
 from hapticvlm.commands.demo.run import CAPTURE
 
 LONGEST_SILENCE_S = 3.0  # of a machine that is not busy; SLACK_S more on one that is
@@ -53,7 +52,7 @@ def demo(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def touches():
-    return report.contacts(read(CAPTURE), [])
+    return contacts(read(CAPTURE), [])
 
 
 def test_every_message_is_answered_and_every_frame_decided_or_counted(demo):
@@ -131,22 +130,6 @@ def test_what_was_played_has_sound_in_the_touches_and_silence_between(demo, touc
     assert (blocks < 1e-4).mean() > 0.1
 
 
-def test_the_film_shows_the_touches_and_is_heard(demo):
-    path = demo.out / "demo.webm"
-    with av.open(str(path)) as film:
-        video, audio = film.streams.video[0], film.streams.audio[0]
-        assert (video.codec_context.name, audio.codec_context.name) == ("vp8", "opus")
-        pictures = [frame.to_ndarray(format="gray") for frame in film.decode(video=0)]
-    with av.open(str(path)) as film:
-        sound = np.concatenate([frame.to_ndarray()[0] for frame in film.decode(audio=0)])
-    assert pictures[0].shape == (540, 960)
-    assert len(pictures) / 15 == pytest.approx(read(CAPTURE).duration_s, abs=1.5)
-    assert sound.size / 48_000 == pytest.approx(len(pictures) / 15, abs=0.5)
-    assert np.abs(sound).max() > 0.1
-    changed = [np.abs(b.astype(int) - a).mean() for a, b in pairwise(pictures)]
-    assert np.mean(np.array(changed) > 0.01) > 0.9
-
-
 def test_the_record_it_leaves_runs_again_bit_for_bit(demo):
     (session,) = [path.parent for path in (demo.out / "session").glob("*/frames")]
     done = subprocess.run(
@@ -160,13 +143,16 @@ def test_the_record_it_leaves_runs_again_bit_for_bit(demo):
     assert "bit for bit" in done.stdout
 
 
-def test_the_pictures_it_leaves_are_not_blank(demo):
-    for name in ("plate.png", "touches.png"):
-        picture = np.asarray(Image.open(demo.out / name).convert("RGB"))
-        assert picture.shape[1] > 600
-        assert picture.std() > 15
+def test_the_page_it_leaves_holds_every_touch_and_its_sound(demo, touches):
+    text = (demo.out / "session.html").read_text(encoding="utf-8")
+    (data,) = re.findall(r'application/json">(\{.*\})</script>', text)
+    session = json.loads(data)
+    assert [touch["name"] for touch in session["touches"]] == [touch.name for touch in touches]
+    assert session["frames"]
+    assert session["sound"].startswith("data:audio/wav;base64,")
+    assert max(session["peaks"]) > 0.05
 
 
 def test_it_ends_by_telling_how_to_go_on(demo):
-    for hint in ("http://127.0.0.1:8790/", "Unity", "vibration.wav", "touches:", "demo.webm"):
+    for hint in ("http://127.0.0.1:8790/", "Unity", "vibration.wav", "touches:", "session.html"):
         assert hint in demo.text

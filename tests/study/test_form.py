@@ -13,6 +13,7 @@ from hapticvlm.commands.main import main
 from hapticvlm.study import design as designs
 from hapticvlm.study import form as forms
 from hapticvlm.study import languages
+from hapticvlm.study import run as page_server
 from hapticvlm.study import run as pages
 from hapticvlm.study.conductor import Conductor, Phase
 from hapticvlm.study.design import Plan
@@ -21,7 +22,7 @@ from hapticvlm.study.patterns import ours, twenty
 from hapticvlm.study.sitting import Sitting
 from hapticvlm.study.stimuli import StudyError
 
-PAGES = Path(languages.__file__).parents[2] / "pages"
+PAGES = page_server.PAGES[0]
 SHIPPED = sorted(path.stem for path in languages.SHIPPED.glob("*.toml"))
 
 

@@ -4,7 +4,7 @@
 import { byId, eachFrame, make, percent, setText } from "./dom.js";
 import { materialColour } from "./feel.js";
 import * as frame from "./frame.js";
-import { glyph } from "./study.glyphs.js";
+import { glyph } from "./glyphs.js";
 import * as teach from "./teach.js";
 import { explain } from "./why.js";
 

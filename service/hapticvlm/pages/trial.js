@@ -3,7 +3,7 @@ import { byId, make, setText } from "./dom.js";
 import { materialColour, warmthColour } from "./feel.js";
 import { startWithTouch } from "./hear.js";
 import { Link } from "./link.js";
-import { glyph } from "./study.glyphs.js";
+import { glyph } from "./glyphs.js";
 
 const OBJECT = "test touch";
 const RENEW_MS = 50; // a lease lasts 250

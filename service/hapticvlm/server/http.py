@@ -10,7 +10,7 @@ from __future__ import annotations
 import http
 import ipaddress
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,6 @@ from hapticvlm.server.scene_files import TYPES
 
 REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
 PAGES = Path(__file__).parent.parent / "pages"
-STUDY_PAGES = ("/study.html", "/experimenter.html")
 _CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
 
 
@@ -43,7 +42,7 @@ class AccessPolicy:
     lan_pages: LanPages | None = None
     names: frozenset[str] = frozenset()
     token: str | None = None
-    has_study: bool = False  # whether a study listens to its page here
+    pages: tuple[Path, ...] = (PAGES,)  # folders whose files are pages; the first that has one
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
         """Return why a request with these headers is refused, or None."""
@@ -114,7 +113,7 @@ def answer(
         return _code(policy.lan_pages, connection.local_address[1])
     if policy.scene_folder is not None and path.startswith(scene_files.PREFIX):
         return _scene_file(policy.scene_folder, path)
-    return _page(path, has_study=policy.has_study)
+    return _page(path, policy.pages)
 
 
 def is_upgrade(request: Request) -> bool:
@@ -190,12 +189,11 @@ def _code(lan_pages: LanPages | None, port: int) -> Response:
     return response(200, qr_code(page), TYPES[".svg"])
 
 
-def _page(path: str, *, has_study: bool) -> Response:
-    if path in STUDY_PAGES and not has_study:
-        return response(404, "no study runs here: `hapticvlm study run` serves its page\n")
+def _page(path: str, folders: Sequence[Path]) -> Response:
+    """Serve a file of the pages by its name; a name is looked up and never joined to a folder."""
     name = "index.html" if path == "/" else path.removeprefix("/")
-    known = {page.name: page for page in PAGES.iterdir() if page.suffix in TYPES}
-    page = known.get(name)
+    found = (page for folder in folders for page in folder.iterdir() if page.suffix in TYPES)
+    page = next((page for page in found if page.name == name), None)
     if page is None:
         return response(404, "no such page\n")
     return response(200, page.read_text(encoding="utf-8"), TYPES[page.suffix])

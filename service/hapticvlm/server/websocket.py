@@ -14,12 +14,13 @@ from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from hapticvlm.messages import MAX_MESSAGE_BYTES, Error, MessageError, Scene, Set, decode
+from hapticvlm.messages import MAX_MESSAGE_BYTES, Error, Frame, MessageError, Scene, Set, decode
 from hapticvlm.server import http, status
 from hapticvlm.server.access import Address
 from hapticvlm.server.budgets import MAX_TEXT_BYTES, REFUSED, TokenBucket
 from hapticvlm.server.connection import Connection, notice_dead_peers
 from hapticvlm.server.entrance import Entrance, LimitedSocket
+from hapticvlm.server.frame_header import require_header
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.handshake import Handshake, Offer
 from hapticvlm.server.own_machine import OwnMachinePages
@@ -145,6 +146,8 @@ class WebSocketServer:
             if isinstance(message, Scene) and connection.session.observer:
                 await connection.send(self._gateway.state_materials(connection, message, now))
                 return True
+            if isinstance(message, Frame):
+                require_header(message)
             actions = connection.session.receive(message, now)
             if isinstance(message, Scene) and message.replace:
                 connection.stated.clear()

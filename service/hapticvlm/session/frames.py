@@ -11,9 +11,7 @@ from collections import deque
 
 import msgspec
 
-from hapticvlm.messages import FRAMES_PER_S, Frame, MessageError, Region, Touch
-from hapticvlm.recognition import pictures
-from hapticvlm.recognition.decoding import PictureError
+from hapticvlm.messages import FRAMES_PER_S, Frame, Region, Touch
 from hapticvlm.session.actions import RecogniseFrame
 from hapticvlm.session.hands import LEASE_S, Hand
 from hapticvlm.session.scene_objects import Key
@@ -83,16 +81,12 @@ class Frames:
         self._captured_at: dict[str, float] = {}
 
     def admits(self, frame: Frame, now: float) -> bool:
-        """Receive a frame; false if it is one too many. Raises MessageError if its size is wrong.
+        """Receive a frame whose header was checked; return False if it is one too many.
 
         The newest live one is kept for what hands touch in it.
         """
         if not self._rate.admits(now):
             return False
-        try:
-            pictures.check_header(frame)
-        except PictureError as error:
-            raise MessageError("message", str(error), path=error.path, id=frame.id) from None
         self._observe("frame", frame.captured_at, now)
         if frame.purpose == "live":
             self._newest = frame

@@ -32,7 +32,8 @@ from hapticvlm.study.record import Pace
 from hapticvlm.study.stimuli import StudyError
 
 HOST = "127.0.0.1"
-PAGE, EXPERIMENTER = http.STUDY_PAGES
+PAGES = (Path(__file__).parent / "pages", http.PAGES)  # ours, and what they share
+PAGE, EXPERIMENTER = "/study.html", "/experimenter.html"
 EXPERIMENTER_SOCKET = "/experimenter"  # the WebSocket of the experimenter's page
 OUTPUTS_EVERY_S = 0.5  # how often that page is sent the outputs
 MAX_COMMAND_BYTES = 32_768
@@ -163,7 +164,7 @@ async def _cancel(task: asyncio.Task[Any]) -> None:
 
 @asynccontextmanager
 async def _listening(room: Room, port: int) -> AsyncIterator[int]:
-    policy = http.AccessPolicy(HOST, frozenset(), has_study=True)
+    policy = http.AccessPolicy(HOST, frozenset(), pages=PAGES)
 
     def answer(connection: ServerConnection, request: Request) -> Response | None:
         asked = replace(request, path=PAGE) if request.path == "/" else request

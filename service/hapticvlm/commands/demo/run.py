@@ -1,7 +1,7 @@
 """The main job, end to end, on simulated devices: a recorded headset capture becomes touch.
 
 Starts the service in a process of its own, streams the capture to it as a scene would, reports each
-touch while it happens, and leaves a film, a folder to look at and the recorded session.
+touch while it happens, and leaves a page to look through the session, its sound, and the record.
 """
 
 from __future__ import annotations
@@ -10,34 +10,33 @@ import asyncio
 import contextlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 
-from PIL.Image import Image
 from rich.console import Console
 
 from hapticvlm.captures import Capture, Line, Recorder, read
+from hapticvlm.captures.contacts import contacts
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Message
 from hapticvlm.client.sending import Outcome, stream
 from hapticvlm.commands import timeline
-from hapticvlm.commands.demo import film, report, video
+from hapticvlm.commands.demo import summary
 from hapticvlm.commands.demo.show import Show, waiting
-from hapticvlm.commands.doctor.devices import has_output
 from hapticvlm.commands.local_service import (
     Service,
     ServiceError,
     ending_on_sigterm,
     running,
 )
+from hapticvlm.commands.moments import page
 from hapticvlm.commands.timeline import Timeline
 from hapticvlm.devices.audio import write_wav
+from hapticvlm.devices.output_list import has_output
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.voices import Voices
 
 CAPTURE = Path(__file__).parent / "capture"
-FILM_HZ = 15
 SETTLE_S = 0.3  # for the last answers and telemetry
 
 
@@ -57,13 +56,12 @@ def run(path: Path | None, out: Path, *, quiet: bool) -> int:
     _record(show, out / "decisions.jsonl")
     recorded = _remembered(sessions, console)
     write_wav(out / "vibration.wav", recorded.wave)
-    drawn = _film(recorded, out / "demo.webm", console)
-    console.print("Drawing the pictures.")
-    with waiting(console, lambda seconds: f"drawing the pictures, {seconds:.0f} s"):
-        files = report.write(capture, outcome, show.decisions, show.telemetry, out)
+    page.write(recorded, "the demo", out / "session.html")
+    figures = summary.write(capture, outcome, show.decisions, show.telemetry, out)
     console.print((out / "summary.txt").read_text(encoding="utf-8"))
-    for file in [*drawn, *files]:
-        console.print(f"  {file}")
+    console.print("Open this page in a browser: frames, decisions, plate and sound over time.")
+    for name in ("session.html", "vibration.wav", "decisions.jsonl", figures.name):
+        console.print(f"  {out / name}")
     console.print(_next_steps(_session(sessions)))
     return 1 if outcome.unanswered else 0
 
@@ -93,7 +91,7 @@ async def _listen(observer: Client, show: Show) -> None:
 
 async def _follow(capture: Capture, show: Show) -> None:
     """Report each touch when it begins and ends, at the pace of the stream."""
-    for touch in report.contacts(capture, []):
+    for touch in contacts(capture, []):
         for at_s, on_touch in (
             (touch.started_s, show.begin_touch),
             (touch.ended_s, show.end_touch),
@@ -117,25 +115,6 @@ def _remembered(sessions: Path, console: Console) -> Timeline:
     console.print("\nReading the record, and playing its vibration again.")
     with waiting(console, lambda seconds: f"playing again, {seconds:.0f} s"):
         return timeline.read(_session(sessions), MATERIALS, Voices())
-
-
-def _film(recorded: Timeline, path: Path, console: Console) -> list[Path]:
-    """Draw the film with its progress, and return its path; none without the package for it."""
-    if find_spec("av") is None:
-        console.print("No film: `pip install av` lets the demo draw one.")
-        return []
-    drawn, count = 0, int(recorded.duration_s * FILM_HZ)
-
-    def pictures() -> Iterator[Image]:
-        nonlocal drawn
-        for picture in film.pictures(recorded, FILM_HZ):
-            drawn += 1
-            yield picture
-
-    console.print("Drawing the film.")
-    with waiting(console, lambda _: f"drawing the film, {drawn / count:.0%}"):
-        video.write(path, pictures(), FILM_HZ, recorded.wave)
-    return [path]
 
 
 def _session(sessions: Path) -> Path:

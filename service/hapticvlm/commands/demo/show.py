@@ -13,8 +13,8 @@ from rich.live import Live
 from rich.text import Text
 
 from hapticvlm.captures import Capture
+from hapticvlm.captures.contacts import Contact
 from hapticvlm.client.connection import Message
-from hapticvlm.commands.demo.report import Contact
 
 SOURCES = {
     "scene": "the scene says so",

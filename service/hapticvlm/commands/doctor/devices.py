@@ -5,10 +5,8 @@ A plate only exchanges hello, which opening resets, and stays off.
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 from hapticvlm.commands.doctor import Finding, Verdict
@@ -16,46 +14,19 @@ from hapticvlm.commands.serve_config import Serving
 from hapticvlm.devices import ports
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.output import OutputError, choose
+from hapticvlm.devices.output_list import AUDIO_S, output_names
 from hapticvlm.devices.peltier import Peltier
 from hapticvlm.devices.ports import Place
-
-AUDIO_S = 3.5
-# In a process of its own: a sound system can hang for ever, and ALSA writes to the terminal.
-_LIST = (
-    "import json; from hapticvlm.devices.output import playbacks; "
-    "print(json.dumps([found['name'] for found in playbacks()]))"
-)
 
 
 def audio(serving: Serving) -> list[Finding]:
     """Find the outputs, and whether the one asked for is among them."""
     try:
-        return [found_audio(serving, _names())]
+        return [found_audio(serving, output_names())]
     except subprocess.TimeoutExpired:
         text = f"the sound system did not answer within {AUDIO_S:g} s"
         verdict: Verdict = "note" if serving.speaker == "simulated" else "wrong"
         return [Finding("audio", verdict, text, "is a sound server running? try again")]
-
-
-def has_output() -> bool:
-    """Return whether this machine lists an audio output within AUDIO_S."""
-    try:
-        return bool(_names())
-    except subprocess.TimeoutExpired:
-        return False
-
-
-def _names() -> list[str]:
-    """Return the outputs' names. Raises TimeoutExpired."""
-    done = subprocess.run(
-        [sys.executable, "-c", _LIST],
-        capture_output=True,
-        text=True,
-        timeout=AUDIO_S,
-        check=False,
-    )
-    found: list[str] = json.loads(done.stdout) if done.returncode == 0 else []
-    return found
 
 
 def found_audio(serving: Serving, names: list[str]) -> Finding:

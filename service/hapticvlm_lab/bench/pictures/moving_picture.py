@@ -7,9 +7,9 @@ from pathlib import Path
 from PIL import Image
 
 from hapticvlm.commands import timeline
-from hapticvlm.commands.demo import film
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.voices import Voices
+from hapticvlm_lab.bench.pictures import film
 
 RATE_HZ = 8
 SIZE = (768, 432)

@@ -6,10 +6,10 @@ from PIL import Image
 from recorded_session import record
 
 from hapticvlm.commands import timeline
-from hapticvlm.commands.demo import film
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration import RATE_HZ
 from hapticvlm.rendering.voices import Voices
+from hapticvlm_lab.bench.pictures import film
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 // learns which pattern a trial presents.
 import { make } from "./dom.js";
 import { draw, paragraphs } from "./study.form.js";
-import { glyph, warmth } from "./study.glyphs.js";
+import { glyph, warmth } from "./glyphs.js";
 import { offerSound, silence, sound, startSound } from "./study.sound.js";
 import { learn, own, phase, speak, spoken, text, word } from "./study.texts.js";
 
