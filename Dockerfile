@@ -3,6 +3,8 @@ FROM python:3.13-slim AS build
 WORKDIR /source
 COPY pyproject.toml README.md LICENSE ./
 COPY service/hapticvlm service/hapticvlm
+COPY service/hapticvlm_studio service/hapticvlm_studio
+COPY service/hapticvlm_recogniser_app service/hapticvlm_recogniser_app
 RUN pip install --no-cache-dir build==1.3.0 && python -m build --wheel --outdir /wheel
 
 FROM python:3.13-slim

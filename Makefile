@@ -16,7 +16,7 @@ test: $(VENV)/.dev toolchains
 	$(BIN)/python .ci/tests
 
 # What needs no process, no browser and no toolchain: the loop of a developer.
-UNIT := tests/captures tests/devices tests/recognition tests/rendering tests/session tests/study tests/test_backoff.py tests/test_messages.py tests/test_palette.py tests/test_perception.py
+UNIT := tests/captures tests/devices tests/evidence tests/rendering tests/session tests/vision tests/vlm tests/studio tests/test_backoff.py tests/test_messages.py tests/test_palette.py tests/test_perception.py
 unit: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -m "not slow and not torch" $(UNIT)
 
@@ -45,7 +45,7 @@ pictures: $(VENV)/.dev toolchains
 	$(BIN)/python -m hapticvlm_lab.bench.pictures $(NAMES)
 
 coverage: $(VENV)/.dev
-	$(BIN)/python -m pytest --cov=hapticvlm --cov-report=term
+	$(BIN)/python -m pytest --cov=hapticvlm --cov=hapticvlm_studio --cov-report=term
 
 # What pip does not bring: a browser and node, for the tests that drive a real one.
 toolchains:
@@ -56,8 +56,8 @@ toolchains:
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix service/hapticvlm_lab/training/rooms; fi
 
 $(VENV)/.demo: pyproject.toml constraints.txt
-	@echo "The demo's environment goes into $(VENV) and takes about 280 MB."
-	@$(PYTHON) .ci/environment $(VENV) charts
+	@echo "The demo's environment goes into $(VENV) and takes about 200 MB."
+	@$(PYTHON) .ci/environment $(VENV)
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt

@@ -18,7 +18,7 @@ from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 
 from hapticvlm.client.connection import Connection
-from hapticvlm.commands.local_service import Service, running
+from hapticvlm.client.local_service import Service, running
 
 # A busy machine must not fail a property: what they cost is measured elsewhere.
 settings.register_profile("project", deadline=None)

@@ -10,7 +10,7 @@ import pytest
 from hapticvlm import documents
 from hapticvlm.captures.lines import CaptureError, read_lines
 from hapticvlm.commands import config_file
-from hapticvlm.recognition.galleries import storage
+from hapticvlm.vision.galleries import storage
 
 DEEP = {
     "array": "a = " + "[" * 5000,

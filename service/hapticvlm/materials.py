@@ -24,7 +24,7 @@ UNKNOWN = "unknown"
 TABLE = Path(__file__).with_name("materials.toml")
 
 # What a fact of a user's material may be, lowest and highest: from aerogel to diamond and osmium
-# for the bulk, the palm's band and what rendering/vibration.py can play for the rest.
+# for the bulk, the palm's band and what rendering/vibration/vibration.py can play for the rest.
 LIMITS = MappingProxyType(
     {
         "thermal.conductivity": (0.005, 2500.0),  # W/(m K)

@@ -22,7 +22,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize, expect, sync_playwright
 
 from hapticvlm.client import Client, Refused, connect
-from hapticvlm.devices.simulated_board import SimulatedBoard
+from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 
 CHROMIUM = "chromium"
 AXE = Path(__file__).parent / "node_modules" / "axe-core" / "axe.min.js"

@@ -25,7 +25,7 @@ import numpy as np
 from dashboard_scene import chromium, missing, touching
 from playwright.sync_api import Browser, CDPSession, Page
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 WARM_UP_S = 12.0  # each object was touched once
 SHORTEST_MS = 16.0

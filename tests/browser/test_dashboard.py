@@ -25,9 +25,9 @@ from dashboard_scene import (
 from playwright.sync_api import APIResponse, Browser, Page, Route, expect
 from soak_dashboard import soak
 
-from hapticvlm.commands.local_service import Service, running
-from hapticvlm.devices.simulated import SimulatedPlate
-from hapticvlm.devices.simulated_board import SimulatedBoard
+from hapticvlm.client.local_service import Service, running
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
+from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 
 pytestmark = pytest.mark.browser
 

@@ -24,7 +24,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, expect
 
 from hapticvlm.client import connect
-from hapticvlm.commands.local_service import Service, running
+from hapticvlm.client.local_service import Service, running
 
 pytestmark = pytest.mark.browser
 

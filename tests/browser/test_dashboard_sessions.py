@@ -10,8 +10,8 @@ from dashboard_scene import AXE, PATIENCE_MS, chromium, dashboard, missing, touc
 from playwright.sync_api import Browser, Page, expect
 from recorded_session import record
 
-from hapticvlm.commands.local_service import running
-from hapticvlm.server.recorded_sessions import MAKE_S
+from hapticvlm.client.local_service import running
+from hapticvlm.server.web.recorded_sessions import MAKE_S
 
 pytestmark = pytest.mark.browser
 

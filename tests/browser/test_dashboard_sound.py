@@ -9,10 +9,10 @@ import pytest
 from dashboard_scene import PATIENCE_MS, chromium, dashboard, missing
 from playwright.sync_api import Browser, Page, expect
 
-from hapticvlm.commands.feel.sound import sound
-from hapticvlm.commands.local_service import Service
+from hapticvlm.client.local_service import Service
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm_studio.touches.sound import sound
 
 pytestmark = pytest.mark.browser
 

@@ -14,7 +14,7 @@ from certificates import NAMES, Authority
 from dashboard_scene import chromium, missing
 from playwright.sync_api import Browser, Error, expect
 
-from hapticvlm.commands.local_service import Service, running
+from hapticvlm.client.local_service import Service, running
 
 pytestmark = pytest.mark.browser
 

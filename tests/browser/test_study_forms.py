@@ -17,7 +17,7 @@ import pytest
 from dashboard_scene import AXE, PATIENCE_MS, chromium, missing
 from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize
 
-from hapticvlm.study.form import TEMPLATE
+from hapticvlm_studio.design.form import TEMPLATE
 
 pytestmark = pytest.mark.browser
 

@@ -14,7 +14,7 @@ from dashboard_scene import AXE
 from playwright.sync_api import Page, sync_playwright
 from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS, missing
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 pytestmark = pytest.mark.browser
 

@@ -23,7 +23,7 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS, missing
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 OBJECTS = ("kettle", "linen", "bowl", "pan")
 KINDS = ("floor", "bare picture", "touch")

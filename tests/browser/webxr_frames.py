@@ -25,19 +25,19 @@ import numpy as np
 from numpy.typing import NDArray
 from webxr_scene import missing, visiting
 
+from hapticvlm.evidence.fusion import fuse
+from hapticvlm.evidence.ladder import Evidence, decide, restrict
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.messages import Frame
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.recognition import pictures
-from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.fusion import fuse
-from hapticvlm.recognition.galleries.calibration import FEW, calibrate
-from hapticvlm.recognition.galleries.gallery import Gallery
-from hapticvlm.recognition.galleries.storage import load_gallery
-from hapticvlm.recognition.ladder import Evidence, decide, restrict
-from hapticvlm.rendering.thermal import contact_temperature_c, thermal_contact
-from hapticvlm.session.grading import grade
+from hapticvlm.rendering.heat.contact import contact_temperature_c, thermal_contact
+from hapticvlm.session.rendition import grade
+from hapticvlm.vision import pictures
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.calibration import FEW, calibrate
+from hapticvlm.vision.galleries.gallery import Gallery
+from hapticvlm.vision.galleries.storage import load_gallery
 
 CHOOSING, HELD = 101, 202
 FOUR = ("wood", "glass", "fabric", "metal")

@@ -15,7 +15,7 @@ from typing import Any
 
 from playwright.sync_api import sync_playwright
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 CHROMIUM = "chromium"
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
+from hapticvlm.client.local_service import running
 from hapticvlm.commands import config_file, serve
-from hapticvlm.commands.local_service import running
-from hapticvlm.commands.parsing import Option
-from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Serving
+from hapticvlm.server.options import Option
+from hapticvlm.server.settings import GROUPS, OPTIONS, Serving
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "hapticvlm.toml"
 SECRET = "a-secret-nobody-prints"

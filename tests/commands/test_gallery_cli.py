@@ -11,8 +11,8 @@ from PIL import Image
 from tiny_encoders import Graph, write_onnx
 
 from hapticvlm.commands.main import main
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.enrol import (
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.enrol import (
     CLOSER,
     Enrolled,
     Picture,
@@ -20,18 +20,10 @@ from hapticvlm.recognition.galleries.enrol import (
     find_pictures,
     list_pictures,
 )
-from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
-from hapticvlm.recognition.galleries.leave_one_out import (
-    find_confusable_pairs,
-    leave_one_out,
-)
-from hapticvlm.recognition.galleries.storage import (
-    SHIPPED,
-    load_gallery,
-    read_gallery,
-    save_gallery,
-)
-from hapticvlm.recognition.galleries.user_materials import read_material
+from hapticvlm.vision.galleries.gallery import Calibration, Gallery
+from hapticvlm.vision.galleries.leave_one_out import find_confusable_pairs, leave_one_out
+from hapticvlm.vision.galleries.storage import SHIPPED, load_gallery, read_gallery, save_gallery
+from hapticvlm.vision.galleries.user_materials import read_material
 
 COLOURS = {
     "wood": (150, 90, 40),

@@ -60,7 +60,7 @@ def test_json_means_the_same_for_every_command(name):
 @pytest.mark.parametrize("name", [n for n in ALL if len(n.split()) == 2 and "lab" not in n])
 def test_every_command_explains_itself_in_whole_sentences(name):
     parser = ALL[name]
-    if name.split()[1] in main.LAB_COMMANDS:
+    if name.split()[1] in main.PARTS["hapticvlm_lab"]:
         return
     assert (parser.description or "").strip().endswith((".", "again.")), name
 
@@ -146,8 +146,8 @@ def test_a_model_that_cannot_be_loaded_is_refused_before_the_service_starts():
 
 
 def test_the_doctor_ends_with_one_sentence():
-    from hapticvlm.commands.doctor import Finding
-    from hapticvlm.commands.doctor.command import sentence
+    from hapticvlm.commands.doctor import sentence
+    from hapticvlm.doctor.findings import Finding
 
     fine, note = Finding("python", "ok", "3.13"), Finding("audio", "note", "none")
     wrong = Finding("port", "wrong", "taken", "another")

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from hapticvlm import materials
-from hapticvlm.recognition.galleries.user_materials import UserMaterial, write_material
+from hapticvlm.vision.galleries.user_materials import UserMaterial, write_material
 
 # Each takes half a second of a processor or more, in every process that loads it.
 SLOW = ("scipy.signal", "scipy.stats", "scipy.optimize", "matplotlib")
@@ -15,16 +15,16 @@ PUT_TOGETHER = """
 import sys
 from pathlib import Path
 from hapticvlm.commands import assemble, run_service
-from hapticvlm.commands.serve_config import Serving
+from hapticvlm.server.settings import Serving
 gallery = Path(sys.argv[1]) if sys.argv[1:] else None
 assemble.make(Serving(gallery=gallery))
 """
 STRUCK = """
 import sys
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.impacts import impact
+from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration import IMPACTS, Motion
-from hapticvlm.rendering.voices import Voices
+from hapticvlm.rendering.vibration.voices import Voices
 Voices(table=MATERIALS)
 for material in MATERIALS.values():
     for interaction in IMPACTS:

@@ -13,16 +13,21 @@ import pytest
 from plate_ports import TURN_S, Cable
 
 from hapticvlm.commands.main import main
-from hapticvlm.devices import plate_protocol, ports
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.framing import Deframer
-from hapticvlm.devices.peltier import GREETING_S, Peltier
-from hapticvlm.devices.plant import Plant
-from hapticvlm.devices.plate import Plate
-from hapticvlm.devices.ports import READ_S
-from hapticvlm.devices.simulated import SimulatedPlate
-from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort, simulated_plate
-from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.devices.plate import ports
+from hapticvlm.devices.plate import protocol as plate_protocol
+from hapticvlm.devices.plate.framing import Deframer
+from hapticvlm.devices.plate.peltier import GREETING_S, Peltier
+from hapticvlm.devices.plate.plate import Plate
+from hapticvlm.devices.plate.ports import READ_S
+from hapticvlm.devices.simulated.plant import Plant
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
+from hapticvlm.devices.simulated.simulated_board import (
+    SimulatedBoard,
+    SimulatedPort,
+    simulated_plate,
+)
+from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm_lab.bench.rigs import is_priority_permitted
 
 

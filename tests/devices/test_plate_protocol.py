@@ -10,8 +10,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hapticvlm.devices import framing, plate_protocol
-from hapticvlm.devices.framing import MAX_PAYLOAD, MAX_WIRE, Deframer, Frame, frame, stuff, unstuff
+from hapticvlm.devices.plate import framing
+from hapticvlm.devices.plate import protocol as plate_protocol
+from hapticvlm.devices.plate.framing import (
+    MAX_PAYLOAD,
+    MAX_WIRE,
+    Deframer,
+    Frame,
+    frame,
+    stuff,
+    unstuff,
+)
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 byte = st.integers(0, 255)

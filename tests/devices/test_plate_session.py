@@ -12,10 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hapticvlm.devices import faults, plate_protocol
-from hapticvlm.devices.dose import REST_S, Dose
-from hapticvlm.devices.framing import Deframer
-from hapticvlm.devices.plate_protocol import (
+from hapticvlm.devices import faults
+from hapticvlm.devices.plate import protocol as plate_protocol
+from hapticvlm.devices.plate.dose import REST_S, Dose
+from hapticvlm.devices.plate.framing import Deframer
+from hapticvlm.devices.plate.protocol import (
     Ack,
     Answer,
     Clear,
@@ -26,8 +27,8 @@ from hapticvlm.devices.plate_protocol import (
     Setpoint,
     State,
 )
-from hapticvlm.devices.plate_requests import ANSWER_S, TRIES
-from hapticvlm.devices.plate_session import DEAF_S, GONE_S, HELLO_S, SILENT_S, PlateSession
+from hapticvlm.devices.plate.requests import ANSWER_S, TRIES
+from hapticvlm.devices.plate.session import DEAF_S, GONE_S, HELLO_S, SILENT_S, PlateSession
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 BOARD = HelloReply(1, 0, 1, 2, 3, 7, 18_000, 40_000, 5000, 1000, 750, 2000, 250, 667, 20, 1)
@@ -373,7 +374,7 @@ def test_no_bytes_raise_and_the_conversation_goes_on(noise: list[bytes]) -> None
 
 @given(st.sampled_from([*range(1, 6), 0x81, 0x83, 9]), st.binary(max_size=48))
 def test_any_frame_past_its_crc_is_taken_or_counted(kind: int, payload: bytes) -> None:
-    from hapticvlm.devices.framing import Frame, frame
+    from hapticvlm.devices.plate.framing import Frame, frame
 
     session = greeted()
     session.receive(frame(Frame(kind, 3, payload)), 0.1)

@@ -8,8 +8,9 @@ from collections.abc import Callable
 
 import pytest
 
-from hapticvlm.devices.dose import REST_S
-from hapticvlm.devices.plant import (
+from hapticvlm.devices.plate.dose import REST_S
+from hapticvlm.devices.plate.plate import Plate
+from hapticvlm.devices.simulated.plant import (
     FACE_J_PER_K,
     RESISTANCE,
     SEEBECK,
@@ -17,9 +18,8 @@ from hapticvlm.devices.plant import (
     SINK_K_PER_W,
     Plant,
 )
-from hapticvlm.devices.plate import Plate
-from hapticvlm.devices.simulated import SimulatedPlate
-from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SINK_TRIP_C, PlateReading
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
+from hapticvlm.rendering.heat.limits import SETPOINT_MAX_C, SINK_TRIP_C, PlateReading
 
 TICK_S = 0.02
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from hapticvlm.evidence.sub_materials import SUB_MATERIALS, THICKNESSES
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import threshold_db
-from hapticvlm.recognition.sub_materials import SUB_MATERIALS, THICKNESSES
-from hapticvlm.rendering import plate_limits
+from hapticvlm.rendering.heat import limits as plate_limits
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs/physics.md").read_text(encoding="utf-8")

@@ -13,7 +13,7 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
-from hapticvlm.devices.plant import AMBIENT_C, SEEBECK, SINK_J_PER_K, Module, Plant
+from hapticvlm.devices.simulated.plant import AMBIENT_C, SEEBECK, SINK_J_PER_K, Module, Plant
 
 from .hardware import NOISE_MV, PLATE_A, PLATE_B, SINK, CutOut, Driver, Skin, thermistor_mv
 

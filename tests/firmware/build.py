@@ -12,7 +12,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from hapticvlm.devices.plant import AMBIENT_C
+from hapticvlm.devices.simulated.plant import AMBIENT_C
 
 from .board import Board, load
 

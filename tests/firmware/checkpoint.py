@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import ModuleType
 
-from hapticvlm.devices import plant
+from hapticvlm.devices.simulated import plant
 
 from . import board, faults, hardware, rawhost, situations, trials
 from .trials import Outcome

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from hapticvlm.devices.plant import SINK_J_PER_K
+from hapticvlm.devices.simulated.plant import SINK_J_PER_K
 
 from .board import RESET_BROWN_OUT, RESET_EXTERNAL, Board, Sensor, plate_mv, sink_mv
 from .hardware import (

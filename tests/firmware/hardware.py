@@ -1,7 +1,7 @@
 """What stands between the chip and the skin: thermistors, driver, limits, cut-out, the palm's dose.
 
 Parts as firmware/PROTOCOL.md and firmware/README.md name them. Heat itself is in the project's one
-plant model, `hapticvlm.devices.simulated.Plant`; nothing here models it again. Figures marked
+plant model, `hapticvlm.devices.simulated.plant`; nothing here models it again. Figures marked
 [assumption] are ours: no such part was measured.
 """
 

@@ -1,7 +1,7 @@
 """The service's own way from a touch to a setpoint, on a simulated board, in simulated time.
 
-`Rig` joins the unmodified `devices/peltier.py`, over `sim://`, with the rendering that a session
-uses: course, then limits. Nothing here knows the protocol.
+`Rig` joins the unmodified `devices/plate/peltier.py`, over `sim://`, with the rendering that a
+session uses: course, then limits. Nothing here knows the protocol.
 """
 
 from __future__ import annotations
@@ -12,13 +12,14 @@ from dataclasses import dataclass
 
 import serial
 
-from hapticvlm.devices.peltier import Peltier
+from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering import plate_limits, thermal
-from hapticvlm.rendering.plate_limits import PlateReading
-from hapticvlm.rendering.thermal import ThermalContact
-from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
+from hapticvlm.rendering.heat import contact as thermal
+from hapticvlm.rendering.heat import limits as plate_limits
+from hapticvlm.rendering.heat.contact import ThermalContact
+from hapticvlm.rendering.heat.limits import PlateReading
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 
 from .board import Board
 from .protocol_sim import BOARDS

@@ -7,7 +7,7 @@ import struct
 
 import pytest
 
-from hapticvlm.rendering import plate_limits
+from hapticvlm.rendering.heat import limits as plate_limits
 
 from .build import FIRMWARE
 

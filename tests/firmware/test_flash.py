@@ -20,8 +20,8 @@ from types import ModuleType
 
 import pytest
 
+from hapticvlm.commands import flash
 from hapticvlm.commands.main import main
-from hapticvlm.commands.plate import flash
 
 from .board import Board
 from .build import FIRMWARE, Chip

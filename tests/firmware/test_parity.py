@@ -8,8 +8,8 @@ import math
 
 import pytest
 
-from hapticvlm.devices.simulated import SimulatedPlate
-from hapticvlm.devices.simulated_board import SimulatedBoard
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
+from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 
 from . import line
 from .board import Board

@@ -1,4 +1,4 @@
-"""The unmodified `devices/peltier.py` over sim://, with the compiled firmware at the other end."""
+"""The unmodified `devices/plate/peltier.py` over sim://, the compiled firmware at the other end."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.peltier import Peltier
+from hapticvlm.devices.plate.peltier import Peltier
 
 from .board import Board
 from .faults import BY_NAME

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.session.hands import LONGEST_LEAD_S
 
 from . import scenes

@@ -12,7 +12,7 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hapticvlm.rendering.plate_limits import HEAT_LIMIT_S
+from hapticvlm.rendering.heat.limits import HEAT_LIMIT_S
 
 from . import line
 from .board import Board

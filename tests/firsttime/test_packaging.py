@@ -6,8 +6,9 @@ from pathlib import Path
 import yaml
 
 from hapticvlm import __version__
-from hapticvlm.commands import assemble, serve
+from hapticvlm.commands import serve
 from hapticvlm.commands.main import _parser
+from hapticvlm.server import assemble
 
 ROOT = Path(__file__).parents[2]
 DOCKERFILE = (ROOT / "Dockerfile").read_text().replace("\\\n", " ")

@@ -14,21 +14,22 @@ from pathlib import Path
 from typing import Any
 
 from hapticvlm.captures.lines import CaptureError, read_lines
-from hapticvlm.commands import config_file, replay
-from hapticvlm.commands.session_log import SessionLogError
-from hapticvlm.devices import plate_protocol
-from hapticvlm.devices.audio import read_wav
-from hapticvlm.devices.framing import Deframer
-from hapticvlm.devices.plate_session import PlateSession
+from hapticvlm.commands import config_file
+from hapticvlm.devices.plate import protocol as plate_protocol
+from hapticvlm.devices.plate.framing import Deframer
+from hapticvlm.devices.plate.session import PlateSession
+from hapticvlm.devices.speaker.audio import read_wav
 from hapticvlm.materials import MATERIALS, MaterialError
 from hapticvlm.messages import Frame, MessageError, Touch, decode
-from hapticvlm.recognition import decoding, pictures
-from hapticvlm.recognition.galleries.storage import GalleryError, read_gallery
-from hapticvlm.recognition.galleries.user_materials import read_material
-from hapticvlm.rendering.plate_limits import AT_REST
-from hapticvlm.server.recorder import SESSION_LOG
+from hapticvlm.recordings import replay
+from hapticvlm.recordings.recorder import SESSION_LOG
+from hapticvlm.recordings.session_log import SessionLogError
+from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.session.actions import DrivePlate, PlayVibration
 from hapticvlm.session.session import SceneSession
+from hapticvlm.vision import decoding, pictures
+from hapticvlm.vision.galleries.storage import GalleryError, read_gallery
+from hapticvlm.vision.galleries.user_materials import read_material
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,7 @@ TARGETS = {
 
 def head() -> Any:
     """Return the first line of a session log."""
-    from hapticvlm.session import recorded
+    from hapticvlm.recordings import recorded_session as recorded
 
     given = {"owner": True, "can_ask": False, "contact_resistance": None, "reading": AT_REST}
     line = {"line": 0, "head": recorded.head({**given, "table": MATERIALS})}

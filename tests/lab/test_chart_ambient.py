@@ -8,11 +8,11 @@ import pytest
 from PIL import Image
 from serving import endpoint, says, sends
 
-from hapticvlm.commands.evaluate.scores import Guess, score
 from hapticvlm_lab.bench.ambient import chart_plot, methods
 from hapticvlm_lab.bench.ambient.chart import RANDOM, Plan, run
 from hapticvlm_lab.bench.ambient.rows import Row
 from hapticvlm_lab.bench.ambient.timing import Timed, measure
+from hapticvlm_studio.evaluation.scores import Guess, score
 
 PICTURES = [np.full((120, 160, 3), shade, np.uint8) for shade in (0, 120, 240)]
 TRUTHS = (2.0, 14.0, 31.0)

@@ -5,10 +5,10 @@ import pytest
 from PIL import Image
 from recorded_session import record
 
-from hapticvlm.commands import timeline
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import RATE_HZ
-from hapticvlm.rendering.voices import Voices
+from hapticvlm.recordings import timeline
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.voices import Voices
 from hapticvlm_lab.bench.pictures import film
 
 

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from hapticvlm.recogniser_app.replies import Named, identify
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.storage import load_gallery
-from hapticvlm.recognition.remote.contract import Found, write_result
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.remote.contract import Found, write_result
 from hapticvlm_lab.bench.fleet import curve
 from hapticvlm_lab.bench.fleet.scenes import Truth, recorded
+from hapticvlm_recogniser_app.replies import Named, identify
 
 LINE = {size: 0.004 + 0.001 * size for size in curve.SIZES}
 

@@ -14,12 +14,12 @@ import pytest
 from tiny_capture import OBJECTS, VIEWS, drawn, write_capture
 from tiny_encoders import write_classifier
 
+from hapticvlm.evidence.fusion import fuse
+from hapticvlm.evidence.ladder import decide
 from hapticvlm.messages import Frame, Shader
-from hapticvlm.recognition.fusion import fuse
-from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
-from hapticvlm.recognition.ladder import decide
-from hapticvlm.recognition.pictures import Crop, crop
 from hapticvlm.statistics import wilson
+from hapticvlm.vision.galleries.gallery import Calibration, Gallery
+from hapticvlm.vision.pictures import Crop, crop
 from hapticvlm_lab.bench import labels as chart_labels
 from hapticvlm_lab.bench.material import logistic
 from hapticvlm_lab.bench.material.answers import answer, embed

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from tiny_capture import SIDE, drawn, write_capture
 
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.storage import load_gallery
-from hapticvlm.recognition.pictures import crop
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.pictures import crop
 from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence
 from hapticvlm_lab.bench.material.data import FOUR, Source
 from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply, darken

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hapticvlm.commands.local_service import Service
-from hapticvlm.devices.speaker_files import read_patterns
+from hapticvlm.client.local_service import Service
+from hapticvlm.devices.speaker.speaker_files import read_patterns
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import MAX_MESSAGE_BYTES
-from hapticvlm.rendering.patterns import LONGEST_S
-from hapticvlm.rendering.vibration import IMPACTS
+from hapticvlm.rendering.vibration.patterns import LONGEST_S
+from hapticvlm.rendering.vibration.vibration import IMPACTS
 from hapticvlm.server.budgets import MAX_SCENES
 from hapticvlm_lab.bench.audio.conditions import LOAD
 from hapticvlm_lab.bench.audio.sink import Recording

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from hapticvlm.commands.main import main
-from hapticvlm.rendering.thermal import SKIN, thermal_contact
+from hapticvlm.rendering.heat.contact import SKIN, thermal_contact
 from hapticvlm_lab.bench.thermal import breaks, chart, grids, plate_term, timing
 from hapticvlm_lab.bench.thermal.breaks import ALUMINIUM, FRAME_S
 from hapticvlm_lab.bench.thermal.loop import wind_up

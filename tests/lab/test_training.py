@@ -11,9 +11,9 @@ import pytest
 torch = pytest.importorskip("torch", reason="extra `train` is not installed")
 
 from hapticvlm import materials  # noqa: E402
-from hapticvlm.recognition.encoders.loading import load_encoder  # noqa: E402
-from hapticvlm.recognition.galleries.gallery import Gallery, Pictures  # noqa: E402
-from hapticvlm.recognition.pictures import Crop  # noqa: E402
+from hapticvlm.vision.encoders.loading import load_encoder  # noqa: E402
+from hapticvlm.vision.galleries.gallery import Gallery, Pictures  # noqa: E402
+from hapticvlm.vision.pictures import Crop  # noqa: E402
 from hapticvlm_lab.training import answers, export, fit, pool, sources, teacher  # noqa: E402
 from hapticvlm_lab.training.distil import (  # noqa: E402
     CHECKPOINT,

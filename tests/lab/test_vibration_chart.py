@@ -10,8 +10,8 @@ import pytest
 
 from hapticvlm.commands.main import main
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.impacts import impact
-from hapticvlm.rendering.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.impacts import impact
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm_lab.bench.vibration import chart, methods
 from hapticvlm_lab.bench.vibration.methods import Row
 from hapticvlm_lab.bench.vibration.spectra import (

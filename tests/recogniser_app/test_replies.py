@@ -4,11 +4,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from hapticvlm.recogniser_app import replies
-from hapticvlm.recogniser_app.replies import Embedded, Refusal, load_galleries
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.pictures import Crop, central_mask
-from hapticvlm.recognition.remote import contract
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.pictures import Crop, central_mask
+from hapticvlm.vision.remote import contract
+from hapticvlm_recogniser_app import replies
+from hapticvlm_recogniser_app.replies import Embedded, Refusal, load_galleries
 
 
 @pytest.fixture(scope="module")

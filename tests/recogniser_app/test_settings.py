@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from hapticvlm.recogniser_app.settings import (
+from hapticvlm_recogniser_app.settings import (
     IMPORT_PATH,
     AppSettings,
     Live,

@@ -11,7 +11,7 @@ from hapticvlm.rendering.expectation import (
     nearest_vibration,
     needed_belief,
 )
-from hapticvlm.rendering.thermal import contact_temperature_c, thermal_contact
+from hapticvlm.rendering.heat.contact import contact_temperature_c, thermal_contact
 
 beliefs = st.dictionaries(st.sampled_from(sorted(MATERIALS)), st.floats(1e-3, 1.0), min_size=1)
 

@@ -12,17 +12,23 @@ import pytest
 import soundfile
 from numpy.typing import NDArray
 
-from hapticvlm.commands.feel.sound import sound, spectrum
 from hapticvlm.commands.main import main
-from hapticvlm.devices.engine import AudioSettings, Engine
-from hapticvlm.devices.ring import Ring
-from hapticvlm.devices.speaker_files import SpeakerResponse, read_patterns, write_response
+from hapticvlm.devices.speaker.engine import AudioSettings, Engine
+from hapticvlm.devices.speaker.ring import Ring
+from hapticvlm.devices.speaker.speaker_files import SpeakerResponse, read_patterns, write_response
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.equaliser import Correction
-from hapticvlm.rendering.impacts import impact
-from hapticvlm.rendering.patterns import PRESETS, PatternError, PatternTexture, named, pattern
-from hapticvlm.rendering.vibration import RATE_HZ, Motion
-from hapticvlm.rendering.voices import Command, Voices
+from hapticvlm.rendering.vibration.equaliser import Correction
+from hapticvlm.rendering.vibration.impacts import impact
+from hapticvlm.rendering.vibration.patterns import (
+    PRESETS,
+    PatternError,
+    PatternTexture,
+    named,
+    pattern,
+)
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.voices import Command, Voices
+from hapticvlm_studio.touches.sound import sound, spectrum
 
 Wave = NDArray[np.float64]
 RUB = Command(1, "fabric", "slide", False, Motion(0.3, 2.0), 1, 100.0)

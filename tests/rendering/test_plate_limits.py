@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from hapticvlm.rendering.plate_limits import (
+from hapticvlm.rendering.heat.limits import (
     DOSE_LIMIT_CEM43,
     HEAT_LIMIT_S,
     SETPOINT_MAX_C,

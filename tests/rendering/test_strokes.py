@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hapticvlm.commands.feel.sound import sound
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import (
+from hapticvlm.rendering.vibration.vibration import (
     IMPACTS,
     PAUSE_S,
     RATE_HZ,
@@ -16,6 +15,7 @@ from hapticvlm.rendering.vibration import (
     Motion,
     motion_at,
 )
+from hapticvlm_studio.touches.sound import sound
 
 PEAK = Motion(2.0, 3.0)
 

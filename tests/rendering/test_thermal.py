@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Thermal
-from hapticvlm.rendering.thermal import (
+from hapticvlm.rendering.heat.contact import (
     SKIN,
     ThermalContact,
     carries_cue,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hapticvlm.materials import MATERIALS, Thermal
-from hapticvlm.rendering import thermal_history
-from hapticvlm.rendering.thermal import SKIN, share, thermal_contact
-from hapticvlm.rendering.thermal_history import RATES, after, aged, faded_c, fading, left_c
+from hapticvlm.rendering.heat import history as thermal_history
+from hapticvlm.rendering.heat.contact import SKIN, share, thermal_contact
+from hapticvlm.rendering.heat.history import RATES, after, aged, faded_c, fading, left_c
 
 GLASS = thermal_contact(MATERIALS["glass"].thermal, 22.0)
 STEEL = thermal_contact(Thermal(15, 8000, 500), 22.0, contact_resistance=0.0)

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from hapticvlm.materials import MATERIALS, Thermal
-from hapticvlm.rendering.thermal import (
+from hapticvlm.rendering.heat.contact import (
     LEAD_S,
     ThermalContact,
     contact_temperature_c,
     skin_surface_c,
     thermal_contact,
 )
-from hapticvlm.rendering.thermal_history import RATES, aged
-from hapticvlm.rendering.thermal_trajectory import BRIEF_LIFT_S, ThermalTrajectory
+from hapticvlm.rendering.heat.history import RATES, aged
+from hapticvlm.rendering.heat.trajectory import BRIEF_LIFT_S, ThermalTrajectory
 from hapticvlm_lab.bench.thermal.reference import Stage, sharp, skin_surface
 
 ALUMINIUM = Thermal(167, 2700, 896)

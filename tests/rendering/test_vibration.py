@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Vibration
 from hapticvlm.perception import drive_threshold_db
-from hapticvlm.rendering.equaliser import Playback
-from hapticvlm.rendering.impacts import hardness, impact
-from hapticvlm.rendering.textures import Texture, catching, rendered_hz
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
+from hapticvlm.rendering.vibration.equaliser import Playback
+from hapticvlm.rendering.vibration.impacts import hardness, impact
+from hapticvlm.rendering.vibration.textures import Texture, catching, rendered_hz
+from hapticvlm.rendering.vibration.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
 
 FOUR = ("wood", "glass", "fabric", "metal")
 WOOD = MATERIALS["wood"].vibration

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from hapticvlm.materials import LIMITS, MATERIALS, Mode, Vibration
-from hapticvlm.rendering import impacts
-from hapticvlm.rendering.impacts import impact
-from hapticvlm.rendering.smoothing import SmoothedValue
-from hapticvlm.rendering.textures import Texture
-from hapticvlm.rendering.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
-from hapticvlm.rendering.voices import Command, Voices
+from hapticvlm.rendering.vibration import impacts
+from hapticvlm.rendering.vibration.impacts import impact
+from hapticvlm.rendering.vibration.smoothing import SmoothedValue
+from hapticvlm.rendering.vibration.textures import Texture
+from hapticvlm.rendering.vibration.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
+from hapticvlm.rendering.vibration.voices import Command, Voices
 
 Wave = NDArray[np.float32]
 SILENT_S = 0.020

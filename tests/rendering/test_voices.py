@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Vibration
-from hapticvlm.rendering.impacts import impact
-from hapticvlm.rendering.limiter import DELAY_S
-from hapticvlm.rendering.textures import Texture
-from hapticvlm.rendering.vibration import RATE_HZ, Motion
-from hapticvlm.rendering.voices import Command, Voices
+from hapticvlm.rendering.vibration.impacts import impact
+from hapticvlm.rendering.vibration.limiter import DELAY_S
+from hapticvlm.rendering.vibration.textures import Texture
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.voices import Command, Voices
 
 BLOCK = 128
 DELAY = round(DELAY_S * RATE_HZ)
@@ -335,7 +335,7 @@ def test_a_voice_that_turns_to_nan_is_dropped_and_the_rest_sounds_on(
     voices, healthy = Voices(), Voices()
     voices.obey(replace(SLIDE, hand=1))
     healthy.obey(replace(SLIDE, hand=1))
-    monkeypatch.setattr("hapticvlm.rendering.voices.impact", broken)
+    monkeypatch.setattr("hapticvlm.rendering.vibration.voices.impact", broken)
     voices.obey(STRIKE)
     wave = listen(voices, 0.2)
 

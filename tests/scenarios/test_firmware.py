@@ -16,7 +16,7 @@ from firmware.board import RESET_EXTERNAL
 from firmware_port import FirmwarePort, firmware_on_a_terminal
 from test_server import owner_of, until
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 pytestmark = pytest.mark.slow
 

@@ -15,10 +15,10 @@ from conftest import peer, status
 from test_robustness import touching_client
 from test_server import is_silent, owner_of, until
 
-from hapticvlm.commands.local_service import Service, running
-from hapticvlm.devices.peltier import Peltier
-from hapticvlm.devices.plate_protocol import State
-from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort
+from hapticvlm.client.local_service import Service, running
+from hapticvlm.devices.plate.peltier import Peltier
+from hapticvlm.devices.plate.protocol import State
+from hapticvlm.devices.simulated.simulated_board import SimulatedBoard, SimulatedPort
 
 LEASE_S = 0.25
 

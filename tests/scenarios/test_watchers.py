@@ -9,8 +9,8 @@ from conftest import peer
 from PIL import Image
 from test_server import owner_of
 
-from hapticvlm.processes.recogniser import SHOWN_PX
 from hapticvlm.server.recognition_queue import SHOWN_BYTES
+from hapticvlm.vision.worker import SHOWN_PX
 
 COMMENT = b"\xff\xfe\xff\xff" + bytes(65533)
 

@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 GATEWAY, BUDGETS = "tests/server/test_gateway.py", "tests/server/test_budgets.py"
 HTTP, SESSION = "tests/server/test_http.py", "tests/session/test_session.py"
-PLATE, AUDIO = "tests/devices/test_plate_session.py", "tests/service/test_audio.py"
+PLATE, AUDIO = "tests/devices/test_plate_session.py", "tests/devices/test_audio.py"
 CHILD = "tests/processes/test_supervised.py"
 
 
@@ -50,18 +50,18 @@ DEFECTS = (
     # tokens, hosts, origins
     Defect("server/access.py", 'if self.token == "":', "if False:", f"{BUDGETS} -k token"),
     Defect("server/access.py", "if len(self.token) < MIN_TOKEN:", "if False:", f"{BUDGETS} -k token"),
-    Defect("server/http.py", "return host in self.names or is_address(host)", "return True", f"{HTTP} -k host_header"),
-    Defect("server/http.py", "(not is_opened or is_framed)", "not is_opened", f"{HTTP} -k another_site"),
-    Defect("server/http.py", '("cross-site", "same-site")', '("cross-site",)', f"{HTTP} -k another_site"),
+    Defect("server/web/http.py", "return host in self.names or is_address(host)", "return True", f"{HTTP} -k host_header"),
+    Defect("server/web/http.py", "(not is_opened or is_framed)", "not is_opened", f"{HTTP} -k another_site"),
+    Defect("server/web/http.py", '("cross-site", "same-site")', '("cross-site",)', f"{HTTP} -k another_site"),
     # stop and leases
-    Defect("devices/plate_requests.py", "if isinstance(message, Rest) and isinstance(self._message, Off):", "if False:", f"{PLATE} -k does_not_undo"),
-    Defect("devices/plate_session.py", "elif now - self._unfollowed_since > FOLLOW_S:", "elif False:", f"{PLATE} -k follows_no"),
-    Defect("devices/engine.py", "if self._rested < standing.rested <= self._newest:", "if False:", f"{AUDIO} -k rest_that_was_lost"),
-    Defect("devices/engine.py", "self._voices.gain = standing.gain", "pass", f"{AUDIO} -k outlive"),
+    Defect("devices/plate/requests.py", "if isinstance(message, Rest) and isinstance(self._message, Off):", "if False:", f"{PLATE} -k does_not_undo"),
+    Defect("devices/plate/session.py", "elif now - self._unfollowed_since > FOLLOW_S:", "elif False:", f"{PLATE} -k follows_no"),
+    Defect("devices/speaker/engine.py", "if self._rested < standing.rested <= self._newest:", "if False:", f"{AUDIO} -k rest_that_was_lost"),
+    Defect("devices/speaker/engine.py", "self._voices.gain = standing.gain", "pass", f"{AUDIO} -k outlive"),
     Defect("session/hands.py", "self.lease_until = now + LEASE_S", "self.lease_until = now + 1e9", f"{SESSION} -k lease"),
-    Defect("devices/peltier.py", "            request_priority(PRIORITY)\n", "            pass\n", "tests/devices/test_peltier.py -k real_time"),
+    Defect("devices/plate/peltier.py", "            request_priority(PRIORITY)\n", "            pass\n", "tests/devices/test_peltier.py -k real_time"),
     Defect("server/gateway.py", "owner=True, thermal_gain=self.outputs.thermal_gain)", "owner=True)", f"{GATEWAY} -k thermal_gain"),
-    Defect("recognition/decoding.py", "    _require_few_chunks(path, data)\n", "", "tests/recognition/test_pictures.py -k chunks"),
+    Defect("vision/decoding.py", "    _require_few_chunks(path, data)\n", "", "tests/vision/test_pictures.py -k chunks"),
     # children
     Defect("backoff.py", "first_s * 2.0 ** min(failures - 1, _MOST_DOUBLINGS)", "first_s", f"{CHILD} -k growing_pause"),
 )  # fmt: skip

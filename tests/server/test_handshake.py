@@ -13,6 +13,8 @@ from websockets.exceptions import ConnectionClosed
 from hapticvlm import __version__
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import PROTOCOL_MAJOR, Device, Devices, Error, Models
+from hapticvlm.recordings.recorded_session import RecordedSession
+from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server import handshake
 from hapticvlm.server.access import Address
 from hapticvlm.server.budgets import (
@@ -22,8 +24,6 @@ from hapticvlm.server.budgets import (
     MAX_SCENES,
 )
 from hapticvlm.server.handshake import CLOSE_PROTOCOL, GUESSES_LOGGED_S, Guesses, Handshake, Offer
-from hapticvlm.server.recorder import Recorder
-from hapticvlm.session.recorded import RecordedSession
 
 SIMULATED = Device(name="simulated", simulated=True)
 TOKEN = "long enough to be given off this machine"

@@ -7,9 +7,9 @@ import pytest
 from websockets.datastructures import Headers
 from websockets.http11 import Request
 
-from hapticvlm.server import http
 from hapticvlm.server.access import Address
-from hapticvlm.study import run as page_server
+from hapticvlm.server.web import http
+from hapticvlm_studio.trials import page_server
 
 TOKEN = "twelve-chars-at-least"
 ORIGIN = frozenset({"https://studio.example"})
@@ -59,8 +59,8 @@ def test_a_page_of_another_site_may_link_here_and_fetch_nothing(site, mode, dest
 @pytest.mark.parametrize("page", [page_server.PAGE, page_server.EXPERIMENTER])
 @pytest.mark.parametrize(("is_study", "code"), [(False, 404), (True, 200)])
 def test_the_pages_of_a_study_are_served_only_where_a_study_runs(is_study, code, page):
-    folders = {"pages": page_server.PAGES} if is_study else {}
-    policy = http.AccessPolicy("127.0.0.1", frozenset(), **folders)
+    folders = page_server.PAGES if is_study else (http.PAGES,)
+    policy = http.AccessPolicy("127.0.0.1", frozenset(), pages=folders)
     request = Request(page, Headers([("Host", "127.0.0.1")]))
     browser: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
     answer = http.answer(browser, request, policy, dict)

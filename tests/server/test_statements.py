@@ -3,7 +3,7 @@
 import pytest
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.server import statements
+from hapticvlm.server.web import stated_materials as statements
 
 ODD = {"cup": "glass", 'a "quoted" \\ name\n': "wood", "\x7f\N{SNOWMAN}\N{PILE OF POO}": "metal"}
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from gateways import Peer, join, new_gateway
 
-from hapticvlm.devices.engine_orders import EngineStatus
-from hapticvlm.devices.simulated import SimulatedPlate
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
+from hapticvlm.devices.speaker.engine_orders import EngineStatus
 from hapticvlm.messages import Set, Touch
 from hapticvlm.server.supervision import LOSSES_S, TELEMETRY_S, TICK_S, Supervision
 

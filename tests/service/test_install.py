@@ -22,7 +22,7 @@ import pytest
 from conftest import peer
 
 from hapticvlm import __version__
-from hapticvlm.commands.local_service import Service
+from hapticvlm.client.local_service import Service
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "service" / "hapticvlm"
@@ -235,7 +235,7 @@ def test_the_metadata_says_licence_python_and_addresses_anyone_can_open(built):
     assert said.get_all("Classifier") == sorted(PROJECT["classifiers"])
     for address in said.get_all("Project-URL", []):
         assert re.fullmatch(r"[^,]+, https://[\w.-]+/\S*", address)
-    extras = {"charts", "video", "models", "files", "train", "study", "ray", "dev"}
+    extras = {"video", "models", "files", "train", "studio", "ray", "dev"}
     assert set(said.get_all("Provides-Extra", [])) == extras
 
 

@@ -21,8 +21,8 @@ from conftest import peer, status
 from PIL import Image
 from test_server import OBJECTS, frame, is_silent, owner_of, quickest, rests, until
 
-from hapticvlm.commands.local_service import running
-from hapticvlm.processes.recogniser import LIMIT_S
+from hapticvlm.client.local_service import running
+from hapticvlm.vision.worker import LIMIT_S
 
 LEASE_S = 0.25
 RESTART_S = 20.0  # a second failure within ten seconds waits a second, and this machine is shared

@@ -9,7 +9,7 @@ import pytest
 
 WAITING = """
 import time
-from hapticvlm.commands.local_service import ending_on_sigterm
+from hapticvlm.client.local_service import ending_on_sigterm
 with ending_on_sigterm():
     try:
         print("waiting", flush=True)

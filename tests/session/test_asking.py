@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from test_session import READING, TABLE, frame, only, replies, scene, touch
 
+from hapticvlm.evidence.ambient import SceneView
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.messages import Decision, SceneObject
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.recognition.ambient import SceneView
-from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.session.actions import AskAmbient, AskMaterial, DrivePlate, RecogniseFrame
 from hapticvlm.session.frames import SURROUNDINGS
 from hapticvlm.session.session import SceneSession

@@ -4,11 +4,11 @@ from typing import Any
 
 import pytest
 
+from hapticvlm.evidence.sub_materials import SUB_MATERIALS
 from hapticvlm.materials import MATERIALS, derive
 from hapticvlm.messages import Decision, Scene, SceneObject, Touch
-from hapticvlm.recognition.sub_materials import SUB_MATERIALS
-from hapticvlm.rendering.plate_limits import AT_REST
-from hapticvlm.rendering.thermal import contact_temperature_c, thermal_contact
+from hapticvlm.rendering.heat.contact import contact_temperature_c, thermal_contact
+from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.session.actions import Reply
 from hapticvlm.session.session import SceneSession
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import simplejpeg
 
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import (
     Decision,
     Error,
@@ -25,9 +26,8 @@ from hapticvlm.messages import (
     Touch,
 )
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.recognition.ladder import Evidence
 from hapticvlm.rendering.expectation import GRADED_GAIN
-from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.session.actions import (
     DrivePlate,
     HoldOutputs,

@@ -9,6 +9,8 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
+from hapticvlm.evidence.ambient import SceneView
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.messages import (
     ClientMessage,
@@ -29,9 +31,7 @@ from hapticvlm.messages import (
     encode,
 )
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.recognition.ambient import SceneView
-from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.rendering.plate_limits import (
+from hapticvlm.rendering.heat.limits import (
     AT_REST,
     SETPOINT_MAX_C,
     SETPOINT_MIN_C,

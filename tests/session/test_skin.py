@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from hapticvlm.devices.simulated import SimulatedPlate
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.plate_limits import AT_REST, SETPOINT_MAX_C, SETPOINT_MIN_C, SLEW_C_PER_S
-from hapticvlm.rendering.thermal import thermal_contact
-from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
+from hapticvlm.rendering.heat.contact import thermal_contact
+from hapticvlm.rendering.heat.limits import AT_REST, SETPOINT_MAX_C, SETPOINT_MIN_C, SLEW_C_PER_S
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.session.actions import DrivePlate
 from hapticvlm.session.session import SceneSession
 

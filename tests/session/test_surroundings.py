@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.reading import Reading
-from hapticvlm.recognition.ambient import SceneView
 from hapticvlm.session.surroundings import (
     ASK_EVERY_S,
     LATE_S,

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hapticvlm.devices.ring import Ring
+from hapticvlm.devices.speaker.ring import Ring
 from hapticvlm.messages import Scene, SceneObject, Touch
-from hapticvlm.rendering.vibration import RATE_HZ
-from hapticvlm.rendering.voices import Command, Voices
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import PlayVibration
 from hapticvlm.session.session import SceneSession
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from websockets.asyncio.client import connect
 
 import hapticvlm
-from hapticvlm.devices.engine import AudioSettings
-from hapticvlm.devices.simulated_board import simulated_plate
-from hapticvlm.devices.speaker import Speaker
+from hapticvlm.devices.simulated.simulated_board import simulated_plate
+from hapticvlm.devices.speaker.engine import AudioSettings
+from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import (
     Decision,
@@ -24,13 +24,13 @@ from hapticvlm.messages import (
     Touch,
     encode,
 )
-from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
 from hapticvlm.server.access import Address
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.handshake import Offer
 from hapticvlm.server.websocket import WebSocketServer
 from hapticvlm.session.actions import Reply
 from hapticvlm.session.session import SceneSession
+from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
 
 MOST_FILES = 14
 MOST_SUMS = 4.0  # 2 to 2.6 today, 6 and more before decisions were kept
@@ -94,15 +94,15 @@ async def test_a_touch_passes_at_most_14_files_from_the_socket_to_the_ring():
     plate.close()
     assert json.loads(reply)["type"] == "ok"
     print(f"{len(profile.files)} files: {', '.join(sorted(profile.files))}")
-    assert {"server/websocket.py", "session/session.py", "devices/ring.py"} <= profile.files
+    assert {"server/websocket.py", "session/session.py", "devices/speaker/ring.py"} <= profile.files
     assert len(profile.files) <= MOST_FILES
 
 
 def test_a_renewal_compares_and_writes_no_decision():
     session = touched()
     files = files_of(lambda: session.receive(touch(), 1.1))
-    assert not files & {"session/decisions.py", "rendering/thermal.py", "recognition/surface.py"}
-    assert not any(name.startswith("recognition/") for name in files)
+    assert not files & {"session/decisions.py", "rendering/heat/contact.py", "evidence/surface.py"}
+    assert not any(name.startswith(("vision/", "evidence/")) for name in files)
 
 
 def test_a_decision_is_made_anew_when_what_it_depends_on_changes():

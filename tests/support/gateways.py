@@ -10,13 +10,13 @@ import msgpack
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosedError
 
-from hapticvlm.devices.engine import AudioSettings
-from hapticvlm.devices.simulated import SimulatedPlate
-from hapticvlm.devices.speaker import Speaker
-from hapticvlm.processes.recogniser import RecogniserSettings, RecogniserWorker
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
+from hapticvlm.devices.speaker.engine import AudioSettings
+from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.session.session import SceneSession
+from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
 
 
 def new_gateway(plate: SimulatedPlate | None = None) -> Gateway:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 
-from hapticvlm.devices import plate_protocol
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.framing import Deframer
-from hapticvlm.devices.peltier import Peltier
-from hapticvlm.devices.simulated_board import SimulatedBoard, SimulatedPort
+from hapticvlm.devices.plate import protocol as plate_protocol
+from hapticvlm.devices.plate.framing import Deframer
+from hapticvlm.devices.plate.peltier import Peltier
+from hapticvlm.devices.simulated.simulated_board import SimulatedBoard, SimulatedPort
 
 TURN_S = 0.02
 

@@ -7,9 +7,9 @@ from PIL import Image
 
 from hapticvlm import messages
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.plate_limits import PlateReading
-from hapticvlm.server.recorder import Recorder
-from hapticvlm.session import recorded
+from hapticvlm.recordings import recorded_session as recorded
+from hapticvlm.recordings.recorder import Recorder
+from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.session.hands import Hold
 
 BEGAN = 500.0  # s of the session's own clock

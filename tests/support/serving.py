@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from hapticvlm.recognition.vlm.contract import DEFAULT_MODEL
+from hapticvlm.vlm.contract import DEFAULT_MODEL
 
 PATIENCE_S = 30.0  # a socket of the endpoint that hears nothing this long gives up
 

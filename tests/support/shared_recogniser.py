@@ -12,10 +12,10 @@ from pathlib import Path
 
 import msgspec
 
-from hapticvlm.recogniser_app import replies
-from hapticvlm.recogniser_app.replies import Embedded, Refusal, load_galleries
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.remote import contract
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.remote import contract
+from hapticvlm_recogniser_app import replies
+from hapticvlm_recogniser_app.replies import Embedded, Refusal, load_galleries
 
 HANG_S = 3.0
 

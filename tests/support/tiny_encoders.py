@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.pictures import Crop, central_mask
+from hapticvlm.vision.pictures import Crop, central_mask
 
 Pixels = NDArray[np.uint8]
 

@@ -12,8 +12,8 @@ import torch
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.recognition.vlm import contract
-from hapticvlm.recognition.vlm.local import LocalVlm
+from hapticvlm.vlm import contract
+from hapticvlm.vlm.local import LocalVlm
 from hapticvlm_lab.bench.ambient import random_model
 
 Pixels = NDArray[np.uint8]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hapticvlm.devices.plant import (
+from hapticvlm.devices.simulated.plant import (
     CONDUCTANCE,
     CORE_C,
     FACE_J_PER_K,
@@ -15,7 +15,7 @@ from hapticvlm.devices.plant import (
     Module,
     Plant,
 )
-from hapticvlm.devices.simulated import SimulatedPlate
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
 
 TYPE = (SEEBECK, RESISTANCE, CONDUCTANCE, FACE_J_PER_K)
 NOISE_C = 0.01  # of a reading; the compiled firmware's is smaller

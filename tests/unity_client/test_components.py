@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 MAIN_LOOP_MS = 2.0

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 from certificates import Authority
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 

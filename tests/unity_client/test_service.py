@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from hapticvlm.client import connect
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 ANSWERS = Path(__file__).parents[2] / "schemas" / "vectors" / "answers.json"

@@ -7,7 +7,7 @@ import pytest
 from mono import PACKAGE
 from PIL import Image
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 from hapticvlm.materials import MATERIALS
 
 pytest_plugins = ("mono_build",)

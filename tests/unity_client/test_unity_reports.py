@@ -5,7 +5,7 @@ import re
 import mono
 import pytest
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 NOBODY = "ws://127.0.0.1:9/"

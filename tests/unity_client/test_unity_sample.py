@@ -8,7 +8,7 @@ import pytest
 import yaml
 from mono import PACKAGE
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 FOLDER = PACKAGE / "Samples~" / "Mouse"

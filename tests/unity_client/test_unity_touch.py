@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 RATES = (45, 60, 72, 90, 120)

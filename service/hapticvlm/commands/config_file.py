@@ -19,8 +19,8 @@ import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
 from hapticvlm import documents
-from hapticvlm.commands.parsing import Option
-from hapticvlm.commands.serve_config import GROUPS, OPTIONS
+from hapticvlm.server.options import Option
+from hapticvlm.server.settings import GROUPS, OPTIONS
 
 logger = logging.getLogger(__name__)
 

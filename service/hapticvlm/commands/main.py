@@ -13,22 +13,16 @@ from collections.abc import Sequence
 from hapticvlm import __version__
 from hapticvlm.commands import (
     completion,
+    doctor,
+    plate,
     recognise,
-    recogniser_app,
     record_replay,
     serve,
     stop,
     stream_demo,
-    study,
 )
-from hapticvlm.commands.calibrate import thermal as calibrate
-from hapticvlm.commands.doctor import command as doctor
-from hapticvlm.commands.evaluate import command as evaluate
-from hapticvlm.commands.export import command as export
-from hapticvlm.commands.feel import command as feel
 from hapticvlm.commands.gallery import command as gallery
 from hapticvlm.commands.parsing import Commands, Parser
-from hapticvlm.commands.plate import command as plate
 from hapticvlm.errors import HapticVLMError, UsageError, installing, line
 
 _MODELS = "torch transformers safetensors"
@@ -36,7 +30,6 @@ _MODELS = "torch transformers safetensors"
 PACKAGES = {
     "matplotlib": "matplotlib",
     "psutil": "psutil",
-    "av": "av",
     "cv2": "opencv-python-headless",
     "torch": _MODELS,
     "transformers": _MODELS,
@@ -48,11 +41,27 @@ PACKAGES = {
     "mitsuba": "mitsuba",
     "ray": "'ray[serve]'",
 }
-LAB = "hapticvlm_lab"  # lies beside this package in the repository, and in no wheel
-LAB_COMMANDS = {
-    "chart": "draw accuracy against latency for every method",
-    "stability": "draw under which conditions a method fails",
-    "measure": "measure latency, memory and stops of this service",
+# The other houses: each brings commands of its own, and here is what to say where it is missing.
+# They are found by name: entry points would cost a quarter of a second at every call.
+PARTS = {
+    "hapticvlm_studio": {
+        "feel": "show what skin, plate and speaker do in one touch",
+        "export": "write a touch for other haptic tools",
+        "evaluate": "grade a method on labelled pictures",
+        "calibrate": "fit palm, plate and speaker",
+        "study": "run a study of what people feel, and report it",
+    },
+    "hapticvlm_recogniser_app": {"recogniser-app": "run one recogniser for many services"},
+    "hapticvlm_lab": {
+        "chart": "draw accuracy against latency for every method",
+        "stability": "draw under which conditions a method fails",
+        "measure": "measure latency, memory and stops of this service",
+    },
+}
+WHERE = {
+    "hapticvlm_studio": "is not installed: install the whole package hapticvlm again",
+    "hapticvlm_recogniser_app": "is not installed: install the whole package hapticvlm again",
+    "hapticvlm_lab": "comes with the repository, not with the package: run it in a checkout",
 }
 
 
@@ -114,38 +123,24 @@ def _parser() -> argparse.ArgumentParser:
         help="how much to report on stderr (%(default)s)",
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for part in (
-        serve,
-        stop,
-        stream_demo,
-        record_replay,
-        recognise,
-        feel,
-        export,
-        gallery,
-        evaluate,
-        calibrate,
-        plate,
-        study,
-        recogniser_app,
-        doctor,
-    ):
+    for part in (serve, stop, stream_demo, record_replay, recognise, gallery, plate, doctor):
         part.add(commands)
-    _add_lab(commands)
+    for house in PARTS:
+        _add_house(commands, house)
     completion.add(commands, parser)
     return parser
 
 
-def _add_lab(commands: Commands) -> None:
-    """Declare the laboratory's commands; without it, each names where to get it."""
-    if importlib.util.find_spec(LAB) is not None:
-        importlib.import_module(f"{LAB}.commands").add(commands)
+def _add_house(commands: Commands, house: str) -> None:
+    """Declare the commands of another house; without it, each says where to get it."""
+    if importlib.util.find_spec(house) is not None:
+        importlib.import_module(f"{house}.commands").add(commands)
         return
-    for name, text in LAB_COMMANDS.items():
-        command = commands.add_parser(name, help=f"{text} (in the repository)", add_help=False)
+    for name, text in PARTS[house].items():
+        command = commands.add_parser(name, help=f"{text} (not installed)", add_help=False)
         command.add_argument("rest", nargs=argparse.REMAINDER)
-        command.set_defaults(run=_refuse_without_lab)
+        command.set_defaults(run=_refuse_without, house=house)
 
 
-def _refuse_without_lab(_options: argparse.Namespace) -> int:
-    raise UsageError("comes with the repository, not with the package: run it in a checkout")
+def _refuse_without(options: argparse.Namespace) -> int:
+    raise UsageError(WHERE[options.house])

@@ -15,8 +15,8 @@ from hapticvlm.errors import UsageError
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.recognition.frame_recogniser import FrameRecogniser
-    from hapticvlm.recognition.ladder import Verdict
+    from hapticvlm.evidence.ladder import Verdict
+    from hapticvlm.vision.frame_recogniser import FrameRecogniser
 
 DIGITS = 4  # of a confidence in JSON
 WIDEST = 60  # characters of a path, before the columns move
@@ -90,9 +90,9 @@ def add(commands: Commands) -> None:
 
 
 def _recognise(options: argparse.Namespace) -> int:
-    from hapticvlm.recognition.encoders.loading import load_encoder
-    from hapticvlm.recognition.frame_recogniser import FrameRecogniser
-    from hapticvlm.recognition.galleries.storage import load_gallery
+    from hapticvlm.vision.encoders.loading import load_encoder
+    from hapticvlm.vision.frame_recogniser import FrameRecogniser
+    from hapticvlm.vision.galleries.storage import load_gallery
 
     if options.mask is not None and not options.mask.exists():
         raise UsageError(f"--mask {options.mask}: no such file or folder")
@@ -139,7 +139,7 @@ def _count(text: str) -> int:
 
 
 def _find(paths: Sequence[Path]) -> list[Path]:
-    from hapticvlm.recognition.files import list_files
+    from hapticvlm.vision.files import list_files
 
     found: list[Path] = []
     for path in paths:
@@ -161,9 +161,9 @@ def _answers(
     among: frozenset[str] | None,
 ) -> Iterator[Answer]:
     """Recognise one picture after the other: none may sway another by being in a batch with it."""
-    from hapticvlm.recognition.decoding import PictureError
-    from hapticvlm.recognition.files import FileError, read_frame
-    from hapticvlm.recognition.ladder import decide, restrict
+    from hapticvlm.evidence.ladder import decide, restrict
+    from hapticvlm.vision.decoding import PictureError
+    from hapticvlm.vision.files import FileError, read_frame
 
     for path in found:
         try:

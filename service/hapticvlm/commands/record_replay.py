@@ -12,9 +12,9 @@ from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
-    from hapticvlm.commands.log_player import Replayed
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.recognition.frame_recogniser import FrameRecogniser
+    from hapticvlm.recordings.log_player import Replayed
+    from hapticvlm.vision.frame_recogniser import FrameRecogniser
 
 
 def add(commands: Commands) -> None:
@@ -87,15 +87,15 @@ def _add_replay(commands: Commands) -> None:
 def _replay(options: argparse.Namespace) -> int:
     if options.view is not None:
         return _view(options)
-    from hapticvlm.commands import replay
-    from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
+    from hapticvlm.recordings import replay
+    from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
     with usage_errors():
         table = table_with(read_folder(options.gallery))
         recogniser = _recogniser(options) if options.recognise else None
         outcome = replay.replay(options.folder, table, recogniser)
         if options.wav is not None:
-            from hapticvlm.devices.audio import write_wav
+            from hapticvlm.devices.speaker.audio import write_wav
 
             write_wav(options.wav, replay.waveform(outcome, touch_options.voices(options, table)))
     if options.json:
@@ -109,9 +109,9 @@ def _view(options: argparse.Namespace) -> int:
     """Write the page of a session and show it."""
     import webbrowser
 
-    from hapticvlm.commands import timeline
-    from hapticvlm.commands.moments import page
-    from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
+    from hapticvlm.recordings import timeline
+    from hapticvlm.recordings.page import page
+    from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
     with usage_errors():
         table = table_with(read_folder(options.gallery))
@@ -128,9 +128,9 @@ def _view(options: argparse.Namespace) -> int:
 
 
 def _recogniser(options: argparse.Namespace) -> FrameRecogniser:
-    from hapticvlm.recognition.encoders.loading import load_encoder
-    from hapticvlm.recognition.frame_recogniser import FrameRecogniser
-    from hapticvlm.recognition.galleries.storage import load_gallery
+    from hapticvlm.vision.encoders.loading import load_encoder
+    from hapticvlm.vision.frame_recogniser import FrameRecogniser
+    from hapticvlm.vision.galleries.storage import load_gallery
 
     encoder = load_encoder(options.encoder)
     return FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))

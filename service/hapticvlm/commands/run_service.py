@@ -15,17 +15,16 @@ from functools import partial
 from typing import TypeVar
 
 from hapticvlm import __version__
-from hapticvlm.commands import assemble
-from hapticvlm.commands.assemble import Parts
-from hapticvlm.commands.serve_config import Serving
 from hapticvlm.messages import Devices
 from hapticvlm.processes.model_worker import Answered
-from hapticvlm.server import log_writer
+from hapticvlm.server import assemble, log_writer
 from hapticvlm.server.access import Address
+from hapticvlm.server.assemble import Parts
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.http import is_loopback
-from hapticvlm.server.lan_pages import own_address
+from hapticvlm.server.settings import Serving
 from hapticvlm.server.supervision import Supervision
+from hapticvlm.server.web.http import is_loopback
+from hapticvlm.server.web.lan_pages import own_address
 from hapticvlm.server.websocket import WebSocketServer
 
 GATEWAY_PRIORITY = 10

@@ -13,10 +13,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.commands.parsing import Option, check_ranges
-from hapticvlm.commands.reaching import port_errors
-from hapticvlm.commands.serve_config import GROUPS, OPTIONS, Serving
+from hapticvlm.commands.service_address import port_errors
 from hapticvlm.errors import usage_errors
+from hapticvlm.server.options import Option, check_ranges
+from hapticvlm.server.settings import GROUPS, OPTIONS, Serving
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -48,7 +48,8 @@ def add_options(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -
 def _serve(options: argparse.Namespace) -> int:
     import asyncio
 
-    from hapticvlm.commands import assemble, run_service
+    from hapticvlm.commands import run_service
+    from hapticvlm.server import assemble
 
     if options.log_level == "warning":
         logging.getLogger("hapticvlm").setLevel(logging.INFO)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands import reaching
+from hapticvlm.commands import service_address as reaching
 from hapticvlm.errors import HapticVLMError
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands import reaching
+from hapticvlm.commands import service_address as reaching
 from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import UsageError
 
@@ -127,7 +127,7 @@ def _demo(options: argparse.Namespace) -> int:
     from hapticvlm.commands.progress import working
 
     with working("loading"):  # a second, and many where nothing was compiled before
-        from hapticvlm.commands.demo.run import run
+        from hapticvlm.demo.run import run
 
     return run(options.capture, options.out, quiet=options.quiet)
 
@@ -136,7 +136,7 @@ def _browse() -> int:
     """Serve the scene, open it, and stay until Ctrl+C. Raises UsageError, ServiceError."""
     import webbrowser
 
-    from hapticvlm.commands.local_service import ending_on_sigterm, running
+    from hapticvlm.client.local_service import ending_on_sigterm, running
 
     examples = _examples_folder()
     if examples is None:

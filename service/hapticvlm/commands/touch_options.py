@@ -12,7 +12,7 @@ from hapticvlm.commands.parsing import number_within
 
 if TYPE_CHECKING:
     from hapticvlm.materials import Material
-    from hapticvlm.rendering.voices import Voices
+    from hapticvlm.rendering.vibration.voices import Voices
 
 Options = argparse.ArgumentParser | argparse._ArgumentGroup
 
@@ -66,7 +66,7 @@ def add_gallery(parser: Options) -> None:
 def table(gallery: Path | None) -> Mapping[str, Material]:
     """Return the materials there are. Raises OSError, ValueError."""
     from hapticvlm.materials import MATERIALS
-    from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
+    from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
     return MATERIALS if gallery is None else table_with(read_folder(gallery))
 
@@ -101,9 +101,9 @@ def add_recordings(parser: Options) -> None:
 
 def voices(options: argparse.Namespace, table: Mapping[str, Material]) -> Voices:
     """Make the mixer that the options describe. Raises OSError, ValueError."""
-    from hapticvlm.devices.speaker_files import read_speaker_files
-    from hapticvlm.rendering.equaliser import Playback
-    from hapticvlm.rendering.voices import Voices
+    from hapticvlm.devices.speaker.speaker_files import read_speaker_files
+    from hapticvlm.rendering.vibration.equaliser import Playback
+    from hapticvlm.rendering.vibration.voices import Voices
 
     files = (options.speaker_response, options.patterns)
     correction, patterns = read_speaker_files(*files, table)

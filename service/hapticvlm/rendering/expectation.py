@@ -15,8 +15,8 @@ import math
 from collections.abc import Mapping
 
 from hapticvlm.materials import Material, Thermal
-from hapticvlm.rendering.thermal import SKIN
-from hapticvlm.rendering.vibration import IMPACTS
+from hapticvlm.rendering.heat.contact import SKIN
+from hapticvlm.rendering.vibration.vibration import IMPACTS
 
 GRADED_GAIN = 0.5  # of full level, 6 dB less than a sure one: our choice
 TEXTURE_COST, STRIKE_COST = 1.0, 2.0  # L: a false strike startles; our choice

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from hapticvlm.server import http
-from hapticvlm.server.certificate import Certificate
-from hapticvlm.server.lan_pages import LanPages, own_names
+from hapticvlm.server.web import http
+from hapticvlm.server.web.certificate import Certificate
+from hapticvlm.server.web.lan_pages import LanPages, own_names
 
 MIN_TOKEN = 12  # characters
 

@@ -11,8 +11,8 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.messages import ServiceMessage, Telemetry, Vibration, View, encode
-from hapticvlm.server import http
 from hapticvlm.server.budgets import MAX_EVENTS
+from hapticvlm.server.web import http
 from hapticvlm.session.session import SceneSession
 
 CLOSE_ENDED = 4001

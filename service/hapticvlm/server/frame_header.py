@@ -6,8 +6,8 @@ A session is pure and knows no picture format; what reaches it has the size that
 from __future__ import annotations
 
 from hapticvlm.messages import Frame, MessageError
-from hapticvlm.recognition.decoding import PictureError
-from hapticvlm.recognition.pictures import check_header
+from hapticvlm.vision.decoding import PictureError
+from hapticvlm.vision.pictures import check_header
 
 
 def require_header(frame: Frame) -> None:

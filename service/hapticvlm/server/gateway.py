@@ -14,8 +14,8 @@ from collections.abc import Iterable
 
 import msgspec
 
-from hapticvlm.devices.plate import Plate
-from hapticvlm.devices.speaker import Speaker
+from hapticvlm.devices.plate.plate import Plate
+from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.messages import (
     Decision,
     Error,
@@ -30,13 +30,11 @@ from hapticvlm.messages import (
     View,
 )
 from hapticvlm.processes.model_worker import Answered
-from hapticvlm.processes.recogniser import RecogniserWorker
-from hapticvlm.processes.vlm import VlmReply, VlmWorker
+from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.log_writer import LogWriter
 from hapticvlm.server.outputs import Driven, Outputs
 from hapticvlm.server.recognition_queue import RecognitionQueue
-from hapticvlm.server.recorder import Recorder
 from hapticvlm.server.vibration_events import VibrationEvents
 from hapticvlm.server.vlm_queue import VlmQueue
 from hapticvlm.session.actions import (
@@ -50,6 +48,8 @@ from hapticvlm.session.actions import (
     SendVibration,
     Watch,
 )
+from hapticvlm.vision.worker import RecogniserWorker
+from hapticvlm.vlm.worker import VlmReply, VlmWorker
 
 IDLE_OWNER_S = 30.0  # without a lease, before another scene may take the outputs
 PATH = "$.ownership"

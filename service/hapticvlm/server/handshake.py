@@ -37,9 +37,11 @@ from hapticvlm.messages import (
     decode,
     encode,
 )
-from hapticvlm.rendering.plate_limits import SETPOINT_MAX_C, SETPOINT_MIN_C
-from hapticvlm.rendering.thermal import PLATE_RESISTANCE
-from hapticvlm.server import http
+from hapticvlm.recordings import recorded_session as recorded
+from hapticvlm.recordings.recorded_session import RecordedSession
+from hapticvlm.recordings.recorder import Recorder
+from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
+from hapticvlm.rendering.heat.limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server.access import Address
 from hapticvlm.server.budgets import (
     GUESS_S,
@@ -51,10 +53,8 @@ from hapticvlm.server.budgets import (
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.entrance import LimitedSocket
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.recorded_sessions import RecordedSessions
-from hapticvlm.server.recorder import Recorder
-from hapticvlm.session import recorded
-from hapticvlm.session.recorded import RecordedSession
+from hapticvlm.server.web import http
+from hapticvlm.server.web.recorded_sessions import RecordedSessions
 from hapticvlm.session.session import SceneSession
 
 CLOSE_PROTOCOL = 4000

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 
-from hapticvlm.devices.plate import Plate
-from hapticvlm.devices.speaker import Speaker
+from hapticvlm.devices.plate.plate import Plate
+from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.messages import Scope
-from hapticvlm.rendering.plate_limits import PlateReading
+from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.session.actions import (
     DrivePlate,
     KeepThermalGain,

@@ -12,19 +12,15 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from hapticvlm.messages import Error, ErrorCode, Frame, ServiceMessage, Skipped, View
-from hapticvlm.processes.mailbox import Mailbox, QueueFull
 from hapticvlm.processes.model_worker import Answered
-from hapticvlm.processes.recogniser import (
-    SHOWN_PX,
-    Recognised,
-    RecogniserWorker,
-)
-from hapticvlm.recognition.frame_recogniser import Shown
-from hapticvlm.recognition.pictures import Shrunk
 from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection, Event
+from hapticvlm.server.mailbox import Mailbox, QueueFull
 from hapticvlm.session.actions import Action, RecogniseFrame, Reply
 from hapticvlm.session.frames import SURROUNDINGS
+from hapticvlm.vision.frame_recogniser import Shown
+from hapticvlm.vision.pictures import Shrunk
+from hapticvlm.vision.worker import SHOWN_PX, Recognised, RecogniserWorker
 
 VIEW_S = 0.5
 MOST_VIEWED = 256

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from hapticvlm.devices.faults import describe
-from hapticvlm.devices.speaker import Speaker
+from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.messages import Telemetry, View
-from hapticvlm.processes.recogniser import RecogniserWorker
+from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.log_writer import LOST
 from hapticvlm.server.outputs import Outputs
-from hapticvlm.server.recorder import Recorder
 from hapticvlm.server.vlm_queue import VlmQueue
 from hapticvlm.session.hands import NAMES
+from hapticvlm.vision.worker import RecogniserWorker
 
 WAITS = 512
 VIEW_SAMPLES, VIEW_STEP = 4800, 16

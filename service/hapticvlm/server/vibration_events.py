@@ -12,9 +12,9 @@ import asyncio
 import time
 from collections.abc import Callable
 
-from hapticvlm.devices.speaker import Speaker
+from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.messages import FeelForm, Transient, Vibration
-from hapticvlm.rendering.vibration_plan import PERIOD_S, VibrationPlan, VibrationPlanner
+from hapticvlm.rendering.vibration.vibration_plan import PERIOD_S, VibrationPlan, VibrationPlanner
 from hapticvlm.session.actions import Action, PlayVibration, ReleaseHand, SetGain
 from hapticvlm.session.hands import NAMES
 

@@ -11,10 +11,10 @@ from collections import Counter, OrderedDict
 from collections.abc import Callable
 
 from hapticvlm.processes.model_worker import Answered
-from hapticvlm.processes.vlm import Question, VlmReply, VlmWorker
 from hapticvlm.server.connection import Connection
 from hapticvlm.session.actions import Action, Ask, AskAmbient, AskMaterial
 from hapticvlm.session.scene_objects import Key
+from hapticvlm.vlm.worker import Question, VlmReply, VlmWorker
 
 MAX_OBJECTS = 8
 MAX_AGE_S = 30.0  # a frame that waited longer shows a scene of long ago

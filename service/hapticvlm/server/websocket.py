@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from hapticvlm.messages import MAX_MESSAGE_BYTES, Error, Frame, MessageError, Scene, Set, decode
-from hapticvlm.server import http, status
+from hapticvlm.server import status
 from hapticvlm.server.access import Address
 from hapticvlm.server.budgets import MAX_TEXT_BYTES, REFUSED, TokenBucket
 from hapticvlm.server.connection import Connection, notice_dead_peers
@@ -23,7 +23,8 @@ from hapticvlm.server.entrance import Entrance, LimitedSocket
 from hapticvlm.server.frame_header import require_header
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.handshake import Handshake, Offer
-from hapticvlm.server.own_machine import OwnMachinePages
+from hapticvlm.server.web import http
+from hapticvlm.server.web.local_pages import OwnMachinePages
 
 OPEN_S = 5.0
 CLOSE_S = 1.0

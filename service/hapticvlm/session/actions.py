@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hapticvlm.messages import FeelForm, Frame, Scope, ServiceMessage
-from hapticvlm.rendering.voices import Command
+from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session.scene_objects import Key
 
 

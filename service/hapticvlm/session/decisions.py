@@ -8,19 +8,20 @@ from dataclasses import dataclass
 import msgspec
 
 from hapticvlm import materials
+from hapticvlm.evidence import surface
+from hapticvlm.evidence.ambient import Ambient
+from hapticvlm.evidence.ladder import Evidence, Verdict
+from hapticvlm.evidence.sub_materials import Make
+from hapticvlm.evidence.surface import Surface, SurfaceFacts
 from hapticvlm.materials import Material, Thermal
 from hapticvlm.messages import Decision, EvidenceItem, SceneObject
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.recognition import surface
-from hapticvlm.recognition.ambient import Ambient
-from hapticvlm.recognition.ladder import Evidence, Verdict
-from hapticvlm.recognition.sub_materials import Make
-from hapticvlm.recognition.surface import Surface, SurfaceFacts
-from hapticvlm.rendering import plate_limits, thermal
-from hapticvlm.rendering.plate_limits import PlateLimits
-from hapticvlm.rendering.thermal import ThermalContact
-from hapticvlm.rendering.vibration import IMPACTS
-from hapticvlm.session.grading import Grading
+from hapticvlm.rendering.heat import contact as thermal
+from hapticvlm.rendering.heat import limits as plate_limits
+from hapticvlm.rendering.heat.contact import ThermalContact
+from hapticvlm.rendering.heat.limits import PlateLimits
+from hapticvlm.rendering.vibration.vibration import IMPACTS
+from hapticvlm.session.rendition import Grading
 
 
 def known(material: str) -> str | None:

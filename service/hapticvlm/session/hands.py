@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hapticvlm.messages import LEASE_MS, HandName, Interaction, Region, Scope, Touch
-from hapticvlm.rendering.vibration import TEXTURES, Motion
+from hapticvlm.rendering.vibration.vibration import TEXTURES, Motion
 from hapticvlm.session.scene_objects import Key
 
 Output = Literal["speaker", "peltier"]

@@ -6,10 +6,10 @@ Between touches the plate is kept neutral for a while and then released. Knows n
 from __future__ import annotations
 
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering import plate_limits
-from hapticvlm.rendering.plate_limits import AT_REST, PlateReading, limits_of
-from hapticvlm.rendering.thermal import PLATE_RESISTANCE, ThermalContact
-from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
+from hapticvlm.rendering.heat import limits as plate_limits
+from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE, ThermalContact
+from hapticvlm.rendering.heat.limits import AT_REST, PlateReading, limits_of
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.session.actions import Action, DrivePlate, RestPlate
 from hapticvlm.session.hands import LEASE_S, Hand
 

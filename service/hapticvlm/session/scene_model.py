@@ -8,12 +8,12 @@ import msgspec
 
 from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, Frame, MessageError, Scene
-from hapticvlm.rendering.plate_limits import PlateLimits
-from hapticvlm.rendering.thermal import ThermalContact
+from hapticvlm.rendering.heat.contact import ThermalContact
+from hapticvlm.rendering.heat.limits import PlateLimits
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import AskMaterial, RecogniseFrame
 from hapticvlm.session.decisions import DecisionInputs
-from hapticvlm.session.grading import Grading, grade
+from hapticvlm.session.rendition import Grading, grade
 from hapticvlm.session.scene_objects import Key, ObjectState, SceneObjects
 from hapticvlm.session.surroundings import Surroundings
 

@@ -15,15 +15,15 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 
 from hapticvlm import materials
+from hapticvlm.evidence import fusion, ladder, names, sub_materials
+from hapticvlm.evidence.fusion import Fused
+from hapticvlm.evidence.ladder import Evidence, Verdict
+from hapticvlm.evidence.sub_materials import Make
 from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, MessageError, Scene, SceneObject
-from hapticvlm.recognition import fusion, ladder, names, sub_materials
-from hapticvlm.recognition.fusion import Fused
-from hapticvlm.recognition.ladder import Evidence, Verdict
-from hapticvlm.recognition.sub_materials import Make
-from hapticvlm.rendering.thermal import ThermalContact
-from hapticvlm.session.given import NONE_SAVED, gather, name_of, saved_facts, with_saved
-from hapticvlm.session.grading import Grading
+from hapticvlm.rendering.heat.contact import ThermalContact
+from hapticvlm.session.declared_evidence import NONE_SAVED, gather, name_of, saved_facts, with_saved
+from hapticvlm.session.rendition import Grading
 
 MAX_KNOWN = 8192
 TAUGHT_VIEWS = 4  # pictures of an object that is sure, as references for the others

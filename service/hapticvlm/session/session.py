@@ -10,6 +10,8 @@ from collections.abc import Mapping
 
 import msgspec
 
+from hapticvlm.evidence.ambient import SceneView
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.messages import (
@@ -26,10 +28,8 @@ from hapticvlm.messages import (
     Stop,
     Touch,
 )
-from hapticvlm.recognition.ambient import SceneView
-from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.rendering.plate_limits import AT_REST, PlateReading
-from hapticvlm.rendering.thermal import PLATE_RESISTANCE
+from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
+from hapticvlm.rendering.heat.limits import AT_REST, PlateReading
 from hapticvlm.session.actions import (
     Action,
     Ask,
@@ -43,8 +43,8 @@ from hapticvlm.session.actions import (
     SetGain,
     Watch,
 )
+from hapticvlm.session.declared_evidence import NONE_SAVED
 from hapticvlm.session.frames import SURROUNDINGS, Frames, recognise_scene
-from hapticvlm.session.given import NONE_SAVED
 from hapticvlm.session.hands import Hold
 from hapticvlm.session.permissions import check_describes, check_set, with_materials
 from hapticvlm.session.plate_target import PlateTarget

@@ -15,8 +15,8 @@ from collections import OrderedDict
 from dataclasses import dataclass, replace
 
 from hapticvlm import backoff
+from hapticvlm.evidence.ambient import Ambient, SceneView, ambient, distance, is_informative
 from hapticvlm.evidence.reading import Reading
-from hapticvlm.recognition.ambient import Ambient, SceneView, ambient, distance, is_informative
 
 VIEW_EVERY_S = 0.5
 SETTLE_S = 2.0

@@ -7,9 +7,9 @@ from collections.abc import Hashable, Mapping
 import msgspec
 
 from hapticvlm.messages import Decision, MessageError, Ok, Touch
-from hapticvlm.rendering.plate_limits import PlateReading
-from hapticvlm.rendering.vibration import IMPACTS
-from hapticvlm.rendering.voices import Command
+from hapticvlm.rendering.heat.limits import PlateReading
+from hapticvlm.rendering.vibration.vibration import IMPACTS
+from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import Action, PlayVibration, ReleaseHand, Reply
 from hapticvlm.session.frames import Frames

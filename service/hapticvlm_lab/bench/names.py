@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm import materials
-from hapticvlm.recognition.ladder import KNOWN, SURE, Evidence
-from hapticvlm.recognition.names import from_name
+from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence
+from hapticvlm.evidence.names import from_name
 from hapticvlm.statistics import wilson
 from hapticvlm_lab.training import sources
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from hapticvlm.commands.local_service import Service
+from hapticvlm.client.local_service import Service
 
 OUR_PRIORITY = 5
 

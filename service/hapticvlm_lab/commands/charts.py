@@ -11,9 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.evaluate.command import TOKEN
 from hapticvlm.commands.parsing import add_json
 from hapticvlm_lab.commands.declaring import labelled_pictures, number
+from hapticvlm_studio.commands.evaluate import TOKEN
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands

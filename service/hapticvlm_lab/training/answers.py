@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.recognition.encoders.imagenet import material_weights
+from hapticvlm.vision.encoders.imagenet import material_weights
 from hapticvlm_lab.training import sources
 from hapticvlm_lab.training.pool import ANSWERS, CROPS
 from hapticvlm_lab.training.teacher import FILES

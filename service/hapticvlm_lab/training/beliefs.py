@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hapticvlm import materials
-from hapticvlm.recognition import files, pictures
-from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import Gallery
-from hapticvlm.recognition.galleries.storage import save_gallery
-from hapticvlm.recognition.pictures import Crop, central_mask
+from hapticvlm.vision import files, pictures
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.gallery import Gallery
+from hapticvlm.vision.galleries.storage import save_gallery
+from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm_lab.training import fit, sources
 from hapticvlm_lab.training.fit import Judged, Taught
 from hapticvlm_lab.training.pool import ANSWERS, CROPS

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy import ndimage
 
-from hapticvlm.recognition.pictures import central_mask
+from hapticvlm.vision.pictures import central_mask
 
 SMALLEST = 0.25  # least share of a picture that a crop shows
 ELONGATION = 0.3  # standard logarithmic elongation of a crop, in either direction

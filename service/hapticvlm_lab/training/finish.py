@@ -19,9 +19,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.storage import FILE_NAME, save_gallery
-from hapticvlm.recognition.pictures import Crop
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.storage import FILE_NAME, save_gallery
+from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.training import beliefs, export
 from hapticvlm_lab.training.distil import CHECKPOINT
 from hapticvlm_lab.training.network import Network, Shape, prepare

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import UNKNOWN
-from hapticvlm.recognition.galleries.gallery import (
+from hapticvlm.vision.galleries.gallery import (
     Calibration,
     Gallery,
     LinearLayer,
     Pictures,
     log_softmax,
 )
-from hapticvlm.recognition.galleries.network_gallery import fit_layer
+from hapticvlm.vision.galleries.network_gallery import fit_layer
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]

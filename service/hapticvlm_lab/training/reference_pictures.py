@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from hapticvlm.recognition.galleries.network_gallery import COLUMNS, NAMES, REFERENCES
+from hapticvlm.vision.galleries.network_gallery import COLUMNS, NAMES, REFERENCES
 from hapticvlm_lab.training import sources
 
 EACH = 48  # pictures of a material

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 from hapticvlm import materials, messages
-from hapticvlm.recognition import pictures
+from hapticvlm.vision import pictures
 from hapticvlm_lab.training.held_back import develop, renderer
 from hapticvlm_lab.training.held_back.cameras import Camera
 from hapticvlm_lab.training.held_back.catalogue import Catalogue, read_catalogue

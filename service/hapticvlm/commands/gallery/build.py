@@ -12,23 +12,23 @@ import numpy as np
 
 from hapticvlm.commands.progress import working
 from hapticvlm.materials import Material, MaterialError, derive
-from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries import calibration
-from hapticvlm.recognition.galleries.enrol import (
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries import calibration
+from hapticvlm.vision.galleries.enrol import (
     EnrolError,
     Enrolled,
     enrol,
     find_pictures,
     list_pictures,
 )
-from hapticvlm.recognition.galleries.gallery import Gallery
-from hapticvlm.recognition.galleries.leave_one_out import (
+from hapticvlm.vision.galleries.gallery import Gallery
+from hapticvlm.vision.galleries.leave_one_out import (
     LeaveOneOut,
     find_confusable_pairs,
     leave_one_out,
 )
-from hapticvlm.recognition.galleries.storage import (
+from hapticvlm.vision.galleries.storage import (
     FILE_NAME,
     SHIPPED,
     GalleryError,
@@ -38,7 +38,7 @@ from hapticvlm.recognition.galleries.storage import (
     require_encoder,
     save_gallery,
 )
-from hapticvlm.recognition.galleries.user_materials import (
+from hapticvlm.vision.galleries.user_materials import (
     MAX_USER_MATERIALS,
     UserMaterial,
     read_folder,

@@ -15,15 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.commands.progress import track
+from hapticvlm.evidence import ladder
 from hapticvlm.materials import UNKNOWN
-from hapticvlm.recognition import ladder, pictures
-from hapticvlm.recognition.decoding import PictureError
-from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.enrol import EnrolError, Picture, find_pictures, read_frame
-from hapticvlm.recognition.galleries.storage import load_gallery
-from hapticvlm.recognition.galleries.user_materials import read_folder, table_with
 from hapticvlm.statistics import wilson
+from hapticvlm.vision import pictures
+from hapticvlm.vision.decoding import PictureError
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.enrol import EnrolError, Picture, find_pictures, read_frame
+from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
 SAME = 0.9999  # similarity from which a picture is one of the references: rounding takes the rest
 

@@ -16,14 +16,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hapticvlm.commands.evaluate.pictures import read_picture, read_shots
-from hapticvlm.commands.evaluate.scores import Guess, Score, constant, score
 from hapticvlm.commands.progress import track
-from hapticvlm.recognition.vlm.contract import Picture
+from hapticvlm.vlm.contract import Picture
 from hapticvlm_lab.bench.ambient import chart_plot, methods
 from hapticvlm_lab.bench.ambient.rows import Row, print_rows
 from hapticvlm_lab.bench.ambient.timing import measure
 from hapticvlm_lab.bench.printing import made_with, publish
+from hapticvlm_studio.evaluation.pictures import read_picture, read_shots
+from hapticvlm_studio.evaluation.scores import Guess, Score, constant, score
 
 NAME = "chart-ambient"
 SYNTHETIC = 5  # pictures without --data
@@ -83,7 +83,7 @@ def _model(plan: Plan, folder: Path) -> str:
     """Name the user's model, or write a random one."""
     if plan.model is not None:
         return plan.model
-    from hapticvlm.recognition.vlm import contract
+    from hapticvlm.vlm import contract
     from hapticvlm_lab.bench.ambient import random_model
 
     asked = contract.about_ambient(contract.MOST_WORDINGS)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from hapticvlm.recognition.vlm.contract import VlmSettings
+from hapticvlm.vlm.contract import VlmSettings
 
 Family = Literal["readout", "generation", "remote", "wire"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hapticvlm.commands.evaluate.scores import Score
 from hapticvlm_lab.bench.ambient.timing import Timed
+from hapticvlm_studio.evaluation.scores import Score
 
 
 @dataclass(frozen=True, slots=True)

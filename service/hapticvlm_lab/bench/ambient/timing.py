@@ -20,11 +20,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hapticvlm.commands.evaluate.asking import guess_of
-from hapticvlm.commands.evaluate.scores import Guess
 from hapticvlm.evidence.reading import Reading
-from hapticvlm.recognition.vlm.contract import Picture, Vlm, VlmError
+from hapticvlm.vlm.contract import Picture, Vlm, VlmError
 from hapticvlm_lab.bench.ambient.methods import REPLY, Method
+from hapticvlm_studio.evaluation.asking import guess_of
+from hapticvlm_studio.evaluation.scores import Guess
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ def measure(method: Method, pictures: Sequence[Picture]) -> Timed | str:
 
 
 def _measure(method: Method, pictures: Sequence[Picture]) -> Timed:
-    from hapticvlm.recognition.vlm.local import load_vlm
+    from hapticvlm.vlm.local import load_vlm
 
     started = time.monotonic()
     vlm = load_vlm(method.settings)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.processes.priority import request_priority
-from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 if TYPE_CHECKING:
     Clicks = ctypes.Array[ctypes.c_uint64]

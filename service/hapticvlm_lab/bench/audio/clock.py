@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from hapticvlm.devices.engine import AudioSettings
-from hapticvlm.devices.speaker import Speaker
-from hapticvlm.rendering.vibration import Motion
-from hapticvlm.rendering.voices import Command
+from hapticvlm.devices.speaker.engine import AudioSettings
+from hapticvlm.devices.speaker.speaker import Speaker
+from hapticvlm.rendering.vibration.vibration import Motion
+from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm_lab.bench.audio.conditions import stolen_s
 from hapticvlm_lab.bench.rigs import helper, report_of
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 from hapticvlm_lab.bench.audio.sink import Recording, Server
 from hapticvlm_lab.bench.rigs import first_line, helper, service_status, set_priority
 

@@ -12,7 +12,7 @@ import sys
 import time
 
 from hapticvlm.processes.priority import request_priority
-from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 
 def keep(seconds: float, block: int, *, realtime: bool) -> dict[str, object]:

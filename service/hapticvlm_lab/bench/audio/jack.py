@@ -16,10 +16,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from hapticvlm.devices.engine import AudioSettings
-from hapticvlm.devices.output import JACK
-from hapticvlm.devices.speaker import Speaker
-from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.devices.speaker.engine import AudioSettings
+from hapticvlm.devices.speaker.output import JACK
+from hapticvlm.devices.speaker.speaker import Speaker
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm_lab.bench.audio.clock import command
 from hapticvlm_lab.bench.audio.sink import SinkError, environment
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.errors import HapticVLMError
-from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 NAME = "Palm"
 NEEDED = ("pulseaudio", "pactl", "parec")

@@ -24,9 +24,9 @@ from rich.console import Console
 from rich.table import Table
 
 from hapticvlm import __version__
-from hapticvlm.devices.engine import AudioSettings
-from hapticvlm.devices.speaker import Speaker
-from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.devices.speaker.engine import AudioSettings
+from hapticvlm.devices.speaker.speaker import Speaker
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm_lab.bench.audio import clock, jack
 from hapticvlm_lab.bench.audio.click import Clicker, clicker
 from hapticvlm_lab.bench.audio.clock import command

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.pictures import Crop
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.pictures import Crop
 
 SIZES = (1, 2, 4, 8, 16, 32, 64)
 PASSES = 24

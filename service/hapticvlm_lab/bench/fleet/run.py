@@ -25,13 +25,13 @@ from rich.console import Console
 from rich.table import Table
 
 from hapticvlm import __version__
-from hapticvlm.recogniser_app.local import deploy, running
-from hapticvlm.recogniser_app.replies import load_galleries
-from hapticvlm.recogniser_app.settings import AppSettings, Live, Model, Scale
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.storage import load_gallery, save_gallery
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.storage import load_gallery, save_gallery
 from hapticvlm_lab.bench.fleet import curve as curves
 from hapticvlm_lab.bench.fleet.scenes import Plan, Scenes, Tally, Truth, recorded
+from hapticvlm_recogniser_app.local import deploy, running
+from hapticvlm_recogniser_app.replies import load_galleries
+from hapticvlm_recogniser_app.settings import AppSettings, Live, Model, Scale
 
 CAPTURE = Path("examples/captures/living_room")
 NAME = "arcade"

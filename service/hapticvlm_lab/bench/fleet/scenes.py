@@ -18,15 +18,15 @@ import msgspec
 import numpy as np
 
 from hapticvlm import captures
+from hapticvlm.http_client import LineError, read_address
 from hapticvlm.messages import Frame
-from hapticvlm.recogniser_app.replies import Named
-from hapticvlm.recognition import pictures
-from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.http_line import LineError, read_address
-from hapticvlm.recognition.pictures import Crop
-from hapticvlm.recognition.remote import contract
-from hapticvlm.recognition.remote.contract import Answer, Result
-from hapticvlm.recognition.remote.exchange import Exchange
+from hapticvlm.vision import pictures
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.pictures import Crop
+from hapticvlm.vision.remote import contract
+from hapticvlm.vision.remote.contract import Answer, Result
+from hapticvlm.vision.remote.exchange import Exchange
+from hapticvlm_recogniser_app.replies import Named
 
 MOST = 64
 BELIEF_ERROR = 1e-4  # of one embedding, on another processor

@@ -17,10 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hapticvlm.processes.vlm import NICE
-from hapticvlm.recognition.vlm import contract
-from hapticvlm.recognition.vlm.contract import VlmSettings
-from hapticvlm.recognition.vlm.local import load_vlm, prepare_process
+from hapticvlm.vlm import contract
+from hapticvlm.vlm.contract import VlmSettings
+from hapticvlm.vlm.local import load_vlm, prepare_process
+from hapticvlm.vlm.worker import NICE
 from hapticvlm_lab.bench.ambient import random_model
 
 SIZES = random_model.Sizes(1024, 4096, 8, 16, 2, (8, 12, 12), 768, 12, 12, 32000)

@@ -14,11 +14,11 @@ import msgspec
 from rich.console import Console
 
 from hapticvlm import __version__
-from hapticvlm.commands.local_service import running
+from hapticvlm.client.local_service import running
 from hapticvlm.messages import Frame
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.frame_recogniser import FrameRecogniser
-from hapticvlm.recognition.galleries.storage import load_gallery
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.frame_recogniser import FrameRecogniser
+from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm_lab.bench.latency.load import SIDE, pictures
 from hapticvlm_lab.bench.rigs import Process, helper, report_of, spread
 

@@ -12,7 +12,7 @@ from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 
 from hapticvlm import __version__
-from hapticvlm.commands.local_service import Service
+from hapticvlm.client.local_service import Service
 from hapticvlm_lab.bench.rigs import first_line, helper
 
 

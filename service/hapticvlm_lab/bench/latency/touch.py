@@ -27,7 +27,7 @@ from rich.table import Table
 from websockets.asyncio.client import ClientConnection
 
 from hapticvlm import __version__
-from hapticvlm.commands.local_service import Service, running
+from hapticvlm.client.local_service import Service, running
 from hapticvlm_lab.bench.latency.round_trip import echo, round_trip, sockets, touch
 from hapticvlm_lab.bench.rigs import (
     Process,

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.recognition import fusion
-from hapticvlm.recognition.ladder import KNOWN, SURE, Evidence, decide, fuse, pool
-from hapticvlm.recognition.names import from_name
-from hapticvlm.recognition.shader import from_shader
+from hapticvlm.evidence import fusion
+from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide, fuse, pool
+from hapticvlm.evidence.names import from_name
+from hapticvlm.evidence.shader import from_shader
 from hapticvlm_lab.bench.material.data import FOUR, Source, crops
 from hapticvlm_lab.bench.material.methods import Floats, Method
 from hapticvlm_lab.bench.material.scores import SILENT, Doubles, Words

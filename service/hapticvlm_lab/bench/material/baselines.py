@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.encoders.encoder import embed_all
-from hapticvlm.recognition.pictures import Crop
+from hapticvlm.vision.encoders.encoder import embed_all
+from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.bench.material.texture import LENGTH, describe
 
 Floats = NDArray[np.float32]

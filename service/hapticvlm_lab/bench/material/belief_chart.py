@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.palette import BLUE, GREEN, INK, PURPLE, SOFT, VERMILION
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import Gallery
-from hapticvlm.recognition.galleries.storage import load_gallery
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.gallery import Gallery
+from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material import belief_sets, beliefs
 from hapticvlm_lab.bench.material.data import FOUR

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition import pictures
-from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.galleries import calibration, enrol
-from hapticvlm.recognition.galleries.gallery import Gallery, Pictures
+from hapticvlm.vision import pictures
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.galleries import calibration, enrol
+from hapticvlm.vision.galleries.gallery import Gallery, Pictures
 from hapticvlm_lab.bench.material.data import FOUR, Source
 from hapticvlm_lab.bench.material.reading import default_captures, read_capture, read_pictures
 

@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.materials import MATERIALS, Thermal
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import Gallery
-from hapticvlm.recognition.galleries.storage import load_gallery
-from hapticvlm.recognition.ladder import Evidence
-from hapticvlm.recognition.scene_references import SceneReferences
-from hapticvlm.rendering import thermal
 from hapticvlm.rendering.expectation import expected_thermal, needed_belief
+from hapticvlm.rendering.heat import contact as thermal
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.gallery import Gallery
+from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.scene_references import SceneReferences
 from hapticvlm_lab.bench.material.belief_sets import (
     DRAWS,
     SEED,

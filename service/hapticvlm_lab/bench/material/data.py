@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import messages
-from hapticvlm.recognition.pictures import Crop, crop
+from hapticvlm.vision.pictures import Crop, crop
 
 Cut = Literal["mask", "box", "centre", "whole"]
 

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials, messages
-from hapticvlm.recognition.encoders.encoder import Encoder, EncoderError
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
-from hapticvlm.recognition.galleries.storage import GalleryError, load_gallery
+from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.gallery import Calibration, Gallery
+from hapticvlm.vision.galleries.storage import GalleryError, load_gallery
 from hapticvlm_lab.bench.material import logistic, torch_networks
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, standardised_on
 from hapticvlm_lab.bench.material.data import Cut, Source, crops

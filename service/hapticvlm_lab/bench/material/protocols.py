@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.recognition.galleries.gallery import Calibration, Gallery
+from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm_lab.bench.material import logistic
 from hapticvlm_lab.bench.material.scores import Rejection, Score, Words, interval, rejection, score
 

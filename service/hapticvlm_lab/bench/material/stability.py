@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from hapticvlm import materials
 from hapticvlm.commands.progress import track
-from hapticvlm.recognition.encoders.encoder import Encoder
-from hapticvlm.recognition.encoders.loading import load_encoder
-from hapticvlm.recognition.galleries.gallery import Gallery
-from hapticvlm.recognition.galleries.storage import load_gallery
-from hapticvlm.recognition.ladder import KNOWN, SURE, decide
-from hapticvlm.recognition.pictures import crop
+from hapticvlm.evidence.ladder import KNOWN, SURE, decide
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.gallery import Gallery
+from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.pictures import crop
 from hapticvlm_lab.bench.material import curves
 from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where, thin

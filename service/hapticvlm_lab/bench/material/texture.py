@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recognition.pictures import Crop
+from hapticvlm.vision.pictures import Crop
 
 Floats = NDArray[np.float32]
 Inside = NDArray[np.bool_]

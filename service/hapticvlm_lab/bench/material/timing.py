@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from hapticvlm import messages
-from hapticvlm.recognition.ladder import Evidence, decide
-from hapticvlm.recognition.pictures import crop
+from hapticvlm.evidence.ladder import Evidence, decide
+from hapticvlm.vision.pictures import crop
 from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Method

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.recognition.encoders.encoder import CARD, SHIPPED, Encoder, EncoderError
+from hapticvlm.vision.encoders.encoder import CARD, SHIPPED, Encoder, EncoderError
 from hapticvlm_lab import training
 from hapticvlm_lab.bench.material import baselines
 

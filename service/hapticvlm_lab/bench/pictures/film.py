@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageChops, ImageDraw, ImageFilter, ImageFont
 
-from hapticvlm.commands.demo.show import confidence_text, degrees
-from hapticvlm.commands.timeline import Held, Timeline
-from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.demo.show import confidence_text, degrees
+from hapticvlm.recordings.timeline import Held, Timeline
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 WIDTH, HEIGHT = 960, 540
 _FRAME = 486  # pixels a side

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from PIL import Image
 
-from hapticvlm.commands import timeline
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.voices import Voices
+from hapticvlm.recordings import timeline
+from hapticvlm.rendering.vibration.voices import Voices
 from hapticvlm_lab.bench.pictures import film
 
 RATE_HZ = 8

@@ -16,9 +16,9 @@ from playwright.sync_api import Page, expect, sync_playwright
 
 from hapticvlm.captures import read
 from hapticvlm.client import connect
+from hapticvlm.client.local_service import running
 from hapticvlm.client.sending import stream
-from hapticvlm.commands.demo.run import CAPTURE
-from hapticvlm.commands.local_service import running
+from hapticvlm.demo.run import CAPTURE
 from hapticvlm.errors import UsageError
 
 ROOT = Path(__file__).parents[4]

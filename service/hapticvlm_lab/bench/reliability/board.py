@@ -21,9 +21,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from hapticvlm.devices import plate_protocol
-from hapticvlm.devices.framing import Deframer
-from hapticvlm.devices.simulated_board import SimulatedBoard
+from hapticvlm.devices.plate import protocol as plate_protocol
+from hapticvlm.devices.plate.framing import Deframer
+from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 from hapticvlm.processes.priority import request_priority
 from hapticvlm_lab.bench.rigs import Process, first_line, helper
 

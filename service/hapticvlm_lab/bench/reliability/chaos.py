@@ -28,7 +28,7 @@ from websockets.exceptions import ConnectionClosed
 from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
-from hapticvlm.commands.local_service import Service, running
+from hapticvlm.client.local_service import Service, running
 from hapticvlm_lab.bench.latency.load import SIDE, pictures
 from hapticvlm_lab.bench.reliability.board import PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.rigs import Process, helper, service_status

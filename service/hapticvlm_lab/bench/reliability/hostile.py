@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hapticvlm import __version__
-from hapticvlm.commands.local_service import Service, running
+from hapticvlm.client.local_service import Service, running
 from hapticvlm_lab.bench.latency.round_trip import echo, sockets
 from hapticvlm_lab.bench.latency.touch import alternate
 from hapticvlm_lab.bench.reliability.floods import KINDS

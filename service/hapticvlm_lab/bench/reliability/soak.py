@@ -27,7 +27,7 @@ from websockets.asyncio.client import connect as open_socket
 from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client
-from hapticvlm.commands.local_service import Service, running
+from hapticvlm.client.local_service import Service, running
 from hapticvlm_lab.bench.latency.round_trip import echo, round_trip, sockets, touch
 from hapticvlm_lab.bench.rigs import helper, report_of, service_status, spread
 

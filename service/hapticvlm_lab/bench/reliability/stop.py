@@ -26,7 +26,7 @@ from rich.table import Table
 from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
-from hapticvlm.commands.local_service import Service, ServiceError
+from hapticvlm.client.local_service import Service, ServiceError
 from hapticvlm_lab.bench.audio.conditions import raise_priority
 from hapticvlm_lab.bench.audio.sink import Recording, null_sink, recording
 from hapticvlm_lab.bench.reliability.board import OFF, PING, PtyBoard, board_on_a_terminal

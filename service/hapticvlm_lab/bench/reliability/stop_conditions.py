@@ -21,9 +21,9 @@ import numpy as np
 import soundfile
 
 from hapticvlm.client import connect
-from hapticvlm.commands.local_service import Service, running
+from hapticvlm.client.local_service import Service, running
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm_lab.bench.reliability.floods import TINY
 from hapticvlm_lab.bench.rigs import first_line, helper, service_status
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from hapticvlm import __version__
 from hapticvlm.commands.progress import track
-from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C
+from hapticvlm.rendering.heat.limits import PLATE_TRIP_HIGH_C
 from hapticvlm_lab.bench.printing import publish
 from hapticvlm_lab.bench.safety import plots
 from hapticvlm_lab.bench.safety.core import FULL_SCALE_A, Core, Setting, build

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from hapticvlm.devices import plate_protocol
+from hapticvlm.devices.plate import protocol as plate_protocol
 from hapticvlm.errors import HapticVLMError
 
 FOLDER = Path(__file__).parents[4] / "firmware"

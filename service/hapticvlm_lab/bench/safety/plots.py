@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.palette import BLUE, GREEN, INK, ORANGE, VERMILION
-from hapticvlm.rendering.plate_limits import PLATE_TRIP_HIGH_C
+from hapticvlm.rendering.heat.limits import PLATE_TRIP_HIGH_C
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.safety.trials import Off, Row
 

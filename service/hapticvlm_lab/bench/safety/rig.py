@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapticvlm.devices.faults import names
-from hapticvlm.devices.plate_protocol import Setpoint
+from hapticvlm.devices.plate.protocol import Setpoint
 from hapticvlm_lab.bench.safety.core import STEP_S, Core, sum_at
 from hapticvlm_lab.bench.safety.variations import Variation
 

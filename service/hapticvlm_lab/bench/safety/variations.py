@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapticvlm.devices.plant import CONDUCTANCE, RESISTANCE, SEEBECK, Module, Plant
+from hapticvlm.devices.simulated.plant import CONDUCTANCE, RESISTANCE, SEEBECK, Module, Plant
 
 SEED = 11
 

@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erfc
 
-from hapticvlm.devices.plant import Plant
+from hapticvlm.devices.simulated.plant import Plant
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.plate_limits import within_range
-from hapticvlm.rendering.thermal import (
+from hapticvlm.rendering.heat.contact import (
     ThermalContact,
     contact_temperature_c,
     progress,
     skin_surface_c,
     thermal_contact,
 )
-from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
+from hapticvlm.rendering.heat.limits import within_range
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm_lab.bench.thermal import grids
 from hapticvlm_lab.bench.thermal.grids import Floats
 from hapticvlm_lab.bench.thermal.loop import AFTER_S, ReturnFromWindup, wind_up

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import erfcx
 
 from hapticvlm.palette import BLUE, GREEN, ORANGE, SOFT, VERMILION
-from hapticvlm.rendering.thermal import thermal_contact
+from hapticvlm.rendering.heat.contact import thermal_contact
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.thermal import breaks, grids
 from hapticvlm_lab.bench.thermal.loop import WISH_S, wind_up

@@ -17,7 +17,7 @@ import numpy as np
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import THERMAL_FLOOR_C
-from hapticvlm.rendering.thermal import ThermalContact, thermal_contact
+from hapticvlm.rendering.heat.contact import ThermalContact, thermal_contact
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.thermal import plate_term, plot, timing
 from hapticvlm_lab.bench.thermal.methods import METHODS, Method, Row

@@ -16,7 +16,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from hapticvlm.materials import Thermal
-from hapticvlm.rendering.thermal import SKIN, ThermalContact
+from hapticvlm.rendering.heat.contact import SKIN, ThermalContact
 
 DEPTH_M = 8e-3  # of skin that is modelled: heat comes 2 sqrt(a t) = 2 mm far in 10 s
 UNIFORM_M = 1e-4  # what many simulations use

@@ -7,8 +7,8 @@ from functools import cache
 
 import numpy as np
 
-from hapticvlm.devices.plant import Plant
-from hapticvlm.devices.simulated import COOL_LIMIT_A, HEAT_LIMIT_A
+from hapticvlm.devices.simulated.plant import Plant
+from hapticvlm.devices.simulated.simulated import COOL_LIMIT_A, HEAT_LIMIT_A
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm_lab.bench.thermal.grids import Floats
 

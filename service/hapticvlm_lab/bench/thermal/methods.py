@@ -15,13 +15,13 @@ from scipy.optimize import least_squares
 from scipy.special import erfcx
 
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import (
+from hapticvlm.rendering.heat.contact import (
     ThermalContact,
     contact_temperature_c,
     progress,
     skin_surface_c,
 )
-from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm_lab.bench.thermal import grids
 from hapticvlm_lab.bench.thermal.grids import Floats, Rule
 from hapticvlm_lab.bench.thermal.traces import Traced

@@ -20,8 +20,8 @@ from scipy.special import erfcx
 from hapticvlm.materials import MATERIALS
 from hapticvlm.palette import GREEN, GREY, INK, SOFT
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import SKIN, ThermalContact, progress, thermal_contact
-from hapticvlm.rendering.thermal_trajectory import ThermalTrajectory
+from hapticvlm.rendering.heat.contact import SKIN, ThermalContact, progress, thermal_contact
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.labels import place
 from hapticvlm_lab.bench.rigs import core_us

@@ -20,7 +20,7 @@ from scipy.linalg import solve_banded
 
 from hapticvlm.materials import Thermal
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import SKIN, ThermalContact
+from hapticvlm.rendering.heat.contact import SKIN, ThermalContact
 
 CELLS, GROWTH = 120, 1.06
 FIRST_M = 3e-6  # of skin; an object's first cell takes as long to cross

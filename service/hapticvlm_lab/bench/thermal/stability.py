@@ -14,7 +14,7 @@ import numpy as np
 
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.thermal import ThermalContact, thermal_contact
+from hapticvlm.rendering.heat.contact import ThermalContact, thermal_contact
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.thermal import breaks, breaks_plot
 from hapticvlm_lab.bench.thermal.breaks import ALUMINIUM, FRAME_S, Trial

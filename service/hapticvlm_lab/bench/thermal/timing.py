@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.thermal import skin_surface_c, thermal_contact
+from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
 from hapticvlm_lab.bench.rigs import core_us
 from hapticvlm_lab.bench.thermal.methods import Method
 

@@ -16,7 +16,7 @@ import math
 from dataclasses import dataclass
 
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.thermal import ThermalContact, progress, share
+from hapticvlm.rendering.heat.contact import ThermalContact, progress, share
 
 _HALF_TURNS = 2.0 / math.pi
 MOST_TRACES = 3  # of which the oldest stands for all before it; bounds the cost of a step

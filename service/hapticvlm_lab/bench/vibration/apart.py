@@ -18,10 +18,8 @@ import numpy as np
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.palette import BLUE, GREY, INK, SOFT
-from hapticvlm.rendering.vibration import RATE_HZ, motion_at
-from hapticvlm.rendering.voices import Command, Voices
-from hapticvlm.study.observer.answers import recognised
-from hapticvlm.study.observer.predict import paper_noise
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, motion_at
+from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.vibration.event import (
     EIGHT,
@@ -32,6 +30,8 @@ from hapticvlm_lab.bench.vibration.event import (
     by_speaker,
     taken_for,
 )
+from hapticvlm_studio.observer.answers import recognised
+from hapticvlm_studio.observer.predict import paper_noise
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

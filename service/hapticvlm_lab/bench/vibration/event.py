@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import RATE_HZ, Motion
-from hapticvlm.rendering.vibration_plan import VibrationPlan, VibrationPlanner
-from hapticvlm.rendering.voices import Command, Voices
-from hapticvlm.study.observer.answers import confusion, recognised
-from hapticvlm.study.observer.channels import vibration_steps
-from hapticvlm.study.observer.percepts import Percepts
-from hapticvlm.study.observer.predict import paper_noise
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.vibration_plan import VibrationPlan, VibrationPlanner
+from hapticvlm.rendering.vibration.voices import Command, Voices
+from hapticvlm_studio.observer.answers import confusion, recognised
+from hapticvlm_studio.observer.channels import vibration_steps
+from hapticvlm_studio.observer.percepts import Percepts
+from hapticvlm_studio.observer.predict import paper_noise
 
 EIGHT = ("wood", "glass", "fabric", "metal", "plastic", "stone", "ceramic", "rubber")
 FRAME_HZ, PLANS_HZ, ACTUATOR_HZ = 72.0, 30.0, 170.0

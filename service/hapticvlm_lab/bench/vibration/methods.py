@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy import linalg, signal
 
 from hapticvlm.materials import MATERIALS, Mode, Vibration
-from hapticvlm.rendering.impacts import impact
-from hapticvlm.rendering.textures import Texture
-from hapticvlm.rendering.vibration import RATE_HZ, Motion
-from hapticvlm.rendering.voices import Command, Voices
+from hapticvlm.rendering.vibration.impacts import impact
+from hapticvlm.rendering.vibration.textures import Texture
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm_lab.bench.rigs import core_us
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.rendering.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 _Floats = NDArray[np.float64]
 

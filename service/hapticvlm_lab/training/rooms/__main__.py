@@ -17,7 +17,7 @@ from PIL import Image, ImageDraw
 from rich.progress import track
 
 from hapticvlm import messages
-from hapticvlm.recognition import pictures
+from hapticvlm.vision import pictures
 from hapticvlm_lab.training.rooms.page import Picture, Rooms, RoomsError, opened
 
 SIDE = 224

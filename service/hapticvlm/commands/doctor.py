@@ -1,0 +1,97 @@
+"""`hapticvlm doctor`: what a first-time user trips over, and what to do. Moves no output."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm.commands.parsing import add_json
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm.doctor.findings import Finding
+
+PATIENCE_S = 4.0
+_MARKS = {"ok": "ok   ", "note": "note ", "wrong": "WRONG"}
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    doctor = commands.add_parser(
+        "doctor",
+        help="say what is missing or wrong on this machine",
+        description="Check Python, packages, port, audio outputs, plate and certificate, and say "
+        "what to do. Nothing is played or heated. Exit code 1: something is wrong.",
+        examples=("hapticvlm doctor", "hapticvlm doctor --config hapticvlm.toml"),
+    )
+    doctor.set_defaults(run=_doctor)
+    doctor.add_argument(
+        "--config",
+        type=Path,
+        metavar="FILE",
+        help="check what `hapticvlm serve --config FILE` needs",
+    )
+    add_json(doctor)
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    from hapticvlm.commands.progress import working
+
+    started = time.monotonic()
+    with working("checking this machine"):
+        found = _examine(options, started + PATIENCE_S)
+    is_well = all(finding.verdict != "wrong" for finding in found)
+    if options.json:
+        findings = [dataclasses.asdict(finding) for finding in found]
+        seconds = round(time.monotonic() - started, 2)
+        verdict = "ok" if is_well else "wrong"
+        print(json.dumps({"doctor": verdict, "seconds": seconds, "findings": findings}))
+    else:
+        _print(found)
+    return 0 if is_well else 1
+
+
+def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
+    """Make every check; those that may hang run beside the others."""
+    from hapticvlm.commands import serve
+    from hapticvlm.doctor import machine
+    from hapticvlm.doctor.findings import Finding, Later
+    from hapticvlm.server.settings import Serving
+
+    first = [machine.python(), *machine.packages()]
+    if any(finding.verdict == "wrong" for finding in first):
+        return first
+    from hapticvlm.doctor import devices, network
+
+    try:
+        serving = serve.settle(options)
+    except ValueError as error:
+        first.append(Finding("config", "wrong", str(error)))
+        serving = Serving()
+    audio = Later("audio", lambda: devices.audio(serving))
+    plates = Later("plate", lambda: devices.plates(serving))
+    now = [machine.clock(), machine.priority(serving), machine.encoder(serving)]
+    now += [network.port(serving), *network.address(serving)]
+    return [*first, *now, *audio.by(deadline), *plates.by(deadline)]
+
+
+def _print(found: list[Finding]) -> None:
+    for finding in found:
+        cure = f"  -> {finding.cure}" if finding.cure else ""
+        print(f"{_MARKS[finding.verdict]} {finding.about:<11} {finding.said}{cure}")
+    print(f"\n{sentence(found)}")
+
+
+def sentence(found: list[Finding]) -> str:
+    """Sum the findings up for a person."""
+    wrong = [finding.about for finding in found if finding.verdict == "wrong"]
+    notes = sum(finding.verdict == "note" for finding in found)
+    if wrong:
+        return f"{len(wrong)} wrong ({', '.join(wrong)}): do what stands behind the arrow."
+    if notes:
+        return f"Nothing is wrong; {notes} notes tell what could be better."
+    return "Nothing is wrong: `hapticvlm serve` will start."

@@ -1,1 +1,0 @@
-"""What one touch would feel like: as numbers, a picture and a sound."""

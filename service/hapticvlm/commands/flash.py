@@ -1,0 +1,176 @@
+"""Writes firmware onto a board with avrdude; knows boot loaders and versions, no protocol.
+
+Says what is on the board, writes, and asks the board again: only its own answer counts.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from hapticvlm.commands.progress import working
+from hapticvlm.devices import plate
+from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.plate import ports
+from hapticvlm.devices.plate.peltier import Peltier
+from hapticvlm.devices.plate.ports import Place
+from hapticvlm.errors import HapticVLMError, UsageError
+
+SHIPPED = Path(plate.__file__).parent / "firmware" / "plate.hex"
+# ATmega328P behind optiboot, as on an Uno and a Nano with the new boot loader.
+AVRDUDE = ("-p", "m328p", "-c", "arduino", "-b", "115200", "-D")
+FLASH_BYTES = 32 * 1024 - 512  # the boot loader keeps the rest
+SLOWEST_S = 120.0
+NO_AVRDUDE = (
+    "avrdude is not installed. Windows: winget install AVRDudes.AVRDUDE; macOS: brew install "
+    "avrdude; Debian, Ubuntu: sudo apt install avrdude. Then open a new terminal"
+)
+FAILED = (
+    "is it an Uno, or a Nano with the new boot loader (optiboot)? firmware/README.md says how to "
+    "write another one"
+)
+
+
+class FlashError(HapticVLMError):
+    """Nothing was written, or not what should have been."""
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """A program for the board; no version where it is not known."""
+
+    path: Path
+    version: str | None
+    size: int
+
+    @property
+    def text(self) -> str:
+        """What is written, for a person."""
+        name = self.path.name if self.version is None else f"firmware {self.version}"
+        digest = hashlib.sha256(self.path.read_bytes()).hexdigest()[:12]
+        return f"{name} ({self.size} bytes, sha256 {digest}...)"
+
+
+def flash(asked: str, path: Path | None) -> int:
+    """Write an image (the shipped one without `path`) onto the board at a port or at `auto`.
+
+    Raises FlashError, DeviceError and UsageError, each in one line.
+    """
+    image = shipped() if path is None else read(path)
+    avrdude = shutil.which("avrdude")
+    if avrdude is None:
+        raise FlashError(NO_AVRDUDE)
+    with working("asking the board for its version"):
+        place, now = _found(asked)
+    print(f"{place.text}: {now}")
+    print(f"writing {image.text}", flush=True)
+    with working("writing"):
+        _run(avrdude, place, image)
+    with working("asking the board for its version"):
+        written = _firmware(place)
+    if written is None:
+        raise FlashError(f"{image.path.name} was written, but the board does not answer as a plate")
+    if image.version is not None and written.split()[0] != image.version:
+        raise FlashError(f"avrdude wrote {image.version}, but the board answers {written}")
+    print(f"done: the board answers with firmware {written}")
+    return 0
+
+
+def shipped() -> Image:
+    """Return the image that came with this program."""
+    facts = json.loads(SHIPPED.with_suffix(".json").read_text(encoding="utf-8"))
+    return Image(SHIPPED, facts["firmware"], program_bytes(SHIPPED.read_text(encoding="ascii")))
+
+
+def read(path: Path) -> Image:
+    """Return a user's image. Raises UsageError for what is no program of this chip."""
+    try:
+        size = program_bytes(path.read_text(encoding="ascii"))
+    except ValueError as error:  # not ASCII among them
+        raise UsageError(f"{path} is no Intel HEX file of an ATmega328P: {error}") from None
+    return Image(path, None, size)
+
+
+def program_bytes(text: str) -> int:
+    """Count the bytes of an Intel HEX file. Raises ValueError for a damaged or too large one."""
+    size, is_ended = 0, False
+    for number, line in enumerate(text.split(), start=1):
+        record = bytes.fromhex(line[1:]) if line.startswith(":") else b""
+        if len(record) < 5 or record[0] != len(record) - 5 or sum(record) % 256:
+            raise ValueError(f"line {number} is damaged")
+        kind, start = record[3], int.from_bytes(record[1:3], "big")
+        if kind == 0 and start + record[0] > FLASH_BYTES:
+            raise ValueError(f"line {number} lies behind the {FLASH_BYTES} bytes of its flash")
+        size += record[0] if kind == 0 else 0
+        is_ended = kind == 1
+    if not is_ended or not size:
+        raise ValueError("its end is missing")
+    return size
+
+
+def _found(asked: str) -> tuple[Place, str]:
+    """Return the board's place and what is on it now, in words."""
+    found = ports.places(asked)
+    if asked != ports.AUTO:
+        _open_once(found[0])  # else silence and no port look alike
+        return found[0], _on_it(found[0])
+    answering = [(place, firmware) for place in found if (firmware := _firmware(place)) is not None]
+    if len(answering) == 1:
+        return answering[0][0], f"firmware {answering[0][1]} now"
+    names = ", ".join(place.text for place in found)
+    if answering:
+        raise FlashError(f"several plates answer; name one: --port PORT of {names}")
+    raise FlashError(
+        f"no plate answers at {names}; for a new board name its port: --port {found[0].url}. "
+        "What is on it will be overwritten"
+    )
+
+
+def _open_once(place: Place) -> None:
+    try:
+        ports.open_port(place.url).close()
+    except DeviceError as error:
+        raise DeviceError(f"{place.text} {error}") from None
+
+
+def _on_it(place: Place) -> str:
+    firmware = _firmware(place)
+    return "nothing that answers as a plate now" if firmware is None else f"firmware {firmware} now"
+
+
+def _firmware(place: Place) -> str | None:
+    """Return the firmware that answers; None without an answer. No setpoint is sent."""
+    plate = Peltier(place.url)
+    try:
+        plate.connect()
+    except DeviceError:
+        return None
+    finally:
+        plate.close()
+    return plate.firmware
+
+
+def _run(avrdude: str, place: Place, image: Image) -> None:
+    command = [avrdude, *AVRDUDE, "-P", place.url, "-U", f"flash:w:{image.path}:i"]
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, errors="replace", timeout=SLOWEST_S
+        )
+    except subprocess.TimeoutExpired:
+        raise FlashError(f"avrdude did not end within {SLOWEST_S:g} s; {FAILED}") from None
+    if done.returncode:
+        raise FlashError(f"avrdude: {_reason(done.stderr + done.stdout)}; {FAILED}")
+
+
+def _reason(text: str) -> str:
+    """Return the line of avrdude's output that names the cause, without its own name."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    for word in ("not responding", "cannot open", "verif", "error"):
+        if causes := [line for line in lines if word in line.lower()]:
+            return re.sub(r"^avrdude(?: OS)?(?: error)?: ", "", causes[0])
+    return "it failed and did not say why"

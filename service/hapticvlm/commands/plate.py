@@ -1,0 +1,137 @@
+"""`hapticvlm plate`: what a plate on a serial port reports, clearing its faults, its firmware."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm.commands.parsing import add_json
+from hapticvlm.errors import usage_errors
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm.devices.plate.peltier import Peltier
+
+LISTEN_S = 0.5  # ten telemetries
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    plate = commands.add_parser(
+        "plate",
+        help="read a plate on a serial port, clear a fault, or write its firmware",
+        description="Read or change a plate on a serial port. Only one program can use "
+        "the port: end the service first.",
+        examples=(
+            "hapticvlm plate status",
+            "hapticvlm plate clear runaway",
+            "hapticvlm plate flash --port /dev/ttyUSB0",
+        ),
+    )
+    verbs = plate.add_subparsers(title="what to do", required=True, metavar="WHAT")
+    status = _add(verbs, "status", "print readings, faults and counts", _status)
+    add_json(status)
+    clear = _add(verbs, "clear", "clear one fault; this switches nothing on", _clear)
+    clear.add_argument(
+        "fault", metavar="FAULT", help="name or number of the fault, as `plate status` prints it"
+    )
+    _add_flash(verbs)
+
+
+def _add(
+    verbs: Commands, name: str, text: str, run: Callable[[Peltier, argparse.Namespace], None]
+) -> argparse.ArgumentParser:
+    verb = verbs.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
+    verb.add_argument(
+        "--peltier",
+        default="auto",
+        metavar="PORT",
+        help="serial port, `auto` or `simulated` (%(default)s)",
+    )
+    verb.set_defaults(run=lambda options: _with_plate(options, run))
+    return verb
+
+
+def _add_flash(verbs: Commands) -> None:
+    flash = verbs.add_parser(
+        "flash",
+        help="write the firmware onto an Uno or Nano",
+        description="Write the firmware onto an Arduino Uno or Nano with avrdude, then ask the "
+        "board for its version. Without --port only a board that answers as a plate is "
+        "written: another board of yours may hold another program.",
+        examples=(
+            "hapticvlm plate flash                      a plate: bring it up to date",
+            "hapticvlm plate flash --port /dev/ttyUSB0  a new board",
+        ),
+    )
+    flash.add_argument(
+        "--port",
+        "--peltier",
+        dest="port",
+        default="auto",
+        metavar="PORT",
+        help="the board's serial port (%(default)s)",
+    )
+    flash.add_argument(
+        "--hex", type=Path, metavar="FILE", help="an Intel HEX file (the one that came with this)"
+    )
+    flash.set_defaults(run=_flash)
+
+
+def _flash(options: argparse.Namespace) -> int:
+    from hapticvlm.commands import flash
+
+    return flash.flash(options.port, options.hex)
+
+
+def _with_plate(
+    options: argparse.Namespace, run: Callable[[Peltier, argparse.Namespace], None]
+) -> int:
+    from hapticvlm.devices.plate.peltier import Peltier
+    from hapticvlm.devices.simulated.simulated_board import simulated_plate
+
+    plate = simulated_plate() if options.peltier == "simulated" else Peltier(options.peltier)
+    try:
+        plate.connect()
+        with usage_errors():
+            run(plate, options)
+    finally:
+        plate.close()
+    return 0
+
+
+def _status(plate: Peltier, options: argparse.Namespace) -> None:
+    from hapticvlm.devices.faults import describe
+
+    until = time.monotonic() + LISTEN_S
+    while time.monotonic() < until:
+        plate.turn()
+    reading = plate.advance(time.monotonic())
+    if options.json:
+        report = {"plate": plate.name, "simulated": plate.simulated}
+        print(json.dumps({**report, **dataclasses.asdict(reading), "counts": plate.counts}))
+        return
+    print(f"{plate.name}{' (simulated)' if plate.simulated else ''}")
+    print(f"  plate {_degrees(reading.plate_c)}, sink {_degrees(reading.sink_c)}")
+    print(f"  dose {reading.dose_cem43:.3f} CEM43, heated {reading.heated_s:.0f} s")
+    for name, count in plate.counts.items():
+        if count:
+            print(f"  {name.replace('_', ' ')} {count}")
+    for fault in reading.faults:
+        print(f"  FAULT {describe(fault)}")
+    if not reading.faults:
+        print("  no faults")
+
+
+def _clear(plate: Peltier, options: argparse.Namespace) -> None:
+    plate.clear(options.fault)
+    print(f"{options.fault} cleared; the plate stays off until a new setpoint comes")
+
+
+def _degrees(temperature_c: float | None) -> str:
+    return "no reading" if temperature_c is None else f"{temperature_c:.1f} degC"

@@ -1,0 +1,145 @@
+"""The main job, end to end, on simulated devices: a recorded headset capture becomes touch.
+
+Starts the service in a process of its own, streams the capture to it as a scene would, reports each
+touch while it happens, and leaves a page to look through the session, its sound, and the record.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+
+from hapticvlm.captures import Capture, Line, Recorder, read
+from hapticvlm.captures.contacts import contacts
+from hapticvlm.client import connect
+from hapticvlm.client.connection import Client, Message
+from hapticvlm.client.local_service import Service, ServiceError, ending_on_sigterm, running
+from hapticvlm.client.sending import Outcome, stream
+from hapticvlm.demo import summary
+from hapticvlm.demo.show import Show, waiting
+from hapticvlm.devices.speaker.audio import write_wav
+from hapticvlm.devices.speaker.output_list import has_output
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.materials import MATERIALS
+from hapticvlm.recordings import timeline
+from hapticvlm.recordings.page import page
+from hapticvlm.recordings.timeline import Timeline
+from hapticvlm.rendering.vibration.voices import Voices
+
+CAPTURE = Path(__file__).parent / "capture"
+SETTLE_S = 0.3  # for the last answers and telemetry
+
+
+def run(path: Path | None, out: Path, *, quiet: bool) -> int:
+    """Run the demo; return 0 when every message was answered. Raises HapticVLMError, OSError."""
+    console = Console(highlight=False, soft_wrap=True)
+    capture = read(CAPTURE if path is None else path)
+    console.print(
+        f"A recorded session of an emulated headset, {capture.duration_s:.0f} s, becomes touch.\n"
+        "Starting the service: simulated plate, and your speaker if there is one."
+    )
+    sessions = out / "session"
+    sessions.mkdir(parents=True, exist_ok=True)
+    with ending_on_sigterm(), _service(sessions, console, quiet=quiet) as service:
+        console.print(f"It is ready after {service.seconds_to_ready:.1f} s.\n")
+        outcome, show = asyncio.run(_perform(capture, service, console))
+    _record(show, out / "decisions.jsonl")
+    recorded = _remembered(sessions, console)
+    write_wav(out / "vibration.wav", recorded.wave)
+    page.write(recorded, "the demo", out / "session.html")
+    figures = summary.write(capture, outcome, show.decisions, show.telemetry, out)
+    console.print((out / "summary.txt").read_text(encoding="utf-8"))
+    console.print("Open this page in a browser: frames, decisions, plate and sound over time.")
+    for name in ("session.html", "vibration.wav", "decisions.jsonl", figures.name):
+        console.print(f"  {out / name}")
+    console.print(_next_steps(_session(sessions)))
+    return 1 if outcome.unanswered else 0
+
+
+async def _perform(capture: Capture, service: Service, console: Console) -> tuple[Outcome, Show]:
+    show = Show(console, capture)
+    async with (
+        connect(service.url, name="demo observer", role="observer") as observer,
+        connect(service.url, name="demo scene") as scene,
+    ):
+        with show.running():
+            listening = asyncio.create_task(_listen(observer, show))
+            touching = asyncio.create_task(_follow(capture, show))
+            outcome = await stream(scene, capture, seen=_ignore)
+            await asyncio.sleep(SETTLE_S)
+            for task in (listening, touching):
+                task.cancel()
+                with contextlib.suppress(asyncio.CancelledError):
+                    await task
+    return outcome, show
+
+
+async def _listen(observer: Client, show: Show) -> None:
+    while True:
+        show.receive(await observer.events.get())
+
+
+async def _follow(capture: Capture, show: Show) -> None:
+    """Report each touch when it begins and ends, at the pace of the stream."""
+    for touch in contacts(capture, []):
+        for at_s, on_touch in (
+            (touch.started_s, show.begin_touch),
+            (touch.ended_s, show.end_touch),
+        ):
+            await asyncio.sleep(max(0.0, at_s - show.now_s))
+            on_touch(touch)
+
+
+def _ignore(line: Line, answer: Message) -> None:
+    """Ignore the scene's own answers: the observer receives everything."""
+
+
+def _record(show: Show, path: Path) -> None:
+    recorder = Recorder(path)
+    for at, event in sorted([*show.decisions, *show.telemetry], key=lambda item: item[0]):
+        recorder.write(at, event)
+    recorder.close()
+
+
+def _remembered(sessions: Path, console: Console) -> Timeline:
+    console.print("\nReading the record, and playing its vibration again.")
+    with waiting(console, lambda seconds: f"playing again, {seconds:.0f} s"):
+        return timeline.read(_session(sessions), MATERIALS, Voices())
+
+
+def _session(sessions: Path) -> Path:
+    """Return the newest record with frames; folders are named by their time."""
+    found = [folder for folder in sessions.iterdir() if (folder / "frames").is_dir()]
+    if not found:
+        raise HapticVLMError(f"{sessions}: no frame was kept; is the disk full?")
+    return max(found)
+
+
+@contextmanager
+def _service(sessions: Path, console: Console, *, quiet: bool) -> Iterator[Service]:
+    """Start the service on a real output if there is one, else on the simulated speaker."""
+    arguments = ["--record", str(sessions), "--record-frames"]
+    with contextlib.ExitStack() as stack:
+        service = None
+        with waiting(console, lambda seconds: f"starting, {seconds:.0f} s"):
+            if not quiet and has_output():
+                with contextlib.suppress(ServiceError):
+                    service = stack.enter_context(running([*arguments, "--speaker", "default"]))
+            service = service or stack.enter_context(running(arguments))
+        yield service
+
+
+def _next_steps(session: Path) -> str:
+    return (
+        "\nNext:\n"
+        f"  look again  hapticvlm replay --view {session}\n"
+        "  dashboard   hapticvlm serve, then open http://127.0.0.1:8790/ in a browser\n"
+        "  your scene  connect it to ws://127.0.0.1:8790/ (shortest: examples/touch.py)\n"
+        "  Unity       add the package in unity_client/ (README.md there: five steps);\n"
+        "              schemas/messages.schema.json and schemas/vectors/ are the contract"
+    )

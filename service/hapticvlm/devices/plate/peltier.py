@@ -1,0 +1,239 @@
+"""The plate on a serial line: one thread reads and writes the port, nobody else waits for it.
+
+The protocol is `plate_session.py`'s business; this is the port around it, which may vanish at any
+time and is opened again with growing pauses. Opening resets most boards (DTR): expected.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+from hapticvlm.devices import faults
+from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.plate import ports
+from hapticvlm.devices.plate.ports import Place, Port
+from hapticvlm.devices.plate.protocol import Answer
+from hapticvlm.devices.plate.session import PlateSession
+from hapticvlm.processes.priority import request_priority
+from hapticvlm.rendering.heat.limits import PlateReading
+
+GREETING_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
+READ_BYTES = 256
+PAUSES_S = (0.25, 0.5, 1.0, 2.0, 5.0)  # before each try to open the port again, then the last
+FAREWELL_S, JOIN_S = 0.5, 2.0
+PRIORITY = 15  # above the gateway's loop, whose orders it sends, below the audio's
+
+logger = logging.getLogger(__name__)
+
+
+class Peltier:
+    """A plate behind a port: `start` it, or `connect` and then call `turn` in lock-step."""
+
+    def __init__(
+        self,
+        asked: str,
+        *,
+        open_port: Callable[[str], Port] = ports.open_port,
+        clock: Callable[[], float] = time.monotonic,
+        simulated: bool = False,
+        realtime: bool = False,
+    ) -> None:
+        """`asked` is a port, a pyserial URL or `auto`; `clock` is the one `now` comes from.
+
+        With `realtime` the thread asks for that priority: a stop must not wait for a busy loop.
+        """
+        self.simulated = simulated
+        self.name = "simulated plate" if simulated else asked
+        self.firmware = "unknown"  # until a board has answered
+        self._asked = asked
+        self._realtime = realtime
+        self._open_port, self._clock = open_port, clock
+        self._session = PlateSession()
+        self._lock = threading.Lock()  # held for computing only, never over a read or write
+        self._port: Port | None = None
+        self._trouble = ""  # why the port was closed last
+        self._place: Place | None = None
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """What did not fit on the line, here and on the board."""
+        with self._lock:
+            return self._session.counts
+
+    def start(self) -> None:
+        """Connect, then follow the port in a thread until closed. Raises DeviceError."""
+        self.connect()
+        self._thread = threading.Thread(target=self._run, name="plate", daemon=True)
+        self._thread.start()
+
+    def connect(self) -> None:
+        """Open the port and wait for the board's answer. Raises DeviceError, naming each port."""
+        failures = []
+        for place in ports.places(self._asked):
+            try:
+                self._open(place)
+                self._handshake()
+            except DeviceError as error:
+                failures.append(f"{place.text}: {error}")
+                continue
+            return
+        raise DeviceError(f"no plate answered; {'; '.join(failures)}")
+
+    def turn(self) -> None:
+        """Read once, for at most READ_S, then write what is due; a failing port is closed."""
+        if self._port is None:
+            return
+        try:
+            data = self._port.read(READ_BYTES)
+            now = self._clock()
+            with self._lock:
+                self._session.receive(data, now)
+                out = self._session.outgoing(now)
+                is_gone = self._session.is_gone(now)
+            if out:
+                self._port.write(out)
+        except OSError as error:  # pyserial's own errors are among them
+            self._lose(str(error))
+            return
+        if is_gone:
+            self._lose("nothing understandable came")
+
+    def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
+        """Hold `setpoint_c` for `ttl_s`; sent by the thread within READ_S."""
+        with self._lock:
+            self._session.command(setpoint_c, ttl_s, now)
+
+    def rest(self, now: float) -> None:  # noqa: ARG002 - the board's clock decides
+        """Return to neutral, then switch off."""
+        with self._lock:
+            self._session.rest()
+
+    def off(self, now: float) -> None:  # noqa: ARG002 - the board's clock decides
+        """Open the bridge at once; sent by the thread without waiting for its read to end."""
+        with self._lock:
+            self._session.off()
+            cancel = getattr(self._port, "cancel_read", None)  # pyserial's socket:// has none
+            if cancel is not None:
+                with contextlib.suppress(OSError):
+                    cancel()
+
+    def advance(self, now: float) -> PlateReading:
+        """Return the plate's last reading; nothing measured if that is too long ago."""
+        with self._lock:
+            return self._session.reading(now)
+
+    def clear(self, named: str, patience_s: float = 1.0) -> None:
+        """Unlatch one fault, by name or number; waits for the answer, so not on an event loop.
+
+        Raises DeviceError if the board refuses or does not answer, ValueError for no such fault.
+        """
+        number = faults.numbered(named)
+        with self._lock:
+            self._session.clear(number)
+        answer = self._await_answer(patience_s)
+        if answer is Answer.NOT_LATCHED:
+            raise DeviceError(f"{faults.FIRMWARE[number].name} is not latched")
+        if answer is Answer.PERSISTS:
+            raise DeviceError(f"its cause is still there. {faults.FIRMWARE[number].text}")
+        if answer is not Answer.OK:
+            reply = "nothing" if answer is None else answer.name.lower()
+            raise DeviceError(f"the board answered {reply} to clear {number}")
+
+    def close(self) -> None:
+        """Switch the plate off and close the port; waits for a fraction of a second."""
+        if self._closing.is_set():
+            return
+        self._closing.set()
+        if self._thread is not None:
+            self._thread.join(JOIN_S)
+            if self._thread.is_alive():
+                logger.error("%s: the port is stuck; the board's lease ends the heat", self.name)
+                return
+        self._part()
+
+    def _open(self, place: Place) -> None:
+        self._port = self._open_port(place.url)
+        self._place = place
+        with self._lock:
+            self._session.opened(self._clock())
+
+    def _handshake(self) -> None:
+        """Turn until the board has answered. Raises DeviceError, with the port closed."""
+        until = self._clock() + GREETING_S
+        while self._port is not None and self._clock() < until:
+            self.turn()
+            if self._session.refusal is not None:
+                break
+            if self._session.is_ready and self._session.telemetry is not None:
+                self._name()
+                return
+        trouble = self._session.refusal or self._trouble or f"no answer within {GREETING_S:g} s"
+        self._lose(trouble)
+        self._session = PlateSession()
+        raise DeviceError(trouble)
+
+    def _name(self) -> None:
+        board = self._session.board
+        if self.simulated or self._place is None or board is None:
+            return
+        version = f"{board.firmware_major}.{board.firmware_minor}.{board.firmware_patch}"
+        self.firmware = f"{version} (board {board.board_id})"
+        self.name = f"plate on {self._place.url}, firmware {version}, board {board.board_id}"
+
+    def _lose(self, trouble: str) -> None:
+        self._trouble = trouble
+        with self._lock:  # nobody cancels a read of what is being closed
+            port, self._port = self._port, None
+            self._session.lost()
+        if port is not None:
+            with contextlib.suppress(OSError):
+                port.close()
+
+    def _run(self) -> None:
+        if self._realtime:
+            request_priority(PRIORITY)
+        tries = 0
+        while not self._closing.is_set():
+            if self._port is not None:
+                self.turn()
+                tries = 0 if self._session.is_ready else tries
+            elif not self._closing.wait(PAUSES_S[min(tries, len(PAUSES_S) - 1)]):
+                self._reopen(tries)
+                tries += 1
+
+    def _reopen(self, tries: int) -> None:
+        """Try one port that may be the same plate; which one goes round."""
+        known = None if self._place is None else self._place.usb
+        try:
+            found = [place for place in ports.places(self._asked) if place.usb == known]
+            if found:
+                self._open(found[tries % len(found)])
+        except (DeviceError, OSError) as error:
+            logger.debug("plate: %s", error)
+
+    def _await_answer(self, patience_s: float) -> Answer | None:
+        until = self._clock() + patience_s
+        while self._session.is_busy and self._clock() < until:
+            if self._thread is None:
+                self.turn()
+            else:
+                time.sleep(ports.READ_S)
+        return self._session.answer
+
+    def _part(self) -> None:
+        if self._port is None:
+            return
+        with self._lock:
+            self._session.off()
+        until = self._clock() + FAREWELL_S
+        while self._port is not None and self._session.is_busy and self._clock() < until:
+            self.turn()
+        self._lose("closed")
+        with self._lock:
+            self._session.ended()

@@ -1,0 +1,119 @@
+"""Serial ports: which may lead to a plate, and how one is opened. The only home of pyserial."""
+
+from __future__ import annotations
+
+import errno
+import os
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.plate.protocol import BAUD
+
+AUTO = "auto"
+READ_S, WRITE_S = 0.02, 0.2
+
+# USB vendors of boards and of the serial chips on their copies; our list.
+_VENDORS = {
+    0x2341: "Arduino",
+    0x2A03: "Arduino",
+    0x1A86: "CH340",
+    0x0403: "FTDI",
+    0x10C4: "CP210x",
+    0x067B: "PL2303",
+}
+_WORDS = ("arduino", "ch340", "usb serial", "usb-serial", "cp210", "ft232")
+
+
+class Port(Protocol):
+    """What is used of a pyserial port: bulk reads that end after READ_S, writes, close."""
+
+    def read(self, size: int, /) -> bytes:
+        """Return up to `size` bytes, after READ_S what there is."""
+
+    def write(self, data: bytes, /) -> int | None:
+        """Write all of it, or raise after WRITE_S."""
+
+    def close(self) -> None:
+        """Close the port."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A port by name or pyserial URL, its description by the system, its USB identity if any."""
+
+    url: str
+    label: str
+    usb: tuple[int, int, str] | None = None
+
+    @property
+    def text(self) -> str:
+        """How a person finds it."""
+        return f"{self.url} ({self.label})" if self.label else self.url
+
+
+def places(asked: str) -> list[Place]:
+    """Return the port asked for, or with `auto` those that may lead to a plate, likeliest first.
+
+    Raises DeviceError, naming every port there is, when `auto` finds none.
+    """
+    if asked != AUTO:
+        return [Place(asked, "")]
+    seen = _seen()
+    likely = [place for place, is_likely in seen if is_likely]
+    if not likely:
+        raise DeviceError(
+            f"no port looks like a plate; ports seen: {_listed([place for place, _ in seen])}; "
+            "plug the plate in, or name its port"
+        )
+    return likely
+
+
+def open_port(url: str) -> Port:
+    """Open a port by name or pyserial URL for this program alone. Raises DeviceError."""
+    import serial
+
+    try:
+        found: Port = serial.serial_for_url(
+            url, baudrate=BAUD, timeout=READ_S, write_timeout=WRITE_S, **_alone(url)
+        )
+    except (serial.SerialException, OSError, ValueError) as error:
+        raise DeviceError(f"can't be opened: {_reason(error)}") from None
+    return found
+
+
+def _alone(url: str) -> dict[str, Any]:
+    return {} if "://" in url else {"exclusive": True}
+
+
+def _reason(error: Exception) -> str:
+    number = error.errno if isinstance(error, OSError) else None
+    if number in (errno.EAGAIN, errno.EBUSY):
+        return "another program has it open, perhaps `hapticvlm serve`"
+    return os.strerror(number) if number else str(error)
+
+
+def _seen() -> list[tuple[Place, bool]]:
+    from serial.tools import list_ports
+
+    return [(_place(info), _is_likely(info)) for info in sorted(list_ports.comports())]
+
+
+def _place(info: Any) -> Place:  # noqa: ANN401 - pyserial has no types
+    label = info.description if info.description not in (None, "n/a") else ""
+    if info.vid is None:
+        return Place(info.device, label)
+    return Place(
+        info.device,
+        f"{label} {info.vid:04x}:{info.pid:04x}".strip(),
+        (info.vid, info.pid, info.serial_number or ""),
+    )
+
+
+def _is_likely(info: Any) -> bool:  # noqa: ANN401
+    words = f"{info.description} {info.product}".lower()
+    return info.vid in _VENDORS or any(word in words for word in _WORDS)
+
+
+def _listed(found: list[Place]) -> str:
+    return ", ".join(place.text for place in found) or "none"

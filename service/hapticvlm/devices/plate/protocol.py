@@ -1,0 +1,209 @@
+"""The messages between host and plate, one frame each. Pure.
+
+Written from `firmware/PROTOCOL.md`; a test compares the numbers with the firmware's own header.
+Integers are little endian. Knows no port, no clock and no plate.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from enum import IntEnum
+from typing import Any, Self
+
+from hapticvlm.devices.plate.framing import Frame, frame
+from hapticvlm.errors import HapticVLMError
+
+MAJOR, MINOR = 1, 1
+BAUD = 250_000  # exact on a 16 MHz ATmega328P
+MAX_TTL_MS = 1000
+NO_READING = -(2**31)
+LIMITED_BY_CURRENT = 1 << 2  # in `limited`
+
+
+class Answer(IntEnum):
+    """The answer in an ACK."""
+
+    OK = 0
+    UNKNOWN = 1
+    LENGTH = 2
+    VERSION = 3
+    NEEDS_HELLO = 4
+    RANGE = 5
+    TTL = 6
+    FAULTED = 7
+    PERSISTS = 8
+    NOT_LATCHED = 9
+
+
+class State(IntEnum):
+    """What the board is doing."""
+
+    OFF = 0
+    HOLDING = 1
+    RETURNING = 2
+    FAULTED = 3
+
+
+class LineError(HapticVLMError):
+    """A frame passed its CRC and is still no message of this protocol."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hello:
+    """Host: open the conversation."""
+
+    major: int
+    minor: int
+
+
+@dataclass(frozen=True, slots=True)
+class Setpoint:
+    """Host: hold this temperature (milli-degC) for this long (ms)."""
+
+    setpoint_mc: int
+    ttl_ms: int
+
+
+@dataclass(frozen=True, slots=True)
+class Off:
+    """Host: bridge off at once."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """Host: slew to neutral, then off."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clear:
+    """Host: unlatch one fault."""
+
+    fault: int
+
+
+@dataclass(frozen=True, slots=True)
+class HelloReply:
+    """Board: who it is and what it accepts."""
+
+    major: int
+    minor: int
+    firmware_major: int
+    firmware_minor: int
+    firmware_patch: int
+    board_id: int
+    setpoint_low_mc: int
+    setpoint_high_mc: int
+    slew_mc_s: int
+    max_ttl_ms: int
+    heat_limit_ma: int
+    cool_limit_ma: int
+    heat_cap: int
+    cool_cap: int
+    telemetry_hz: int
+    reset_cause: int
+
+    @property
+    def refusal(self) -> str | None:
+        """Why this board can't be used, if it can't."""
+        if self.major == MAJOR:
+            return None
+        cure = "flash the firmware of this release" if self.major < MAJOR else "upgrade it"
+        return (
+            f"the board speaks plate protocol {self.major}.{self.minor}, this hapticvlm "
+            f"{MAJOR}.{MINOR}: {cure}"
+        )
+
+    def drive(self, duty: int) -> tuple[float, float]:
+        """Return the share of full drive, -1..1, and the current in A that a duty stands for."""
+        cap, limit_ma = self.cool_cap, self.cool_limit_ma
+        if duty > 0:
+            cap, limit_ma = self.heat_cap, self.heat_limit_ma
+        share = min(max(duty / cap, -1.0), 1.0) if cap else 0.0
+        return share, share * limit_ma / 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class Telemetry:
+    """Board: its state, 20 times a second; None is no reading. Units as on the wire."""
+
+    uptime_ms: int
+    state: int
+    faults: int
+    plate_mc: int | None
+    plate2_mc: int | None
+    sink_mc: int | None
+    setpoint_mc: int | None
+    duty: int
+    limited: int
+    bad_frames: int
+    refused: int
+    dose_mcem43: int
+    heated_s: int
+    reset_cause: int
+
+    @classmethod
+    def read(cls, values: Iterable[int]) -> Self:
+        """Make one from the integers of its payload, in order."""
+        names = [field.name for field in fields(cls)]
+        found: dict[str, Any] = dict(zip(names, values, strict=True))
+        for name in _READINGS:
+            found[name] = None if found[name] == NO_READING else found[name]
+        return cls(**found)
+
+
+@dataclass(frozen=True, slots=True)
+class Ack:
+    """Board: what became of one frame."""
+
+    of_kind: int
+    of_seq: int
+    code: int
+
+    @property
+    def answer(self) -> Answer:
+        """The code; one of a newer firmware counts as unknown."""
+        return Answer(self.code) if self.code <= max(Answer) else Answer.UNKNOWN
+
+
+Message = Hello | Setpoint | Off | Rest | Clear | HelloReply | Telemetry | Ack
+
+_READINGS = ("plate_mc", "plate2_mc", "sink_mc", "setpoint_mc")
+_LAYOUTS: dict[int, tuple[type[Message], struct.Struct]] = {
+    0x01: (Hello, struct.Struct("<BB")),
+    0x02: (Setpoint, struct.Struct("<iH")),
+    0x03: (Off, struct.Struct("<")),
+    0x04: (Rest, struct.Struct("<")),
+    0x05: (Clear, struct.Struct("<B")),
+    0x81: (HelloReply, struct.Struct("<BBBBBIiiHHHHHHBB")),
+    0x82: (Telemetry, struct.Struct("<IBIiiiihBHHHHB")),
+    0x83: (Ack, struct.Struct("<BBB")),
+}
+_KINDS = {message: kind for kind, (message, _) in _LAYOUTS.items()}
+
+
+def kind_of(message: Message) -> int:
+    """Return the type byte of a message."""
+    return _KINDS[type(message)]
+
+
+def encode(message: Message, seq: int) -> bytes:
+    """Write a message as one frame with its ending zero; `seq` counts modulo 256."""
+    kind = kind_of(message)
+    values = (getattr(message, field.name) for field in fields(message))
+    numbers = [NO_READING if value is None else value for value in values]
+    return frame(Frame(kind, seq % 256, _LAYOUTS[kind][1].pack(*numbers)))
+
+
+def decode(received: Frame) -> Message:
+    """Read the message in a frame. Raises LineError for an unknown type or a wrong size."""
+    if received.kind not in _LAYOUTS:
+        raise LineError(f"no message has type {received.kind:#04x}")
+    message, layout = _LAYOUTS[received.kind]
+    if len(received.payload) != layout.size:
+        raise LineError(
+            f"{message.__name__} has {len(received.payload)} bytes instead of {layout.size}"
+        )
+    values = layout.unpack(received.payload)
+    return Telemetry.read(values) if message is Telemetry else message(*values)

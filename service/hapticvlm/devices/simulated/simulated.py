@@ -1,0 +1,219 @@
+"""A Peltier plate without hardware: control and guards as a firmware has, on the plant model."""
+
+from __future__ import annotations
+
+import math
+
+from hapticvlm.devices.plate.dose import REST_S
+from hapticvlm.devices.plate.protocol import State
+from hapticvlm.devices.simulated.plant import AMBIENT_C, PALM_RESISTANCE, SINK_K_PER_W, Plant
+from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
+from hapticvlm.rendering.heat import limits as plate_limits
+from hapticvlm.rendering.heat.limits import PlateReading, sink_share
+
+HEAT_LIMIT_A, COOL_LIMIT_A = (
+    0.75,
+    2.0,
+)  # heat stuck on stays below 43 degC at 23 (docs/physics.md 3.3)
+_HEAT_GAINS, _COOL_GAINS = (1.5, 0.6), (2.5, 1.5)  # A/K and A/(K s)
+_LEAD_C = 0.4  # how far the target may be ahead of a plate at its current limit
+_TICK_S = 0.02
+_LONGEST_GAP_S = 5.0  # s of a longer silence are lived through, the rest is not
+_ARRIVED_C, _LONGEST_RETURN_S = 0.3, 10.0
+
+
+class SimulatedPlate:
+    """A plate on the plant, with the guards a firmware has: lease, limits, trips that latch."""
+
+    simulated = True
+    name = "simulated plate"
+
+    def __init__(
+        self,
+        ambient_c: float = AMBIENT_C,
+        stuck_sensor_c: float | None = None,
+        palm_resistance: float = PALM_RESISTANCE,
+    ) -> None:
+        self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance)
+        self._stuck_sensor_c = stuck_sensor_c
+        self._now: float | None = None
+        self._asked_c, self._left_s = NEUTRAL_C, 0.0
+        self._returning_s: float | None = None  # since the return to neutral began
+        self._on = False
+        self._target_c, self._current_a, self._integral_a = NEUTRAL_C, 0.0, 0.0
+        self._saturated = 0  # 1 wants more heat than the limit, -1 more cold
+        self._dose_cem43, self._heated_s, self._rested_s = 0.0, 0.0, 0.0
+        self._faults: tuple[str, ...] = ()
+
+    def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
+        """Hold `setpoint_c`, limited, for `ttl_s`; without effect while a fault is latched."""
+        self.advance(now)
+        if self._faults or not 0.0 < ttl_s < math.inf:
+            return
+        if not self._on:
+            self._target_c = plate_limits.within_range(self._sensed_c()).setpoint_c
+        self._asked_c = plate_limits.within_range(setpoint_c).setpoint_c
+        self._left_s, self._returning_s, self._on = ttl_s, None, True
+
+    def rest(self, now: float) -> None:
+        """Return to neutral, then open the bridge."""
+        self.advance(now)
+        self._lapse()
+
+    def off(self, now: float) -> None:
+        """Open the bridge at once."""
+        self.advance(now)
+        self.close()
+
+    def advance(self, now: float) -> PlateReading:
+        """Live up to `now`; a clock that jumps back ends the lease, a long gap is cut short."""
+        elapsed_s = 0.0 if self._now is None else now - self._now
+        if math.isfinite(now):
+            self._now = now
+        if not 0.0 <= elapsed_s <= _LONGEST_GAP_S:
+            self._lapse()
+            elapsed_s = _LONGEST_GAP_S if elapsed_s > 0.0 else 0.0
+        ticks = math.ceil(elapsed_s / _TICK_S - 1e-6)
+        for _ in range(ticks):
+            self._tick(elapsed_s / ticks)
+        return self._reading()
+
+    @property
+    def state(self) -> State:
+        """What the plate is doing."""
+        if self._faults:
+            return State.FAULTED
+        if not self._on:
+            return State.OFF
+        return State.HOLDING if self._returning_s is None else State.RETURNING
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Latched faults, in the order they came."""
+        return self._faults
+
+    @property
+    def current_a(self) -> float:
+        """Current through the module, positive when it heats."""
+        return self._current_a
+
+    @property
+    def skin_c(self) -> float:
+        """Temperature of the simulated palm's surface, degC; no real plate knows it."""
+        return self._plant.skin_c
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Nothing goes wrong that could be counted."""
+        return {}
+
+    def touch(self, palm_resistance: float) -> None:
+        """Lay the simulated palm on the face, with this resistance in m2 K/W; inf lifts it."""
+        self._plant.touch(palm_resistance)
+
+    def clear(self, fault: str) -> bool:
+        """Unlatch one fault unless its cause is still there; the plate stays off."""
+        if fault in self._causes():
+            return False
+        self._faults = tuple(name for name in self._faults if name != fault)
+        return True
+
+    def close(self) -> None:
+        """Open the bridge for good; only a new command closes it again."""
+        self._left_s = 0.0
+        self._open()
+
+    def _tick(self, dt_s: float) -> None:
+        self._left_s -= dt_s
+        if self._left_s < 0.0:
+            self._lapse()
+        self._trip()
+        self._finish_return(dt_s)
+        if self._on:
+            reading = self._reading()
+            limited = plate_limits.limit(self._asked_c, self._target_c, dt_s, reading)
+            if not self._must_wait(limited.setpoint_c):
+                self._target_c = limited.setpoint_c
+            self._control(self._sensed_c(), dt_s)
+        self._plant.step(self._current_a, dt_s)
+        self._account(dt_s)
+
+    def _lapse(self) -> None:
+        self._asked_c, self._left_s = NEUTRAL_C, 0.0
+        if self._on and self._returning_s is None:
+            self._returning_s = 0.0
+
+    def _finish_return(self, dt_s: float) -> None:
+        if self._returning_s is None:
+            return
+        self._returning_s += dt_s
+        arrived = abs(self._sensed_c() - NEUTRAL_C) < _ARRIVED_C
+        if arrived or self._returning_s > _LONGEST_RETURN_S:
+            self._open()
+
+    def _trip(self) -> None:
+        self._faults += tuple(name for name in self._causes() if name not in self._faults)
+        if self._faults:
+            self._open()
+
+    def _causes(self) -> tuple[str, ...]:
+        found = (
+            ("over_temperature", self._sensed_c() >= plate_limits.PLATE_TRIP_HIGH_C),
+            ("under_temperature", self._sensed_c() <= plate_limits.PLATE_TRIP_LOW_C),
+            ("sink_hot", self._plant.sink_c >= plate_limits.SINK_TRIP_C),
+        )
+        return tuple(name for name, is_so in found if is_so)
+
+    def _open(self) -> None:
+        self._on, self._returning_s, self._asked_c = False, None, NEUTRAL_C
+        self._current_a = self._integral_a = 0.0
+        self._saturated, self._target_c = 0, NEUTRAL_C
+
+    def _must_wait(self, target_c: float) -> bool:
+        """Return whether a target that the current cannot reach would run ahead of the plate."""
+        side = self._saturated
+        ahead_c = side * (self._target_c - self._sensed_c())
+        return side * (target_c - self._target_c) > 0.0 and ahead_c > _LEAD_C
+
+    def _control(self, sensed_c: float, dt_s: float) -> None:
+        """PI with gains per direction; the integral waits while more of it would change nothing.
+
+        The hotter the sink, the less it may be cooled, as more current would warm the plate.
+        """
+        error_c = self._target_c - sensed_c
+        proportional, integral = _COOL_GAINS if self._current_a < 0.0 else _HEAT_GAINS
+        wanted_a = proportional * error_c + self._integral_a
+        most_cool_a = COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
+        self._current_a = min(max(wanted_a, -most_cool_a), HEAT_LIMIT_A)
+        self._saturated = (wanted_a > self._current_a) - (wanted_a < self._current_a)
+        if not self._saturated or (error_c > 0.0) != (wanted_a > 0.0):
+            self._integral_a += integral * error_c * dt_s
+
+    def _account(self, dt_s: float) -> None:
+        skin_c = self._plant.skin_c
+        halving = 0.5 if skin_c >= 43.0 else 0.25  # CEM43 (physics.md 3.1)
+        self._dose_cem43 += dt_s / 60.0 * halving ** (43.0 - skin_c)
+        if self._on and self._target_c > NEUTRAL_C + THERMAL_FLOOR_C:
+            self._heated_s += dt_s
+            self._rested_s = 0.0
+            return
+        self._rested_s += dt_s
+        if self._rested_s >= REST_S:
+            self._dose_cem43 = self._heated_s = 0.0
+
+    def _sensed_c(self) -> float:
+        return self._plant.plate_c if self._stuck_sensor_c is None else self._stuck_sensor_c
+
+    def _reading(self) -> PlateReading:
+        limit_a = HEAT_LIMIT_A if self._current_a > 0.0 else COOL_LIMIT_A
+        return PlateReading(
+            plate_c=self._sensed_c(),
+            sink_c=self._plant.sink_c,
+            setpoint_c=self._target_c,
+            duty=self._current_a / limit_a,
+            current_limited=self._saturated != 0,
+            dose_cem43=self._dose_cem43,
+            heated_s=self._heated_s,
+            faults=self._faults,
+            current_a=self._current_a,
+        )

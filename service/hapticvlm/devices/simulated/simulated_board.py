@@ -1,0 +1,214 @@
+"""A board without hardware: the simulated plate behind the bytes that a real one speaks.
+
+It answers as `firmware/PROTOCOL.md` states, so the plate's own class drives it like a real one. It
+has the simulated plate's guards, fewer than the firmware's, which is tested as a compiled binary.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+from hapticvlm.devices import faults
+from hapticvlm.devices.plate import protocol as plate_protocol
+from hapticvlm.devices.plate.framing import Deframer, Frame
+from hapticvlm.devices.plate.peltier import Peltier
+from hapticvlm.devices.plate.ports import READ_S
+from hapticvlm.devices.plate.protocol import (
+    Answer,
+    Clear,
+    Hello,
+    HelloReply,
+    Message,
+    Setpoint,
+    Telemetry,
+)
+from hapticvlm.devices.simulated.simulated import COOL_LIMIT_A, HEAT_LIMIT_A, SimulatedPlate
+from hapticvlm.rendering.heat import limits as plate_limits
+
+TELEMETRY_HZ = 20
+FULL_SCALE_A = 3.0  # of the assumed driver, as PROTOCOL.md
+_POWER_ON = 1 << 0
+_UNSENT_BYTES = 4096  # a host that does not read loses the rest
+
+
+class SimulatedBoard:
+    """Bytes in, bytes out; time passes only in `exchange`."""
+
+    def __init__(
+        self, plate: SimulatedPlate | None = None, *, major: int = plate_protocol.MAJOR
+    ) -> None:
+        self.plate = plate or SimulatedPlate()
+        self._major = major
+        self._deframer = Deframer()
+        self._started_at: float | None = None
+        self._reported_at = 0.0
+        self._seq = self._refused = 0
+        self._is_greeted = False
+
+    def exchange(self, data: bytes, now: float) -> bytes:
+        """Receive what the host sent, advance to `now` and return what is to be sent."""
+        if self._started_at is None:
+            self._started_at = self._reported_at = now
+        out = b"".join(self._handle(received, now) for received in self._deframer.feed(data))
+        self.plate.advance(now)
+        if now - self._reported_at >= 1.0 / TELEMETRY_HZ:
+            self._reported_at = now
+            out += self._encode(self._telemetry(now))
+        return out
+
+    def _handle(self, received: Frame, now: float) -> bytes:
+        try:
+            message = plate_protocol.decode(received)
+        except plate_protocol.LineError:
+            answer = Answer.LENGTH if received.kind in range(0x01, 0x06) else Answer.UNKNOWN
+            return self._acknowledge(received, answer)
+        reply = b""
+        if isinstance(message, Hello):
+            reply = plate_protocol.encode(self._hello_reply(), received.seq)
+        return reply + self._acknowledge(received, self._do(message, now))
+
+    def _do(self, message: Message, now: float) -> Answer:
+        match message:
+            case Hello():
+                return self._handshake(message)
+            case Setpoint():
+                return self._hold(message, now)
+            case plate_protocol.Off():
+                self.plate.close()
+            case plate_protocol.Rest():
+                self.plate.rest(now)
+            case Clear():
+                return self._clear(message.fault) if self._is_greeted else Answer.NEEDS_HELLO
+            case _:
+                return Answer.UNKNOWN
+        return Answer.OK
+
+    def _handshake(self, message: Hello) -> Answer:
+        self._is_greeted = message.major == self._major
+        if self._is_greeted:
+            return Answer.OK
+        self.plate.close()
+        return Answer.VERSION
+
+    def _hold(self, message: Setpoint, now: float) -> Answer:
+        if not self._is_greeted:
+            return Answer.NEEDS_HELLO
+        setpoint_c = message.setpoint_mc / 1000.0
+        if not plate_limits.SETPOINT_MIN_C <= setpoint_c <= plate_limits.SETPOINT_MAX_C:
+            return Answer.RANGE
+        if not 1 <= message.ttl_ms <= plate_protocol.MAX_TTL_MS:
+            return Answer.TTL
+        if self.plate.state is plate_protocol.State.FAULTED:
+            return Answer.FAULTED
+        self.plate.command(setpoint_c, message.ttl_ms / 1000.0, now)
+        return Answer.OK
+
+    def _clear(self, number: int) -> Answer:
+        fault = faults.FIRMWARE.get(number)
+        if fault is None or fault.name not in self.plate.faults:
+            return Answer.NOT_LATCHED
+        return Answer.OK if self.plate.clear(fault.name) else Answer.PERSISTS
+
+    def _acknowledge(self, received: Frame, answer: Answer) -> bytes:
+        self._refused += answer is not Answer.OK
+        return self._encode(plate_protocol.Ack(received.kind, received.seq, answer))
+
+    def _encode(self, message: Message) -> bytes:
+        self._seq = (self._seq + 1) % 256
+        return plate_protocol.encode(message, self._seq)
+
+    def _hello_reply(self) -> HelloReply:
+        return HelloReply(
+            major=self._major,
+            minor=plate_protocol.MINOR,
+            firmware_major=0,
+            firmware_minor=0,
+            firmware_patch=0,
+            board_id=0,
+            setpoint_low_mc=round(plate_limits.SETPOINT_MIN_C * 1000),
+            setpoint_high_mc=round(plate_limits.SETPOINT_MAX_C * 1000),
+            slew_mc_s=round(plate_limits.SLEW_C_PER_S * 1000),
+            max_ttl_ms=plate_protocol.MAX_TTL_MS,
+            heat_limit_ma=round(HEAT_LIMIT_A * 1000),
+            cool_limit_ma=round(COOL_LIMIT_A * 1000),
+            heat_cap=_permille(HEAT_LIMIT_A),
+            cool_cap=_permille(COOL_LIMIT_A),
+            telemetry_hz=TELEMETRY_HZ,
+            reset_cause=_POWER_ON,
+        )
+
+    def _telemetry(self, now: float) -> Telemetry:
+        reading, state = self.plate.advance(now), self.plate.state
+        is_driving = state in (plate_protocol.State.HOLDING, plate_protocol.State.RETURNING)
+        plate_mc = None if reading.plate_c is None else round(reading.plate_c * 1000)
+        return Telemetry(
+            uptime_ms=round((now - (self._started_at or 0.0)) * 1000) % 2**32,
+            state=state,
+            faults=sum(1 << faults.numbered(name) for name in reading.faults),
+            plate_mc=plate_mc,
+            plate2_mc=plate_mc,
+            sink_mc=None if reading.sink_c is None else round(reading.sink_c * 1000),
+            setpoint_mc=round(reading.setpoint_c * 1000) if is_driving else None,
+            duty=_permille(self.plate.current_a),
+            limited=plate_protocol.LIMITED_BY_CURRENT if reading.current_limited else 0,
+            bad_frames=min(self._deframer.bad, 0xFFFF),
+            refused=min(self._refused, 0xFFFF),
+            dose_mcem43=min(round(reading.dose_cem43 * 1000), 0xFFFF),
+            heated_s=min(int(reading.heated_s), 0xFFFF),
+            reset_cause=_POWER_ON,
+        )
+
+
+class SimulatedPort:
+    """A board at the end of a line without a line; `wait` lets the clock's time pass."""
+
+    def __init__(
+        self,
+        board: SimulatedBoard,
+        clock: Callable[[], float] = time.monotonic,
+        wait: Callable[[float], object] | None = None,
+    ) -> None:
+        self._cancelled = threading.Event()
+        self._board, self._clock, self._wait = board, clock, wait or self._cancelled.wait
+        self._pending = b""
+
+    def read(self, size: int) -> bytes:
+        """Wait as a real port does, then return what the board sent meanwhile."""
+        self._wait(READ_S)
+        self._cancelled.clear()
+        self._exchange(b"")
+        found, self._pending = self._pending[:size], self._pending[size:]
+        return found
+
+    def write(self, data: bytes) -> int:
+        """Pass bytes to the board."""
+        self._exchange(data)
+        return len(data)
+
+    def cancel_read(self) -> None:
+        """End the read that goes on, or else the next one."""
+        self._cancelled.set()
+
+    def close(self) -> None:
+        """Leave the board alone; it goes on by itself."""
+
+    def _exchange(self, data: bytes) -> None:
+        self._pending += self._board.exchange(data, self._clock())
+        self._pending = self._pending[:_UNSENT_BYTES]
+
+
+def simulated_plate(*, realtime: bool = False) -> Peltier:
+    """Return a plate of the real class on a simulated board; start it like any other."""
+    board = SimulatedBoard()
+    return Peltier(
+        "simulated",
+        open_port=lambda _: SimulatedPort(board),
+        simulated=True,
+        realtime=realtime,
+    )
+
+
+def _permille(current_a: float) -> int:
+    return round(current_a / FULL_SCALE_A * 1000.0)

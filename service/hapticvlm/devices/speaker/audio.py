@@ -1,0 +1,154 @@
+"""The audio engine: its own process, its stream always open, and all sound I/O.
+
+Renders vibration block by block from the commands in the shared ring, so that a touch is done when
+its command is in the ring. Everything a command starts ends by itself when its lease lapses, also
+when the gateway hangs; when the gateway dies the engine fades and exits. The simulated speaker is a
+virtual clock on absolute deadlines that plays into nothing; both write a WAV when asked. A real
+output that goes is opened again when it is back, and what was commanded meanwhile is not played.
+
+The callback renders. A thread that renders a block ahead, for the callback only to copy, was tried
+on PulseAudio at 128 samples: sound came 3 ms later, with as many gaps.
+"""
+
+from __future__ import annotations
+
+import gc
+import logging
+import signal
+import threading
+import time
+from collections import deque
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.devices.speaker.engine import FADE_S, AudioSettings, Engine
+from hapticvlm.devices.speaker.output import lock_memory
+from hapticvlm.devices.speaker.output_loop import Player, VirtualClock
+from hapticvlm.devices.speaker.ring import Ring
+from hapticvlm.processes.priority import request_priority
+from hapticvlm.processes.supervised import Started
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+
+if TYPE_CHECKING:
+    from hapticvlm.devices.speaker.ring import Shared
+
+MAX_CHANNELS = 2
+MAX_WAITING_BLOCKS = 20_000
+
+logger = logging.getLogger(__name__)
+
+
+def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> None:
+    """Entry point of the engine process; ends on a message or when the gateway is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _leave)
+    ring = Ring(shared, tuple(material.name for material in settings.materials))
+    engine = Engine(ring, settings)
+    try:
+        wav = WavFile(settings.wav) if settings.wav else None
+    except (OSError, RuntimeError) as error:  # soundfile's own error is a RuntimeError
+        Started(error=f"cannot write --wav {settings.wav}: {error}").send(control)
+        return
+    if wav is not None:
+        engine.tee = wav.append
+    engine.level = settings.level
+    engine.fill(settings.block)
+    gc.collect()
+    gc.disable()
+    if settings.realtime:
+        lock_memory()
+    player: VirtualClock | Player
+    simulated = settings.output == "simulated"
+    player = VirtualClock(engine, settings) if simulated else Player(engine, settings)
+    try:
+        name = player.start()
+    except Exception as error:  # noqa: BLE001 - the gateway must learn why, whatever the driver threw
+        Started(error=f"cannot open audio output {settings.output!r}: {error}").send(control)
+        return
+    if settings.realtime:
+        request_priority()  # or it could be put aside while the audio thread waits for it
+    Started((name,)).send(control)
+    with suppress(EOFError, OSError, _Leave):
+        while not control.poll(player.watch_s):
+            player.attend(time.monotonic())
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    engine.leave()
+    time.sleep(FADE_S)
+    player.stop()
+    if wav is not None:
+        wav.close()
+
+
+class _Leave(Exception):
+    """Asked to end by a signal: fade first."""
+
+
+def _leave(*_: object) -> None:
+    raise _Leave
+
+
+class WavFile:
+    """Writes what was played, sample-exact (32-bit float), from a thread of its own."""
+
+    def __init__(self, path: Path) -> None:
+        import soundfile
+
+        self._file = soundfile.SoundFile(
+            path, "w", samplerate=RATE_HZ, channels=1, format="WAV", subtype="FLOAT"
+        )
+        self._waiting: deque[NDArray[np.float32]] = deque(maxlen=MAX_WAITING_BLOCKS)
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._write, name="wav writer", daemon=True)
+        self._thread.start()
+
+    def append(self, block: NDArray[np.float32]) -> None:
+        """Queue one block; never blocks."""
+        self._waiting.append(block)
+
+    def close(self) -> None:
+        """Write what is queued and finish the file."""
+        self._closing.set()
+        self._thread.join(5.0)
+        self._file.close()
+
+    def _write(self) -> None:
+        try:
+            while not self._closing.wait(0.2):
+                self._drain()
+            self._drain()
+        except (OSError, RuntimeError) as error:  # the disk is full; what is played goes on
+            logger.error("the WAV file ends here: %s", error)
+
+    def _drain(self) -> None:
+        while self._waiting:
+            self._file.write(self._waiting.popleft())
+
+
+def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:
+    """Read a sound file: samples (N, channels) and their rate, Hz. Raises OSError, ValueError."""
+    import soundfile
+
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    try:
+        with soundfile.SoundFile(path) as file:
+            if file.channels > MAX_CHANNELS:
+                raise ValueError(f"{path}: {file.channels} channels; mix it down to 1 or 2")
+            if file.frames > longest_s * file.samplerate:
+                seconds = file.frames / file.samplerate
+                raise ValueError(f"{path}: lasts {seconds:.3g} s; cut it to {longest_s:g} s")
+            return file.read(dtype="float64", always_2d=True), int(file.samplerate)
+    except soundfile.SoundFileError as error:
+        raise ValueError(f"{path}: not a sound file that can be read: {error}") from None
+
+
+def write_wav(path: Path, samples: NDArray[np.float32]) -> None:
+    """Write samples (N,) at RATE_HZ as a 32-bit float WAV file."""
+    import soundfile
+
+    soundfile.write(path, samples, RATE_HZ, format="WAV", subtype="FLOAT")

@@ -1,0 +1,144 @@
+"""What the engine process plays: its settings, and blocks rendered from the ring's commands.
+
+`fill` is all that an audio callback calls; who calls it is not known here.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.devices.speaker.engine_orders import EngineStatus, Order, Release, RestAll
+from hapticvlm.devices.speaker.ring import Ring
+from hapticvlm.materials import MATERIALS, Material
+from hapticvlm.rendering.vibration.equaliser import NOMINAL, Correction, Playback
+from hapticvlm.rendering.vibration.patterns import Pattern
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.voices import Command, Voices
+
+FADE_S = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class AudioSettings:
+    """How the engine plays: `output` is "simulated", "default", "jack" or part of a name.
+
+    `level` (0..1) is the most of full scale that reaches the output, whatever gain a scene sets.
+    `materials` are those it can render, in the order in which the ring counts them; `patterns` are
+    recordings that stand in for some of them, `correction` is what a measured speaker needs.
+    """
+
+    output: str = "simulated"
+    block: int = 128
+    wav: Path | None = None
+    realtime: bool = True
+    gain: float = 1.0
+    level: float = 1.0
+    materials: tuple[Material, ...] = tuple(MATERIALS.values())
+    patterns: tuple[Pattern, ...] = ()
+    correction: Correction = NOMINAL.correction
+
+    def voices(self) -> Voices:
+        """Make the mixer for these settings."""
+        table = {material.name: material for material in self.materials}
+        return Voices(self.gain, table, Playback(correction=self.correction), self.patterns)
+
+
+class Engine:
+    """Turns ring commands into blocks; `fill` is all the audio callback calls."""
+
+    def __init__(self, ring: Ring, settings: AudioSettings = AudioSettings()) -> None:
+        self._ring = ring
+        self._voices = settings.voices()
+        self._is_leaving = False
+        self._newest = self._rested = ring.newest
+        self._lost = self._samples = self._scrubbed = 0
+        self.level = 1.0
+        self.underruns = 0
+        self.realtime = False
+        self.has_output = True
+        self.tee: Callable[[NDArray[np.float32]], None] | None = None
+
+    def fill(self, count: int) -> NDArray[np.float32]:
+        """Return the next `count` samples, (count,) float32 within [-1, 1]."""
+        now = time.monotonic()
+        for number, written_at, order in self._ring.take(self._newest):
+            self._newest = number
+            if order is None:
+                self._lost += 1
+                continue
+            if not self._is_leaving:
+                self._obey(order)
+            if isinstance(order, RestAll):
+                self._rested = number
+            self._ring.note_delay(number, now - written_at)
+        self._follow_standing()
+        block = self._bounded(self._voices.render(count, now))
+        self._samples += count
+        if self.tee is not None:
+            self.tee(block)
+        self._ring.report(self._status(now), block)
+        return block
+
+    def beat(self) -> None:
+        """Report without playing: the engine is well although nothing asks it for samples."""
+        self._ring.report(self._status(time.monotonic()), np.empty(0, np.float32))
+
+    def rest_unplayed(self) -> None:
+        """End what sounds while nothing plays, and pass over what is commanded meanwhile."""
+        for number, _, _ in self._ring.take(self._newest):
+            self._newest = number
+        self._follow_standing()
+        self._voices.rest()
+        self._voices.render(round(FADE_S * RATE_HZ), time.monotonic())
+
+    def leave(self) -> None:
+        """Fade everything and obey nothing from now on."""
+        self._is_leaving = True
+        self._voices.rest()
+
+    def _bounded(self, block: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the block at the output's level; one that is not finite is silence, counted."""
+        if not math.isfinite(float(np.dot(block, block))):
+            self._scrubbed += 1
+            return np.zeros_like(block)
+        block = block if self.level == 1.0 else block * np.float32(self.level)
+        return np.clip(block, np.float32(-1.0), np.float32(1.0))
+
+    def _follow_standing(self) -> None:
+        """Apply the gain, and rest if the order to do so was lost with others."""
+        standing = self._ring.standing()
+        if standing is None:
+            return
+        self._voices.gain = standing.gain
+        if self._rested < standing.rested <= self._newest:
+            self._rested = standing.rested
+            self._voices.rest()
+
+    def _obey(self, order: Order) -> None:
+        match order:
+            case Command():
+                self._voices.obey(order)
+            case Release():
+                self._voices.release(order.hand)
+            case RestAll():
+                self._voices.rest()
+
+    def _status(self, now: float) -> EngineStatus:
+        return EngineStatus(
+            beat_at=now,
+            level=self._voices.level,
+            underruns=self.underruns,
+            lost=self._lost,
+            scrubbed=self._voices.scrubbed + self._scrubbed,
+            samples=self._samples,
+            newest=self._newest,
+            realtime=self.realtime,
+            has_output=self.has_output,
+        )

@@ -1,0 +1,48 @@
+"""What gateway and audio engine tell each other: orders one way, standing values, a status back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hapticvlm.rendering.vibration.voices import Command
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """Fade one hand."""
+
+    hand: int
+
+
+@dataclass(frozen=True, slots=True)
+class RestAll:
+    """Fade everything."""
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """What holds until it is changed, however many orders were lost; newest value only.
+
+    `gain` is 0..1; `rested` numbers the newest order to rest everything, 0 = none.
+    """
+
+    gain: float
+    rested: int
+
+
+Order = Command | Release | RestAll
+
+
+@dataclass(frozen=True, slots=True)
+class EngineStatus:
+    """What the engine reports each block; times are seconds on the monotonic clock."""
+
+    beat_at: float
+    level: float
+    underruns: int
+    lost: int
+    scrubbed: int
+    samples: int
+    newest: int
+    realtime: bool
+    has_output: bool = True

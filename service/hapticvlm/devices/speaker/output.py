@@ -1,0 +1,165 @@
+"""A real audio output: chosen by name, opened, watched, and known to be lost when it stops asking.
+
+No audio stack reports reliably that an output was unplugged (PulseAudio neither for a removed sink
+nor for a dead server, through miniaudio), but one that is gone no longer asks for samples. What is
+played, and what a loss means, is the engine's.
+
+"jack" is a JACK server (or PipeWire's), which no list of outputs names where ALSA or PulseAudio is
+there too. Through miniaudio its stream has two channels or does not open, and none of it is kept
+between two periods, so that there a single period missed is audible.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import time
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.processes.priority import request_priority
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+
+BUFFERED_BLOCKS = 3  # miniaudio's default number of periods: a longer gap has emptied them all
+JACK = "jack"
+JACK_BLOCKS = 2  # periods between two calls, when the one between them was missed
+LOST_S = 1.0
+STEADY_WITHIN_S = 8.0  # PulseAudio plays up to two seconds of its own silence before it asks
+STEADY_S = 0.25
+_POLL_S = 0.02
+_MCL_CURRENT = 1  # of <sys/mman.h>, on Linux and macOS alike
+
+Fill = Callable[[int], NDArray[np.float32]]
+
+
+class OutputError(HapticVLMError):
+    """The output could not be opened; the text says why."""
+
+
+@dataclass(slots=True)
+class Output:
+    """One open stream; `fill` is called from the audio thread and renders each block."""
+
+    fill: Fill
+    realtime: bool
+    name: str = ""
+    has_priority: bool = False
+    underruns: int = 0
+    asked_at: float = 0.0
+    asked: int = 0
+    failure: Exception | None = None
+    _channels: int = 1
+    _longest: int = BUFFERED_BLOCKS
+    _device: Any = field(default=None, repr=False)
+
+    def open(self, wanted: str, block: int) -> None:
+        """Start playing on the output called `wanted`. Raises OutputError."""
+        import miniaudio
+
+        is_jack = wanted.lower() == JACK
+        self._channels, self._longest = (2, JACK_BLOCKS) if is_jack else (1, BUFFERED_BLOCKS)
+        try:
+            found = None if is_jack else choose(playbacks(), wanted)
+            self._device = miniaudio.PlaybackDevice(
+                output_format=miniaudio.SampleFormat.FLOAT32,
+                nchannels=self._channels,
+                sample_rate=RATE_HZ,
+                buffersize_msec=max(1, round(block * 1000 / RATE_HZ)),
+                device_id=found["id"] if found else None,
+                backends=[miniaudio.Backend.JACK] if is_jack else None,
+                app_name="HapticVLM",
+            )
+            if "null" in self._device.backend.lower():
+                raise OutputError("this machine has no audio output")
+            stream = self._blocks()
+            next(stream)
+            self._device.start(stream)
+        except miniaudio.MiniaudioError as error:
+            self.close()
+            raise OutputError(f"the audio system says {error.args[0]}") from error
+        self.name = found["name"] if found else f"default output ({self._device.backend})"
+
+    def settle(self, beat: Callable[[], None]) -> None:
+        """Wait until the output asks steadily, calling `beat` meanwhile. Raises OutputError."""
+        gives_up_at = time.monotonic() + STEADY_WITHIN_S
+        asked, since = self.asked, time.monotonic()
+        while self.asked - asked < STEADY_S * RATE_HZ / 2:
+            beat()
+            time.sleep(_POLL_S)
+            now = time.monotonic()
+            if now > gives_up_at:
+                self.close()
+                raise OutputError(f"{self.name} opened, but asked for no samples")
+            if now - since > STEADY_S:
+                asked, since = self.asked, now
+
+    def is_lost(self, now: float, awake_since: float) -> bool:
+        """Return whether the output has stopped asking a watch that was awake for samples."""
+        return now - max(self.asked_at, awake_since) > LOST_S
+
+    def close(self) -> None:
+        """Stop playing."""
+        import miniaudio
+
+        device, self._device = self._device, None
+        if device is not None:
+            device.close()
+            # The binding leaves the device's connection to the sound server open.
+            miniaudio.lib.ma_context_uninit(device._context)
+
+    def _blocks(self) -> Generator[NDArray[np.float32], int, None]:
+        count = yield np.empty(0, np.float32)
+        self.has_priority = self.realtime and request_priority()
+        while True:
+            now = time.monotonic()
+            gap, self.asked_at = now - self.asked_at, now
+            is_steady = self.asked > STEADY_S * RATE_HZ
+            self.underruns += is_steady and gap > self._longest * count / RATE_HZ
+            self.asked += count
+            try:
+                block = self.fill(count)
+            except Exception as error:
+                self.failure = error  # raised again where it is handled
+                raise
+            count = yield block if self._channels == 1 else np.repeat(block, self._channels)
+
+
+def playbacks() -> list[dict[str, Any]]:
+    """Return the outputs of this machine, each with its `name` and `id`."""
+    import miniaudio
+
+    found: list[dict[str, Any]] = miniaudio.Devices().get_playbacks()
+    return found
+
+
+def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | None:
+    """Return the output of this name, or the only one whose name has it as a part, in any case.
+
+    None is "default", which needs only that there is one. Raises OutputError naming those there.
+    """
+    if wanted == "default" and outputs:
+        return None
+    called = [(output, output["name"].lower()) for output in outputs]
+    exact = [output for output, name in called if name == wanted.lower()]
+    partly = [output for output, name in called if wanted.lower() in name]
+    if exact or len(partly) == 1:
+        return (exact or partly)[0]
+    names = ", ".join(output["name"] for output in partly or outputs) or "none"
+    if partly:
+        raise OutputError(f"several outputs match: {names}")
+    raise OutputError(f"no such output; this machine has: {names}")
+
+
+def lock_memory() -> bool:
+    """Keep what this process uses now from being paged out; return whether that was permitted.
+
+    Not what it will use: a limit reached later would then refuse memory instead of a lock.
+    """
+    try:
+        return bool(ctypes.CDLL(None).mlockall(_MCL_CURRENT) == 0)
+    except (OSError, AttributeError, TypeError):  # no such call, or no C library to ask, as Windows
+        return False

@@ -1,0 +1,114 @@
+"""What keeps the audio engine playing: a virtual clock, or a real output that may go and come back.
+
+Each has the same three verbs for the engine's process: start, attend (every `watch_s`) and stop.
+What is played they do not know.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+
+from hapticvlm.devices.speaker.engine import AudioSettings, Engine
+from hapticvlm.devices.speaker.output import Output, OutputError
+from hapticvlm.processes.priority import request_priority
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+
+WATCH_S = 0.05
+RETRY_S = 1.0
+
+
+class VirtualClock:
+    """Plays into nothing, a block at a time on absolute deadlines, from a thread of its own."""
+
+    watch_s = None
+
+    def __init__(self, engine: Engine, settings: AudioSettings) -> None:
+        self._engine, self._settings = engine, settings
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._play, name="virtual clock", daemon=True)
+
+    def start(self) -> str:
+        """Start and return the output's name."""
+        self._thread.start()
+        return "simulated speaker"
+
+    def attend(self, now: float) -> None:
+        """Nothing to watch: a thread that ended no longer beats."""
+
+    def stop(self) -> None:
+        """Stop playing."""
+        self._stopped.set()
+        self._thread.join(1.0)
+
+    def _play(self) -> None:
+        engine, block = self._engine, self._settings.block
+        engine.realtime = self._settings.realtime and request_priority()
+        period = block / RATE_HZ
+        deadline = time.monotonic()
+        while not self._stopped.is_set():
+            engine.fill(block)
+            deadline += period
+            ahead = deadline - time.monotonic()
+            if ahead > 0:
+                time.sleep(ahead)
+            elif ahead < -period:
+                engine.underruns += 1
+                deadline = time.monotonic()
+
+
+class Player:
+    """Keeps an engine playing on a real output, also when that goes and comes back."""
+
+    watch_s = WATCH_S
+
+    def __init__(self, engine: Engine, settings: AudioSettings) -> None:
+        self._engine, self._settings = engine, settings
+        self._output: Output | None = None
+        self._underruns_before = 0
+        self._watched_at = self._awake_since = self._retry_at = -math.inf
+
+    def start(self) -> str:
+        """Open the output and return its name. Raises OutputError."""
+        output = Output(self._engine.fill, self._settings.realtime)
+        output.open(self._settings.output, self._settings.block)
+        output.settle(self._engine.beat)
+        self._output, self._engine.has_output = output, True
+        return output.name
+
+    def attend(self, now: float) -> None:
+        """Watch the output: rest while it is gone, try it again every RETRY_S."""
+        if now - self._watched_at > 5 * WATCH_S:
+            self._awake_since = now  # a machine that slept has not lost its output
+        self._watched_at = now
+        if self._output is None:
+            self._try_again(now)
+        else:
+            self._follow(self._output, now)
+        self._engine.beat()
+
+    def stop(self) -> None:
+        """Stop playing."""
+        if self._output is not None:
+            self._output.close()
+
+    def _follow(self, output: Output, now: float) -> None:
+        if output.failure is not None:
+            raise RuntimeError("rendering failed") from output.failure
+        self._engine.realtime = output.has_priority
+        self._engine.underruns = self._underruns_before + output.underruns
+        if output.is_lost(now, self._awake_since):
+            self._underruns_before = self._engine.underruns
+            output.close()
+            self._output, self._engine.has_output = None, False
+            self._retry_at = now
+
+    def _try_again(self, now: float) -> None:
+        self._engine.rest_unplayed()
+        if now < self._retry_at:
+            return
+        try:
+            self.start()
+        except OutputError:
+            self._retry_at = time.monotonic() + RETRY_S

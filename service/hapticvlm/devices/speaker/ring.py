@@ -1,0 +1,237 @@
+"""The shared memory between gateway and audio engine: a command ring in, its status out.
+
+One writer and one reader on each side, no lock. Records and statuses are numbered and end in a
+checksum, and the number of the newest is stored after it, so the reader never acts on a
+half-written one, also where a processor reorders writes: a record that is not whole yet is left for
+the next block. Statuses alternate between two slots, since `pack_into` clears its target first: a
+writer that is put aside in the middle leaves the one before in place. A reader that falls a whole
+ring behind counts what it lost.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import multiprocessing
+import struct
+import zlib
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.devices.speaker.engine_orders import EngineStatus, Order, Release, RestAll, Standing
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration.vibration import INTERACTIONS, Motion
+from hapticvlm.rendering.vibration.voices import Command
+
+if TYPE_CHECKING:
+    Shared = ctypes.Array[ctypes.c_ubyte]
+
+SLOTS = 256
+DELAYS = 1024
+SAMPLES = 48_000  # the newest second
+
+TRIES = 100
+
+_RECORD = struct.Struct("<QBBBBhxxffffdQd")
+_STATUS = struct.Struct("<QdfQQQQQ??")
+_STANDING = struct.Struct("<QdQ")
+_SUM = struct.Struct("<I")
+_NUMBER = struct.Struct("<Q")
+_NEWEST = 0
+_NEWEST_STATUS = 8
+_NEWEST_STANDING = 16
+_STATUS_AT = 64
+_STATUS_SIZE = 80
+_RECORD_SIZE = 64
+_DELAYS_AT = _STATUS_AT + 2 * _STATUS_SIZE
+_SAMPLES_AT = _DELAYS_AT + 4 * DELAYS
+_RING_AT = _SAMPLES_AT + 4 * SAMPLES
+_STANDING_AT = _RING_AT + SLOTS * _RECORD_SIZE
+_STANDING_SIZE = 64
+_SIZE = _STANDING_AT + 2 * _STANDING_SIZE
+
+_OBEY, _RELEASE, _REST = 1, 2, 3
+
+
+_UNREPORTED = EngineStatus(0.0, 0.0, 0, 0, 0, 0, 0, realtime=False)
+
+
+class Ring:
+    """Both ends' view of one shared block of memory.
+
+    Materials travel as places in `materials`, so both ends are made with the same names.
+    """
+
+    def __init__(self, shared: Shared, materials: Sequence[str] = tuple(MATERIALS)) -> None:
+        self._shared = shared
+        self._materials = tuple(materials)
+        self._view = np.frombuffer(memoryview(shared), np.uint8).data
+        self._delays = np.frombuffer(memoryview(shared), np.float32, DELAYS, _DELAYS_AT)
+        self._samples = np.frombuffer(memoryview(shared), np.float32, SAMPLES, _SAMPLES_AT)
+        self._status = _UNREPORTED
+
+    @classmethod
+    def create(cls, materials: Sequence[str] = tuple(MATERIALS)) -> Ring:
+        """Allocate a ring that a spawned process can share."""
+        return cls(multiprocessing.get_context("spawn").RawArray("B", _SIZE), materials)
+
+    @property
+    def shared(self) -> Shared:
+        """The memory to hand to the child process."""
+        return self._shared
+
+    @property
+    def newest(self) -> int:
+        """Number of the newest command written; 0 = none."""
+        return self._number(_NEWEST)
+
+    def put(self, order: Order, now: float) -> int:
+        """Write one order (gateway side) and return its number."""
+        number = self.newest + 1
+        fields = _fields(order, self._materials)
+        self._write(_RECORD.pack(number, *fields, now), _record_at(number))
+        self._view[_NEWEST : _NEWEST + 8] = _NUMBER.pack(number)
+        return number
+
+    def stand(self, standing: Standing) -> None:
+        """Replace what holds until it is changed (gateway side)."""
+        number = self._number(_NEWEST_STANDING) + 1
+        self._write(_STANDING.pack(number, standing.gain, standing.rested), _standing_at(number))
+        self._view[_NEWEST_STANDING : _NEWEST_STANDING + 8] = _NUMBER.pack(number)
+
+    def standing(self) -> Standing | None:
+        """Return what holds, None if nothing was written or it is being written (engine side)."""
+        number = self._number(_NEWEST_STANDING)
+        fields = self._read(_STANDING, _standing_at(number)) if number else None
+        if fields is None or fields[0] != number:
+            return None
+        return Standing(fields[1], fields[2])
+
+    def take(self, after: int) -> Iterator[tuple[int, float, Order | None]]:
+        """Yield (number, written_at, order) newer than `after`; order None = lost (engine side)."""
+        newest = self.newest
+        for number in range(after + 1, newest + 1):
+            if newest - number >= SLOTS - 1:
+                yield number, 0.0, None
+                continue
+            record = self._read(_RECORD, _record_at(number))
+            if record is None or record[0] != number:
+                return
+            yield number, record[-1], _order(record[1:-1], self._materials)
+
+    def report(self, status: EngineStatus, block: NDArray[np.float32]) -> None:
+        """Publish status and the newest block of samples (engine side)."""
+        at = (status.samples - block.size) % SAMPLES
+        fits = min(block.size, SAMPLES - at)
+        self._samples[at : at + fits] = block[:fits]
+        self._samples[: block.size - fits] = block[fits:]
+        number = self._number(_NEWEST_STATUS) + 1
+        data = _STATUS.pack(
+            number,
+            status.beat_at,
+            status.level,
+            status.underruns,
+            status.lost,
+            status.scrubbed,
+            status.samples,
+            status.newest,
+            status.realtime,
+            status.has_output,
+        )
+        self._write(data, _status_at(number))
+        self._view[_NEWEST_STATUS : _NEWEST_STATUS + 8] = _NUMBER.pack(number)
+
+    def note_delay(self, number: int, delay_s: float) -> None:
+        """Record how long command `number` waited for its first block (engine side)."""
+        self._delays[number % DELAYS] = delay_s
+
+    def status(self) -> EngineStatus:
+        """Read the engine's newest status (gateway side)."""
+        for _ in range(TRIES):
+            number = self._number(_NEWEST_STATUS)
+            fields = self._read(_STATUS, _status_at(number)) if number else None
+            is_it = fields is not None and fields[0] == number  # else one not yet announced
+            if fields is not None and is_it:
+                self._status = EngineStatus(*fields[1:])
+            if is_it or not number:
+                break
+        return self._status
+
+    def delays(self, first: int, last: int) -> NDArray[np.float32]:
+        """Return the delays in s of commands first..last, as far as still kept."""
+        numbers = np.arange(max(first, last - DELAYS + 1), last + 1)
+        return np.array(self._delays[numbers % DELAYS])
+
+    def waveform(self, count: int) -> NDArray[np.float32]:
+        """Return the newest `count` (<= SAMPLES) samples played."""
+        return self.waveform_until(count)[1]
+
+    def waveform_until(self, count: int) -> tuple[int, NDArray[np.float32]]:
+        """Return how many samples were played since the start, and the newest `count` of them."""
+        end = self.status().samples
+        return end, np.array(self._samples[np.arange(end - count, end) % SAMPLES])
+
+    def _number(self, at: int) -> int:
+        number: int = _NUMBER.unpack_from(self._view, at)[0]
+        return number
+
+    def _write(self, data: bytes, at: int) -> None:
+        self._view[at : at + len(data)] = data
+        _SUM.pack_into(self._view, at + len(data), zlib.crc32(data))
+
+    def _read(self, form: struct.Struct, at: int) -> tuple[Any, ...] | None:
+        """Return the fields at this place; None if they are not whole."""
+        end = at + form.size
+        data = bytes(self._view[at:end])
+        is_whole = zlib.crc32(data) == _SUM.unpack_from(self._view, end)[0]
+        return form.unpack(data) if is_whole else None
+
+
+def _record_at(number: int) -> int:
+    return _RING_AT + number % SLOTS * _RECORD_SIZE
+
+
+def _standing_at(number: int) -> int:
+    return _STANDING_AT + number % 2 * _STANDING_SIZE
+
+
+def _status_at(number: int) -> int:
+    return _STATUS_AT + number % 2 * _STATUS_SIZE
+
+
+def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]:
+    match order:
+        case Command():
+            material = -1 if order.material is None else materials.index(order.material)
+            interaction = INTERACTIONS.index(order.interaction)
+            motion, thickness_m = order.motion, order.thickness_m or 0.0
+            return (
+                *(_OBEY, order.hand, interaction, order.onset, material),
+                *(motion.speed_mps, motion.force_n, order.gain, thickness_m),
+                *(order.expires_at, order.seed),
+            )
+        case Release():
+            return _RELEASE, order.hand, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+        case RestAll():
+            return _REST, 0, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+
+
+def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
+    kind, hand, interaction, onset, material, speed, force, gain, thick, expires_at, seed = fields
+    if kind == _RELEASE:
+        return Release(hand)
+    if kind == _REST:
+        return RestAll()
+    return Command(
+        hand=hand,
+        material=None if material < 0 else materials[material],
+        interaction=INTERACTIONS[interaction],
+        onset=bool(onset),
+        motion=Motion(speed, force),
+        seed=seed,
+        expires_at=expires_at,
+        gain=gain,
+        thickness_m=thick or None,
+    )

@@ -1,0 +1,132 @@
+"""What a user gives for a speaker: its response, and recordings in place of patterns.
+
+The response is what `hapticvlm calibrate speaker` writes. Recordings are a folder of
+MATERIAL-INTERACTION.wav.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from hapticvlm import documents
+from hapticvlm.devices.speaker.audio import read_wav
+from hapticvlm.materials import Material
+from hapticvlm.rendering.vibration.equaliser import (
+    HIGH_HZ,
+    LOW_HZ,
+    MOST_DB,
+    REFERENCE_HZ,
+    Correction,
+    correction,
+)
+from hapticvlm.rendering.vibration.patterns import LONGEST_S, Pattern, PatternError, named, pattern
+
+MAX_POINTS = 1000
+MAX_FILES = 200
+MOST_RESPONSE_DB = 120.0
+FIELDS = ("simulated", "frequency_hz", "response_db")
+
+
+@dataclass(frozen=True, slots=True)
+class SpeakerResponse:
+    """Acceleration per drive at rising frequencies, dB re that at REFERENCE_HZ."""
+
+    frequency_hz: tuple[float, ...]
+    response_db: tuple[float, ...]
+    simulated: bool = False
+
+    def correction(self) -> Correction:
+        """Return what the speaker needs."""
+        return correction(self.frequency_hz, self.response_db)
+
+
+def write_response(path: Path, response: SpeakerResponse) -> None:
+    """Write the file. Raises OSError."""
+    lines = (
+        "# Acceleration of a speaker per drive, by `hapticvlm calibrate speaker`; dB re",
+        f"# {REFERENCE_HZ:g} Hz. `serve --speaker-response` corrects {LOW_HZ:g}-{HIGH_HZ:g} Hz by",
+        f"# at most {MOST_DB:g} dB either way.",
+        f"simulated = {str(response.simulated).lower()}",
+        f"frequency_hz = {[round(hz, 2) for hz in response.frequency_hz]}",
+        f"response_db = {[round(db, 2) for db in response.response_db]}",
+    )
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def read_response(path: Path) -> SpeakerResponse:
+    """Read the file. Raises OSError, ValueError naming the fault."""
+    try:
+        given = documents.parse_toml(documents.read_text(path))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: not a TOML file: {error}") from None
+    for field in given:
+        if field not in FIELDS:
+            raise ValueError(f"{path}: {field}: no such field; known: {', '.join(FIELDS)}")
+    hertz = _numbers(path, given, "frequency_hz", (0.1, 100_000.0))
+    levels_db = _numbers(path, given, "response_db", (-MOST_RESPONSE_DB, MOST_RESPONSE_DB))
+    if len(hertz) != len(levels_db):
+        raise ValueError(f"{path}: {len(hertz)} frequencies but {len(levels_db)} levels")
+    if list(hertz) != sorted(set(hertz)):
+        raise ValueError(f"{path}: frequency_hz does not rise; sort it")
+    if not hertz[0] <= REFERENCE_HZ <= hertz[-1]:
+        raise ValueError(f"{path}: frequency_hz must reach across {REFERENCE_HZ:g} Hz")
+    return SpeakerResponse(hertz, levels_db, bool(given.get("simulated", False)))
+
+
+def _numbers(
+    path: Path, given: dict[str, object], field: str, limits: tuple[float, float]
+) -> tuple[float, ...]:
+    values = given.get(field)
+    if not isinstance(values, list) or not 2 <= len(values) <= MAX_POINTS:
+        raise ValueError(f"{path}: {field}: needs a list of 2 to {MAX_POINTS} numbers")
+    for value in values:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ValueError(f"{path}: {field}: {str(value)[:40]!r} is not a number")
+        if not math.isfinite(value) or not limits[0] <= value <= limits[1]:
+            raise ValueError(f"{path}: {field}: {value} is not in {limits[0]:g}..{limits[1]:g}")
+    return tuple(float(value) for value in values)
+
+
+def read_speaker_files(
+    response: Path | None, patterns: Path | None, table: Mapping[str, Material]
+) -> tuple[Correction, tuple[Pattern, ...]]:
+    """Read what of both is given, recordings corrected. Raises OSError, ValueError."""
+    correction = Correction() if response is None else read_response(response).correction()
+    return correction, () if patterns is None else read_patterns(patterns, table, correction)
+
+
+def read_patterns(
+    folder: Path,
+    table: Mapping[str, Material],
+    correction: Correction = Correction(),  # noqa: B008 - frozen
+) -> tuple[Pattern, ...]:
+    """Read every WAV file of `folder`. Raises OSError, PatternError naming the file."""
+    if not folder.is_dir():
+        raise NotADirectoryError(f"{folder}: no such folder")
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".wav")
+    if not 1 <= len(files) <= MAX_FILES:
+        raise PatternError(f"{folder}: {len(files)} WAV files, needs 1 to {MAX_FILES}")
+    found: dict[tuple[str, str], Path] = {}
+    patterns = []
+    for path in files:
+        made = _read(path, table, correction)
+        if made.key in found:
+            twice = f"{found[made.key].name} and {path.name} stand for the same; remove one"
+            raise PatternError(f"{folder}: {twice}")
+        found[made.key] = path
+        patterns.append(made)
+    return tuple(patterns)
+
+
+def _read(path: Path, table: Mapping[str, Material], correction: Correction) -> Pattern:
+    try:
+        key = named(path.stem, table)
+        samples, rate_hz = read_wav(path, LONGEST_S)
+        return pattern(key, samples, rate_hz, correction, table)
+    except ValueError as error:
+        text = str(error)
+        raise PatternError(text if str(path) in text else f"{path}: {text}") from None

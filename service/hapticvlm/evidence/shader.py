@@ -1,0 +1,46 @@
+"""What a shader's physically based parameters imply about the material. Pure."""
+
+from __future__ import annotations
+
+from hapticvlm import materials
+from hapticvlm.evidence.ladder import Evidence, ranked
+
+METALLIC = 0.9  # from here on a shader means bare metal
+DIELECTRIC = 0.1  # up to here it means no bare metal
+TRANSMISSIVE = 0.5  # from here on light passes through the object
+
+
+def from_shader(
+    metallic: float | None,
+    roughness: float | None,
+    transmission: float | None,
+    base_color: tuple[float, float, float] | None,
+) -> Evidence | None:
+    """Read physically based parameters (0..1); None when they are no evidence.
+
+    metallic 1 with roughness 1 or unstated is glTF's default, found on textured wood as often as on
+    metal: it is no evidence.
+    """
+    if (transmission or 0.0) >= TRANSMISSIVE and (metallic or 0.0) < METALLIC:
+        clear = {"glass": 0.75, "plastic": 0.15}  # not sure by itself: acrylic and water are clear
+        frosted = {"glass": 0.55, "plastic": 0.3}
+        return ranked("shader", frosted if (roughness or 0.0) > 0.3 else clear)
+    if metallic is None or (metallic == 1.0 and roughness in (None, 1.0)):
+        return None
+    if metallic >= METALLIC:
+        is_dark = base_color is not None and max(base_color) < 0.1  # unlike any bare metal
+        return ranked("shader", {"metal": 0.6 if is_dark else 0.9})
+    if metallic <= DIELECTRIC:
+        return ranked("shader", _dielectric(roughness))
+    return None
+
+
+def _dielectric(roughness: float | None) -> dict[str, float]:
+    """Believe all but metal alike; smooth is hardly cloth or paper, rough hardly glass."""
+    doubt = {"metal": 0.3}
+    if roughness is not None and roughness <= 0.2:
+        doubt |= dict.fromkeys(("fabric", "paper", "rubber", "foliage"), 0.5)
+    if roughness is not None and roughness >= 0.7:
+        doubt |= {"glass": 0.4, "ceramic": 0.7}
+    odds = {name: doubt.get(name, 1.0) for name in materials.MATERIALS}
+    return {name: value / sum(odds.values()) for name, value in odds.items()}

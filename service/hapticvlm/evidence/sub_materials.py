@@ -1,0 +1,125 @@
+"""What a name gives of a thing beyond its material: its sub-material and its thickness. Pure.
+
+A material's bulk is that of its usual kind: plastic is solid, stone is granite, foliage is thick.
+Styrofoam, brick or a leaf differ from that by more than skin can feel, so their words lead to bulk
+values and a thickness of their own (sub_materials.toml; docs/physics.md 1.5). What the name gives
+counts only for the material that the ladder decided on, and the scene's own thickness outranks it.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from hapticvlm.evidence import names
+from hapticvlm.evidence.names import Lexicon
+from hapticvlm.materials import Material, Thermal
+
+TABLE = Path(__file__).with_name("sub_materials.toml")
+
+Run = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SubMaterial:
+    """A kind of some materials with bulk values of its own."""
+
+    name: str
+    of: tuple[str, ...]
+    thermal: Thermal
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Thickness:
+    """How thick a thing that is never thick is, m, where it is made of one of these materials."""
+
+    name: str
+    of: tuple[str, ...]
+    metres: float
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Make:
+    """What a name gives, by the material that the thing may turn out to be."""
+
+    sub_materials: Mapping[str, SubMaterial]
+    thickness_m: Mapping[str, float]
+
+    def sub_material(self, material: str) -> str | None:
+        """Return the name of what a thing of this material is made of, None: its usual kind."""
+        found = self.sub_materials.get(material)
+        return None if found is None else found.name
+
+    def refine(self, table: Mapping[str, Material]) -> Mapping[str, Material]:
+        """Return the materials as this thing has them."""
+        if not self.sub_materials:
+            return table
+        finer = {
+            name: replace(table[name], thermal=found.thermal)
+            for name, found in self.sub_materials.items()
+            if name in table
+        }
+        return {**table, **finer}
+
+
+PLAIN = Make(MappingProxyType({}), MappingProxyType({}))
+
+
+def from_name(name: str, lexicon: Lexicon) -> Make:
+    """Read a name; PLAIN where it gives nothing beyond the material.
+
+    Of several sub-materials of a material the first named counts: "brick concrete" is brick.
+    """
+    words = names.head_words(name, lexicon)
+    kinds: dict[str, SubMaterial] = {}
+    for run in _runs(words):
+        found = SUB_MATERIALS.get(run)
+        kinds = {**dict.fromkeys(found.of, found), **kinds} if found else kinds
+    ends = (words[start:] for start in reversed(range(len(words))))
+    metres = {
+        name: row.metres for run in ends for row in THICKNESSES.get(run, ()) for name in row.of
+    }
+    return Make(kinds, metres) if kinds or metres else PLAIN
+
+
+def _runs(words: Sequence[str]) -> Iterator[Run]:
+    """Cut words into known runs, the longest first, from left to right."""
+    at = 0
+    while at < len(words):
+        runs = [tuple(words[at : at + length]) for length in range(LONGEST, 0, -1)]
+        run = next((run for run in runs if run in SUB_MATERIALS), runs[-1])
+        yield run
+        at += len(run)
+
+
+def _read_sub_materials(table: Mapping[str, Any]) -> Mapping[Run, SubMaterial]:
+    found: dict[Run, SubMaterial] = {}
+    for name, row in table.items():
+        kind = SubMaterial(name, tuple(row["of"].split()), Thermal(*row["bulk"]), row["source"])
+        found |= dict.fromkeys(_words(row), kind)
+    return MappingProxyType(found)
+
+
+def _read_thicknesses(table: Mapping[str, Any]) -> Mapping[Run, tuple[Thickness, ...]]:
+    found: dict[Run, tuple[Thickness, ...]] = {}
+    for name, row in table.items():
+        kind = Thickness(name, tuple(row["of"].split()), row["metres"], row["source"])
+        for run in _words(row):
+            found[run] = (*found.get(run, ()), kind)
+    return MappingProxyType(found)
+
+
+def _words(row: Mapping[str, str]) -> list[Run]:
+    return [tuple(run.split()) for run in row["words"].split(",")]
+
+
+_FILE = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+SUB_MATERIALS = _read_sub_materials(_FILE["sub_materials"])
+THICKNESSES = _read_thicknesses(_FILE["thickness_m"])
+LONGEST = max(map(len, SUB_MATERIALS))

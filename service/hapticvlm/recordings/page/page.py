@@ -1,0 +1,136 @@
+"""A recorded session as one HTML file: frames, decisions, plate, vibration with sound, a scrubber.
+
+Everything is in the file, so that it opens without a service and can be sent on. The page itself
+is session.html beside this module; style and scripts, colours of every page among them, are
+written into it.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import resample_poly
+
+from hapticvlm.recordings.timeline import Decided, Picture, Timeline
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+
+HERE = Path(__file__).parent
+PAGES = HERE.parents[1] / "pages"
+SOUND_HZ = 8000  # browsers play no less; the vibration ends at 1 kHz
+PEAKS_PER_S = 100
+LONGEST_S = 900.0  # more would be a file that browsers load badly
+_FIELDS = (
+    *("object_id", "material", "confidence", "runner_up", "source", "evidence"),
+    *("contact_c", "setpoint_c", "limited_by"),
+)
+_TYPES = {".jpg": "image/jpeg", ".png": "image/png"}
+
+
+def write(timeline: Timeline, title: str, path: Path) -> None:
+    """Write the page. Raises OSError."""
+    path.write_text(page(document(timeline, title)), encoding="utf-8")
+
+
+def document(timeline: Timeline, title: str) -> dict[str, Any]:
+    """Return what the page shows, as JSON can hold it."""
+    return {
+        "title": title,
+        "facts": f"{timeline.duration_s:.1f} s, {len(timeline.touches)} touches, "
+        f"{len(timeline.pictures)} frames; vibration rendered again from the record",
+        "duration_s": round(timeline.duration_s, 3),
+        "frames": [_frame(picture) for picture in timeline.pictures],
+        "decisions": [_decision(decided) for decided in timeline.decisions],
+        "touches": [
+            {
+                "hand": touch.hand,
+                "object_id": touch.object_id,
+                "name": timeline.name(touch.object_id),
+                "from_s": round(touch.from_s, 3),
+                "to_s": round(touch.to_s, 3),
+            }
+            for touch in timeline.touches
+        ],
+        "plate": [
+            {"t_s": round(at.t_s, 3), "setpoint_c": at.setpoint_c, "plate_c": at.plate_c}
+            for at in timeline.plate
+        ],
+        "peaks": _peaks(timeline.wave),
+        "sound": _address("audio/wav", _sound(timeline.wave)),
+    }
+
+
+def page(session: dict[str, Any]) -> str:
+    """Write the session, styles and scripts into the page."""
+    text = (HERE / "session.html").read_text(encoding="utf-8")
+    for file in (PAGES / "palette.css", HERE / "session.css"):
+        style = f"<style>\n{file.read_text(encoding='utf-8')}</style>"
+        text = _replace(text, f'<link rel="stylesheet" href="{file.name}">', style)
+    for file in (PAGES / "feel.js", HERE / "outline.js"):
+        address = _address("text/javascript", file.read_bytes())
+        text = _replace(text, f'"{file.name}"', f'"{address}"')
+    script = (HERE / "session.js").read_text(encoding="utf-8")
+    tag = '<script type="module" src="session.js"></script>'
+    text = _replace(text, tag, f'<script type="module">\n{script}</script>')
+    data = json.dumps(session, allow_nan=False).replace("<", "\\u003c")
+    return _replace(text, ">null</script>", f">{data}</script>")
+
+
+def _replace(text: str, place: str, new: str) -> str:
+    assert text.count(place) == 1, place
+    return text.replace(place, new)
+
+
+def _frame(picture: Picture) -> dict[str, Any]:
+    return {
+        "t_s": round(picture.t_s, 3),
+        "object_id": picture.object_id,
+        "image": _file(picture.file),
+        "mask": None if picture.mask is None else _file(picture.mask),
+    }
+
+
+def _file(path: Path) -> str:
+    return _address(_TYPES[path.suffix], path.read_bytes())
+
+
+def _decision(decided: Decided) -> dict[str, Any]:
+    fields = {name: decided.decision.get(name) for name in _FIELDS}
+    return {"t_s": round(decided.t_s, 3), **fields}
+
+
+def _peaks(wave: NDArray[np.float32]) -> list[float]:
+    size = RATE_HZ // PEAKS_PER_S
+    rows = np.abs(wave[: wave.size // size * size]).reshape(-1, size)
+    found: list[float] = np.round(rows.max(axis=1, initial=0.0), 3).tolist()
+    return found
+
+
+def _sound(wave: NDArray[np.float32]) -> bytes:
+    import soundfile
+
+    slowed = resample_poly(wave, SOUND_HZ, RATE_HZ) if wave.size else np.zeros(1, np.float32)
+    file = io.BytesIO()
+    soundfile.write(file, np.clip(slowed, -1.0, 1.0), SOUND_HZ, format="WAV", subtype="PCM_16")
+    return file.getvalue()
+
+
+def _address(kind: str, data: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
+
+
+def at(path: Path, time_s: float | None) -> str:
+    """Return the address of the page, at a time if one is named."""
+    address = path.resolve().as_uri()
+    return address if time_s is None else f"{address}#t={time_s:.2f}"
+
+
+def safe_name(folder: Path) -> str:
+    """Return a title for a session's folder: its name, of letters a page can show."""
+    return re.sub(r"[^\w.-]+", " ", folder.resolve().name)[:80]

@@ -1,0 +1,213 @@
+"""Keeps sessions on disk: a folder each, written by one thread that nobody waits for.
+
+`tape.jsonl` is everything that went into the session, for `replay`; `capture.jsonl` its messages,
+for `stream`; `decisions.jsonl` what was decided. Pictures are kept only when asked for. When the
+disk is too slow or the record too long, lines are lost and counted, and the log reports it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import logging
+import os
+import queue
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from hapticvlm.captures import LINES
+from hapticvlm.messages import Frame
+from hapticvlm.recordings.recorded_session import Line
+
+SESSION_LOG, DECISIONS = "tape.jsonl", "decisions.jsonl"
+FRAMES = "frames"  # the folder of the pictures, where they are kept
+MAX_WAITING = 2000
+MAX_WAITING_BYTES = 64 * 1024**2
+COMPLAIN_S = 10.0
+MAX_BYTES = 4 * 1024**3
+SUFFIX = {"jpeg": "jpg", "png": "png", "rgb8": "rgb", "rgba8": "rgba"}
+
+logger = logging.getLogger(__name__)
+
+
+class Recorder:
+    """Takes lines from sessions at once and writes them down in its own time.
+
+    What waits is bounded in lines and bytes. Each figure is written by one thread only.
+    """
+
+    def __init__(self, folder: Path, *, frames: bool, max_bytes: int = MAX_BYTES) -> None:
+        self.folder = folder
+        self.keeps_frames = frames
+        self.written_bytes = 0
+        self._max_bytes = max_bytes
+        self._sessions = 0
+        self._refused = self._failed = 0
+        self._queued_bytes = self._done_bytes = 0
+        self._complained_at = float("-inf")
+        self._queue: queue.Queue[tuple[Callable[[], int], int] | None] = queue.Queue(MAX_WAITING)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
+        self._thread.start()
+
+    @property
+    def lost(self) -> int:
+        """How many lines are missing: the disk was too slow or full, or the record too long."""
+        return self._refused + self._failed
+
+    @property
+    def waiting_bytes(self) -> int:
+        """How much of pictures waits to be written."""
+        return self._queued_bytes - self._done_bytes
+
+    @property
+    def is_writing(self) -> bool:
+        """Whether something still waits to be written, or is being written."""
+        return self._queue.unfinished_tasks > 0
+
+    def begin(self, head: Line) -> Callable[[Line, Frame | None], None]:
+        """Open the record of one session; return the function that records its lines."""
+        self._sessions += 1
+        stamp = time.strftime("%Y%m%d-%H%M%S")
+        record = _Record(self.folder / f"{stamp}-{self._sessions:02}")
+        self._enqueue(lambda: record.open(head), 0)
+        numbers = itertools.count(1)  # of what was recorded, so that a lost line leaves a gap
+
+        def record_line(line: Line, frame: Frame | None) -> None:
+            number, kept = next(numbers), frame if self.keeps_frames else None
+            size = 0 if kept is None else len(kept.image) + len(kept.mask or b"")
+            self._enqueue(lambda: record.write_line(number, line, kept), size)
+
+        return record_line
+
+    def close(self) -> None:
+        """Write what waits, then stop."""
+        if self._thread.is_alive():
+            with suppress(queue.Full):
+                self._queue.put(None, timeout=5.0)
+            self._thread.join(10.0)
+
+    def _enqueue(self, job: Callable[[], int], size: int) -> None:
+        is_too_much = self.waiting_bytes + size > MAX_WAITING_BYTES
+        if is_too_much or self.written_bytes > self._max_bytes:
+            self._refused += 1
+            return
+        try:
+            self._queue.put_nowait((job, size))
+            self._queued_bytes += size
+        except queue.Full:
+            self._refused += 1
+
+    def _write(self) -> None:
+        while (waiting := self._queue.get()) is not None:
+            job, size = waiting
+            try:
+                if self.written_bytes > self._max_bytes:
+                    raise OSError(f"the record is full: it has {self._max_bytes} bytes")
+                self.written_bytes += job()
+            except (OSError, TypeError, ValueError) as error:
+                self._failed += 1
+                self._complain(error)
+            self._done_bytes += size
+            self._queue.task_done()
+
+    def _complain(self, error: Exception) -> None:
+        """Log that lines are missing; a disk that is full fails a hundred times a second."""
+        now = time.monotonic()
+        if now - self._complained_at >= COMPLAIN_S:
+            self._complained_at = now
+            logger.error("the record misses lines, %d by now: %s", self.lost, error)
+
+
+class _Record:
+    """The files of one session."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._is_open = False
+        self._frames = 0
+        self._started: float | None = None
+        self._at_s = 0.0
+
+    def open(self, head: Line) -> int:
+        """Make the folder and write the first line."""
+        self._folder = _new_folder(self._folder)
+        size = self._append(SESSION_LOG, {"line": 0, "head": head})
+        self._is_open = True
+        return size
+
+    def write_line(self, number: int, line: Line, frame: Frame | None) -> int:
+        """Write one line of the log, and what of it is of interest by itself."""
+        if not self._is_open:
+            raise OSError(f"{self._folder} could not be begun")
+        self._follow(line)
+        size = 0
+        extras: dict[str, Any] = {}
+        if frame is not None:
+            size, extras = self._keep(frame)
+        size += self._append(SESSION_LOG, {"line": number, **line, **extras})
+        if line.get("in") == "message":
+            size += self._append_message(line["message"], extras)
+        for done in line.get("out", ()):
+            if done["do"] == "say":
+                size += self._append(DECISIONS, {"t_s": self._at_s, **done})
+        return size
+
+    def _follow(self, line: Line) -> None:
+        now = line.get("now")
+        if now is not None:
+            self._started = now if self._started is None else self._started
+            self._at_s = round(now - self._started, 6)
+
+    def _append_message(self, message: dict[str, Any], extras: dict[str, Any]) -> int:
+        fields = {name: value for name, value in message.items() if name not in ("id", "image")}
+        fields.pop("mask", None)
+        if message["type"] == "frame" and not extras:
+            return 0
+        return self._append(LINES, {"t_s": self._at_s, **fields, **extras})
+
+    def _keep(self, frame: Frame) -> tuple[int, dict[str, Any]]:
+        self._frames += 1
+        (self._folder / FRAMES).mkdir(mode=0o700, exist_ok=True)
+        name = f"{FRAMES}/{self._frames:06}.{SUFFIX[frame.format]}"
+        self._write(name, frame.image)
+        extras = {"file": name}
+        if frame.mask is not None:
+            extras["mask_file"] = f"{FRAMES}/{self._frames:06}-mask.png"
+            self._write(extras["mask_file"], frame.mask)
+        return len(frame.image) + len(frame.mask or b""), extras
+
+    def _write(self, name: str, data: bytes) -> None:
+        with open(self._folder / name, "wb", opener=_private) as file:
+            file.write(data)
+
+    def _append(self, name: str, line: dict[str, Any]) -> int:
+        """Write one line, whole or not at all."""
+        data = (json.dumps(line, allow_nan=False) + "\n").encode()
+        with open(self._folder / name, "ab", buffering=0, opener=_private) as file:
+            before = file.tell()
+            written = file.write(data)
+            if written != len(data):
+                file.truncate(before)
+                raise OSError(f"only {written} of {len(data)} bytes fitted on the disk")
+        return len(data)
+
+
+def _private(path: str, flags: int) -> int:
+    """Open a file that only this user may read: it holds what somebody did, and perhaps saw."""
+    return os.open(path, flags, 0o600)
+
+
+def _new_folder(wanted: Path) -> Path:
+    """Make this folder, or one beside it if another service has just made it."""
+    for number in itertools.count(2):
+        try:
+            wanted.mkdir(mode=0o700, parents=True)
+            return wanted
+        except FileExistsError:
+            wanted = wanted.with_name(f"{wanted.name.partition('_')[0]}_{number}")
+    raise AssertionError("there is always another name")

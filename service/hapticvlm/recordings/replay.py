@@ -1,0 +1,94 @@
+"""Runs a recorded session again, without devices, and compares what it does to the outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import Material
+from hapticvlm.messages import MessageError
+from hapticvlm.recordings.log_player import LogPlayer, Replayed
+from hapticvlm.recordings.recorder import SESSION_LOG
+from hapticvlm.recordings.session_log import SessionLogError, read_session_log
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.voices import Command, Voices
+from hapticvlm.session.actions import ReleaseHand, SetGain
+from hapticvlm.vision.frame_recogniser import FrameRecogniser
+
+BLOCK = 128
+
+
+def replay(
+    folder: Path, table: Mapping[str, Material], recogniser: FrameRecogniser | None = None
+) -> Replayed:
+    """Run a record again with these materials; a recogniser recognises anew.
+
+    Raises SessionLogError.
+    """
+    lines = read_session_log(folder)
+    head = next(lines, {}).get("head")
+    if not isinstance(head, dict):
+        raise SessionLogError(
+            f"{folder / SESSION_LOG}:1: no head; name a folder that `record` made"
+        )
+    try:
+        missing = [name for name in head["materials"] if name not in table]
+        player = None if missing else LogPlayer(folder, head, table, recogniser)
+    except (KeyError, TypeError, ValueError) as error:
+        raise SessionLogError(
+            f"{folder / SESSION_LOG}:1: not a head of a session log ({error})"
+        ) from None
+    if player is None:
+        raise SessionLogError(
+            f"{folder}: recorded with {', '.join(missing)}: give that --gallery too"
+        )
+    for line in lines:
+        try:
+            player.play(line)
+        except KeyError as error:
+            place = f"{folder / SESSION_LOG}:{line.get('line', '?')}"
+            text = f"{error} is missing: not a line of a complete session log"
+            raise SessionLogError(f"{place}: {text}") from None
+        except (AttributeError, TypeError, ValueError, MessageError) as error:
+            place = f"{folder / SESSION_LOG}:{line.get('line', '?')}"
+            raise SessionLogError(f"{place}: not a line of a session log ({error!r})") from None
+    counts = player.outcome.counts
+    if counts["picture not kept"] and not counts["recognised anew"]:
+        raise SessionLogError(
+            f"{folder}: has no pictures to recognise; record with --record-frames"
+        )
+    return player.outcome
+
+
+def waveform(
+    outcome: Replayed, voices: Voices, started: float | None = None
+) -> NDArray[np.float32]:
+    """Render the sounds of a replay by fresh voices, (N,) float32 at RATE_HZ.
+
+    It begins at `started` on the log's clock, else with the first sound. The same log and voices
+    give the same bits.
+    """
+    if not outcome.sounds:
+        return np.zeros(0, np.float32)
+    started = outcome.sounds[0][0] if started is None else started
+    blocks: list[NDArray[np.float32]] = []
+    waiting = list(reversed(outcome.sounds))
+    ends = outcome.sounds[-1][0] + 1.0
+    while (now := started + len(blocks) * BLOCK / RATE_HZ) < ends:
+        while waiting and waiting[-1][0] <= now:
+            _sound(voices, waiting.pop()[1])
+        blocks.append(voices.render(BLOCK, now))
+    return np.concatenate(blocks)
+
+
+def _sound(voices: Voices, action: Command | ReleaseHand | SetGain) -> None:
+    match action:
+        case Command():
+            voices.obey(action)
+        case ReleaseHand():
+            voices.release(action.hand)
+        case SetGain():
+            voices.gain = action.gain

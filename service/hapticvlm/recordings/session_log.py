@@ -1,0 +1,49 @@
+"""Reads a recorded session: the lines of its log, and blanks for pictures that were not kept."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from hapticvlm import documents
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.recordings.recorder import SESSION_LOG
+
+Line = dict[str, Any]
+
+
+class SessionLogError(HapticVLMError):
+    """A record that cannot be run again: which file, which line, why."""
+
+
+def read_session_log(folder: Path) -> Iterator[Line]:
+    """Yield the lines of a record, the head first. Raises SessionLogError."""
+    path = folder / SESSION_LOG
+    try:
+        file = path.open("rb")
+    except OSError as error:
+        raise SessionLogError(
+            f"{path}: {error.strerror}; name a folder that `record` made"
+        ) from None
+    with file:
+        for number, text in enumerate(file, 1):
+            try:
+                line = documents.parse_json(text)
+            except ValueError:
+                raise SessionLogError(f"{path}:{number}: incomplete, or no JSON") from None
+            if not isinstance(line, dict):
+                raise SessionLogError(f"{path}:{number}: not a line of a session log")
+            yield line
+
+
+def blank_picture(kind: str, width: int, height: int) -> bytes:
+    """Make a picture of nothing, which passes for one of that format and size."""
+    from PIL import Image
+
+    if kind in ("rgb8", "rgba8"):
+        return bytes(width * height * (3 if kind == "rgb8" else 4))
+    buffer = io.BytesIO()
+    Image.new("L" if kind == "png" else "RGB", (width, height)).save(buffer, kind.upper())
+    return buffer.getvalue()

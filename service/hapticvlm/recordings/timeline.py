@@ -1,0 +1,214 @@
+"""What happened in a recorded session, on one clock: frames, touches, decisions, plate, vibration.
+
+The vibration is rendered again from the recorded commands, bit for bit as the speaker played it, so
+that it stands at the right time beside the pictures. Times are seconds since the first message.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import Material
+from hapticvlm.recordings.log_player import Replayed
+from hapticvlm.recordings.replay import replay, waveform
+from hapticvlm.recordings.session_log import SessionLogError, read_session_log
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.voices import Voices
+
+PLATE_STEP_S = 0.04  # a plate needs a second for what an eye can see
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One frame that was kept: when it came, its files, and what it was sent to show."""
+
+    t_s: float
+    file: Path
+    mask: Path | None
+    object_id: str | None
+    region: Mapping[str, float] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Decided:
+    """A decision, as protocol v1 has it, and when it was made."""
+
+    t_s: float
+    decision: Mapping[str, Any]
+
+    @property
+    def object_id(self) -> str | None:
+        """The object it is about; None for the view as a whole."""
+        found: str | None = self.decision.get("object_id")
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """One touch: from contact to release."""
+
+    hand: str
+    object_id: str | None
+    from_s: float
+    to_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlatePoint:
+    """What the plate reported of itself; None is no reading."""
+
+    t_s: float
+    setpoint_c: float
+    plate_c: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """A session in order of time; `wave` is (N,) float32 at RATE_HZ from time 0."""
+
+    names: Mapping[str, str]
+    pictures: tuple[Picture, ...]
+    decisions: tuple[Decided, ...]
+    touches: tuple[Held, ...]
+    plate: tuple[PlatePoint, ...]
+    wave: NDArray[np.float32]
+    duration_s: float
+
+    def name(self, object_id: str | None) -> str:
+        """Return the scene's name of an object, else its id."""
+        return "the view" if object_id is None else self.names.get(object_id, object_id)
+
+    def touch_at(self, t_s: float) -> Held | None:
+        """Return the newest touch that lasts at this time."""
+        held = (touch for touch in reversed(self.touches) if touch.from_s <= t_s <= touch.to_s)
+        return next(held, None)
+
+    def decision_at(self, t_s: float, object_id: str | None) -> Mapping[str, Any] | None:
+        """Return the newest decision on an object by this time."""
+        made = (
+            entry
+            for entry in reversed(self.decisions)
+            if entry.t_s <= t_s and entry.object_id == object_id
+        )
+        return next((entry.decision for entry in made), None)
+
+
+def read(
+    folder: Path, table: Mapping[str, Material], voices: Voices, longest_s: float = math.inf
+) -> Timeline:
+    """Read a session as `record` made it. Raises SessionLogError, also for one that is longer."""
+    gathered = _Gathered(folder)
+    for line in read_session_log(folder):
+        gathered.add(line)
+    if gathered.started is None:
+        raise SessionLogError(f"{folder}: nothing was sent in this session")
+    if gathered.now_s > longest_s:
+        raise SessionLogError(
+            f"{folder} lasts {gathered.now_s / 60:.0f} min; a page holds {longest_s / 60:.0f} min: "
+            "record shorter sessions, or use --wav"
+        )
+    return gathered.timeline(replay(folder, table), voices)
+
+
+@dataclass(slots=True)
+class _Gathered:
+    """What the lines of a session log have given so far."""
+
+    folder: Path
+    started: float | None = None
+    now_s: float = 0.0
+    names: dict[str, str] = field(default_factory=dict)
+    pictures: list[Picture] = field(default_factory=list)
+    decisions: list[Decided] = field(default_factory=list)
+    touches: list[Held] = field(default_factory=list)
+    plate: list[PlatePoint] = field(default_factory=list)
+    open: dict[str, tuple[str | None, float]] = field(default_factory=dict)
+
+    def add(self, line: Mapping[str, Any]) -> None:
+        now = line.get("now")
+        if now is not None:
+            if self.started is None and line["in"] == "message":
+                self.started = now
+            self.now_s = 0.0 if self.started is None else now - self.started
+        if line.get("in") == "message":
+            self._message(line)
+        elif line.get("in") == "tick" and self.started is not None:
+            self._reading(line["reading"])
+        for done in line.get("out", ()):
+            if done["do"] == "say":
+                self.decisions.append(Decided(self.now_s, _without_do(done)))
+
+    def timeline(self, outcome: Replayed, voices: Voices) -> Timeline:
+        started = self.started or 0.0
+        wave = waveform(outcome, voices, started)
+        for hand, (object_id, from_s) in self.open.items():
+            self.touches.append(Held(hand, object_id, from_s, self.now_s))
+        return Timeline(
+            names=self.names,
+            pictures=tuple(self.pictures),
+            decisions=tuple(self.decisions),
+            touches=tuple(sorted(self.touches, key=lambda touch: touch.from_s)),
+            plate=tuple(self.plate),
+            wave=wave,
+            duration_s=max(self.now_s, wave.size / RATE_HZ),
+        )
+
+    def _message(self, line: Mapping[str, Any]) -> None:
+        message = line["message"]
+        match message["type"]:
+            case "scene":
+                stated = {
+                    object_["object_id"]: object_.get("name") for object_ in message["objects"]
+                }
+                self.names |= {key: name for key, name in stated.items() if name}
+            case "frame":
+                self._frame(message, line)
+            case "touch":
+                self._touch(message)
+
+    def _frame(self, message: Mapping[str, Any], line: Mapping[str, Any]) -> None:
+        if line.get("file") is None or message["format"] not in ("jpeg", "png"):
+            return
+        mask = line.get("mask_file")
+        self.pictures.append(
+            Picture(
+                self.now_s,
+                self._picture(line["file"]),
+                None if mask is None else self._picture(mask),
+                message.get("object_id"),
+                message.get("region"),
+            )
+        )
+
+    def _picture(self, name: str) -> Path:
+        """Return a picture's file; a session that somebody else gave may name any file."""
+        path = self.folder / name
+        if not path.resolve().is_relative_to(self.folder.resolve()):
+            raise SessionLogError(f"{self.folder}: names a picture outside this folder")
+        return path
+
+    def _touch(self, message: Mapping[str, Any]) -> None:
+        hand, object_id = message["hand"], message.get("object_id")
+        before = self.open.get(hand)
+        is_held = message["phase"] in ("contact", "slide")
+        if before is not None and (not is_held or before[0] != object_id):
+            self.touches.append(Held(hand, before[0], before[1], self.now_s))
+            del self.open[hand]
+        if is_held and hand not in self.open:
+            self.open[hand] = (object_id, self.now_s)
+
+    def _reading(self, reading: Mapping[str, Any]) -> None:
+        if self.plate and self.now_s - self.plate[-1].t_s < PLATE_STEP_S:
+            return
+        self.plate.append(PlatePoint(self.now_s, reading["setpoint_c"], reading["plate_c"]))
+
+
+def _without_do(done: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in done.items() if name != "do"}

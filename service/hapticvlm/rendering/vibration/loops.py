@@ -1,0 +1,99 @@
+"""Surfaces as closed loops in space: what is read off under a moving hand. Pure.
+
+A loop holds SAMPLES samples for each of PERIODS surface periods and nothing above `highest` cycles
+a period, so that reading it at f periods a second gives nothing above f * highest.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.rendering.vibration.perceived_level import drive_needed
+
+_Floats = NDArray[np.float64]
+
+PERIODS, SAMPLES = 512, 64  # of noise; 64 keep linear reading 60 dB clean
+SLIPS, SLIP_SAMPLES, SLIP_CYCLES = 128, 256, 6.0
+_SLIP_JITTER = 0.15  # of a slip's length, our choice: without it the palm perceives a note
+_PATCH_CYCLES = 1.0 / 8.0  # surface changes over eight periods and more
+_PATCHY = 0.7  # how unlike patches of a fully rough surface are
+_CLIP = 2.2  # of the rms: peaks beyond are taken down, and the band is restored
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loop:
+    """`wave` (periods * samples + 1,) of rms 1, first sample repeated; `drive` levels it."""
+
+    wave: _Floats
+    samples: int
+    highest: float
+    drive: _Floats  # (40,), at strength.GRID_HZ
+
+    @property
+    def size(self) -> int:
+        """Samples once around."""
+        return self.wave.size - 1
+
+    def read(self, at: _Floats) -> _Floats:
+        """Values (N,) at places (N,) >= 0 in samples of the loop."""
+        whole = at.astype(np.intp)
+        index = whole % self.size
+        below = self.wave[index]
+        return np.asarray(below + (at - whole) * (self.wave[index + 1] - below))
+
+
+@lru_cache(maxsize=64)
+def noise(bandwidth: float, roughness: float) -> Loop:
+    """Noise around one cycle a period, `bandwidth` wide at half maximum; the rougher, the patchier.
+
+    Peaks are kept near 3 times the rms, so that a texture uses the range it has.
+    """
+    cycles = np.arange(PERIODS * SAMPLES // 2 + 1) / PERIODS
+    shape = np.exp(-0.5 * ((cycles - 1.0) / (bandwidth / 2.355)) ** 2)
+    inside = (cycles >= 0.05) & (cycles <= 1.0 + bandwidth)
+    wave = _random(shape * inside, 0)
+    patches = _random((cycles > 0.0) & (cycles < _PATCH_CYCLES), 1)
+    wave *= np.clip(1.0 + _PATCHY * roughness * patches, 0.0, 2.5)
+    for _ in range(3):
+        wave = _within(np.clip(wave, -_CLIP, _CLIP), inside)
+    return _loop(wave, SAMPLES, 1.0 + bandwidth)
+
+
+@lru_cache(maxsize=1)
+def stick_slip() -> Loop:
+    """Slips of about one period: a slow build-up and a fast release, SLIP_CYCLES of it."""
+    rng = np.random.default_rng(2)
+    lengths = 1.0 + rng.uniform(-_SLIP_JITTER, _SLIP_JITTER, SLIPS)
+    ends = np.cumsum(lengths) * (SLIPS / lengths.sum())
+    at = np.arange(SLIPS * SLIP_SAMPLES) / SLIP_SAMPLES
+    which = np.searchsorted(ends, at, side="right")
+    begins = np.concatenate(([0.0], ends[:-1]))
+    saw = (at - begins[which]) / (ends - begins)[which] - 0.5
+    cycles = np.arange(saw.size // 2 + 1) / SLIPS
+    rolled_off = np.clip((SLIP_CYCLES - cycles) / 2.0, 0.0, 1.0)  # no ringing before the slip
+    return _loop(_within(saw, rolled_off * (cycles >= 0.05)), SLIP_SAMPLES, SLIP_CYCLES)
+
+
+def _random(shape: _Floats | NDArray[np.bool_], seed: int) -> _Floats:
+    """Noise of rms 1 with this amplitude spectrum (K,), (2 K - 2,)."""
+    phases = np.random.default_rng(seed).random(shape.size)
+    wave = np.fft.irfft(shape * np.exp(2j * math.pi * phases))
+    return np.asarray(wave / np.sqrt(np.mean(wave**2)))
+
+
+def _within(wave: _Floats, gains: _Floats | NDArray[np.bool_]) -> _Floats:
+    wave = np.fft.irfft(np.fft.rfft(wave) * gains, wave.size)
+    return np.asarray(wave / np.sqrt(np.mean(wave**2)))
+
+
+def _loop(wave: _Floats, samples: int, highest: float) -> Loop:
+    power = np.abs(np.fft.rfft(wave)) ** 2
+    cycles = np.arange(power.size) * (samples / wave.size)
+    rendered = (power > 1e-9 * power.max()) & (cycles <= highest)
+    drive = drive_needed(cycles[rendered], power[rendered])
+    return Loop(np.append(wave, wave[0]), samples, highest, drive)

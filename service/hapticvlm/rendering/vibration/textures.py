@@ -1,0 +1,238 @@
+"""Sustained textures: a surface in space, read by the hand that moves over it. Pure.
+
+The hand reads a loop of noise at speed / pitch periods a second (loops.py), so spectrum and
+movement cannot come apart; above 250 Hz the rate is bent into the band: a
+hand that crosses 0.5 mm of weave at 1 m/s makes 2 kHz, which nobody feels (docs/physics.md 4.3). A
+surface that sticks adds stick-slip: releases at speed / critical displacement, the more the harder
+it is pressed, until it is moved too fast to catch. Carving adds fibre breaks, single grains on the
+material's resonance. Swinging reads a loop at the rate of vortices, 0.2 v / d, of the thickness d
+of what is swung; the rougher that is, the broader the noise it sheds.
+
+Every loop is driven as strongly as its band needs to be felt; how strongly a surface is felt then
+follows its roughness, and how strongly it sticks its friction (docs/physics.md 4.3).
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import Mode, Vibration
+from hapticvlm.rendering.vibration import impacts, loops
+from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.vibration.loops import Loop
+from hapticvlm.rendering.vibration.perceived_level import GRID_HZ, perceived_amplitude
+from hapticvlm.rendering.vibration.smoothing import SmoothedValue
+from hapticvlm.rendering.vibration.vibration import Motion
+
+_Floats = NDArray[np.float64]
+
+# Where no source is named a figure is our choice, to be tuned by hand on real speakers.
+RMS = 0.12  # of full scale at 250 Hz, roughness 1; 12 dB more drive, peaks of 3 times that
+_LOWEST_HZ = 20.0
+_SLOW_SPEED_MPS, _LIGHT_FORCE_N = 0.12, 0.5  # half level when rubbing; force counts from 30 %
+_SLIP_M, _SLIPS_HZ = 2.5e-3, (20.0, 160.0)  # critical displacement; docs/physics.md 4.3
+_STUCK_N = 1.0  # N, at which half of what can stick does
+_CATCH_MPS = 0.5  # per share that sticks: half of it catches no more at that speed
+STROUHAL, _SWING_SPEED_MPS = 0.2, 2.5  # physics.md 4.3
+_SWING_BANDWIDTH = (0.4, 1.0)  # of something smooth, of something fully rough
+_BREAK_SPACING_M, _BREAKS_HZ = 4e-3, (10.0, 60.0)  # fibre breaks per second (physics.md 4.3)
+_GRAIN_HZ, _GRAIN_DECAY, _GRAIN_S = (80.0, 250.0), 120.0, 0.04
+_GRAIN_CONTACT_S, _GRAIN_AMPLITUDE, _GRAIN_PEAK = 2.4e-3, 7.0, 0.85
+_CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
+BEST_HZ = 250.0  # Hz, where a palm is most sensitive (physics.md 4.1)
+HIGHEST_HZ = 360.0  # Hz, needs 12 dB more drive than 250 Hz (perception.drive_threshold_db)
+BEND_HZ = 150.0  # Hz, our choice: 286 and 400 Hz stay 17 % apart, about one step of frequency
+
+
+def rendered_hz(frequency_hz: float) -> float:
+    """Bend a frequency into 0..HIGHEST_HZ; strictly rising, and unchanged up to BEST_HZ."""
+    if frequency_hz <= BEST_HZ:
+        return frequency_hz
+    room = HIGHEST_HZ - BEST_HZ
+    return BEST_HZ - room * math.expm1((BEST_HZ - frequency_hz) / BEND_HZ)
+
+
+class _Reader:
+    """A place in a loop that moves on at a gliding rate, played at a gliding level."""
+
+    def __init__(self, loop: Loop, place: float, playback: Playback) -> None:
+        self._loop, self._playback = loop, playback
+        self._at = place * loop.size
+        self._centre: SmoothedValue | None = None
+        self._level = SmoothedValue()
+
+    def fork(self) -> _Reader:
+        """Return a copy that goes its own way."""
+        forked = copy.copy(self)
+        forked._centre = None if self._centre is None else self._centre.fork()
+        forked._level = self._level.fork()
+        return forked
+
+    def read(self, count: int, centre_hz: float, reached: float) -> _Floats | float:
+        """Next `count` samples (count,), or 0.0: `reached` of full strength, around `centre_hz`."""
+        if self._centre is None:
+            self._centre = SmoothedValue(centre_hz)
+        centres = self._centre.follow(centre_hz, count, self._playback.rate_hz)
+        drive = float(np.interp(centre_hz, GRID_HZ, self._loop.drive))
+        wanted = RMS * reached * drive * self._playback.correction.gain(centre_hz)
+        level = self._level.follow(wanted, count, self._playback.rate_hz)
+        at = self._move(count, centres)
+        if isinstance(level, float) and level == 0.0:
+            return 0.0
+        return self._loop.read(at) * level
+
+    def _move(self, count: int, centres: _Floats | float) -> _Floats:
+        per_hz = self._loop.samples / self._playback.rate_hz
+        if isinstance(centres, float):
+            at = self._at + _counts(count) * (centres * per_hz)
+        else:
+            at = self._at + np.cumsum(centres) * per_hz
+        if count:
+            self._at = float(at[-1]) % self._loop.size
+        return at
+
+
+class Texture:
+    """One sustained texture; its state is only what makes blocks join."""
+
+    def __init__(
+        self,
+        vibration: Vibration,
+        interaction: str,
+        seed: int,
+        playback: Playback = NOMINAL,
+        thickness_m: float | None = None,
+    ) -> None:
+        """`thickness_m` is that of what is swung; None takes what is usual for its material."""
+        self._vibration, self._interaction = vibration, interaction
+        self._rng = np.random.default_rng(seed)
+        self._in_air = interaction == "swing"
+        self._swung_m = vibration.swung_m if thickness_m is None else thickness_m
+        bandwidth = _shed(vibration.roughness) if self._in_air else vibration.bandwidth
+        loop = loops.noise(bandwidth, vibration.roughness)
+        self._surface = _Reader(loop, self._rng.random(), playback)
+        self._sticks = 0.0 if self._in_air else vibration.stick
+        self._slips = (
+            _Reader(loops.stick_slip(), self._rng.random(), playback) if self._sticks else None
+        )
+        self._breaks = _Breaks(vibration, self._rng, playback) if interaction == "carve" else None
+
+    def fork(self) -> Texture:
+        """Return a copy that goes its own way."""
+        forked = copy.copy(self)
+        forked._surface = self._surface.fork()
+        forked._slips = None if self._slips is None else self._slips.fork()
+        forked._breaks = None if self._breaks is None else self._breaks.fork()
+        return forked
+
+    def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
+        """Next `count` samples, (count,) float32, under a motion that holds for all of them."""
+        moved = share(self._interaction, motion)
+        caught = catching(self._sticks, motion)
+        wave = np.zeros(count)
+        rough = 1.0 if self._in_air else self._vibration.roughness
+        rubbed = moved * rough * math.sqrt(1.0 - caught**2)
+        wave += self._surface.read(count, self._centre_hz(motion.speed_mps), rubbed)
+        if self._slips is not None:
+            rate_hz = min(max(motion.speed_mps / _SLIP_M, _SLIPS_HZ[0]), _SLIPS_HZ[1])
+            wave += self._slips.read(count, rate_hz, moved * caught)
+        if self._breaks is not None:
+            wave = _CARVE_RUB * wave + self._breaks.render(count, moved, motion.speed_mps)
+        return np.asarray(wave, dtype=np.float32)
+
+    def _centre_hz(self, speed_mps: float) -> float:
+        period_m = self._swung_m / STROUHAL if self._in_air else self._vibration.pitch_m
+        return max(rendered_hz(speed_mps / period_m), _LOWEST_HZ)
+
+
+def share(interaction: str, motion: Motion) -> float:
+    """How much of its full strength a texture reaches, 0..1, by speed and force."""
+    speed = motion.speed_mps
+    if interaction == "swing":
+        return 1.0 - math.exp(-speed * speed / _SWING_SPEED_MPS**2)
+    pressed = 0.3 + 0.7 * motion.force_n / (motion.force_n + _LIGHT_FORCE_N)
+    return pressed * speed / (speed + _SLOW_SPEED_MPS)
+
+
+def catching(stick: float, motion: Motion) -> float:
+    """Share (0..1) of a surface that catches and slips: the more it is pressed, the longer."""
+    held = stick * motion.force_n / (motion.force_n + _STUCK_N)
+    limit_mps = _CATCH_MPS * held
+    if limit_mps == 0.0:
+        return 0.0
+    return held * (limit_mps / math.hypot(limit_mps, motion.speed_mps)) ** 2
+
+
+def _shed(roughness: float) -> float:
+    """Bandwidth of the noise of something swung."""
+    smooth, rough = _SWING_BANDWIDTH
+    return smooth + (rough - smooth) * roughness
+
+
+class _Breaks:
+    """Fibre breaks under a moving blade: when the next begins, and the tails of earlier ones."""
+
+    def __init__(self, vibration: Vibration, rng: np.random.Generator, playback: Playback) -> None:
+        self._rng, self._rate_hz = rng, playback.rate_hz
+        self._draws: list[float] = []
+        self._drawn = 0
+        self._grain = _grain(vibration, playback)
+        self._tail = np.zeros(self._grain.size)
+        self._to_next = rng.random()  # in mean spacings
+        self._level = SmoothedValue()
+        self.begun = 0
+
+    def fork(self) -> _Breaks:
+        """Return a copy that goes its own way."""
+        forked = copy.copy(self)
+        forked._level = self._level.fork()
+        return forked
+
+    def _draw(self, low: float, high: float) -> float:
+        """Return the next random number; copies share the numbers drawn and so their future."""
+        if self._drawn == len(self._draws):
+            self._draws.append(self._rng.random())
+        self._drawn += 1
+        return low + (high - low) * self._draws[self._drawn - 1]
+
+    def render(self, count: int, wanted: float, speed_mps: float) -> _Floats:
+        """Next `count` samples, (count,), at the wanted level."""
+        level = self._level.follow(wanted, count, self._rate_hz)
+        wave = np.concatenate((self._tail, np.zeros(count)))
+        rate = min(max(speed_mps / _BREAK_SPACING_M, _BREAKS_HZ[0]), _BREAKS_HZ[1])
+        per_sample = rate / self._rate_hz if speed_mps > 0.0 else 0.0
+        self._to_next -= per_sample * count
+        while self._to_next < 0.0:
+            begin = max(count + math.floor(self._to_next / per_sample), 0)
+            now = level if isinstance(level, float) else float(level[begin])
+            strength = self._draw(0.4, 1.0) * now
+            wave[begin : begin + self._grain.size] += strength * self._grain
+            self._to_next += self._draw(0.5, 1.5)
+            self.begun += 1
+        self._tail = wave[count:]
+        return wave[:count]
+
+
+@lru_cache(maxsize=8)
+def _counts(count: int) -> _Floats:
+    return np.arange(1.0, count + 1.0)
+
+
+@lru_cache(maxsize=64)
+def _grain(vibration: Vibration, playback: Playback) -> _Floats:
+    """Make one fibre break, (_GRAIN_S * rate_hz,): the lowest mode in wood's range, levelled."""
+    mode = vibration.modes[0]
+    frequency_hz = min(max(mode.frequency_hz, _GRAIN_HZ[0]), _GRAIN_HZ[1])
+    decay = max(mode.decay_per_s, _GRAIN_DECAY)
+    modes = (Mode(frequency_hz, decay, 1.0),)
+    wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
+    wave = playback.correction.apply(
+        _GRAIN_AMPLITUDE / perceived_amplitude(wave) * wave, playback.rate_hz
+    )
+    wave = wave[: int(_GRAIN_S * playback.rate_hz)]
+    return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))

@@ -1,0 +1,155 @@
+"""What a hand will feel in the next moments, for actuators other than the palm speaker. Pure.
+
+A plan is rendered by the same voices that the speaker plays, from the same commands, at PLAN_HZ
+instead of 48 kHz: their band ends at 1 kHz. The voices follow the commands up to now; a fork of
+them runs ahead by HORIZON_S as if nothing changed, and the next plan replaces that guess. The
+amplitude of a period is sqrt(2) times its rms, so a full-scale sine is 1; its frequency is the one
+of a sine that changes as quickly, from the energy of the wave's differences over FREQUENCY_S.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import Material
+from hapticvlm.rendering.vibration.equaliser import Playback
+from hapticvlm.rendering.vibration.patterns import Pattern
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.voices import Command, Voices
+
+Form = Literal["amplitude", "parametric"]
+PLAN_HZ = 4000
+HORIZON_S = 0.1
+PERIOD_S: dict[Form, float] = {"amplitude": 0.0125, "parametric": 0.005}  # our choice: physics.md
+FREQUENCY_S = 0.015
+LEAST_AMPLITUDE = 1e-3  # -60 dB of full scale counts as silence
+_LOWEST_HZ, _HIGHEST_HZ = 20.0, 1000.0
+_STALE_S = 0.5  # a longer gap is not rendered: every impact and fade has ended
+
+_Wave = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Pulse:
+    """A transient: an impact that begins `at_s` after the plan."""
+
+    at_s: float
+    amplitude: float
+    frequency_hz: float
+
+
+@dataclass(frozen=True, slots=True)
+class VibrationPlan:
+    """Amplitude 0..1 (N,) for each period, and frequencies (N,) or none; empty means silence."""
+
+    period_s: float
+    amplitude: tuple[float, ...] = ()
+    frequency_hz: tuple[float, ...] = ()
+    pulses: tuple[Pulse, ...] = ()
+
+
+class VibrationPlanner:
+    """Plans the vibration of one hand from the commands that the speaker gets too."""
+
+    def __init__(
+        self, table: Mapping[str, Material], patterns: Iterable[Pattern] = (), gain: float = 1.0
+    ) -> None:
+        """Fill the caches of all materials, which takes a while."""
+        slowed = [_at_plan_rate(pattern) for pattern in patterns]
+        self._table = table
+        self._voices = Voices(gain, table, Playback(PLAN_HZ), slowed)
+        self._rendered_until: float | None = None
+        self._renewal: Command | None = None
+        self._expires_at = -math.inf
+
+    @property
+    def gain(self) -> float:
+        """Vibration gain, 0..1."""
+        return self._voices.gain
+
+    @gain.setter
+    def gain(self, gain: float) -> None:
+        self._voices.gain = gain
+
+    def obey(self, command: Command, now: float) -> None:
+        """Receive a command; one that only renews waits for the next plan and costs nothing."""
+        self._expires_at = command.expires_at
+        if not command.onset:
+            self._renewal = command
+            return
+        self._advance(now)
+        self._voices.obey(command)
+
+    def rest(self) -> None:
+        """Silence it from now on, until another command."""
+        self._voices.silence()
+        self._renewal, self._rendered_until = None, None
+
+    def plan(self, form: Form, now: float) -> VibrationPlan:
+        """Return what is rendered from `now` on if nothing changes; empty when nothing is."""
+        pulses = self._pulses() if form == "parametric" else ()
+        self._advance(now)
+        period_s = PERIOD_S[form]
+        ahead_s = min(HORIZON_S, self._expires_at - now)
+        if self._voices.is_silent or ahead_s <= 0.0:
+            return VibrationPlan(period_s)
+        wave = self._voices.fork().render(round(HORIZON_S * PLAN_HZ), now)
+        count = max(1, math.floor(ahead_s / period_s + 1e-9))
+        amplitude = amplitudes(wave, period_s)[:count]
+        if float(amplitude.max()) < LEAST_AMPLITUDE:
+            return VibrationPlan(period_s)
+        frequency: tuple[float, ...] = ()
+        if form == "parametric":
+            frequency = tuple(np.round(frequencies(wave, period_s)[:count], 1).tolist())
+        return VibrationPlan(period_s, tuple(np.round(amplitude, 4).tolist()), frequency, pulses)
+
+    def _pulses(self) -> tuple[Pulse, ...]:
+        return tuple(
+            Pulse(0.0, round(min(peak, 1.0), 4), self._table[name].vibration.modes[0].frequency_hz)
+            for name, peak in self._voices.beginning()
+        )
+
+    def _advance(self, now: float) -> None:
+        """Advance the voices to `now` under the commands so far."""
+        since, self._rendered_until = self._rendered_until, now
+        elapsed_s = 0.0 if since is None else min(max(now - since, 0.0), _STALE_S)
+        count = round(elapsed_s * PLAN_HZ)
+        if count and not self._voices.is_silent:
+            self._voices.render(count, now - elapsed_s)
+        if self._renewal is not None:
+            self._voices.obey(self._renewal)
+            self._renewal = None
+
+
+def amplitudes(wave: _Wave, period_s: float) -> NDArray[np.float64]:
+    """Amplitude of each period of a wave (N,) at PLAN_HZ, 0..1, (periods,)."""
+    size = round(period_s * PLAN_HZ)
+    rows = wave[: wave.size // size * size].reshape(-1, size).astype(np.float64)
+    return np.asarray(np.minimum(np.sqrt(2.0 * np.mean(rows**2, axis=1)), 1.0))
+
+
+def frequencies(wave: _Wave, period_s: float) -> NDArray[np.float64]:
+    """Frequency of each period of a wave (N,) at PLAN_HZ, Hz, (periods,)."""
+    size, window = round(period_s * PLAN_HZ), round(FREQUENCY_S * PLAN_HZ)
+    samples = wave.astype(np.float64)
+    energy = np.concatenate(([0.0], np.cumsum(samples**2)))
+    steps = np.concatenate(([0.0, 0.0], np.cumsum(np.diff(samples) ** 2)))
+    middles = np.arange(wave.size // size) * size + size // 2
+    begin = np.clip(middles - window // 2, 0, wave.size - 1)
+    end = np.clip(middles + window // 2, 1, wave.size)
+    share = (steps[end] - steps[begin]) / np.maximum(energy[end] - energy[begin], 1e-12)
+    found = np.arcsin(np.clip(np.sqrt(share) / 2.0, 0.0, 1.0)) * PLAN_HZ / np.pi
+    return np.asarray(np.clip(found, _LOWEST_HZ, _HIGHEST_HZ))
+
+
+def _at_plan_rate(pattern: Pattern) -> Pattern:
+    from scipy.signal import resample_poly
+
+    slowed = resample_poly(pattern.samples, 1, RATE_HZ // PLAN_HZ)
+    return replace(pattern, samples=np.asarray(slowed, dtype=np.float32))

@@ -1,0 +1,245 @@
+"""Both hands' impacts and textures, mixed into blocks. Pure: time and commands are arguments.
+
+Knows commands and samples, no sound card and no scene. A hand sounds only while its lease runs: a
+command sets its end, and past that the hand fades by itself. Every change of voice is a linear
+fade of FADE_S, so whatever ends is silent within 20 ms at any block size. The limiter of the whole
+delays it by limiter.DELAY_S.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import MATERIALS, Material
+from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.vibration.impacts import impact
+from hapticvlm.rendering.vibration.limiter import Limiter
+from hapticvlm.rendering.vibration.patterns import Pattern, PatternTexture
+from hapticvlm.rendering.vibration.textures import Texture
+from hapticvlm.rendering.vibration.vibration import IMPACTS, TEXTURES, Motion
+from hapticvlm.rendering.vibration.voice import Voice, ramp
+
+FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
+_CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
+_MOST_RINGING, _MOST_IMPACTS, _MOST_FADING_TEXTURES = 4, 8, 2  # per hand: bounds a block's cost
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What one hand does now: hand 0 left, 1 right; no material is nothing to feel.
+
+    `onset` starts an impact; `expires_at` is in seconds of the clock that `render` is given. `gain`
+    (0..1) is below 1 for a material that is not sure. `thickness_m` is that of what is swung, None
+    what is usual for its material.
+    """
+
+    hand: int
+    material: str | None
+    interaction: str
+    onset: bool
+    motion: Motion
+    seed: int
+    expires_at: float
+    gain: float = 1.0
+    thickness_m: float | None = None
+
+
+@dataclass(slots=True)
+class _Hand:
+    voices: list[Voice] = field(default_factory=list)
+    wanted: Command | None = None  # the texture to feel, when there is one
+    expires_at: float = -math.inf
+
+    def fork(self) -> _Hand:
+        return replace(self, voices=[voice.fork() for voice in self.voices])
+
+    def rest(self) -> None:
+        self.wanted, self.expires_at = None, -math.inf
+        self.voices = [voice for voice in self.voices if voice.at or voice.key[1] in TEXTURES]
+        for voice in self.voices:
+            voice.aim = 0.0
+
+    def impacts(self) -> list[Voice]:
+        return [voice for voice in self.voices if voice.key[1] in IMPACTS]
+
+    def textures(self) -> list[Voice]:
+        return [voice for voice in self.voices if voice.key[1] in TEXTURES]
+
+
+class Voices:
+    """The mixer: obeys commands, renders blocks, counts what it had to drop."""
+
+    def __init__(
+        self,
+        gain: float = 1.0,
+        table: Mapping[str, Material] = MATERIALS,
+        playback: Playback = NOMINAL,
+        patterns: Iterable[Pattern] = (),
+        *,
+        is_warm: bool = True,
+    ) -> None:
+        self.gain = gain
+        self.level = 0.0  # rms of the last block
+        self.scrubbed = 0  # voices and commands dropped for not being finite
+        self.dropped = 0  # impacts refused because too many were sounding
+        self._playback = playback
+        self._rate_hz = playback.rate_hz
+        self._table = table
+        self._patterns = {pattern.key: pattern for pattern in patterns}
+        self._step = 1.0 / (FADE_S * playback.rate_hz)
+        self._gain = gain
+        self._limiter = Limiter(playback.rate_hz)
+        self._hands = (_Hand(), _Hand())
+        if is_warm:
+            _warm_up(table.values(), playback)
+
+    def fork(self) -> Voices:
+        """Return a copy in the same state that goes its own way: what comes if nothing changes."""
+        forked = copy.copy(self)
+        forked._hands = (self._hands[0].fork(), self._hands[1].fork())
+        forked._limiter = self._limiter.fork()
+        return forked
+
+    def silence(self) -> None:
+        """Drop everything at once, without a fade: for a copy that is not played."""
+        for hand in self._hands:
+            hand.rest()
+            hand.voices.clear()
+        self._limiter.clear()
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether nothing sounds and nothing is about to."""
+        is_idle = not any(hand.voices or hand.wanted for hand in self._hands)
+        return is_idle and self._limiter.is_empty
+
+    def beginning(self) -> list[tuple[str, float]]:
+        """Return material and peak (0..1) of the impacts that begin with the next block."""
+        return [
+            (voice.key[0], float(np.abs(voice.source).max()))
+            for hand in self._hands
+            for voice in hand.impacts()
+            if voice.at == 0 and isinstance(voice.source, np.ndarray)
+        ]
+
+    def obey(self, command: Command) -> None:
+        """Apply a command from the next block on."""
+        numbers = (command.motion.speed_mps, command.motion.force_n, command.gain)
+        if not all(map(math.isfinite, numbers)):
+            self.scrubbed += 1
+            return
+        hand = self._hands[command.hand]
+        hand.expires_at = command.expires_at
+        if command.material not in self._table:
+            hand.wanted = None
+            return
+        if command.onset and command.interaction != "swing":
+            self._strike(hand, command)
+        is_held = command.onset or command.interaction in IMPACTS
+        starts_texture = command.interaction in TEXTURES or not is_held
+        hand.wanted = command if starts_texture else None
+
+    def release(self, hand: int) -> None:
+        """Fade one hand."""
+        self._hands[hand].rest()
+
+    def rest(self) -> None:
+        """Fade everything."""
+        for hand in self._hands:
+            hand.rest()
+
+    def render(self, count: int, now: float) -> NDArray[np.float32]:
+        """Next `count` samples, (count,) float32 in [-1, 1]; `now` sounds DELAY_S into them."""
+        wave = np.zeros(count, np.float32)
+        for begin in range(0, count, _CHUNK):
+            part = wave[begin : begin + _CHUNK]
+            self._mix_into(part, now + begin / self._rate_hz)
+        self.level = math.sqrt(float(np.dot(wave, wave)) / count) if count else 0.0
+        return wave
+
+    def _mix_into(self, part: NDArray[np.float32], now: float) -> None:
+        for hand in self._hands:
+            if not hand.expires_at >= now:
+                hand.rest()
+            self._follow(hand)
+            for voice in hand.voices:
+                block = voice.render(part.size, self._step)
+                if math.isfinite(float(np.dot(block, block))):
+                    part += block
+                else:
+                    self.scrubbed += 1
+                    voice.ended, hand.wanted = True, None
+            hand.voices = [voice for voice in hand.voices if not voice.ended]
+        if self._gain != self.gain:
+            gains = ramp(self._gain, self.gain, part.size, self._step)
+            self._gain = float(gains[-1])
+            part *= gains
+        elif self._gain != 1.0:
+            part *= np.float32(self._gain)
+        self._limiter.apply(part)
+
+    def _strike(self, hand: _Hand, command: Command) -> None:
+        impacts = hand.impacts()
+        if len(impacts) >= _MOST_IMPACTS:
+            self.dropped += 1
+            return
+        ringing = [voice for voice in impacts if voice.aim > 0.0]
+        if len(ringing) >= _MOST_RINGING:
+            ringing[0].aim = 0.0
+        kind = command.interaction if command.interaction in IMPACTS else "tap"
+        key = str(command.material), kind
+        wave, gain = self._impact(key, command), min(command.gain, 1.0)
+        hand.voices.append(Voice(wave, command.motion, key, gain=gain, aim=gain))
+
+    def _impact(self, key: tuple[str, str], command: Command) -> NDArray[np.float32]:
+        pattern = self._patterns.get(key)
+        if pattern is not None:
+            return pattern.impact(command.motion)
+        facts = self._table[key[0]].vibration
+        return impact(facts, key[1], command.motion, command.seed, self._playback)
+
+    def _follow(self, hand: _Hand) -> None:
+        """Cross-fade the hand's textures towards the wanted one, never more than a few at once."""
+        wanted = hand.wanted
+        textures = hand.textures()
+        key = None if wanted is None else _texture_key(wanted)
+        gain = 0.0 if wanted is None else min(wanted.gain, 1.0)
+        fitting = None
+        for voice in textures:
+            voice.aim = 0.0
+            if wanted and (voice.key, voice.thickness_m) == (key, wanted.thickness_m):
+                fitting, voice.motion, voice.aim = voice, wanted.motion, gain
+        if wanted is None or key is None or fitting is not None:
+            return
+        if len(textures) <= _MOST_FADING_TEXTURES:
+            source, thickness_m = self._texture(key, wanted), wanted.thickness_m
+            voice = Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
+            hand.voices.append(voice)
+
+    def _texture(self, key: tuple[str, str], wanted: Command) -> Texture | PatternTexture:
+        pattern = self._patterns.get(key)
+        if pattern is not None:
+            return PatternTexture(pattern, self._rate_hz)
+        facts = self._table[key[0]].vibration
+        return Texture(facts, key[1], wanted.seed, self._playback, wanted.thickness_m)
+
+
+def _texture_key(command: Command) -> tuple[str, str]:
+    return str(
+        command.material
+    ), command.interaction if command.interaction in TEXTURES else "slide"
+
+
+def _warm_up(materials: Iterable[Material], playback: Playback) -> None:
+    """Fill the caches of these materials, so that no first touch pays for them."""
+    for material in materials:
+        for kind in IMPACTS:
+            impact(material.vibration, kind, Motion(1.0, 1.0), 0, playback)
+        for kind in TEXTURES:
+            Texture(material.vibration, kind, 0, playback)

@@ -1,0 +1,154 @@
+"""How a setting describes itself as an option: its help, its range, how its text is read.
+
+Settings that may stand in a file too are fields of a dataclass, each with its Flag; command line,
+config file and checks all follow from that one declaration.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import NoneType
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+_MOST_BYTES = 65_536  # a calibration has some three hundred
+
+
+def contact_resistance(text: str) -> float:
+    """Read a contact resistance in m2 K/W, of any range; an argparse type.
+
+    `text` is a number, or the file that `hapticvlm calibrate thermal --out FILE` wrote. Raises
+    ArgumentTypeError that names what to give.
+    """
+    return _resistance(text, "contact_resistance", ("thermal",))
+
+
+def plate_resistance(text: str) -> float:
+    """Read a plate resistance in m2 K/W, of any range; an argparse type.
+
+    `text` is a number, or the file that `hapticvlm calibrate plate --out FILE` wrote; that of
+    `calibrate thermal` has it too. Raises ArgumentTypeError that names what to give.
+    """
+    return _resistance(text, "plate_resistance", ("plate", "thermal"))
+
+
+def _resistance(text: str, key: str, subjects: tuple[str, ...]) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    calibration = _calibrated(Path(text), subjects[0])
+    value = calibration.get(key)
+    if calibration.get("calibrate") not in subjects or isinstance(value, bool):
+        value = None
+    if not isinstance(value, int | float):
+        raise _not_a_result(text, subjects[0])
+    return float(value)
+
+
+def _calibrated(path: Path, subject: str) -> dict[str, object]:
+    try:
+        with path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+    except OSError as error:
+        reason = error.strerror or error
+        raise argparse.ArgumentTypeError(f"{path}: no number, and as a file: {reason}") from None
+    try:
+        calibration = json.loads(data) if len(data) <= _MOST_BYTES else None
+    except (ValueError, RecursionError):
+        calibration = None
+    if not isinstance(calibration, dict):
+        raise _not_a_result(str(path), subject)
+    return calibration
+
+
+def _not_a_result(text: str, subject: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(
+        f"{text} is not what `hapticvlm calibrate {subject} --out FILE` writes"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """The description of an option: its group, its help without the default, ends of a number.
+
+    `bare` is what the flag without a value means; `names_path`: a name that may also be a folder;
+    `env`: the variable that a secret may come from; `read`: what takes the flag's text if not its
+    type; `former`: an older name that is still taken and not shown.
+    """
+
+    group: str
+    help: str
+    metavar: str | None = None
+    range: tuple[float, float] | None = None
+    bare: str | None = None
+    names_path: bool = False
+    env: str | None = None
+    read: Callable[[str], Any] | None = None
+    former: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One setting as flags and files need it; `kind` is its type without None."""
+
+    field: str
+    kind: Any
+    default: Any
+    details: Flag
+
+    @property
+    def name(self) -> str:
+        """What it is called in a config file: the flag without the dashes in front."""
+        return self.field.replace("_", "-")
+
+    @property
+    def flag(self) -> str:
+        """What it is called on the command line."""
+        return f"--{self.name}"
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The words it may be, or none if it is no choice of words."""
+        return get_args(self.kind) if get_origin(self.kind) is Literal else ()
+
+    @property
+    def accepted(self) -> str:
+        """What value it wants, for people."""
+        if self.details.range is not None:
+            low, high = self.details.range
+            return f"a {'whole ' if self.kind is int else ''}number, {low:g}..{high:g}"
+        if self.choices:
+            return f"one of {', '.join(self.choices)}"
+        return _ACCEPTED.get(self.kind, "a text in quotes")
+
+
+_ACCEPTED = {bool: "true or false", tuple[str, ...]: 'a list of texts, as in ["..."]'}
+
+
+def options_of(settings: type[Any]) -> tuple[Option, ...]:
+    """Return the options that a frozen dataclass declares: each field is annotated by its Flag."""
+    hints = get_type_hints(settings, include_extras=True)
+    found = []
+    for declared in fields(settings):
+        hint, flag = get_args(hints[declared.name])
+        kinds = [part for part in get_args(hint) if part is not NoneType]
+        is_optional = NoneType in get_args(hint)
+        found.append(
+            Option(declared.name, kinds[0] if is_optional else hint, declared.default, flag)
+        )
+    return tuple(found)
+
+
+def check_ranges(options: Iterable[Option], given: Mapping[str, Any]) -> None:
+    """Refuse flags with numbers that no set-up has. Raises ValueError."""
+    for option in options:
+        value = given.get(option.field)
+        if option.details.range is None or value is None:
+            continue
+        low, high = option.details.range
+        if not low <= value <= high:
+            raise ValueError(f"{option.flag} {value:g}: outside {low:g}..{high:g}")

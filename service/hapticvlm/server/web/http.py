@@ -1,0 +1,225 @@
+"""What the port answers before a WebSocket begins: who may connect, and the static pages.
+
+Origin: absent (native clients) and loopback are accepted, anything else only if listed. Host: a
+loopback service accepts loopback names only, which stops DNS rebinding. Pages go to loopback only,
+or to the local network for the token (lan_pages.py).
+"""
+
+from __future__ import annotations
+
+import http
+import ipaddress
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers, MultipleValuesError
+from websockets.http11 import Request, Response
+
+from hapticvlm.server.web import metrics, scene_files
+from hapticvlm.server.web.lan_pages import CHALLENGE, HERE_ONLY, LanPages, is_token, qr_code, reach
+from hapticvlm.server.web.scene_files import TYPES
+
+REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
+PAGES = Path(__file__).parents[2] / "pages"
+_CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
+
+
+@dataclass(frozen=True, slots=True)
+class AccessPolicy:
+    """Who is admitted, and to what; `host` is the address the service listens on.
+
+    Without `lan_pages` pages go to this machine only. `names` are this machine's own.
+    """
+
+    host: str
+    allowed_origins: frozenset[str]
+    scene_folder: Path | None = None
+    lan_pages: LanPages | None = None
+    names: frozenset[str] = frozenset()
+    token: str | None = None
+    pages: tuple[Path, ...] = (PAGES,)  # folders whose files are pages; the first that has one
+
+    def refusal(self, headers: Mapping[str, str]) -> str | None:
+        """Return why a request with these headers is refused, or None."""
+        try:
+            host, origin = headers.get("Host", ""), headers.get("Origin")
+        except MultipleValuesError:
+            return "more than one Host or Origin header"
+        if not self._is_ours(_host_of("//" + host)):
+            return f"Host {host[:80]!r} is not this machine: use its name or address"
+        if origin is None or origin in self.allowed_origins or is_loopback(_host_of(origin)):
+            return None
+        if self.lan_pages is not None and self.lan_pages.is_own_origin(origin, host):
+            return None
+        return f"Origin {origin[:80]!r} is not allowed: start with --allow-origin {origin[:80]}"
+
+    def _is_ours(self, host: str | None) -> bool:
+        """Whether a Host header means this service: a page's own name may be pointed here."""
+        if is_loopback(host):
+            return True
+        if host is None or is_loopback(self.host):
+            return False
+        return host in self.names or is_address(host)
+
+
+def hosts_of(origins: Iterable[str]) -> frozenset[str]:
+    """Return the host names of these origins."""
+    return frozenset(host for host in map(_host_of, origins) if host is not None)
+
+
+def is_address(host: str) -> bool:
+    """Return whether a host is an address and no name."""
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True
+
+
+def is_loopback(host: str | None) -> bool:
+    """Return whether a host name or address means this machine."""
+    if host is None:
+        return False
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def answer(
+    connection: ServerConnection,
+    request: Request,
+    policy: AccessPolicy,
+    status: Callable[[], dict[str, Any]],
+) -> Response | None:
+    """Refuse, serve a page, or return None to continue the WebSocket handshake."""
+    refused = refuse(connection, request, policy)
+    if refused is not None or is_upgrade(request):
+        return refused
+    path = urlsplit(request.path).path
+    if path in REPORTS:
+        return _report(path, status())
+    if path == "/status":
+        found = {**status(), "reach": reach(policy.lan_pages, connection.local_address[1])}
+        return response(200, json.dumps(found) + "\n", "application/json")
+    if path == "/connect.svg":
+        return _code(policy.lan_pages, connection.local_address[1])
+    if policy.scene_folder is not None and path.startswith(scene_files.PREFIX):
+        return _scene_file(policy.scene_folder, path)
+    return _page(path, policy.pages)
+
+
+def is_upgrade(request: Request) -> bool:
+    """Return whether this asks for a WebSocket and no page."""
+    return "upgrade" in request.headers.get("Connection", "").lower()
+
+
+def refuse(connection: ServerConnection, request: Request, policy: AccessPolicy) -> Response | None:
+    """Refuse a WebSocket or a browser that may not come in; None: it may."""
+    refusal = policy.refusal(request.headers)
+    if refusal is not None:
+        return response(403, refusal + "\n")
+    if is_upgrade(request):
+        return None
+    return turn_away(str(connection.remote_address[0]), request.headers, policy.lan_pages)
+
+
+def _report(path: str, status: dict[str, Any]) -> Response:
+    """Answer a program that watches the service."""
+    if path == "/metrics":
+        return response(200, metrics.render(status), metrics.TYPE)
+    found = metrics.obstacles(status) if path == "/readyz" else []
+    return response(503 if found else 200, "".join(f"{text}\n" for text in found) or "ok\n")
+
+
+def is_cross_site(headers: Headers) -> bool:
+    """Return whether a browser fetches this for a page of another site; opening it is allowed."""
+    site = headers.get("Sec-Fetch-Site", "none")
+    is_opened = headers.get("Sec-Fetch-Mode") == "navigate"
+    is_framed = headers.get("Sec-Fetch-Dest") in ("iframe", "frame", "object", "embed")
+    return site in ("cross-site", "same-site") and (not is_opened or is_framed)
+
+
+def turn_away(peer: str, headers: Headers, lan_pages: LanPages | None) -> Response | None:
+    """Refuse a browser that may not see pages, or ask it for the token; None: it may."""
+    if is_cross_site(headers):
+        return response(403, "asked for by a page of another site\n")
+    if is_loopback(peer):
+        return None
+    if lan_pages is None:
+        return response(403, "pages are served to this machine only: see --pages-from\n")
+    refusal = lan_pages.refusal(peer, headers.get("Host", ""))
+    if refusal is not None:
+        return response(403, refusal + "\n")
+    return ask_for(lan_pages.token, headers)
+
+
+def ask_for(token: str, headers: Headers) -> Response | None:
+    """Ask a browser for the token, or return None: it has given it."""
+    given = headers.get_all("Authorization")
+    if len(given) == 1 and is_token(given[0], token):
+        return None
+    asking = response(401, "the token is the password; any name will do\n")
+    asking.headers["WWW-Authenticate"] = CHALLENGE
+    return asking
+
+
+def _scene_file(folder: Path, path: str) -> Response:
+    file = scene_files.find(folder, path)
+    if file is None:
+        return response(404, "no such file\n")
+    text = file.read_text(encoding="utf-8")
+    csp = _CSP
+    if file.suffix == ".html":
+        csp += f"; script-src 'self'{scene_files.script_sources(text)}"
+    return response(200, text, TYPES[file.suffix], csp)
+
+
+def _code(lan_pages: LanPages | None, port: int) -> Response:
+    page = reach(lan_pages, port)["page"]
+    if page is None:
+        return response(404, f"{HERE_ONLY}\n")
+    return response(200, qr_code(page), TYPES[".svg"])
+
+
+def _page(path: str, folders: Sequence[Path]) -> Response:
+    """Serve a file of the pages by its name; a name is looked up and never joined to a folder."""
+    name = "index.html" if path == "/" else path.removeprefix("/")
+    found = (page for folder in folders for page in folder.iterdir() if page.suffix in TYPES)
+    page = next((page for page in found if page.name == name), None)
+    if page is None:
+        return response(404, "no such page\n")
+    return response(200, page.read_text(encoding="utf-8"), TYPES[page.suffix])
+
+
+def response(
+    code: int, text: str | bytes, kind: str = "text/plain; charset=utf-8", csp: str = _CSP
+) -> Response:
+    """Answer with a text, never kept by the browser and open to no other site."""
+    body = text.encode() if isinstance(text, str) else text
+    headers = Headers(
+        [
+            ("Content-Type", kind),
+            ("Content-Length", str(len(body))),
+            ("Connection", "close"),
+            ("Content-Security-Policy", csp),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
+            ("Cache-Control", "no-store"),
+        ]
+    )
+    return Response(code, http.HTTPStatus(code).phrase, headers, body)
+
+
+def _host_of(url: str) -> str | None:
+    try:
+        return urlsplit(url).hostname
+    except ValueError:
+        return None

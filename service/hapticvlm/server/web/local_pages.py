@@ -1,0 +1,84 @@
+"""What is served to a browser of the service's own machine only, for the token where one is set.
+
+Recorded sessions show what somebody saw and did, and statements name a scene's objects: other
+machines, and other users of this one, have no right to them. A long answer is sent in pieces, so
+that the event loop is never held by one of megabytes: websockets writes an answer whole, so all but
+its last piece go ahead, each when the one before has left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from urllib.parse import unquote, urlsplit
+
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
+
+from hapticvlm.server.web import http
+from hapticvlm.server.web import stated_materials as statements
+from hapticvlm.server.web.recorded_sessions import RecordedSessions
+
+SESSIONS, STATED = "/sessions", "/stated.json"
+PIECE = 64 * 1024
+
+
+class OwnMachinePages:
+    """Recorded sessions, if there are any, and the materials that a person stated."""
+
+    def __init__(
+        self,
+        policy: http.AccessPolicy,
+        sessions: RecordedSessions | None,
+        stated: Callable[[], Mapping[str, str]],
+    ) -> None:
+        self._policy = policy
+        self._sessions = sessions
+        self._stated = stated
+
+    async def answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Answer a request for one of them; None: it is for something else."""
+        path = urlsplit(request.path).path
+        of_sessions = (path + "/").startswith(SESSIONS + "/")
+        if http.is_upgrade(request) or not (of_sessions or path == STATED):
+            return None
+        refused = http.refuse(connection, request, self._policy)
+        if refused is None:
+            refused = self._refuse(connection, request)
+        if refused is not None:
+            return refused
+        if not of_sessions:
+            return http.response(200, statements.text(self._stated()), "application/json")
+        if self._sessions is None:
+            return http.response(404, "no session is recorded: see `hapticvlm record`\n")
+        name = unquote(path.removeprefix(SESSIONS).removeprefix("/"))
+        return await send_ahead(connection, await self._sessions.answer(name))
+
+    def _refuse(self, connection: ServerConnection, request: Request) -> Response | None:
+        if not http.is_loopback(str(connection.remote_address[0])):
+            return http.response(403, "this is shown on the service's own machine only\n")
+        token = self._policy.token
+        return None if token is None else http.ask_for(token, request.headers)
+
+
+class _Rest(Response):
+    """What is left of an answer whose head was sent."""
+
+    def serialize(self) -> bytes:
+        """Return the last piece, without a head."""
+        return bytes(self.body)
+
+
+async def send_ahead(connection: ServerConnection, answer: Response) -> Response:
+    """Send what is long of the answer; return what is still to be sent."""
+    if len(answer.body) <= PIECE:
+        return answer
+    body = memoryview(answer.body)
+    last = (len(body) - 1) // PIECE * PIECE
+    head = Response(answer.status_code, answer.reason_phrase, answer.headers)
+    with suppress(OSError):  # the browser has gone
+        connection.transport.write(head.serialize())
+        for start in range(0, last, PIECE):
+            connection.transport.write(body[start : start + PIECE])
+            await connection.drain()
+    return _Rest(answer.status_code, answer.reason_phrase, answer.headers, bytes(body[last:]))

@@ -1,1 +1,0 @@
-"""The machine observer: a model of a participant, used to compare patterns; never a person."""

@@ -1,0 +1,103 @@
+"""Picture and mask to a unit embedding: what every encoder promises.
+
+The shipped encoder runs on onnxruntime, a network of transformers on torch (extra `models`), one
+in a file on OpenVINO (extra `files`); the last two are imported only then. All take the same crops,
+and none hands out anything but finite unit embeddings: a gallery would match the rest, with
+confidence. An encoder's preprocessing travels with it, in its graph or in its own file. Knows no
+gallery and no material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.vision.pictures import Crop
+
+Floats = NDArray[np.float32]
+Pixels = NDArray[np.uint8]
+
+SHIPPED = Path(__file__).parents[1] / "shipped"
+CARD = "encoder.json"  # lies in the folder of every encoder that runs on onnxruntime
+BATCH = 8  # crops a pass: bounds memory; more are no faster on one thread (measured: zepto, 128 px)
+UNIT_ERROR = 1e-3  # of an embedding's norm
+
+
+class EncoderError(HapticVLMError):
+    """An encoder that cannot be had, or does not do what it should: why, and what to do."""
+
+
+class Encoder(Protocol):
+    """What the recogniser needs of any encoder."""
+
+    @property
+    def name(self) -> str:
+        """Name and version; galleries remember it."""
+
+    @property
+    def side(self) -> int:
+        """Side of the crops it takes, px."""
+
+    @property
+    def dimension(self) -> int:
+        """Length of an embedding."""
+
+    def embed(self, crops: Sequence[Crop]) -> Floats:
+        """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
+
+
+@runtime_checkable
+class NetworkEncoder(Encoder, Protocol):
+    """A network that the user named: it may have no gallery yet."""
+
+    @property
+    def revision(self) -> str:
+        """What distinguishes its weights from others of the same name."""
+
+    @property
+    def beliefs(self) -> bool:
+        """Whether its embeddings hold beliefs in the materials (two_parts)."""
+
+
+def embed_all(
+    crops: Sequence[Crop], encoder: Encoder, run: Callable[[Pixels], NDArray[np.generic]]
+) -> Floats:
+    """Embed crops by `run`: (n, S, S, 4) uint8, RGB and mask (0 or 255), to (n, D), n <= BATCH.
+
+    Returns (N, D) float32, finite and of unit norm. Raises EncoderError.
+    """
+    parts = [np.zeros((0, encoder.dimension), np.float32)]
+    for start in range(0, len(crops), BATCH):
+        pixels = _stack(crops[start : start + BATCH], encoder)
+        parts.append(_require_unit(run(pixels), len(pixels), encoder))
+    return np.concatenate(parts)
+
+
+def _stack(crops: Sequence[Crop], encoder: Encoder) -> Pixels:
+    side = encoder.side
+    pixels = np.empty((len(crops), side, side, 4), np.uint8)
+    for number, crop in enumerate(crops):
+        if crop.image.shape != (side, side, 3) or crop.mask.shape != (side, side):
+            text = f"a crop of {crop.image.shape}, mask {crop.mask.shape}, for `{encoder.name}`"
+            raise EncoderError(f"{text}, which takes crops of {side} px: cut them at that side")
+        pixels[number, ..., :3] = crop.image
+        pixels[number, ..., 3] = np.where(crop.mask > 0, 255, 0)
+    return pixels
+
+
+def _require_unit(found: NDArray[np.generic], count: int, encoder: Encoder) -> Floats:
+    embeddings: Floats = np.asarray(found, np.float32)
+    if embeddings.shape != (count, encoder.dimension):
+        wanted = (count, encoder.dimension)
+        text = f"`{encoder.name}` gave embeddings of shape {embeddings.shape}, not {wanted}"
+        raise EncoderError(f"{text}: load another encoder")
+    norms = np.linalg.norm(embeddings, axis=1)
+    if not (np.abs(norms - 1.0) <= UNIT_ERROR).all():  # false for NaN too
+        text = f"`{encoder.name}` gave an embedding that is not finite and of unit norm"
+        raise EncoderError(f"{text}: load another encoder")
+    return embeddings

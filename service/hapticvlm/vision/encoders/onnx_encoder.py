@@ -1,0 +1,143 @@
+"""An encoder on onnxruntime: a folder with encoder.json and encoder.onnx, no torch.
+
+The graph holds the preprocessing: it takes "crops" (N, S, S, 4) uint8, RGB and mask (0 or 255), and
+gives "embeddings" (N, D) float32 of unit norm. encoder.json gives name, side, dimension and the
+SHA-256 of each file. One thread that does not spin while it waits, so that a busy recogniser leaves
+the other cores to touch. Knows no gallery.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hapticvlm.vision.encoders.encoder import CARD, SHIPPED, EncoderError, Floats, Pixels, embed_all
+from hapticvlm.vision.pictures import Crop
+
+GRAPH = "encoder.onnx"
+INPUT, OUTPUT = "crops", "embeddings"
+SILENT = 4  # onnxruntime's log level "fatal": what goes wrong arrives as an exception
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """The content of encoder.json; sha256 maps file names to hexadecimal digests."""
+
+    name: str
+    side: int
+    dimension: int
+    sha256: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class OnnxEncoder:
+    """An onnxruntime session behind the Encoder protocol; `revision` is its graph's SHA-256."""
+
+    name: str
+    side: int
+    dimension: int
+    session: Any
+    revision: str = ""
+
+    def embed(self, crops: Sequence[Crop]) -> Floats:
+        """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
+        return embed_all(crops, self, self._run)
+
+    def _run(self, pixels: Pixels) -> Floats:
+        # Singly: int8 takes one activation scale for all of a batch, so an answer would hang on
+        # what else is asked; and on one core a batch saves nothing.
+        singles = (pixels[row : row + 1] for row in range(len(pixels)))
+        return np.concatenate([self.session.run([OUTPUT], {INPUT: crop})[0] for crop in singles])
+
+
+def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:
+    """Load the encoder of a folder, its file checked against encoder.json. Raises EncoderError."""
+    card = read_card(folder)
+    session = _open(_read_graph(folder, card), folder, threads)
+    _require_fit(session, card, folder)
+    return OnnxEncoder(card.name, card.side, card.dimension, session, card.sha256[GRAPH])
+
+
+def read_card(folder: Path) -> Card:
+    """Read a folder's encoder.json. Raises EncoderError."""
+    path = folder / CARD
+    try:
+        given = json.loads(path.read_bytes())
+        card = Card(given["name"], given["side"], given["dimension"], given["sha256"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise EncoderError(f"{path} cannot be read ({error!r}); {_cure(folder)}") from None
+    fits = isinstance(card.name, str) and isinstance(card.sha256, dict) and GRAPH in card.sha256
+    if not fits or not all(type(n) is int and n > 0 for n in (card.side, card.dimension)):
+        text = f"{path}: name, side and dimension (whole numbers above 0) and sha256 of {GRAPH}"
+        raise EncoderError(f"{text} are needed; {_cure(folder)}")
+    return card
+
+
+def _read_graph(folder: Path, card: Card) -> bytes:
+    path = folder / GRAPH
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise EncoderError(f"{path} cannot be read ({error}); {_cure(folder)}") from None
+    if hashlib.sha256(data).hexdigest() != card.sha256[GRAPH]:
+        text = f"{path} is not the file that {CARD} describes: its SHA-256 is another"
+        raise EncoderError(f"{text}; {_cure(folder)}")
+    return data
+
+
+def _open(graph: bytes, folder: Path, threads: int) -> Any:  # noqa: ANN401 - onnxruntime is untyped
+    import onnxruntime
+
+    onnxruntime.set_default_logger_severity(SILENT)
+    options = onnxruntime.SessionOptions()
+    options.log_severity_level = SILENT
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    options.add_session_config_entry("session.inter_op.allow_spinning", "0")
+    options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_ALL
+    try:
+        return onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
+    except Exception as error:  # noqa: BLE001 - onnxruntime's errors share no base of their own
+        text = f"{folder / GRAPH}: onnxruntime {onnxruntime.__version__} cannot load it"
+        raise EncoderError(f"{text} ({_line(error)}); {_cure(folder)}") from None
+
+
+def _require_fit(session: Any, card: Card, folder: Path) -> None:  # noqa: ANN401
+    side = card.side
+    wanted = (
+        (INPUT, "tensor(uint8)", (side, side, 4)),
+        (OUTPUT, "tensor(float)", (card.dimension,)),
+    )
+    found = (session.get_inputs(), session.get_outputs())
+    for (name, type_, shape), ports in zip(wanted, found, strict=True):
+        described = [(port.name, port.type, port.shape) for port in ports]
+        if (
+            len(ports) != 1
+            or described[0][:2] != (name, type_)
+            or not _fits(described[0][2], shape)
+        ):
+            text = f"{folder / GRAPH} has {described} where {CARD} wants {name}, {type_} of (N, "
+            raise EncoderError(f"{text}{', '.join(map(str, shape))}); {_cure(folder)}")
+
+
+def _fits(found: Sequence[object], wanted: tuple[int, ...]) -> bool:
+    """Whether a graph's shape allows any N, then `wanted`; its symbols (no int) allow any size."""
+    if len(found) != len(wanted) + 1 or isinstance(found[0], int):
+        return False
+    pairs = zip(found[1:], wanted, strict=True)
+    return all(size == want or not isinstance(size, int) for size, want in pairs)
+
+
+def _cure(folder: Path) -> str:
+    return "reinstall hapticvlm" if folder == SHIPPED else "export or copy the folder again, whole"
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())[:200]

@@ -1,0 +1,224 @@
+"""Any image network of transformers as an encoder, by folder or by name, on the cpu or a GPU.
+
+The embedding is the mean of the network's last spatial map, weighted by how much of each cell lies
+under the mask, then the network's own final layer norm, then unit norm: with a full mask it is what
+a ConvNeXt itself pools. A classifier of ImageNet adds what its class scores believe of the
+materials, a network of pictures and text (CLIP, SigLIP) what it believes of phrases made of the
+material table. The preprocessing is the one in the network's own file. torch and
+transformers (extra `models`) are imported only when such a network is named. Knows no gallery and
+not where networks come from.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isqrt
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from hapticvlm import materials
+from hapticvlm.errors import installing
+from hapticvlm.vision.encoders import imagenet, networks, two_parts
+from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
+from hapticvlm.vision.encoders.networks import Network
+from hapticvlm.vision.encoders.preprocessing import Preprocessing, read_preprocessing
+from hapticvlm.vision.pictures import Crop
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+PHRASES = ("an object made of {}", "a close-up of {}")
+REST = ("a person", "an animal", "food", "the sky")
+MOST_WORDS = 4  # of a material: further ones name rarer kinds of it
+
+
+def material_phrases() -> list[list[str]]:
+    """Phrases of each material in the order of the table, and at the end of the rest."""
+    found = [
+        [phrase.format(word) for word in material.words[:MOST_WORDS] for phrase in PHRASES]
+        for material in materials.MATERIALS.values()
+    ]
+    return [*found, [f"a picture of {word}" for word in REST]]
+
+
+@dataclass(frozen=True, slots=True)
+class TransformersEncoder:
+    """A network of transformers behind the Encoder protocol; `network` is on `device`.
+
+    words: unit embeddings (BELIEFS, D) of the phrases, for a network of pictures and text.
+    """
+
+    name: str
+    revision: str
+    dimension: int
+    preprocessing: Preprocessing
+    network: Network
+    words: Any
+    device: str
+
+    @property
+    def side(self) -> int:
+        """Side of the crops it takes, px."""
+        return self.preprocessing.side
+
+    @property
+    def beliefs(self) -> bool:
+        """Whether its embeddings hold beliefs in the materials."""
+        return self.network.kind != "features"
+
+    def embed(self, crops: Sequence[Crop]) -> Floats:
+        """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
+        return embed_all(crops, self, self._run)
+
+    def _run(self, pixels: Pixels) -> Floats:
+        import torch
+
+        images, masks = (torch.from_numpy(part) for part in self.preprocessing.apply(pixels))
+        with torch.inference_mode():
+            return describe(self.network, self.words, images.to(self.device), masks.to(self.device))
+
+
+def load_transformers_encoder(name: str, device: str, threads: int) -> TransformersEncoder:
+    """Load a network by folder or by name; sets torch's threads. Raises EncoderError.
+
+    A folder never touches the network; a name is looked up in this machine's cache first.
+    """
+    source = networks.find(name)
+    place = _set_up(name, device, threads)
+    network = networks.read(source)
+    try:
+        preprocessing = read_preprocessing(network.preprocessor)
+    except ValueError as error:
+        text = f"encoder `{name}`, preprocessor_config.json: {error}"
+        raise EncoderError(f"{text}; correct the file in a copy of the folder") from None
+    network.model.to(place)
+    words, dimension = _try(name, network, preprocessing.input_side, place)
+    kind = "" if network.kind == "features" else f", {network.kind}"
+    label = f"{networks.label(source)} (transformers{kind})"
+    return TransformersEncoder(
+        label, network.revision, dimension, preprocessing, network, words, place
+    )
+
+
+def describe(network: Network, words: Any, images: Tensor, masks: Tensor) -> Floats:  # noqa: ANN401
+    """Embed images (N, 3, I, I) float32 under masks (N, I, I) 0..1: (N, D) of unit norm."""
+    model, beliefs = network.model, None
+    if network.kind == "words":
+        outputs = model.vision_model(pixel_values=images)
+        beliefs = _beliefs_of_words(model, outputs.pooler_output, words)
+        inner = model.vision_model
+    elif network.kind == "classes":
+        inner = model.base_model
+        outputs, scores = _with_base(model, images)
+        beliefs = imagenet.material_beliefs(scores.cpu().numpy())
+    else:
+        inner, outputs = model, model(pixel_values=images)
+    return two_parts.join(pool(inner, outputs, masks).cpu().numpy(), beliefs)
+
+
+def pool(network: Any, outputs: Any, masks: Tensor) -> Tensor:  # noqa: ANN401 - any network
+    """Average the last map of a network's outputs under masks (N, I, I) 0..1: (N, D).
+
+    An empty mask counts as a full one. A network without a spatial map gives what it pools itself.
+    """
+    from torch.nn import functional
+
+    maps = getattr(outputs, "feature_maps", None)
+    last = maps[-1] if maps else outputs.last_hidden_state
+    cells = _cells(last)
+    if cells is None:
+        return cast("Tensor", outputs.pooler_output).flatten(1)
+    weights = functional.adaptive_avg_pool2d(masks[:, None], (cells.shape[2], cells.shape[3]))
+    weights = weights + (weights.sum(dim=(2, 3), keepdim=True) <= 0)
+    pooled = (cells * weights).sum(dim=(2, 3)) / weights.sum(dim=(2, 3))
+    final = getattr(network, "layernorm", None)
+    if final is not None and last.ndim == 4:  # tokens have been through it
+        pooled = final(pooled)
+    return pooled
+
+
+def _with_base(model: Any, images: Tensor) -> tuple[Any, Tensor]:  # noqa: ANN401
+    """Run a classifier; return the outputs of the network below its last layer, and its scores."""
+    seen: list[Any] = []
+    handle = model.base_model.register_forward_hook(lambda *given: seen.append(given[2]))
+    try:
+        scores = model(pixel_values=images).logits
+    finally:
+        handle.remove()
+    return seen[0], scores
+
+
+def _beliefs_of_words(model: Any, pooled: Tensor, words: Tensor) -> Floats:  # noqa: ANN401
+    """Turn pooled pictures (N, D) into beliefs (N, BELIEFS) by their likeness to the phrases."""
+    from torch.nn import functional
+
+    project = getattr(model, "visual_projection", None)
+    pictures = functional.normalize(pooled if project is None else project(pooled), dim=1)
+    beliefs = functional.softmax(model.logit_scale.exp() * pictures @ words.T, dim=1)
+    return np.asarray(beliefs.cpu().numpy(), np.float32)
+
+
+def _read_words(network: Network, device: str) -> Tensor:
+    """Embed the phrases: the mean of each material's, (BELIEFS, D) of unit norm."""
+    import torch
+    from torch.nn import functional
+
+    model, rows = network.model, []
+    longest = model.config.text_config.max_position_embeddings
+    for phrases in material_phrases():
+        tokens = network.tokenizer(
+            phrases, padding="max_length", truncation=True, max_length=longest, return_tensors="pt"
+        )
+        found = model.get_text_features(**tokens.to(device))
+        found = getattr(found, "pooler_output", found)
+        rows.append(functional.normalize(found, dim=1).mean(dim=0))
+    return functional.normalize(torch.stack(rows), dim=1)
+
+
+def _cells(features: Tensor) -> Tensor | None:
+    """Return a spatial map (N, D, h, w) of a map, or of tokens whose last ones are a square."""
+    if features.ndim == 4:
+        return features
+    if features.ndim != 3:
+        return None
+    side = isqrt(features.shape[1])
+    return features[:, -side * side :].transpose(1, 2).reshape(len(features), -1, side, side)
+
+
+def _set_up(name: str, device: str, threads: int) -> str:
+    """Import what is needed, quietly, and return the device to run on. Raises EncoderError."""
+    if threads > 1:  # waiting threads that spin starve the gateway and each other
+        os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    try:
+        networks.quieten_libraries(threads)
+    except ImportError as error:
+        text = f"encoder `{name}` needs torch and transformers ({error})"
+        raise EncoderError(f"{text}: {installing(networks.PACKAGES)}") from None
+    import torch
+
+    has_cuda = torch.cuda.is_available()
+    if device == "cuda" and not has_cuda:
+        text = "--encoder-device cuda: torch finds no CUDA device here"
+        raise EncoderError(
+            f"{text}; use --encoder-device cpu, or install the torch that fits the GPU"
+        )
+    return "cuda" if has_cuda and device != "cpu" else "cpu"
+
+
+def _try(name: str, network: Network, side: int, device: str) -> tuple[Any, int]:
+    """Embed the phrases, and nothing once: how long an embedding is. Raises EncoderError."""
+    import torch
+
+    nothing = torch.zeros((1, 3, side, side), device=device)
+    try:
+        with torch.inference_mode():
+            words = _read_words(network, device) if network.kind == "words" else None
+            return words, describe(network, words, nothing, nothing[:, 0]).shape[1]
+    except Exception as error:  # noqa: BLE001 - each kind of network fails in its own way
+        kind = type(network.model).__name__
+        text = f"encoder `{name}` is a {kind}, which embeds no picture ({networks.line(error)})"
+        raise EncoderError(f"{text}; give an image network") from None

@@ -1,0 +1,163 @@
+"""What own references are worth: a calibration by leaving each picture out in turn. Pure.
+
+First sharpness, weight and share are chosen, under which the pictures left out are least
+surprising; then slope and threshold of p(known), on these pictures against unknowns: pictures
+whose material is left out whole, and shipped references of other materials. Surprise is the
+negative log probability of the truth. Left out with a picture are those of its material that are
+as near to it as its own variations, and the nearest ALIKE of the rest: other views of the same
+thing, which a user enrols unmarked. Always done anew on what is enrolled, for the cosines
+of one set predict little of those of another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.vision.galleries.gallery import SHIPPED_SHARE, Calibration, Gallery, log_softmax
+
+Doubles = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+SHARPNESSES = (4.0, 8.0, 16.0, 32.0)
+SCALES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 16.0, 23.0, 32.0)  # of the scores: weight x sharpness
+SHARES = (SHIPPED_SHARE, 0.6, 1.0)  # of the shipped beliefs beside them
+SLOPES = (2.0, 4.0, 8.0, 16.0, 32.0)
+THRESHOLDS = tuple(np.arange(-0.6, 1.01, 0.1).tolist())
+UNKNOWN_SHARE = 0.1  # share of what a hand touches that nobody enrolled: our choice
+ALIKE = 0.1  # share of a material's other pictures; chosen on own renders and choose_web
+MOST_PICTURES = 400  # left out in turn; more change nothing and take seconds
+# Too few pictures to fit anything: as sharp as fits of five a material on fresh renders, and sure
+# only of what is as near as another view of the same thing.
+FEW = Calibration(8.0, 16.0, 0.7, 1.0)
+
+
+def calibrate(gallery: Gallery, shipped: Gallery | None = None) -> Calibration:
+    """Calibrate own references, beside the shipped gallery where there is one; FEW if too few."""
+    left_out = _LeftOut(gallery)
+    fitted = FEW
+    if is_enough(gallery):
+        fitted = _sharpen(left_out, None if shipped is None else _shipped(left_out, shipped))
+    if not left_out.has_others.any():
+        return fitted
+    unknown_scores = [] if shipped is None else [_unknown_scores(gallery, shipped)]
+    return _know(left_out, fitted, unknown_scores)
+
+
+def is_enough(gallery: Gallery) -> bool:
+    """Whether two materials have two pictures each, which a fit takes."""
+    pictures = np.unique(np.stack([gallery.labels, places_of(gallery)]), axis=1)[0]
+    return bool((np.bincount(pictures) >= 2).sum() >= 2)
+
+
+def places_of(gallery: Gallery) -> Indices:
+    """Return the picture of each reference; each is one of its own where nobody knows."""
+    return np.arange(len(gallery.labels)) if gallery.places is None else gallery.places
+
+
+def evenly(truth: Indices) -> Doubles:
+    """Weights (N,) by which every class counts alike; they sum to 1."""
+    _, place, counts = np.unique(truth, return_inverse=True, return_counts=True)
+    return np.asarray(1.0 / counts[place] / len(counts))
+
+
+class _LeftOut:
+    """Cosines of each picture's first view to all references, and which of these count for it."""
+
+    def __init__(self, gallery: Gallery) -> None:
+        keys = np.stack([gallery.labels, places_of(gallery)])
+        _, firsts, pictures = np.unique(keys, axis=1, return_index=True, return_inverse=True)
+        pictures = pictures.ravel()
+        kept = np.arange(0, firsts.size, -(-firsts.size // MOST_PICTURES))
+        self.firsts: Indices = firsts[kept]
+        self.embeddings = gallery.references[self.firsts]
+        self.cosines = (self.embeddings @ gallery.references.T).astype(np.float64)
+        same = pictures[None, :] == kept[:, None]
+        self.members = np.eye(len(gallery.materials))[gallery.labels]
+        self.truth: Indices = gallery.labels[self.firsts]
+        of_material = gallery.labels == self.truth[:, None]
+        self.others = ~(same | (self._is_alike(same) & of_material))
+        for row, is_other in enumerate(self.others & of_material):
+            self.others[row] &= ~self._nearest(row, is_other, pictures)
+        self.materials = gallery.materials
+        left = self.others @ self.members
+        self.has_others = left[np.arange(len(left)), self.truth] > 0
+
+    def _is_alike(self, same: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Whether references are as near as other views of the picture: of the same thing, then."""
+        varied = same & (self.cosines < 1.0 - 1e-4)
+        counts = varied.sum(axis=1)
+        means = np.where(varied, self.cosines, 0.0).sum(axis=1) / np.maximum(counts, 1)
+        return self.cosines >= np.where(counts > 0, means, np.inf)[:, None]
+
+    def _nearest(
+        self, row: int, is_other: NDArray[np.bool_], pictures: Indices
+    ) -> NDArray[np.bool_]:
+        """Return which references are of the nearest ALIKE of the material's other pictures."""
+        others = np.unique(pictures[is_other])
+        nearness = [self.cosines[row][is_other & (pictures == other)].max() for other in others]
+        nearest = others[np.argsort(nearness)[::-1][: int(len(others) * ALIKE)]]
+        return is_other & np.isin(pictures, nearest)
+
+    def scores(self, sharpness: float, *, unknowns: bool = False) -> Doubles:
+        """Scores (P, C) without the picture itself, or without all of its material."""
+        counted = self.others & ~(self.members[:, self.truth].T > 0) if unknowns else self.others
+        powers = np.where(counted, np.exp(sharpness * (self.cosines - 1.0)), 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            means = (powers @ self.members) / (counted @ self.members)
+            return np.asarray(np.log(np.nan_to_num(means)) / sharpness + 1.0)
+
+
+def _sharpen(left_out: _LeftOut, shipped: Doubles | None) -> Calibration:
+    rows = left_out.has_others
+    truth = left_out.truth[rows]
+    weights, place = evenly(truth), np.arange(len(truth))
+    beside = 0.0 if shipped is None else shipped[rows]
+    shares = SHARES if shipped is not None else (SHIPPED_SHARE,)
+    best, least = FEW, np.inf
+    for sharpness in SHARPNESSES:
+        scores = np.maximum(left_out.scores(sharpness)[rows], -10.0)
+        for scale, share in product(SCALES, shares):
+            right = log_softmax(scale * scores + share * beside)[place, truth]
+            found = float(-(weights * right).sum())
+            if found < least:
+                weight = scale / sharpness
+                best, least = Calibration(sharpness, 0.0, 0.0, weight, share=share), found
+    return best
+
+
+def _shipped(left_out: _LeftOut, shipped: Gallery) -> Doubles:
+    """Return what the shipped gallery believes of the pictures, as log probabilities (P, C)."""
+    return log_softmax(shipped.shipped_logits(left_out.embeddings, left_out.materials))
+
+
+def _know(left_out: _LeftOut, fitted: Calibration, unknown_scores: list[Doubles]) -> Calibration:
+    """Fit slope and threshold: pictures left out are known, unknowns are not."""
+    familiar = left_out.scores(fitted.sharpness)[left_out.has_others].max(axis=1)
+    if len(left_out.materials) > 1:
+        unknown_scores.append(left_out.scores(fitted.sharpness, unknowns=True).max(axis=1))
+    if not unknown_scores:
+        return fitted
+    best, least = (2.0, THRESHOLDS[0]), np.inf
+    for slope, threshold in product(SLOPES, THRESHOLDS):
+        known = _surprise_of(familiar, slope, threshold)
+        unknown = np.mean([_surprise_of(part, -slope, threshold) for part in unknown_scores])
+        found = (1.0 - UNKNOWN_SHARE) * known + UNKNOWN_SHARE * float(unknown)
+        if found < least:
+            best, least = (slope, threshold), found
+    return replace(fitted, slope=best[0], threshold=best[1])
+
+
+def _unknown_scores(gallery: Gallery, shipped: Gallery) -> Doubles:
+    """Best cosine (S,) of each shipped reference of another material to any own reference."""
+    parents = {shipped.parent(name) for name in gallery.materials}
+    others = [at for at, name in enumerate(shipped.materials) if name not in parents]
+    rows = shipped.references[np.isin(shipped.labels, others)]
+    return np.asarray(gallery.scores(rows).max(axis=1)) if len(rows) else np.full(1, -1.0)
+
+
+def _surprise_of(scores: Doubles, slope: float, threshold: float) -> float:
+    return float(np.logaddexp(0.0, -slope * (scores - threshold)).mean())

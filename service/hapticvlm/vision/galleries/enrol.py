@@ -1,0 +1,216 @@
+"""Pictures of a user's own become references: found in folders, cut, varied a little, embedded.
+
+A picture gives several references, so that one is worth more: the object as a frame of the service
+would show it, its mirror image, and two closer views. The same picture twice counts once. Knows no
+gallery and no calibration.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm import messages
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.vision import files, pictures
+from hapticvlm.vision.decoding import PictureError
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.pictures import Crop
+
+Floats = NDArray[np.float32]
+
+SUFFIXES = (".jpg", ".jpeg", ".png")
+MASK = ".mask"  # NAME.mask.png beside NAME.jpg, or masks/NAME.png
+CLOSER = (0.8, 0.6)  # of the object's box: the scales of the further views
+BLANK = 1.0  # grey levels a crop must vary by, standard deviation, to show anything
+
+
+class EnrolError(HapticVLMError, ValueError):
+    """Pictures that cannot be used: which file, why, and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One file that shows one material; without a mask the centre of it does."""
+
+    material: str
+    path: Path
+    mask: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Enrolled:
+    """References of P pictures: (N, D) unit float32, and of each row its place in `pictures`.
+
+    The first row of a picture is the object as the service sees it, the others are its variations.
+    """
+
+    pictures: tuple[Picture, ...]
+    embeddings: Floats
+    places: NDArray[np.int64]
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """The materials shown, in the order of the pictures."""
+        return tuple(dict.fromkeys(picture.material for picture in self.pictures))
+
+    @property
+    def labels(self) -> NDArray[np.int64]:
+        """Place in `materials` of each picture, (P,)."""
+        names = self.materials
+        return np.array([names.index(picture.material) for picture in self.pictures], np.int64)
+
+    @property
+    def firsts(self) -> NDArray[np.int64]:
+        """The row of each picture's unvaried view, (P,)."""
+        return np.searchsorted(self.places, np.arange(len(self.pictures)))
+
+    def references(self, material: str) -> Floats:
+        """All rows of one material, (n, D)."""
+        chosen = np.array([picture.material == material for picture in self.pictures])
+        return np.asarray(self.embeddings[chosen[self.places]])
+
+
+def find_pictures(folder: Path, known: Collection[str]) -> tuple[Picture, ...]:
+    """List FOLDER/<material>/* with their masks, in order of name. Raises EnrolError."""
+    if not folder.is_dir():
+        raise EnrolError(f"{folder}: no such folder; name one with a folder for each material")
+    for path in _pictures_in(folder):
+        raise EnrolError(f"{path}: lies in no material's folder; move it into one")
+    found: list[Picture] = []
+    for inner in sorted(path for path in folder.iterdir() if path.is_dir() and _is_seen(path)):
+        if inner.name not in known:
+            near = difflib.get_close_matches(inner.name.lower(), known, n=1, cutoff=0.0)
+            text = f"{inner}: no material `{inner.name}`; nearest is `{near[0]}` of"
+            raise EnrolError(f"{text} {', '.join(known)}; rename it, or add it: gallery add")
+        found += with_masks(inner.name, _require_some(inner))
+    if not found:
+        raise EnrolError(f"{folder}: no folder of pictures in it; make one for each material")
+    return tuple(found)
+
+
+def list_pictures(material: str, paths: Iterable[Path]) -> tuple[Picture, ...]:
+    """List files, and folders of files, that show one material. Raises EnrolError."""
+    files = [file for path in paths for file in (_require_some(path) if path.is_dir() else [path])]
+    return tuple(with_masks(material, files))
+
+
+def with_masks(material: str, files: Sequence[Path]) -> list[Picture]:
+    """Find the mask of each file, if it has one."""
+    found = []
+    for file in files:
+        masks = (file.parent / "masks" / f"{file.stem}.png", file.with_suffix(f"{MASK}.png"))
+        found.append(Picture(material, file, next((m for m in masks if m.is_file()), None)))
+    return found
+
+
+def enrol(found: Sequence[Picture], encoder: Encoder) -> Enrolled:
+    """Cut, vary and embed pictures; the same one twice counts once. Raises EnrolError."""
+    kept: list[Picture] = []
+    rows: list[Floats] = []
+    places: list[int] = []
+    for picture, frame in _without_copies(found):
+        seen = views(picture, frame, encoder.side)
+        places += [len(kept)] * len(seen)
+        kept.append(picture)
+        # One by one, as the service recognises: int8 networks scale by all that is in a batch.
+        rows.append(np.concatenate([encoder.embed([view]) for view in seen]))
+        if not np.isfinite(rows[-1]).all() or not rows[-1].any(axis=1).all():
+            text = f"`{encoder.name}` makes nothing of it; take it out"
+            raise EnrolError(f"{picture.path}: {text}")
+    stack = np.concatenate(rows) if rows else np.zeros((0, encoder.dimension), np.float32)
+    return Enrolled(tuple(kept), stack, np.array(places, np.int64))
+
+
+def views(picture: Picture, frame: messages.Frame, side: int) -> list[Crop]:
+    """Cut the object, its mirror image and closer views, each (side, side). Raises EnrolError."""
+    try:
+        first = pictures.crop(frame, side)
+    except PictureError as error:
+        raise EnrolError(f"{_culprit(picture, error)}: {_reason(error)}") from None
+    if first.image.std(axis=(0, 1)).max() < BLANK:
+        raise EnrolError(f"{picture.path}: one plain colour, shows no material; take it out")
+    found = [first, _mirrored(first)]
+    for scale in CLOSER:
+        region = _closer(frame, scale)
+        try:
+            found.append(pictures.crop(msgspec.structs.replace(frame, region=region), side))
+        except PictureError:  # a ring's middle: nothing of the object is in it
+            continue
+    return found
+
+
+def read_frame(picture: Picture) -> messages.Frame:
+    """Read a picture's file, and its mask, as the frame a scene would send. Raises EnrolError."""
+    try:
+        return files.read_frame(picture.path, picture.mask)
+    except files.FileError as error:
+        raise EnrolError(f"{error}; replace it or take it out") from None
+
+
+def _without_copies(found: Sequence[Picture]) -> Iterator[tuple[Picture, messages.Frame]]:
+    seen: set[tuple[str, bytes, bytes | None]] = set()
+    for picture in found:
+        frame = read_frame(picture)
+        key = (picture.material, frame.image, frame.mask)
+        if key not in seen:
+            seen.add(key)
+            yield picture, frame
+
+
+def _closer(frame: messages.Frame, scale: float) -> messages.Region:
+    """Return the middle of the object's box, `scale` of its sides."""
+    x, y, w, h = _box(frame)
+    gap = (1.0 - scale) / 2
+    return messages.Region(x=x + gap * w, y=y + gap * h, w=scale * w, h=scale * h)
+
+
+def _box(frame: messages.Frame) -> tuple[float, float, float, float]:
+    """Return left, top, width and height of the mask, or of the centre, as shares of the frame."""
+    from PIL import Image
+
+    if frame.mask is None:
+        edge = (1.0 - pictures.CENTRE) / 2
+        return edge, edge, pictures.CENTRE, pictures.CENTRE
+    with Image.open(BytesIO(frame.mask)) as mask:
+        left, top, right, bottom = mask.convert("L").getbbox() or (0, 0, *mask.size)
+        w, h = mask.size
+    return left / w, top / h, (right - left) / w, (bottom - top) / h
+
+
+def _mirrored(crop: Crop) -> Crop:
+    return Crop(np.ascontiguousarray(crop.image[:, ::-1]), np.ascontiguousarray(crop.mask[:, ::-1]))
+
+
+def _require_some(folder: Path) -> list[Path]:
+    found = _pictures_in(folder)
+    if not found:
+        raise EnrolError(f"{folder}: no {', '.join(SUFFIXES)} in it; add pictures or remove it")
+    return found
+
+
+def _pictures_in(folder: Path) -> list[Path]:
+    return sorted(
+        path
+        for path in folder.iterdir()
+        if path.suffix.lower() in SUFFIXES and not path.stem.endswith(MASK) and _is_seen(path)
+    )
+
+
+def _is_seen(path: Path) -> bool:
+    return not path.name.startswith(".")
+
+
+def _culprit(picture: Picture, error: PictureError) -> Path:
+    return picture.mask if picture.mask and error.path == "$.mask" else picture.path
+
+
+def _reason(error: PictureError) -> str:
+    return str(error).removeprefix(f"{error.path}: ")

@@ -1,0 +1,178 @@
+"""The gallery of a network that the user named: made on first use, kept in the user's cache.
+
+The shipped reference pictures, crops of our own rendered rooms, are embedded once. A strongly
+regularised linear layer is fitted to their features; what the network's own classes or words
+believe counts beside it. Gain of the layer and scale of the logits are those under which pictures
+left out, a fold in turn, are least surprising. PENALTY, EXPONENT and PHOTOGRAPHS were chosen once,
+with two small networks of ImageNet, on rooms and on pictures that are reported nowhere
+(hapticvlm_lab/training/LOG.md).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from hapticvlm import materials
+from hapticvlm.vision.encoders import two_parts
+from hapticvlm.vision.encoders.encoder import SHIPPED, NetworkEncoder
+from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
+from hapticvlm.vision.pictures import Crop, central_mask
+
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+STEPS = 300  # of the fit, at most
+NAMES = (*materials.MATERIALS, materials.UNKNOWN)
+REFERENCES = SHIPPED / "references"  # NAME.jpg and NAME.mask.png: sheets of COLUMNS squares a row
+COLUMNS = 8
+PENALTY = 0.003  # of the squared weights of unit features
+EXPONENT = 0.5  # of what the network's own classes believe, beside the layer
+PHOTOGRAPHS = 0.7  # scale of the logits of photographs over that of renders
+FOLDS = 4
+GAINS = (1.0, 2.0, 4.0, 8.0)  # of the layer beside the classes
+SCALES = tuple(np.geomspace(0.25, 4.0, 13).tolist())
+BLANK_LEVELS = (0, 64, 127, 191, 255)  # what shows nothing is unknown
+KNOWN = Calibration(16.0, 1.0, -1000.0, 0.0)  # unknown is a class of its own, so p(known) is 1
+VERSION = 1  # of what is fitted here: another is fitted anew
+
+
+def cached_gallery(encoder: NetworkEncoder) -> Path:
+    """Return where the gallery of a network is kept."""
+    key = f"{VERSION} {encoder.name} {encoder.revision}".encode()
+    return _cache_folder() / f"gallery-{hashlib.sha256(key).hexdigest()[:16]}.npz"
+
+
+def make_gallery(encoder: NetworkEncoder) -> Gallery:
+    """Embed the reference pictures, with a progress bar, and fit. Raises EncoderError."""
+    from rich.console import Console
+    from rich.progress import track
+
+    crops, labels = read_references(encoder.side)
+    console = Console(file=sys.stderr)
+    text = f"fitting `{encoder.name}`, once"
+    rows = [encoder.embed([crop]) for crop in track(crops, text, console=console)]
+    return fit(encoder.name, np.concatenate(rows), labels, has_beliefs=encoder.beliefs)
+
+
+def read_references(side: int) -> tuple[list[Crop], Indices]:
+    """Read the reference pictures as crops, blank ones as unknown; labels are places in NAMES."""
+    crops: list[Crop] = []
+    labels: list[int] = []
+    for label, name in enumerate(NAMES):
+        with (
+            Image.open(REFERENCES / f"{name}.jpg") as sheet,
+            Image.open(REFERENCES / f"{name}.mask.png") as masks,
+        ):
+            found = _cut(sheet.convert("RGB"), masks.convert("L"), side)
+        crops += found
+        labels += [label] * len(found)
+    flat = [np.full((side, side, 3), level, np.uint8) for level in BLANK_LEVELS]
+    noise = np.random.default_rng(1).integers(0, 256, (side, side, 3), np.uint8)
+    crops += [Crop(image, central_mask(side)) for image in (*flat, noise)]
+    labels += [NAMES.index(materials.UNKNOWN)] * (len(flat) + 1)
+    return crops, np.array(labels, np.int64)
+
+
+def fit(name: str, embeddings: Floats, labels: Indices, *, has_beliefs: bool) -> Gallery:
+    """Fit a gallery to embeddings (N, D) of NAMES[labels]."""
+    folds = _folds(labels)
+    gain, scale = _calibrate(embeddings, labels, folds, has_beliefs=has_beliefs)
+    layer = _layer(embeddings, labels, gain, has_beliefs=has_beliefs)
+    calibration = Calibration(
+        KNOWN.sharpness, KNOWN.slope, KNOWN.threshold, 0.0, scale, scale * PHOTOGRAPHS
+    )
+    return Gallery(name, NAMES, embeddings, labels, calibration, layer)
+
+
+def _layer(embeddings: Floats, labels: Indices, gain: float, *, has_beliefs: bool) -> LinearLayer:
+    features = two_parts.features_of(embeddings) if has_beliefs else embeddings
+    weights = 1.0 / np.bincount(labels)[labels]
+    found = fit_layer(features, labels, weights / weights.sum(), PENALTY)
+    rows, bias = found.weights * np.float32(gain), found.bias * np.float32(gain)
+    return LinearLayer(two_parts.layer_of(rows, EXPONENT) if has_beliefs else rows, bias)
+
+
+def _calibrate(
+    embeddings: Floats, labels: Indices, folds: Indices, *, has_beliefs: bool
+) -> tuple[float, float]:
+    """Choose gain and scale by the mean surprise of pictures that are left out."""
+    plain, beside = np.zeros((len(labels), len(NAMES))), np.zeros((len(labels), len(NAMES)))
+    for fold in range(FOLDS):
+        out = folds == fold
+        layer = _layer(embeddings[~out], labels[~out], 1.0, has_beliefs=has_beliefs)
+        plain[out] = embeddings[out] @ layer.weights + layer.bias
+    if has_beliefs:
+        beside = EXPONENT * two_parts.log_beliefs(embeddings).astype(np.float64)
+        plain -= beside
+    rows, even = np.arange(len(labels)), 1.0 / np.bincount(labels)[labels]
+
+    def surprise(gain: float, scale: float) -> float:
+        return -float(even @ log_softmax(scale * (gain * plain + beside))[rows, labels])
+
+    return min(product(GAINS, SCALES), key=lambda trial: surprise(*trial))
+
+
+def _folds(labels: Indices) -> Indices:
+    """Assign pictures of a class to folds in blocks: neighbours on a sheet are of like rooms."""
+    folds = np.zeros(len(labels), np.int64)
+    for label in np.unique(labels):
+        rows = np.flatnonzero(labels == label)
+        folds[rows] = np.arange(len(rows)) * FOLDS // len(rows)
+    return folds
+
+
+def _cut(sheet: Image.Image, masks: Image.Image, side: int) -> list[Crop]:
+    square = sheet.width // COLUMNS
+    boxes = [
+        (left, top, left + square, top + square)
+        for top in range(0, sheet.height, square)
+        for left in range(0, sheet.width, square)
+    ]
+    size = (side, side)
+    images = [sheet.resize(size, Image.Resampling.BILINEAR, box=box) for box in boxes]
+    inside = [masks.resize(size, Image.Resampling.BILINEAR, box=box) for box in boxes]
+    return [
+        Crop(np.asarray(image), np.where(np.asarray(mask) >= 128, 255, 0).astype(np.uint8))
+        for image, mask in zip(images, inside, strict=True)
+    ]
+
+
+def _cache_folder() -> Path:
+    """Return the user's cache folder for this program, as each system has it."""
+    home = Path.home()
+    usual = {
+        "win32": Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local")),
+        "darwin": home / "Library" / "Caches",
+    }
+    fallback = usual.get(sys.platform, home / ".cache")
+    return Path(os.environ.get("XDG_CACHE_HOME") or fallback) / "hapticvlm"
+
+
+def fit_layer(embeddings: Floats, labels: Indices, weights: Doubles, penalty: float) -> LinearLayer:
+    """Fit to (N, D) embeddings of classes 0..C-1; weights (N,) sum to 1."""
+    from scipy.optimize import minimize  # a processor's half second, for those who fit
+
+    rows = np.hstack([embeddings, np.ones((len(embeddings), 1))]).astype(np.float64)
+    targets = np.eye(int(labels.max()) + 1)[labels]
+
+    def loss(flat: Doubles) -> tuple[float, Doubles]:
+        parameters = flat.reshape(rows.shape[1], -1)
+        logs = log_softmax(rows @ parameters)
+        slope = rows.T @ ((np.exp(logs) - targets) * weights[:, None])
+        slope[:-1] += penalty * parameters[:-1]
+        surprise = -float(weights @ (logs * targets).sum(axis=1))
+        return surprise + penalty / 2 * float((parameters[:-1] ** 2).sum()), slope.ravel()
+
+    start = np.zeros(rows.shape[1] * targets.shape[1])
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": STEPS}).x
+    parameters = found.reshape(rows.shape[1], -1).astype(np.float32)
+    return LinearLayer(parameters[:-1], parameters[-1])

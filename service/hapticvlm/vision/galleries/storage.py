@@ -1,0 +1,238 @@
+"""Galleries on disk: one .npz file, or a folder with one and the user's own materials beside it.
+
+A file holds encoder, materials, references, labels, calibration and, where there are, a linear
+layer, the picture of each reference (`places`), and own references with the same keys under
+`own_`. Own references are calibrated anew by leaving each picture out whenever they are loaded.
+"""
+
+from __future__ import annotations
+
+import logging
+import zlib
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import astuple, replace
+from io import BytesIO
+from pathlib import Path
+from tokenize import TokenError
+from zipfile import BadZipFile, ZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm import documents
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.materials import UNKNOWN
+from hapticvlm.vision.encoders.encoder import Encoder, NetworkEncoder
+from hapticvlm.vision.galleries.gallery import (
+    MAX_SHARPNESS,
+    Calibration,
+    Gallery,
+    LinearLayer,
+    Pictures,
+)
+from hapticvlm.vision.galleries.network_gallery import cached_gallery, make_gallery
+from hapticvlm.vision.galleries.user_materials import (
+    SHORTEST,
+    UserMaterial,
+    read_folder,
+    replace_file,
+    table_with,
+    with_user_materials,
+)
+
+SHIPPED = Path(__file__).parents[1] / "shipped" / "gallery.npz"
+FILE_NAME = "gallery.npz"  # in a gallery folder
+_OWN = "own_"
+
+MAX_FILE_BYTES, MAX_UNFOLDED_BYTES = 512 * documents.MIB, 1024 * documents.MIB
+# What numpy and zipfile raise for a file that is none of theirs, or was tampered with.
+_BROKEN = (
+    EOFError,
+    KeyError,
+    ValueError,
+    TypeError,
+    BadZipFile,
+    NotImplementedError,
+    RuntimeError,
+    TokenError,
+    zlib.error,
+    MemoryError,
+)
+
+logger = logging.getLogger(__name__)
+
+
+class GalleryError(HapticVLMError):
+    """A gallery that cannot be used: why, and what to do."""
+
+
+def save_gallery(gallery: Gallery, path: Path) -> None:
+    """Write a gallery to one .npz file, whole or not at all."""
+    replace_file(path, gallery_bytes(gallery))
+
+
+def gallery_bytes(gallery: Gallery) -> bytes:
+    """Return what a gallery's file holds; equal galleries give equal bytes."""
+    arrays = {"encoder": np.array(gallery.encoder), **_arrays(gallery)}
+    if gallery.own is not None:
+        arrays |= {f"{_OWN}{key}": value for key, value in _arrays(gallery.own).items()}
+    data = BytesIO()
+    np.savez(data, **arrays)  # type: ignore[arg-type]  # its stubs want a flag first
+    return data.getvalue()
+
+
+def load_gallery(
+    path: Path | None = None,
+    *,
+    encoder: Encoder,
+    own: Sequence[UserMaterial] | None = None,
+    pictures: Pictures = "renders",
+) -> Gallery:
+    """Read a gallery (None: the shipped one) for one encoder; raises GalleryError, MaterialError.
+
+    A folder holds gallery.npz (without it the shipped one counts) and the user's own materials;
+    `own` are those if they have been read before. A network that the user named gets a gallery of
+    its own (network_gallery) in place of the shipped one. `pictures` is the kind it will be shown.
+    """
+    base = file_of(path)
+    gallery = read_gallery(base)
+    if base == SHIPPED and gallery.encoder != encoder.name and isinstance(encoder, NetworkEncoder):
+        gallery = network_gallery(encoder)
+    require_encoder(base, gallery.encoder, encoder)
+    _require_dimension(base, gallery.references, encoder)
+    user_materials = read_folder(path) if own is None else own
+    known = {UNKNOWN, *table_with(user_materials)}
+    for name in gallery.materials:
+        if name not in known:
+            text = f"{base} has references of `{name}`, which is no material; put it into a folder"
+            raise GalleryError(f"{text} as {FILE_NAME}, with a {name}.toml beside it")
+    for material in user_materials:
+        if material.encoder is not None:
+            file = (path or SHIPPED.parent) / f"{material.material.name}.toml"
+            require_encoder(file, material.encoder, encoder)
+            _require_dimension(file, material.references, encoder)
+    return replace(with_user_materials(gallery, user_materials), pictures=pictures)
+
+
+def network_gallery(encoder: NetworkEncoder) -> Gallery:
+    """Read the gallery of a network from the user's cache; it is made on first use."""
+    path = cached_gallery(encoder)
+    with suppress(GalleryError):
+        return read_gallery(path)
+    gallery = make_gallery(encoder)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_gallery(gallery, path)
+    except OSError as error:
+        logger.warning("the gallery of `%s` cannot be kept (%s)", encoder.name, error)
+    return gallery
+
+
+def file_of(path: Path | None) -> Path:
+    """Return the file with the references of a gallery given as file, folder or None (shipped)."""
+    if path is None or (path.is_dir() and not (path / FILE_NAME).exists()):
+        return SHIPPED
+    return path / FILE_NAME if path.is_dir() else path
+
+
+def read_gallery(path: Path) -> Gallery:
+    """Read one .npz file, whichever encoder it was made with. Raises GalleryError."""
+    try:
+        data = documents.read_bytes(path, MAX_FILE_BYTES)
+        _check_unfolded(data)
+        with np.load(BytesIO(data), allow_pickle=False) as file:
+            arrays = {key: file[key] for key in file.files}
+        encoder = str(arrays["encoder"])
+        gallery = _understand(path, encoder, arrays)
+        if f"{_OWN}references" in arrays:
+            own = {key.removeprefix(_OWN): arrays[key] for key in arrays if key.startswith(_OWN)}
+            gallery = replace(gallery, own=_understand(path, encoder, own))
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise GalleryError(f"{path} is no gallery ({reason}); name one, or build it") from None
+    except _BROKEN as error:
+        raise GalleryError(f"{path} is no gallery ({error}); build it again") from None
+    return gallery
+
+
+def _check_unfolded(data: bytes) -> None:
+    """Refuse a file that declares more unfolded than any gallery has. Raises ValueError."""
+    with ZipFile(BytesIO(data)) as archive:
+        unfolded = sum(entry.file_size for entry in archive.infolist())
+    if unfolded > MAX_UNFOLDED_BYTES:
+        raise ValueError(f"it unfolds to {unfolded} bytes, at most {MAX_UNFOLDED_BYTES} are read")
+
+
+def require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:
+    """Refuse what was made with another encoder; raises GalleryError naming both."""
+    if made_with != encoder.name:
+        text = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
+        raise GalleryError(
+            f"{text}; make one with `hapticvlm gallery build --encoder ...`, or load `{made_with}`"
+        )
+
+
+def _arrays(gallery: Gallery) -> dict[str, NDArray[np.generic]]:
+    arrays: dict[str, NDArray[np.generic]] = {
+        "materials": np.array(gallery.materials),
+        "references": gallery.references.astype(np.float16),
+        "labels": gallery.labels.astype(np.int64),
+        "calibration": np.array(astuple(gallery.calibration)),
+    }
+    if gallery.places is not None:
+        arrays["places"] = gallery.places.astype(np.int64)
+    if gallery.layer is not None:
+        arrays["layer"] = np.vstack([gallery.layer.weights, gallery.layer.bias]).astype(np.float32)
+    return arrays
+
+
+def _understand(path: Path, encoder: str, arrays: Mapping[str, NDArray[np.generic]]) -> Gallery:
+    names = tuple(str(name) for name in arrays["materials"])
+    references = arrays["references"].astype(np.float32)
+    labels = arrays["labels"].astype(np.int64)
+    calibration = Calibration(*(float(number) for number in arrays["calibration"].tolist()))
+    _require_whole(path, references, labels, names)
+    is_sharp = 0.0 < calibration.sharpness <= MAX_SHARPNESS
+    if not is_sharp or not np.isfinite(astuple(calibration)).all():
+        raise GalleryError(f"{path}: its calibration is broken; make it again")
+    norms = np.linalg.norm(references, axis=1, keepdims=True)
+    layer = None
+    if "layer" in arrays:
+        layer = _layer(path, arrays["layer"].astype(np.float32), references, names)
+    places = arrays["places"].astype(np.int64) if "places" in arrays else None
+    if places is not None and places.shape != labels.shape:
+        raise GalleryError(f"{path}: {places.size} places of {labels.size} labels; make it again")
+    unit = np.asarray(references / norms, np.float32)
+    return Gallery(encoder, names, unit, labels, calibration, layer, places=places)
+
+
+def _layer(
+    path: Path, rows: NDArray[np.float32], references: NDArray[np.float32], names: Sequence[str]
+) -> LinearLayer:
+    wanted = (references.shape[1] + 1, len(names))
+    if rows.shape != wanted or not np.isfinite(rows).all():
+        text = f"a linear layer of shape {rows.shape}, not {wanted}, or not finite"
+        raise GalleryError(f"{path}: {text}; make it again")
+    return LinearLayer(rows[:-1], rows[-1])
+
+
+def _require_dimension(path: Path, references: NDArray[np.float32], encoder: Encoder) -> None:
+    if references.shape[1] != encoder.dimension:
+        text = f"{path}: references of {references.shape[1]} numbers, `{encoder.name}` gives"
+        raise GalleryError(f"{text} {encoder.dimension}; make it again")
+
+
+def _require_whole(
+    path: Path, references: NDArray[np.float32], labels: NDArray[np.int64], names: Sequence[str]
+) -> None:
+    if references.ndim != 2 or labels.shape != references.shape[:1]:
+        text = f"references of shape {references.shape} with {labels.size} labels"
+        raise GalleryError(f"{path}: {text}; make it again")
+    if (
+        not (np.linalg.norm(references, axis=1) > SHORTEST).all()
+        or not np.isfinite(references).all()
+    ):
+        raise GalleryError(f"{path}: references that are not of unit length; make it again")
+    if sorted(set(labels.tolist())) != list(range(len(names))) or len(set(names)) != len(names):
+        raise GalleryError(f"{path}: every material needs a reference; make it again")

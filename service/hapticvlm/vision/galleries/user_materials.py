@@ -1,0 +1,218 @@
+"""Materials of the user's own: one small TOML file each, in a gallery folder.
+
+    like = "wood"                     # the built-in class it is derived from
+    words = ["walnut", "burr walnut"] # in names of objects; left out: the material's own name
+    [thermal]                         # facts that differ from the class: see materials.LIMITS
+    conductivity = 0.2
+    [vibration]
+    roughness = 0.4
+    [references]                      # what it looks like to one encoder; may be left out
+    encoder = "material-1"
+    vectors = ["..."]                 # float16, little-endian, base64: one string each
+    pictures = [4, 4, 3]              # how many of them show one picture; left out: 4 each
+
+The file's name is the material's. Its references join a gallery's own ones. Knows files, words and
+vectors; embeds nothing.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm import documents
+from hapticvlm.materials import MATERIALS, Material, MaterialError, derive
+from hapticvlm.vision.galleries.calibration import calibrate
+from hapticvlm.vision.galleries.gallery import Gallery, join
+
+Floats = NDArray[np.float32]
+
+MAX_USER_MATERIALS = 48  # with the built-in classes what the audio engine keeps warm
+MAX_FILE_BYTES = 16 * 1024 * 1024
+_FIELDS = ("like", "words", "thermal", "vibration", "references")
+VIEWS = 4  # references that a picture gives, if a file gives no number
+SHORTEST = 0.5  # norm of a reference: one that is not about 1 is none
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UserMaterial:
+    """One of the user's materials; references (N, D) float32 of unit norm, made with `encoder`.
+
+    `pictures` counts how many of them, one after the other, are views of one picture.
+    """
+
+    material: Material
+    like: str
+    facts: Mapping[str, object] = field(default_factory=dict)
+    encoder: str | None = None
+    references: Floats = field(default_factory=lambda: np.zeros((0, 0), np.float32))
+    pictures: tuple[int, ...] = ()
+
+
+def table_with(user_materials: Sequence[UserMaterial]) -> Mapping[str, Material]:
+    """Return the built-in table with these materials after it."""
+    return {**MATERIALS, **{item.material.name: item.material for item in user_materials}}
+
+
+def read_folder(folder: Path | None) -> tuple[UserMaterial, ...]:
+    """Read every material of a gallery folder, by name; none of what is no folder.
+
+    Raises MaterialError.
+    """
+    if folder is None or not folder.is_dir():
+        return ()
+    paths = sorted(path for path in folder.glob("*.toml") if not path.name.startswith("."))
+    if len(paths) > MAX_USER_MATERIALS:
+        text = (
+            f"{folder}: {len(paths)} materials of your own, at most {MAX_USER_MATERIALS} are kept"
+        )
+        raise MaterialError(f"{text} ready; move some to another folder")
+    return tuple(read_material(path) for path in paths)
+
+
+def read_material(path: Path) -> UserMaterial:
+    """Read one file; raises MaterialError naming file, field and cure."""
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise MaterialError(f"larger than {MAX_FILE_BYTES} bytes; use fewer pictures")
+        text = documents.read_text(path, MAX_FILE_BYTES)
+        return _understand(path.stem, documents.parse_toml(text))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise MaterialError(f"{path}: no TOML ({error}); correct it") from None
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise MaterialError(f"{path}: cannot be read ({reason}); make it readable") from None
+    except MaterialError as error:
+        raise MaterialError(f"{path}: {error}") from None
+
+
+def write_material(user_material: UserMaterial, folder: Path) -> Path:
+    """Write a material's file into an existing folder, whole or not at all; return its path."""
+    path = folder / f"{user_material.material.name}.toml"
+    replace_file(path, _text(user_material).encode())
+    return path
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all, replacing what was there."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_bytes(data)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gallery:
+    """Add a user's references to the own ones of a gallery, or to one that has only own ones."""
+    parents = {material.material.name: material.like for material in added}
+    gallery = replace(gallery, parents={**gallery.parents, **parents})
+    parts = [_references_of(material, gallery) for material in added if material.encoder]
+    if gallery.layer is None and gallery.own is None and gallery.places is not None:
+        whole = join([gallery, *parts])
+        return replace(whole, calibration=calibrate(whole)) if parts else gallery
+    galleries = [part for part in (gallery.own, *parts) if part is not None]
+    if not galleries:
+        return gallery
+    joined = join(galleries)
+    return replace(gallery, own=replace(joined, calibration=calibrate(joined, gallery)))
+
+
+def _references_of(material: UserMaterial, gallery: Gallery) -> Gallery:
+    pictures = material.pictures or (1,) * len(material.references)
+    return Gallery(
+        gallery.encoder,
+        (material.material.name,),
+        material.references,
+        np.zeros(len(material.references), np.int64),
+        gallery.calibration,
+        places=np.repeat(np.arange(len(pictures)), pictures),
+    )
+
+
+def _understand(name: str, table: Mapping[str, object]) -> UserMaterial:
+    for key in table:
+        if key not in _FIELDS:
+            raise MaterialError(f"{key}: no such field; a material has {', '.join(_FIELDS)}")
+    if "like" not in table:
+        raise MaterialError(f"like: missing; add the class it resembles: {', '.join(MATERIALS)}")
+    facts = {key: table[key] for key in ("thermal", "vibration") if key in table}
+    like, words = str(table["like"]), table.get("words")
+    material = derive(name, like, words, facts)
+    encoder, references = _references(table.get("references"))
+    pictures = _pictures(table.get("references"), len(references))
+    return UserMaterial(material, like, facts, encoder, references, pictures)
+
+
+def _references(table: object) -> tuple[str | None, Floats]:
+    if table is None:
+        return None, np.zeros((0, 0), np.float32)
+    if not isinstance(table, Mapping) or set(table) - {"pictures"} != {"encoder", "vectors"}:
+        raise MaterialError("references: expected `encoder` and `vectors`; add the material again")
+    vectors = table["vectors"]
+    if not isinstance(vectors, list) or not vectors:
+        raise MaterialError("references.vectors: expected a list of strings; add it again")
+    try:
+        rows = [np.frombuffer(base64.b64decode(v, validate=True), "<f2") for v in vectors]
+        stack = np.stack(rows).astype(np.float32)
+    except (binascii.Error, ValueError, TypeError):
+        text = "not float16 vectors of one length in base64"
+        raise MaterialError(f"references.vectors: {text}; add the material again") from None
+    norms = np.linalg.norm(stack, axis=1, keepdims=True)
+    if not np.isfinite(stack).all() or not (norms > SHORTEST).all():
+        text = "not all finite and of unit length"
+        raise MaterialError(f"references.vectors: {text}; add the material again")
+    return str(table["encoder"]), np.asarray(stack / norms, np.float32)
+
+
+def _pictures(table: object, count: int) -> tuple[int, ...]:
+    """Read how many references each picture gave, VIEWS where it is not given."""
+    given = table.get("pictures") if isinstance(table, Mapping) else None
+    if given is None:
+        return (*([VIEWS] * (count // VIEWS)), *([count % VIEWS] if count % VIEWS else []))
+    whole = isinstance(given, list) and all(type(n) is int and n > 0 for n in given)
+    if not whole or sum(given) != count:
+        text = f"expected counts of one or more that sum to the {count} vectors"
+        raise MaterialError(f"references.pictures: {text}; leave it out, or add it again")
+    return tuple(given)
+
+
+def _text(user_material: UserMaterial) -> str:
+    lines = [
+        f"like = {json.dumps(user_material.like)}",
+        f"words = {_value(list(user_material.material.words))}",
+    ]
+    for part, facts in user_material.facts.items():
+        assert isinstance(facts, Mapping)
+        lines += ["", f"[{part}]", *(f"{key} = {_value(value)}" for key, value in facts.items())]
+    if user_material.encoder is not None:
+        vectors = [base64.b64encode(row).decode() for row in user_material.references.astype("<f2")]
+        lines += [
+            "",
+            "[references]",
+            f"encoder = {json.dumps(user_material.encoder)}",
+            "vectors = [",
+        ]
+        lines += [*(f'  "{vector}",' for vector in vectors), "]"]
+        lines += (
+            [f"pictures = {_value(list(user_material.pictures))}"] if user_material.pictures else []
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _value(value: object) -> str:
+    """Write a number, a string, a list or a map of them as TOML."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(_value(item) for item in value) + "]"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -1,0 +1,206 @@
+"""Frames to crops: cutting, resizing, and "has it changed".
+
+JPEG is decoded at the largest reduction that leaves the wanted side in the region (decoding.py);
+only then is it cut and resized. Knows no material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm import messages
+from hapticvlm.vision import decoding
+from hapticvlm.vision.decoding import REDUCTIONS, PictureError, Pixels, decode_mask, decode_upright
+
+Box = tuple[
+    int, int, int, int
+]  # left, top, right, bottom in px of the frame, the last two exclusive
+
+CENTRE = 0.5  # share of the frame's sides cropped when nothing gives the object's place
+CENTRAL_DISC = 0.8  # diameter of the central mask over the crop's side
+MARGIN = 0.05  # of the mask's bounding box, kept around it: surroundings tell glass from paint
+CELLS = 8  # cells a side of a signature
+MEAN_CHANGE = 4.0  # grey levels, root mean square over the cells, that count as another picture
+CELL_CHANGE = 24.0  # grey levels that one cell alone must move: a hand coming in, a lid opening
+
+
+@dataclass(frozen=True, slots=True)
+class Crop:
+    """image (S, S, 3) uint8 RGB, mask (S, S) uint8 with nonzero = object; upright."""
+
+    image: Pixels
+    mask: Pixels
+
+
+@dataclass(frozen=True, slots=True)
+class Shrunk:
+    """A small upright picture of a frame, and of its mask if it has one, as PNG."""
+
+    jpeg: bytes
+    mask: bytes | None
+
+
+def check_header(frame: messages.Frame) -> None:
+    """Compare a frame with its pictures' headers, and its region with its size; decodes no pixel.
+
+    Raises PictureError.
+    """
+    decoding.check_size(frame)
+    _region_box(frame, frame.region)
+
+
+def crop(frame: messages.Frame, side: int) -> Crop:
+    """Cut the object out of a frame as a (side, side) picture and mask. Raises PictureError."""
+    return crops(frame, [frame.region], side)[0]
+
+
+def crops(
+    frame: messages.Frame, regions: Sequence[messages.Region | None], side: int
+) -> list[Crop]:
+    """Cut several regions out of a frame, each as `crop` would if the frame named that region.
+
+    Mask and picture are decoded once for all regions that need the same reduction of the JPEG.
+    Raises PictureError.
+    """
+    check_header(frame)
+    mask = None if frame.mask is None else decode_mask(frame)
+    cuts = [_cut(frame, region, mask) for region in regions]
+    reductions = [_reduction(frame, box, side) for box, _ in cuts]
+    decoded = {reduction: decode_upright(frame, reduction) for reduction in set(reductions)}
+    return [
+        _crop(frame, decoded[reduction], cut, side)
+        for cut, reduction in zip(cuts, reductions, strict=True)
+    ]
+
+
+def whole(frame: messages.Frame, side: int) -> tuple[Pixels, messages.Region]:
+    """Decode the upright frame, shorter side at least `side` if it has that, and find its object.
+
+    Returns (H, W, 3) uint8 and the region of the mask, else the frame's own, else its centre.
+    Raises PictureError.
+    """
+    check_header(frame)
+    mask = None if frame.mask is None else decode_mask(frame)
+    left, top, right, bottom = _cut(frame, frame.region, mask)[0]
+    pixels = decode_upright(frame, _reduction(frame, (0, 0, frame.width, frame.height), side))
+    x, y = 1.0 / frame.width, 1.0 / frame.height
+    region = messages.Region(x=left * x, y=top * y, w=(right - left) * x, h=(bottom - top) * y)
+    return pixels, region
+
+
+def shrunk(frame: messages.Frame, side: int) -> Shrunk:
+    """Return the whole frame, upright, at most `side` px a side. Raises PictureError."""
+    import simplejpeg
+    from PIL import Image
+
+    pixels, _ = whole(frame, side)
+    image = Image.fromarray(np.ascontiguousarray(pixels))
+    image.thumbnail((side, side))
+    jpeg = simplejpeg.encode_jpeg(np.asarray(image), quality=80)
+    if frame.mask is None:
+        return Shrunk(jpeg, None)
+    mask = Image.fromarray(np.ascontiguousarray(decode_mask(frame)))
+    mask.thumbnail((side, side), Image.Resampling.NEAREST)
+    file = BytesIO()
+    mask.save(file, "PNG")
+    return Shrunk(jpeg, file.getvalue())
+
+
+def central_mask(side: int) -> Pixels:
+    """Draw the disc taken for the object when no mask is given: (side, side) uint8, 0 or 255."""
+    axis = (np.arange(side) + 0.5) / side - 0.5
+    inside = axis[:, None] ** 2 + axis[None, :] ** 2 <= (CENTRAL_DISC / 2) ** 2
+    return np.where(inside, 255, 0).astype(np.uint8)
+
+
+def signature(crop: Crop) -> NDArray[np.float32]:
+    """Shrink a crop to the means of CELLS x CELLS cells of picture and mask: float32, 0..255."""
+    planes = np.dstack([crop.image, crop.mask]).astype(np.float32)
+    edges = np.linspace(0, planes.shape[0], CELLS + 1).astype(int)[:-1]
+    sums = np.add.reduceat(np.add.reduceat(planes, edges, axis=0), edges, axis=1)
+    size = np.diff(np.append(edges, planes.shape[0])).astype(np.float32)
+    cells: NDArray[np.float32] = sums / (size[:, None] * size[None, :])[..., None]
+    return cells.ravel()
+
+
+def has_changed(before: NDArray[np.float32], after: NDArray[np.float32]) -> bool:
+    """Whether two signatures show different pictures, beyond JPEG noise and a pixel of jitter."""
+    moved = np.abs(before - after)
+    mean = float(np.sqrt(np.mean(moved**2)))
+    return mean > MEAN_CHANGE or float(moved.max()) > CELL_CHANGE
+
+
+def _cut(
+    frame: messages.Frame, region: messages.Region | None, mask: Pixels | None
+) -> tuple[Box, Pixels | None]:
+    """Find the box to cut, and what of the mask counts: with a region, only what lies in it."""
+    if mask is None:
+        return _region_box(frame, region), None
+    if region is not None:
+        left, top, right, bottom = _region_box(frame, region)
+        within = np.zeros_like(mask)
+        within[top:bottom, left:right] = mask[top:bottom, left:right]
+        mask = within
+    return _mask_box(mask), mask
+
+
+def _reduction(frame: messages.Frame, box: Box, side: int) -> int:
+    """Choose the largest reduction that leaves `side` in the box; only a JPEG has any."""
+    within = min(box[2] - box[0], box[3] - box[1]) if frame.format == "jpeg" else 0
+    return next((k for k in REDUCTIONS if within // k >= side), 1)
+
+
+def _crop(frame: messages.Frame, pixels: Pixels, cut: tuple[Box, Pixels | None], side: int) -> Crop:
+    box, mask = cut
+    image = _resize(pixels, box, frame, side)
+    if mask is None:
+        return Crop(image, central_mask(side))
+    inside = _resize(mask, box, frame, side)
+    half = min(128, int(inside.max()))  # a mask of thin lines has no cell that is half covered
+    return Crop(image, np.where(inside >= half, 255, 0).astype(np.uint8))
+
+
+def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
+    """Find a region, or the centre, in px of the upright frame, clipped to it."""
+    edge = (1.0 - CENTRE) / 2
+    region = region or messages.Region(x=edge, y=edge, w=CENTRE, h=CENTRE)
+    left, top = round(region.x * frame.width), round(region.y * frame.height)
+    right = min(frame.width, ceil((region.x + region.w) * frame.width))
+    bottom = min(frame.height, ceil((region.y + region.h) * frame.height))
+    if left >= right or top >= bottom:
+        raise PictureError("$.region", "lies outside the frame; x + w and y + h end within 0..1")
+    return left, top, right, bottom
+
+
+def _mask_box(mask: Pixels) -> Box:
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if rows.size == 0:
+        raise PictureError("$.mask", "no pixel is nonzero; mark the object or leave the mask out")
+    top, bottom, left, right = rows[0], rows[-1] + 1, columns[0], columns[-1] + 1
+    y, x = ceil((bottom - top) * MARGIN), ceil((right - left) * MARGIN)
+    height, width = mask.shape
+    return (
+        max(0, int(left) - x),
+        max(0, int(top) - y),
+        min(width, right + x),
+        min(height, bottom + y),
+    )
+
+
+def _resize(pixels: Pixels, box: Box, frame: messages.Frame, side: int) -> Pixels:
+    """Cut a box, given in px of the frame, out of its decoded picture and resize it to a square."""
+    from PIL import Image
+
+    x, y = pixels.shape[1] / frame.width, pixels.shape[0] / frame.height
+    left, top, right, bottom = box[0] * x, box[1] * y, box[2] * x, box[3] * y
+    if (right - left, bottom - top) == (side, side) and left.is_integer() and top.is_integer():
+        return np.ascontiguousarray(pixels[int(top) : int(bottom), int(left) : int(right)])
+    image = Image.fromarray(np.ascontiguousarray(pixels))
+    small = image.resize((side, side), Image.Resampling.BILINEAR, box=(left, top, right, bottom))
+    return np.asarray(small)

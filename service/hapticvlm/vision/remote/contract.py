@@ -1,0 +1,228 @@
+"""What a shared recogniser is asked over HTTP and what it answers: contract 1. Pure.
+
+    POST /v1/recognise               MessagePack Request -> MessagePack Answer
+    GET  /v1/identity?gallery=NAME   JSON Identity
+    GET  /v1/health                  JSON counts of the replica that answers
+    GET  /v1/ready                   200 once the encoder and its galleries are loaded
+
+A crop is a square of the encoder's side with its mask, cut where the frame is: no frame travels.
+Whatever is refused is JSON {"error": text} with a status of 400 or more. A newer contract is
+another path. Requests with unknown fields are refused, unknown fields of answers are ignored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.evidence.ladder import Evidence
+from hapticvlm.messages import Frame, Region
+from hapticvlm.vision import pictures
+from hapticvlm.vision.decoding import PictureError
+from hapticvlm.vision.encoders.encoder import UNIT_ERROR
+from hapticvlm.vision.pictures import Crop
+
+CONTRACT = 1
+RECOGNISE, IDENTITY, HEALTH, READY = "/v1/recognise", "/v1/identity", "/v1/health", "/v1/ready"
+MESSAGEPACK = "application/msgpack"
+SHIPPED = "shipped"  # the gallery that every recogniser has
+MAX_CROPS = 64
+MAX_ANSWER_BYTES = 4 << 20
+JPEG_QUALITY = 95
+SUM_ERROR = 1e-3  # of the beliefs, above 1
+
+Format = Literal["rgba8", "jpeg"]
+GalleryName = Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
+_WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
+
+
+class ContractError(HapticVLMError):
+    """A request or an answer that is none: which field, why."""
+
+
+class SentCrop(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A crop. rgba8: S rows of S pixels, mask 0 or 255 as alpha. jpeg: S x S.
+
+    A jpeg's `mask` has a bit a pixel, row by row, the highest first (ceil(S S / 8) bytes); without
+    it the central disc counts.
+    """
+
+    format: Format
+    image: bytes
+    mask: bytes | None = None
+
+
+class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Crops to recognise with one gallery; `wait_ms` is how long the caller waits for an answer."""
+
+    crops: Annotated[list[SentCrop], Meta(min_length=1, max_length=MAX_CROPS)]
+    gallery: GalleryName = SHIPPED
+    wait_ms: Annotated[float, Meta(ge=1.0, le=60_000.0)] = 1000.0
+
+
+class Identity(msgspec.Struct, frozen=True):
+    """What answers: `hash` identifies this encoder with this gallery."""
+
+    contract: int
+    service: str
+    encoder: str
+    gallery: str
+    hash: str
+    side: Annotated[int, Meta(ge=1, le=2048)]
+    dimension: Annotated[int, Meta(ge=1, le=65_536)]
+    materials: list[str]
+
+
+class Result(msgspec.Struct, frozen=True):
+    """Of one crop: (material, belief), best first; the unit embedding, float32, little-endian."""
+
+    beliefs: list[tuple[str, float]]
+    embedding: bytes
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """A result for each crop, in order; `hash` is of the encoder and gallery that gave them.
+
+    `batch` is the size of the largest batch that one of the crops was embedded in.
+    """
+
+    gallery: str
+    hash: str
+    results: list[Result]
+    batch: int = 1
+    stages_ms: dict[str, float] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The evidence on one crop and its embedding (D,) float32."""
+
+    evidence: Evidence
+    embedding: NDArray[np.float32]
+
+
+def write_request(
+    crops: Sequence[Crop], gallery: str = SHIPPED, *, format: Format = "rgba8", wait_ms: float
+) -> bytes:
+    """Write a request."""
+    send = _rgba if format == "rgba8" else _jpeg
+    return msgspec.msgpack.encode(Request([send(crop) for crop in crops], gallery, wait_ms))
+
+
+def read_request(data: bytes) -> Request:
+    """Read a request; its crops are still encoded. Raises ContractError."""
+    try:
+        return msgspec.msgpack.decode(data, type=Request)
+    except msgspec.MsgspecError as error:
+        raise ContractError(f"the body is no request: {error}") from None
+
+
+def read_crop(sent: SentCrop, side: int) -> Crop:
+    """Decode a crop for an encoder of this side. Raises ContractError."""
+    if sent.format == "jpeg":
+        return Crop(_decoded(sent.image, side), _mask(sent.mask, side))
+    if len(sent.image) != 4 * side * side:
+        text = f"rgba8 of {len(sent.image)} bytes, {side} x {side} has {4 * side * side}"
+        raise ContractError(f"{text}: cut at the side that /v1/identity gives")
+    if sent.mask is not None:
+        raise ContractError("rgba8 has its mask as alpha: leave `mask` out")
+    pixels = np.frombuffer(sent.image, np.uint8).reshape(side, side, 4)
+    return Crop(pixels[..., :3], pixels[..., 3])
+
+
+def write_result(found: Found) -> Result:
+    """Write the result for one crop."""
+    return Result(list(found.evidence.beliefs), found.embedding.astype("<f4").tobytes())
+
+
+def read_identity(data: bytes) -> Identity:
+    """Read the identity that a recogniser gives. Raises ContractError."""
+    try:
+        identity = msgspec.json.decode(data, type=Identity)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise ContractError(f"it gives no identity: {error}") from None
+    if identity.contract != CONTRACT:
+        raise ContractError(f"it speaks contract {identity.contract}, this is {CONTRACT}")
+    return identity
+
+
+def read_answer(data: bytes, identity: Identity, count: int) -> tuple[Answer, list[Found]]:
+    """Read the answer of the recogniser with this identity to `count` crops.
+
+    Raises ContractError: an answer counts only if all of it is right.
+    """
+    try:
+        answer = msgspec.msgpack.decode(data, type=Answer)
+    except msgspec.MsgspecError as error:
+        raise ContractError(f"its answer cannot be read: {error}") from None
+    if (answer.gallery, answer.hash) != (identity.gallery, identity.hash):
+        given = f"`{answer.gallery[:64]}` {answer.hash[:64]}"
+        raise ContractError(f"answered by {given}, not `{identity.gallery}` {identity.hash}")
+    if len(answer.results) != count:
+        raise ContractError(f"{len(answer.results)} results to {count} crops")
+    return answer, [_found(result, identity) for result in answer.results]
+
+
+def _found(result: Result, identity: Identity) -> Found:
+    beliefs = dict(result.beliefs)
+    values = np.array(list(beliefs.values()), np.float64)
+    fits = np.isfinite(values).all() and (values >= 0).all() and values.sum() <= 1.0 + SUM_ERROR
+    if (
+        not fits
+        or len(beliefs) != len(result.beliefs)
+        or not beliefs.keys() <= set(identity.materials)
+    ):
+        raise ContractError("its beliefs are none in the materials of its gallery")
+    if len(result.embedding) != 4 * identity.dimension:
+        raise ContractError(f"an embedding of {len(result.embedding)} bytes")
+    embedding = np.frombuffer(result.embedding, "<f4").astype(np.float32)
+    if not abs(float(np.linalg.norm(embedding)) - 1.0) <= UNIT_ERROR:
+        raise ContractError("an embedding that is not of unit norm")
+    ranked = sorted(beliefs.items(), key=lambda item: -item[1])
+    return Found(Evidence("encoder", tuple(ranked)), embedding)
+
+
+def _rgba(crop: Crop) -> SentCrop:
+    alpha = np.where(crop.mask > 0, 255, 0).astype(np.uint8)
+    return SentCrop("rgba8", np.dstack([crop.image, alpha]).tobytes())
+
+
+def _jpeg(crop: Crop) -> SentCrop:
+    import simplejpeg
+
+    image = np.ascontiguousarray(crop.image)
+    data = simplejpeg.encode_jpeg(image, quality=JPEG_QUALITY, colorsubsampling="444")
+    return SentCrop("jpeg", data, np.packbits(crop.mask > 0).tobytes())
+
+
+def _decoded(data: bytes, side: int) -> NDArray[np.uint8]:
+    frame = Frame(
+        id=1,
+        captured_at=0.0,
+        format="jpeg",
+        width=side,
+        height=side,
+        origin="top",
+        image=data,
+        region=_WHOLE,
+    )
+    try:
+        return pictures.crop(frame, side).image
+    except PictureError as error:
+        raise ContractError(str(error)) from None
+
+
+def _mask(bits: bytes | None, side: int) -> NDArray[np.uint8]:
+    if bits is None:
+        return pictures.central_mask(side)
+    if len(bits) != (side * side + 7) // 8:
+        raise ContractError(f"a mask of {len(bits)} bytes, {side} x {side} has a bit a pixel")
+    inside = np.unpackbits(np.frombuffer(bits, np.uint8), count=side * side)
+    return (inside * 255).astype(np.uint8).reshape(side, side)

@@ -1,0 +1,201 @@
+"""The recogniser: a process of its own that decodes pictures, embeds them and matches the gallery.
+
+The gateway hands it one frame at a time and gets evidence back. Knows no sockets and no sessions.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from hapticvlm.messages import Frame
+from hapticvlm.processes.model_worker import (
+    Answered,
+    ModelWorker,
+    Serve,
+    Slot,
+    WorkerPlan,
+    lower_priority,
+    serve_requests,
+)
+from hapticvlm.processes.supervised import START_S, Started
+from hapticvlm.vision import pictures
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.frame_recogniser import FrameRecogniser, Recognition, Shown
+from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.galleries.user_materials import UserMaterial, table_with
+from hapticvlm.vision.pictures import Shrunk
+from hapticvlm.vision.remote.settings import RemoteSettings, RemoteState
+
+if TYPE_CHECKING:
+    from hapticvlm.vision.remote.client import RemoteRecogniser
+
+NICE = 5
+LIMIT_S, NAMED_LIMIT_S = 5.0, 20.0  # ours takes 25 ms, and a second on a busy machine; others more
+SHOWN_PX = 640  # longest side of a picture shown to observers
+DOWNLOAD_S = 600.0  # a named network may first have to come over the network
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class RecogniserSettings:
+    """What to load (None = what ships with the package), what to run it on, whom else to ask.
+
+    `own` are the materials of the gallery folder that the rest of the service knows.
+    """
+
+    encoder: str | None = None
+    gallery: Path | None = None
+    own: tuple[UserMaterial, ...] = ()
+    device: str = "cpu"
+    threads: int = 1
+    remote: RemoteSettings | None = None
+
+    @property
+    def start_s(self) -> float:
+        """How long loading may take, s."""
+        return START_S if self.encoder is None else DOWNLOAD_S
+
+    @property
+    def limit_s(self) -> float:
+        """How long one recognition may take before the process counts as hung, s."""
+        return LIMIT_S if self.encoder is None else NAMED_LIMIT_S
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """What the recogniser runs."""
+
+    encoder: str = "none"
+    gallery: str = "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Recognised:
+    """What came of one frame, the small picture of it if that was asked for.
+
+    `remote`: how the shared recogniser stands, if one is named.
+    """
+
+    recognition: Recognition
+    shown: Shrunk | None = None
+    remote: RemoteState | None = None
+
+
+class RecogniserWorker:
+    """The gateway's end: one recognition at a time, answers through a callback from a thread."""
+
+    def __init__(self, settings: RecogniserSettings) -> None:
+        limit_s, start_s = settings.limit_s, settings.start_s
+        self.worker: ModelWorker[Recognised] = ModelWorker(
+            WorkerPlan("recogniser", run_recogniser, settings, Recognised, limit_s, start_s)
+        )
+        self.remote: RemoteState | None = None
+
+    @property
+    def loaded(self) -> Loaded:
+        """What it runs."""
+        return Loaded(*self.worker.names)
+
+    def start(self, deliver: Callable[[Answered[Recognised]], None]) -> None:
+        """Start the process and wait until its models are loaded. Raises ChildError."""
+        self.worker.start(deliver)
+
+    def recognise(
+        self,
+        frame: Frame,
+        subject: str,
+        now: float,
+        *,
+        anew: bool,
+        shrink: bool = False,
+        shown: Shown | None = None,
+    ) -> None:
+        """Hand over one frame; only while not busy.
+
+        `subject` names what it shows, to notice an unchanged picture; `anew` = even if unchanged;
+        `shrink` = return a small picture of it too; `shown` = which object of which scene.
+        """
+        data = msgspec.msgpack.encode(msgspec.structs.replace(frame, id=1))  # 0 is no wire id
+        self.worker.request(data, (subject, now, anew, shrink, shown), now)
+
+    def note(self, remote: RemoteState | None) -> None:
+        """Note the state of the shared recogniser; log a change of it."""
+        before, self.remote = self.remote, remote
+        if remote is None or _standing(remote) == _standing(before):
+            return
+        if remote.is_used:
+            logger.info("objects are recognised by %s", remote.identity)
+        else:
+            logger.warning("objects are recognised on this machine: %s", remote.reason)
+
+    def close(self) -> None:
+        """Stop the process."""
+        self.worker.close()
+
+
+def _standing(remote: RemoteState | None) -> tuple[bool, str, bool]:
+    """Pick what is worth a line when it changes; a reason is, but not each wording of it."""
+    if remote is None:
+        return False, "", False
+    return remote.is_used, remote.identity, bool(remote.reason)
+
+
+def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection) -> None:
+    """Entry point of the recogniser process; ends when the gateway is gone."""
+    lower_priority(NICE)
+
+    def load() -> tuple[Started, Serve]:
+        try:
+            recogniser, encoder, remote = _load(settings)
+        except Exception as error:
+            raise RuntimeError(f"cannot load the models: {error}") from error
+        gallery = settings.gallery.resolve().name if settings.gallery else "shipped"
+
+        def serve(data: bytes, details: tuple[Any, ...]) -> Recognised:
+            found = _recognise(recogniser, data, *details)
+            return found if remote is None else replace(found, remote=remote.state)
+
+        return Started((encoder, gallery)), serve
+
+    serve_requests(slot, control, load)
+
+
+def _load(
+    settings: RecogniserSettings,
+) -> tuple[FrameRecogniser, str, RemoteRecogniser | None]:
+    encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
+    remote = None
+    if settings.remote is not None:
+        from hapticvlm.vision.remote.client import RemoteRecogniser
+
+        remote = RemoteRecogniser(settings.remote, table_with(settings.own))
+    gallery = load_gallery(settings.gallery, encoder=encoder, own=settings.own)
+    recogniser = FrameRecogniser(encoder, gallery, remote)
+    recogniser.warm_up()
+    return recogniser, encoder.name, remote
+
+
+def _recognise(recogniser: FrameRecogniser, data: bytes, *details: Any) -> Recognised:
+    subject, requested_at, anew, shrink, shown_object = details
+    waited_ms = (time.monotonic() - requested_at) * 1000.0
+    try:
+        recognition = recogniser.recognise(data, subject, waited_ms, anew=anew, shown=shown_object)
+        shown = _shrunk(data) if shrink and recognition.error is None else None
+        return Recognised(recognition, shown)
+    except Exception:  # a picture that trips a bug of ours must not take the others down
+        logger.exception("a recognition failed")
+        text = "recognising this picture failed"
+        return Recognised(Recognition(None, {}, error=text, is_our_fault=True))
+
+
+def _shrunk(data: bytes) -> Shrunk:
+    return pictures.shrunk(msgspec.msgpack.decode(data, type=Frame), SHOWN_PX)

@@ -1,0 +1,163 @@
+"""The OpenAI chat protocol: a question on the wire, and its choices as a reading or evidence. Pure.
+
+vLLM, `transformers serve` and others use it. The instruction comes before the pictures, so that
+an endpoint which caches prefixes computes it once. A reply is read by log-probabilities where they
+are given and are mostly of candidates, else by its text. The value is the expectation over what was
+given; the interval also counts what was not, evenly spread, and reaches to the value where a long
+tail pulls that out of it.
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from hapticvlm.evidence.ladder import Evidence
+from hapticvlm.evidence.reading import Reading
+from hapticvlm.materials import UNKNOWN
+from hapticvlm.vlm.contract import Asked, Picture, VlmError
+from hapticvlm.vlm.endpoint import EndpointError, Json
+from hapticvlm.vlm.generation import MOST_TOKENS, interval, read_celsius
+from hapticvlm.vlm.logprobs import (
+    TOP,
+    CandidateMass,
+    Fits,
+    fit_number,
+    fit_word,
+    follow,
+    read_places,
+)
+from hapticvlm.vlm.numbers import spread
+
+QUALITY = 90  # of the JPEG
+TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2
+
+
+def question(asked: Asked, wording: int, pictures: Sequence[Picture], image_tokens: int) -> Json:
+    """Word a question about pictures (H, W, 3) uint8 RGB, each shrunk to its token budget."""
+    content: list[Json] = [{"type": "text", "text": asked.instruction}]
+    content += [_shown(shrink(picture, image_tokens)) for picture in pictures]
+    content.append({"type": "text", "text": asked.questions[wording]})
+    return {
+        "messages": [{"role": "user", "content": content}],
+        "max_tokens": MOST_TOKENS,
+        "temperature": 0.0,
+        "stream": False,
+    }
+
+
+def with_logprobs(body: Json) -> Json:
+    """Ask for log-probabilities too."""
+    return body | {"logprobs": True, "top_logprobs": TOP}
+
+
+def first_choice(answer: Json) -> Json:
+    """Return the answer's one choice. Raises EndpointError."""
+    choices = answer.get("choices")
+    first = choices[0] if isinstance(choices, list) and choices else None
+    if not isinstance(first, dict):
+        raise EndpointError("the endpoint's answer has no choices: is it a chat endpoint?")
+    return first
+
+
+def text_of(choice: Json) -> str:
+    """Return a choice's text. Raises EndpointError."""
+    message = choice.get("message")
+    text = message.get("content") if isinstance(message, dict) else None
+    if not isinstance(text, str):
+        raise EndpointError("the endpoint's answer has no text")
+    return text
+
+
+def model_names(answer: Json) -> list[str]:
+    """List the models that an endpoint offers; [] where the list has no known form."""
+    listed = answer.get("data")
+    if not isinstance(listed, list):
+        return []
+    names = [model.get("id") for model in listed if isinstance(model, dict)]
+    return [name for name in names if isinstance(name, str)]
+
+
+def shrink(picture: Picture, image_tokens: int) -> Picture:
+    """Shrink a picture (H, W, 3) uint8 to about the pixels of its budget; never enlarge it."""
+    from PIL import Image
+
+    height, width = picture.shape[:2]
+    scale = math.sqrt(image_tokens * TOKEN_SIDE**2 / (height * width))
+    if scale >= 1.0:
+        return picture
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    return np.asarray(Image.fromarray(picture).resize(size, Image.Resampling.BICUBIC))
+
+
+def _shown(picture: Picture) -> Json:
+    import simplejpeg
+
+    data = simplejpeg.encode_jpeg(np.ascontiguousarray(picture), quality=QUALITY)
+    url = f"data:image/jpeg;base64,{base64.b64encode(data).decode()}"
+    return {"type": "image_url", "image_url": {"url": url}}
+
+
+LEAST_KNOWN = 0.5  # share of candidates below which log-probabilities are left for the text
+# Belief in a material named without a probability: enough to be rendered (ladder.KNOWN), not
+# to end the climb (ladder.SURE). Set, not measured.
+TEXT_BELIEF = 0.6
+
+
+def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | None:
+    """Read a temperature off the log-probabilities, one choice a wording; None without them."""
+    replies = [_reply(choice, fit_number) for choice in choices]
+    known = [reply for reply in replies if reply is not None]
+    if len(known) < len(replies):
+        return None
+    value = spread([reply.seen for reply in known])
+    ends = spread([reply.seen + reply.unseen for reply in known])
+    low_c, high_c = min(ends.low_c, value.value_c), max(ends.high_c, value.value_c)
+    deviation = value.prompt_sd_c
+    return Reading(value.value_c, low_c, high_c, deviation, "logprobs", seconds, value.share)
+
+
+def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
+    """Read the temperature that the texts state, one choice a wording. Raises VlmError.
+
+    The interval holds those of all wordings.
+    """
+    stated = [read_celsius(text_of(choice)) for choice in choices]
+    lows, highs = zip(*(interval(reading) for reading in stated), strict=True)
+    values = [reading.value_c for reading in stated]
+    deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
+    return Reading(float(np.mean(values)), min(lows), max(highs), deviation, "text", seconds)
+
+
+def material_by_logprobs(choice: Json, names: Sequence[str]) -> Evidence | None:
+    """Weigh material names by their log-probabilities; None without them."""
+    reply = _reply(choice, fit_word((*names, UNKNOWN)))
+    if reply is None:
+        return None
+    beliefs = zip(names, reply.seen.tolist(), strict=False)
+    ranked = sorted((pair for pair in beliefs if pair[1] > 0), key=lambda pair: -pair[1])
+    return Evidence("vlm", tuple(ranked))
+
+
+def material_by_text(choice: Json, names: Sequence[str]) -> Evidence:
+    """Read the one material that a text names, or none where it names unknown. Raises VlmError."""
+    text = text_of(choice)
+    words = set(re.findall(r"\w+", text.lower()))
+    named = [name for name in (*names, UNKNOWN) if name.lower() in words]
+    if len(named) != 1:
+        excerpt = " ".join(text.split())[:80]
+        raise VlmError(f"the model's answer names {len(named)} materials: `{excerpt}`")
+    return Evidence("vlm", () if named == [UNKNOWN] else ((named[0], TEXT_BELIEF),))
+
+
+def _reply(choice: Json, fits: Fits) -> CandidateMass | None:
+    """Follow the log-probabilities; None without them, or where most are of no candidate."""
+    places = read_places(choice)
+    if not places:
+        return None
+    reply = follow(places, fits, is_whole=choice.get("finish_reason") == "stop")
+    return reply if reply.seen.sum() >= LEAST_KNOWN else None

@@ -1,0 +1,153 @@
+"""One question to a chat endpoint and its answer, within a time and a size. Knows no model.
+
+Plain http is used only where the user's own url has it: pictures then travel in clear text. A
+token does not, except to this machine.
+"""
+
+from __future__ import annotations
+
+import http
+import http.client
+import json
+import math
+import socket
+import time
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from hapticvlm import http_client as http_line
+from hapticvlm.http_client import MOST_TEXT, Address, Line, LineError, printable
+from hapticvlm.vlm.contract import VlmError
+
+Json = dict[str, Any]
+
+FLAG = "--vlm-url"
+MOST_BYTES = 1 << 20  # of an answer; one with 20 log-probabilities a token stays below 64 KiB
+
+
+class EndpointError(VlmError):
+    """The endpoint gave no answer of use. `status` is its HTTP status, `wait_s` its Retry-After."""
+
+    def __init__(self, text: str, status: int | None = None, wait_s: float | None = None) -> None:
+        super().__init__(text)
+        self.status, self.wait_s = status, wait_s
+
+
+def judge(status: int, retry_after: str | None, data: bytes) -> Json:
+    """Read the JSON object of a reply. Raises EndpointError."""
+    if 300 <= status < 400:
+        raise EndpointError(f"the endpoint redirects (HTTP {status}): give its target", status)
+    if status != http.HTTPStatus.OK:
+        text = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no word why'}"
+        raise EndpointError(text, status, _wait_s(retry_after))
+    try:
+        answer = json.loads(data, parse_constant=_refuse)
+    except (ValueError, RecursionError):
+        text = f"the endpoint's answer is no JSON: {_decoded(data)}"
+        raise EndpointError(text, status) from None
+    if not isinstance(answer, dict):
+        raise EndpointError("the endpoint's answer is JSON, but no object", status)
+    if answer.get("error"):
+        raise EndpointError(f"the endpoint says: {_error_text(data)}", status)
+    return answer
+
+
+def _error_text(data: bytes) -> str:
+    """Find the message of an error body, as OpenAI's and FastAPI's endpoints spell it."""
+    try:
+        found = json.loads(data)
+        message = found.get("error") or found.get("detail") or found.get("message")
+    except (ValueError, RecursionError, AttributeError):
+        return _decoded(data)
+    if isinstance(message, dict):
+        message = message.get("message", message)
+    return printable(str(message)) if message else _decoded(data)
+
+
+def _wait_s(retry_after: str | None) -> float | None:
+    """Seconds of a Retry-After header; None without one, or where it is a date or nonsense."""
+    try:
+        wait = float(retry_after or "")
+    except ValueError:
+        return None
+    return wait if math.isfinite(wait) and wait >= 0 else None
+
+
+def _refuse(name: str) -> None:
+    raise ValueError(f"{name} is no JSON")
+
+
+def _decoded(data: bytes) -> str:
+    return printable(data[: 4 * MOST_TEXT].decode("utf-8", "replace"))
+
+
+def read_address(url: str) -> Address:
+    """Read an endpoint's url, with or without /v1 at its end. Raises VlmError."""
+    try:
+        return http_line.read_address(url, FLAG)
+    except LineError as error:
+        raise VlmError(str(error)) from None
+
+
+def check_token(token: str | None, address: Address) -> str | None:
+    """Return a token that may be sent there. Raises VlmError, which does not repeat it."""
+    try:
+        return http_line.check_token(token, address, FLAG)
+    except LineError as error:
+        raise VlmError(str(error)) from None
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """An address and the bearer token sent to it. Deadlines are times of `time.monotonic`, s."""
+
+    address: Address
+    token: str | None = field(repr=False)
+
+    def post(self, path: str, body: Json, deadline: float) -> Json:
+        """Ask with a JSON body. Raises EndpointError."""
+        return self._asked("POST", path, json.dumps(body).encode(), deadline)
+
+    def get(self, path: str, deadline: float) -> Json:
+        """Ask without one. Raises EndpointError."""
+        return self._asked("GET", path, None, deadline)
+
+    def _asked(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
+        begun = time.monotonic()
+        try:
+            return self._exchange(verb, path, body, deadline)
+        except TimeoutError:
+            took = f"no whole answer within {max(0.0, deadline - begun):.1f} s"
+            raise self._error(f"{self.address.name}: {took}") from None
+        except EndpointError as error:
+            raise self._error(str(error), error) from None
+        except (OSError, http.client.HTTPException, LineError) as error:
+            reason = printable(str(error)) or type(error).__name__
+            raise self._error(f"{self.address.name}: {reason}") from None
+
+    def _exchange(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
+        with http_line.connect(self.address, deadline) as sock:
+            connection = http.client.HTTPConnection(self.address.name)
+            connection.sock = cast(socket.socket, Line(sock, deadline))
+            connection.request(verb, self.address.path + path, body, self._headers())
+            response = connection.getresponse()
+            wait = response.headers.get("Retry-After")
+            return judge(response.status, wait, http_line.read_body(response, MOST_BYTES))
+
+    def _headers(self) -> dict[str, str]:
+        headers = {
+            "Content-Type": "application/json",
+            "Accept": "application/json",
+            "Accept-Encoding": "identity",
+            "Connection": "close",
+        }
+        return (
+            headers if self.token is None else headers | {"Authorization": f"Bearer {self.token}"}
+        )
+
+    def _error(self, text: str, error: EndpointError | None = None) -> EndpointError:
+        """Word an error without the token, which an endpoint may have put in its own words."""
+        text = text if self.token is None else text.replace(self.token, "(token)")
+        if error is None:
+            return EndpointError(text)
+        return EndpointError(text, error.status, error.wait_s)

@@ -1,0 +1,209 @@
+"""A vision-language network of transformers, asked for next tokens. The home of torch here.
+
+The cache of a prompt's head is computed once and kept; a readout is one forward pass. Positions are
+given explicitly: those of the Qwen-VL family are three-dimensional within a picture and go on
+behind it from the largest one used, not from the count of tokens. Knows no tokenizer and no words.
+"""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import time
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.vision.encoders.networks import line
+from hapticvlm.vlm.chat import Prompt
+from hapticvlm.vlm.contract import VlmError
+from hapticvlm.vlm.numbers import ChoiceTree, Packed, pack
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+KEPT_HEADS = 4  # caches of instructions kept: ambient and a few scenes' material names
+CURE_MEMORY = "ask with fewer image tokens, give the machine more memory or name a smaller model"
+
+
+class Network:
+    """A loaded network of transformers on its device; `model` makes text of images and text."""
+
+    def __init__(self, model: Any) -> None:  # noqa: ANN401 - any kind
+        self.model = model
+        self._heads: OrderedDict[tuple[int, ...], Any] = OrderedDict()
+        given = model.generation_config.eos_token_id
+        self.ends = frozenset([given] if isinstance(given, int) else given or [])
+
+    def readout(self, prompt: Prompt, tree: ChoiceTree) -> NDArray[np.float32]:
+        """Return log-probabilities (wordings, nodes, vocabulary) of one pass. Raises VlmError."""
+        with guarded("the model's pass"):
+            packed = pack(prompt.tails, tree)
+            rows = len(prompt.body) + packed.rows.ravel()
+            logits, _ = self._pass(prompt, packed, rows)
+            flat = log_probs(logits[0])
+            return flat.reshape((*packed.rows.shape, flat.shape[-1]))
+
+    def following(self, prompt: Prompt, tokens: Sequence[int] = ()) -> NDArray[np.float32]:
+        """Return log-probabilities (vocabulary,) of what follows the first wording and `tokens`.
+
+        Nothing is kept from other questions nor packed: what a readout is checked against.
+        """
+        with guarded("the model's pass"):
+            whole = (*prompt.head, *prompt.body, *prompt.tails[0], *tokens)
+            shared = len(prompt.head) + len(prompt.body)
+            steps = np.arange(len(whole) - shared)
+            positions = self._positions(prompt, steps)
+            logits = self._call(whole, positions, **prompt.tensors).logits
+            beliefs: NDArray[np.float32] = log_probs(logits[0, -1:])[0]
+            return beliefs
+
+    def write(self, prompt: Prompt, most: int, until_s: float = inf) -> list[int]:
+        """Write the likeliest answer to the first wording, its end not included. Raises VlmError.
+
+        most: tokens, of which the end is one. until_s: when to give up, time.monotonic.
+        """
+        with guarded("the model's answer"):
+            return list(self._write(prompt, most, until_s))
+
+    def _write(self, prompt: Prompt, most: int, until_s: float) -> Iterator[int]:
+        packed = pack(prompt.tails[:1], ChoiceTree(((),), (), 0))
+        last = np.array([len(prompt.body) + len(packed.ids) - 1])
+        logits, cache = self._pass(prompt, packed, last)
+        for count in range(1, most + 1):
+            token = int(log_probs(logits[0, -1:])[0].argmax())
+            if token in self.ends:
+                return
+            yield token
+            if count < most:
+                _require_before(until_s)
+                steps = np.array([len(packed.ids) + count - 1])
+                positions = self._positions(prompt, steps)[..., -1:]
+                outputs = self._call((token,), positions, past_key_values=cache)
+                logits, cache = outputs.logits, outputs.past_key_values
+
+    def _pass(self, prompt: Prompt, packed: Packed, rows: NDArray[np.int64]) -> tuple[Tensor, Any]:
+        """Run a prompt's body with what is packed behind; logits (1, rows, vocabulary)."""
+        import torch
+
+        ids = (*prompt.body, *packed.ids.tolist())
+        positions = self._positions(prompt, packed.steps)[..., -len(ids) :]
+        outputs = self._call(
+            ids,
+            positions,
+            attention_mask=self._mask(len(prompt.head) + len(prompt.body), packed, len(ids)),
+            past_key_values=self._head(prompt.head),
+            logits_to_keep=torch.from_numpy(rows).to(self.model.device),
+            **prompt.tensors,
+        )
+        return outputs.logits, outputs.past_key_values
+
+    def _head(self, head: tuple[int, ...]) -> Any:  # noqa: ANN401 - a cache of transformers
+        """Copy the kept cache of a head, computing it at first; a pass writes into its copy."""
+        if not head:
+            return None
+        if head not in self._heads:
+            self._heads[head] = self._call(head, self._flat(np.arange(len(head)))).past_key_values
+        self._heads.move_to_end(head)
+        while len(self._heads) > KEPT_HEADS:
+            self._heads.popitem(last=False)
+        return copy.deepcopy(self._heads[head])
+
+    def _positions(self, prompt: Prompt, steps: NDArray[np.int64]) -> Tensor:
+        """Position head and body, then what stands `steps` behind: (3, 1, L) or (1, L)."""
+        import torch
+
+        shared = self._shared_positions((*prompt.head, *prompt.body), prompt.tensors)
+        behind = self._flat(steps) + shared.max() + 1
+        return torch.cat([shared, behind], dim=-1)
+
+    def _shared_positions(self, ids: Sequence[int], tensors: Mapping[str, Any]) -> Tensor:
+        import torch
+
+        if not self._is_spatial:
+            return self._flat(np.arange(len(ids)))
+        tokens = torch.tensor([ids])
+        known: dict[str, Any] = {
+            "input_ids": tokens,
+            "image_grid_thw": tensors["image_grid_thw"],
+            "mm_token_type_ids": (tokens == self.model.config.image_token_id).int(),
+        }
+        find = self.model.model.get_rope_index
+        taken = inspect.signature(find).parameters  # the last one is new in transformers 5
+        positions: Tensor = find(**{name: known[name] for name in known if name in taken})[0]
+        return positions.to(self.model.device)
+
+    def _flat(self, places: NDArray[np.int64]) -> Tensor:
+        """Return text positions in the form the network expects: (3, 1, L) or (1, L)."""
+        import torch
+
+        flat = torch.from_numpy(places).to(self.model.device)[None]
+        return flat.expand(3, 1, -1) if self._is_spatial else flat
+
+    @property
+    def _is_spatial(self) -> bool:
+        return hasattr(self.model.model, "get_rope_index")
+
+    def _mask(self, shared: int, packed: Packed, rows: int) -> Tensor:
+        """Make the additive mask (1, 1, rows, L): 0 where a row sees a column."""
+        import torch
+
+        size = shared + len(packed.ids)
+        sees = torch.ones(size, size, dtype=torch.bool).tril()
+        sees[shared:, shared:] = torch.from_numpy(packed.sees)
+        hidden = torch.zeros(size, size).masked_fill(~sees, torch.finfo(self.model.dtype).min)
+        return hidden[None, None, -rows:].to(self.model.device, self.model.dtype)
+
+    def _call(self, ids: Sequence[int], positions: Tensor, **given: Any) -> Any:  # noqa: ANN401
+        import torch
+
+        options = {"logits_to_keep": 1, **given}
+        tensors = {name: self._placed(value) for name, value in options.items()}
+        tokens = torch.tensor([ids], device=self.model.device)
+        return self.model(input_ids=tokens, position_ids=positions, use_cache=True, **tensors)
+
+    def _placed(self, value: Any) -> Any:  # noqa: ANN401 - tensors and what is none
+        import torch
+
+        if not isinstance(value, torch.Tensor):
+            return value
+        value = value.to(self.model.device)
+        return value.to(self.model.dtype) if value.is_floating_point() else value
+
+
+def log_probs(logits: Tensor) -> NDArray[np.float32]:
+    """Normalise logits (N, vocabulary). Raises VlmError for what is no number."""
+    import torch
+
+    wrong = int((~torch.isfinite(logits)).sum())
+    if wrong:
+        text = f"the model gives NaN or infinite logits ({wrong} of {logits.numel()})"
+        raise VlmError(f"{text}: its weights are damaged, or need another precision")
+    found: NDArray[np.float32] = torch.log_softmax(logits.float(), dim=-1).cpu().numpy()
+    return found
+
+
+@contextmanager
+def guarded(doing: str) -> Iterator[None]:
+    """Run without gradients; turn what a network or its memory trips over into VlmError."""
+    import torch
+
+    try:
+        with torch.inference_mode():
+            yield
+    except (MemoryError, torch.OutOfMemoryError) as error:
+        raise VlmError(f"{doing} ran out of memory ({line(error)}): {CURE_MEMORY}") from None
+    except (RuntimeError, ValueError, TypeError, LookupError, AttributeError) as error:
+        if "alloc" in str(error):  # torch's word for a lack of the cpu's memory
+            raise VlmError(f"{doing} ran out of memory ({line(error)}): {CURE_MEMORY}") from None
+        raise VlmError(f"{doing} failed ({type(error).__name__}: {line(error)})") from error
+
+
+def _require_before(until_s: float) -> None:
+    if time.monotonic() > until_s:
+        raise VlmError("the model took longer than allowed to write its answer")

@@ -1,0 +1,188 @@
+"""Exact probabilities of candidate answers, and from those of whole degrees a temperature. Pure.
+
+The belief in a candidate is the probability that the answer begins with it and with no longer
+candidate: "2" is believed when a 2 comes and nothing that makes it 20 or -2. For a text x of tokens
+x_1..x_n it is
+  b(x) = prod_i p(x_i | x_1..x_i-1) * (1 - sum of p(t | x) over t that lead on to a candidate),
+so what a model appends (an end, a degree sign, a full stop) does not matter, and every candidate is
+scored from the distributions after the texts that lead on: the tree's nodes. For whole numbers from
+-30 to 60 by single digits these are ten beside the root. A text counts as its tokenizer's own
+split of it; other splits of the same text do not.
+
+Several wordings and every candidate's beginning are read in one forward pass. After the part that
+all share come, one behind the other, each wording's tail and the nodes of the tree of candidates. A
+mask lets a token see what it would see if its wording and its beginning of a candidate stood alone,
+and its position counts from the shared part, so the pass gives the very next-token distributions
+that asking each text by itself would give (tree attention: Miao et al., SpecInfer, ASPLOS 2024,
+arXiv 2305.09781).
+
+A belief in n degC is spread evenly over n - 0.5 to n + 0.5, so quantiles are continuous and a model
+that is sure of one number still leaves the degree it rounds to. Knows no model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.evidence.reading import COVERAGE
+from hapticvlm.vlm.contract import LEAST_C, MOST_C, VlmError
+
+Encode = Callable[[str], Sequence[int]]
+Text = tuple[int, ...]
+
+CANDIDATES_C = np.arange(LEAST_C, MOST_C + 1)  # degC
+LEAST_SHARE = 1e-6  # probability of any number at all below which a readout is rounding noise
+
+Beliefs = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceTree:
+    """Candidate token texts, and the beginnings of them after which a model must be asked.
+
+    nodes: the root () first, then every beginning that leads on, parents before children.
+    texts: (tokens, answer) pairs; several texts may mean one answer. answers: how many there are.
+    """
+
+    nodes: tuple[Text, ...]
+    texts: tuple[tuple[Text, int], ...]
+    answers: int
+
+    def parent(self, node: int) -> int:
+        """Return the index of the node one token shorter; the root has none."""
+        return self.nodes.index(self.nodes[node][:-1])
+
+
+def choice_tree(spellings: Mapping[str, int], encode: Encode) -> ChoiceTree:
+    """Build the tree of spellings, each with the index of the answer it means.
+
+    Raises ValueError where the tokenizer has no tokens for one, or two answers share their tokens.
+    """
+    texts: dict[Text, int] = {}
+    for spelling, answer in spellings.items():
+        tokens = tuple(encode(spelling))
+        if not tokens or texts.get(tokens, answer) != answer:
+            raise ValueError(f"the tokenizer does not tell `{spelling}` from other answers")
+        texts[tokens] = answer
+    inner = {text[:length] for text in texts for length in range(len(text))}
+    nodes = tuple(sorted(inner, key=lambda text: (len(text), text)))
+    return ChoiceTree(nodes, tuple(texts.items()), 1 + max(texts.values()))
+
+
+@dataclass(frozen=True, slots=True)
+class Packed:
+    """What follows the shared part, T tokens of K wordings with N nodes each.
+
+    ids: (T,) int64. steps: (T,) int64, how far behind the shared part's end each stands, from 0.
+    sees: (T, T) bool, row sees column. rows: (K, N) int64, where each node's next token is read.
+    """
+
+    ids: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    sees: NDArray[np.bool_]
+    rows: NDArray[np.int64]
+
+
+def pack(tails: Sequence[Sequence[int]], tree: ChoiceTree) -> Packed:
+    """Lay out the tails, each of one token or more, with the tree's nodes behind each."""
+    size = sum(len(tail) + len(tree.nodes) - 1 for tail in tails)
+    ids, steps = np.zeros(size, np.int64), np.zeros(size, np.int64)
+    sees = np.eye(size, dtype=bool)
+    rows = np.zeros((len(tails), len(tree.nodes)), np.int64)
+    start = 0
+    for tail, row in zip(tails, rows, strict=True):
+        end = start + len(tail)
+        ids[start:end], steps[start:end] = tail, np.arange(len(tail))
+        sees[start:end, start:end] = np.tri(len(tail), dtype=bool)
+        row[0] = end - 1
+        for node in range(1, len(tree.nodes)):
+            here = row[node] = end + node - 1
+            above = row[tree.parent(node)]
+            ids[here], steps[here] = tree.nodes[node][-1], steps[above] + 1
+            sees[here] |= sees[above]
+        start = end + len(tree.nodes) - 1
+    return Packed(ids, steps, sees, rows)
+
+
+def beliefs(tree: ChoiceTree, log_probs: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Score every answer: (answers,) float64, summing to at most 1.
+
+    log_probs: (nodes, vocabulary), log-probabilities of the next token after each node.
+    """
+    found = np.zeros(tree.answers)
+    for text, answer in tree.texts:
+        found[answer] += np.exp(_score(tree, log_probs, text))
+    return found
+
+
+def _score(tree: ChoiceTree, log_probs: NDArray[np.float32], text: Text) -> float:
+    score = sum(
+        float(log_probs[tree.nodes.index(text[:place]), token]) for place, token in enumerate(text)
+    )
+    if text not in tree.nodes:
+        return score
+    stopped = log_probs[tree.nodes.index(text)].astype(np.float64)
+    stopped[_leading_on(tree, text)] = -np.inf
+    return score + float(np.logaddexp.reduce(stopped))
+
+
+def _leading_on(tree: ChoiceTree, text: Text) -> list[int]:
+    """List the tokens that make of a text a longer beginning of a candidate."""
+    place = len(text)
+    longer = {
+        other[place] for other, _ in tree.texts if len(other) > place and other[:place] == text
+    }
+    return sorted(longer)
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """A temperature, the interval that holds COVERAGE of the belief, all degC, and two doubts.
+
+    prompt_sd_c: standard deviation of the value over the wordings, None with one. share: the
+    probability that the answer is a candidate at all, mean over the wordings.
+    """
+
+    value_c: float
+    low_c: float
+    high_c: float
+    prompt_sd_c: float | None
+    share: float
+
+
+def number_tree(encode: Encode) -> ChoiceTree:
+    """Build the tree of all candidate numbers, for any tokenizer. Raises ValueError."""
+    spellings = {str(number): place for place, number in enumerate(CANDIDATES_C.tolist())}
+    return choice_tree(spellings, encode)
+
+
+def spread(wordings: Sequence[Beliefs]) -> Spread:
+    """Average beliefs in CANDIDATES_C, each (91,) summing to at most 1, over the wordings.
+
+    Each wording counts the same, whatever its share. Raises VlmError where no number is believed.
+    """
+    shares = [float(wording.sum()) for wording in wordings]
+    if not min(shares, default=0.0) >= LEAST_SHARE:
+        raise VlmError("the model's answer begins with no number: is it an instruct model?")
+    normal = [wording / share for wording, share in zip(wordings, shares, strict=True)]
+    means = [float(wording @ CANDIDATES_C) for wording in normal]
+    mixed: Beliefs = np.mean(normal, axis=0)
+    tail, value_c = (1.0 - COVERAGE) / 2, float(np.mean(means))
+    return Spread(
+        value_c=value_c,
+        low_c=min(quantile(mixed, tail), value_c),  # a far second mode draws the mean outside
+        high_c=max(quantile(mixed, 1.0 - tail), value_c),
+        prompt_sd_c=float(np.std(means, ddof=1)) if len(means) > 1 else None,
+        share=float(np.mean(shares)),
+    )
+
+
+def quantile(normal: Beliefs, level: float) -> float:
+    """Find the temperature below which `level` (0..1) of beliefs that sum to 1 lies; degC."""
+    edges = np.append(CANDIDATES_C - 0.5, MOST_C + 0.5)
+    below = np.concatenate([[0.0], np.cumsum(normal)])
+    return float(np.interp(level * below[-1], below, edges))

@@ -1,0 +1,219 @@
+"""A vision-language model found by folder or by name, and loaded; refused where it cannot work.
+
+A folder never touches the network. A name is looked up in this machine's cache, and only then asked
+for, once, before a download starts. Code that comes with a model is never run, one that lacks
+weights is refused, and so is one that would not fit the memory that is free: the system would end
+the process without a word. Asks no question.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from hapticvlm.errors import installing
+from hapticvlm.vision.encoders.networks import (
+    CONFIG,
+    HUB_NAME,
+    HUB_S,
+    PACKAGES,
+    line,
+    quieten_libraries,
+)
+from hapticvlm.vlm.chat import Chat
+from hapticvlm.vlm.contract import VlmError, VlmSettings
+from hapticvlm.vlm.network import CURE_MEMORY, Network, guarded
+
+FILES = ("*.json", "*.safetensors", "*.txt", "*.jinja", "*.model")
+BYTES = {"bfloat16": 2, "float32": 4}
+TRIALS = 8
+MEMINFO = Path("/proc/meminfo")
+LEAST_TOKENS = 4  # what Qwen's image processor makes of the smallest picture
+FOLDER = "give a folder that save_pretrained wrote, with network, tokenizer and image processor"
+
+logger = logging.getLogger(__name__)
+
+
+def load(settings: VlmSettings) -> tuple[Network, Chat]:
+    """Load a model and what prepares its questions. Raises VlmError."""
+    _require_sense(settings)
+    _quieten(settings)
+    folder = find(settings.model)
+    _require_device(settings)
+    if settings.device == "cpu":
+        _require_memory(folder, settings)
+    try:
+        with guarded(f"loading the model `{settings.model}`"):
+            chat_parts, model = _chat_parts(folder, settings), _model(folder, settings)
+    except VlmError:
+        raise
+    except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
+        raise _unloadable(settings, line(error)) from None
+    image_id = _image_id(model.config)
+    if image_id is None:
+        raise _unloadable(settings, f"a {type(model).__name__} takes no pictures")
+    return Network(model), Chat(*chat_parts, image_id)
+
+
+def settled(settings: VlmSettings) -> VlmSettings:
+    """Choose the precision where none is asked for: the faster here that fits. Raises VlmError.
+
+    Processors without bfloat16 products emulate them, at a quarter of the speed of float32.
+    """
+    if settings.precision is not None:
+        return settings
+    _quieten(settings)
+    exact = replace(settings, precision="float32")
+    if settings.device == "cpu" and _is_float32_faster():
+        with suppress(VlmError):
+            _require_memory(find(settings.model), exact)
+            return exact
+    return replace(settings, precision="bfloat16")
+
+
+def _is_float32_faster() -> bool:
+    import torch
+
+    def seconds(kind: torch.dtype) -> float:
+        left, right = torch.ones(64, 1024, dtype=kind), torch.ones(1024, 1024, dtype=kind)
+        times = []
+        for _ in range(TRIALS):
+            start = time.perf_counter()
+            torch.mm(left, right)
+            times.append(time.perf_counter() - start)
+        return min(times)
+
+    return seconds(torch.float32) < seconds(torch.bfloat16)
+
+
+def find(name: str) -> Path:
+    """Return the folder of a model by folder or name, downloading it if needs be."""
+    return find_here(name) or _from_hub(name)
+
+
+def find_here(name: str) -> Path | None:
+    """Return a model's folder, None for a name of the hub. Raises VlmError; imports no library."""
+    path = Path(name).expanduser()
+    if path.is_dir():
+        if not (path / CONFIG).is_file():
+            raise VlmError(f"model `{name}` has no {CONFIG}; {FOLDER}")
+        return path
+    if path.exists() or not HUB_NAME.fullmatch(name):
+        raise VlmError(f"model `{name}` is no folder here; {FOLDER}, or a name of the hub")
+    return None
+
+
+def free_bytes() -> int | None:
+    """Return how much memory a new process may take, None where the system does not report it."""
+    if not MEMINFO.is_file():
+        return None
+    memory = dict(row.split(":", 1) for row in MEMINFO.read_text().splitlines() if ":" in row)
+    free = memory.get("MemAvailable")
+    return None if free is None else 1024 * int(free.split()[0])
+
+
+def _from_hub(name: str) -> Path:
+    import huggingface_hub
+
+    try:
+        return Path(huggingface_hub.snapshot_download(name, local_files_only=True))
+    except Exception:  # noqa: BLE001 - not in the cache, whatever the library calls that
+        logger.info("model `%s` is not on this machine", name)
+    try:
+        huggingface_hub.model_info(name, timeout=HUB_S)
+        logger.warning("model `%s` is not on this machine: downloading it", name)
+        return Path(huggingface_hub.snapshot_download(name, allow_patterns=list(FILES)))
+    except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
+        text = f"model `{name}` is no folder here and cannot be downloaded ({line(error)})"
+        raise VlmError(f"{text}; {FOLDER}") from None
+
+
+def _require_sense(settings: VlmSettings) -> None:
+    if settings.image_tokens < LEAST_TOKENS:
+        raise VlmError(f"a picture needs {LEAST_TOKENS} image tokens or more")
+    if settings.threads < 1:
+        raise VlmError("a model needs 1 thread or more")
+    if settings.precision not in (None, *BYTES):
+        raise VlmError(f"precision `{settings.precision}` is none of {', '.join(BYTES)}")
+
+
+def _quieten(settings: VlmSettings) -> None:
+    try:
+        quieten_libraries(settings.threads)
+    except ImportError as error:
+        text = f"a model in process needs torch and transformers ({error})"
+        raise VlmError(f"{text}: {installing(PACKAGES)}") from None
+
+
+def _require_device(settings: VlmSettings) -> None:
+    import torch
+
+    if settings.device not in ("cpu", "cuda"):
+        raise VlmError(f"device `{settings.device}` is none of cpu, cuda")
+    if settings.device == "cuda" and not torch.cuda.is_available():
+        raise VlmError("torch finds no CUDA device here: use the cpu, or the torch that fits it")
+
+
+def _require_memory(folder: Path, settings: VlmSettings) -> None:
+    """Refuse weights that do not fit; they are taken to lie in the file as bfloat16."""
+    stored = sum(path.stat().st_size for path in folder.glob("*.safetensors"))
+    needed, free = (
+        stored * BYTES[settings.precision or "bfloat16"] // BYTES["bfloat16"],
+        free_bytes(),
+    )
+    if free is not None and needed > free:
+        text = f"model `{settings.model}` needs {needed / 1e9:.1f} GB, {free / 1e9:.1f} GB are free"
+        raise VlmError(f"out of memory: {text}; {CURE_MEMORY}")
+
+
+def _model(folder: Path, settings: VlmSettings) -> Any:  # noqa: ANN401 - any kind
+    import torch
+    import transformers
+
+    library: Any = transformers
+    model, report = library.AutoModelForImageTextToText.from_pretrained(
+        folder,
+        dtype=getattr(torch, settings.precision or "bfloat16"),
+        attn_implementation="sdpa",  # takes the mask of a packed pass
+        local_files_only=True,
+        output_loading_info=True,
+        trust_remote_code=False,
+        use_safetensors=True,
+        weights_only=True,
+    )
+    lacking = sorted(report["missing_keys"])
+    if lacking:
+        raise _unloadable(settings, f"it lacks {len(lacking)} weights, {lacking[0]} first")
+    return model.to(settings.device).eval()
+
+
+def _chat_parts(folder: Path, settings: VlmSettings) -> tuple[Any, Any, Any]:
+    """Load tokenizer, image processor, and the whole processor where it alone can count tokens."""
+    import transformers
+
+    library: Any = transformers
+    here: dict[str, Any] = {"local_files_only": True, "trust_remote_code": False}
+    tokenizer = library.AutoTokenizer.from_pretrained(folder, **here)
+    images = library.AutoImageProcessor.from_pretrained(folder, **here)
+    if not hasattr(images, "merge_size"):
+        return tokenizer, images, library.AutoProcessor.from_pretrained(folder, **here)
+    cell = (images.patch_size * images.merge_size) ** 2
+    most = settings.image_tokens  # far above the least, for that is rounded up
+    budget = {"min_pixels": min(LEAST_TOKENS, most // 4) * cell, "max_pixels": most * cell}
+    return tokenizer, library.AutoImageProcessor.from_pretrained(folder, **here, **budget), None
+
+
+def _image_id(config: Any) -> int | None:  # noqa: ANN401 - a config of any kind
+    for name in ("image_token_id", "image_token_index"):
+        found: int | None = getattr(config, name, None)
+        if found is not None:
+            return found
+    return None
+
+
+def _unloadable(settings: VlmSettings, why: str) -> VlmError:
+    return VlmError(f"model `{settings.model}` cannot be loaded ({why}); {FOLDER}")

@@ -1,0 +1,160 @@
+"""The VLM worker: a process of its own that asks a vision-language model about a frame.
+
+It loads while the service already runs, answers one question at a time, and is ended and started
+again when it takes longer than it may; one that cannot be loaded twice running is given up and
+reported absent. No reply is a reply too: whoever asked always gets one. Knows no sockets of clients
+and no sessions; a picture leaves this machine only when the settings name a url.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from math import ceil
+from multiprocessing.connection import Connection
+
+import msgspec
+
+from hapticvlm.evidence.ladder import Evidence
+from hapticvlm.evidence.reading import Reading
+from hapticvlm.messages import Frame, Region
+from hapticvlm.processes.model_worker import (
+    Answered,
+    ModelWorker,
+    Serve,
+    Slot,
+    WorkerPlan,
+    lower_priority,
+    serve_requests,
+)
+from hapticvlm.processes.supervised import Started
+from hapticvlm.vlm.contract import Picture, Vlm, VlmError, VlmSettings
+
+LOAD_S = 900.0  # a model may first have to come over the network
+GRACE_S = 5.0  # beyond the model's own time limit, before the process is ended
+TRIES = 2
+NICE = 15
+SIDE = 448  # px, more than any image-token budget here needs
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What to ask of a frame: the ambient temperature, or which of `names` its object is."""
+
+    frame: Frame
+    names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class VlmReply:
+    """What the model gave: a reading, evidence, or why there is neither."""
+
+    reading: Reading | None = None
+    evidence: Evidence | None = None
+    error: str | None = None
+
+    @property
+    def value(self) -> Reading | Evidence | None:
+        """The reading or the evidence, whichever there is."""
+        return self.reading or self.evidence
+
+
+class VlmWorker:
+    """The gateway's end: one question at a time, replies through a callback from a thread."""
+
+    def __init__(self, settings: VlmSettings) -> None:
+        self.settings = settings
+        self.absent: str | None = None
+        limit_s = settings.timeout_s + GRACE_S
+        self.worker: ModelWorker[VlmReply] = ModelWorker(
+            WorkerPlan("vlm", run_vlm, settings, VlmReply, limit_s, LOAD_S)
+        )
+        self._failed_loads = 0
+
+    @property
+    def name(self) -> str | None:
+        """Which model it asks, None until one was loaded."""
+        return next(iter(self.worker.names), None)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether it cannot take a question now: one is under way, or it is not ready."""
+        return self.worker.is_busy
+
+    def start(self, deliver: Callable[[Answered[VlmReply]], None]) -> None:
+        """Start the process and return."""
+        self.worker.begin(deliver)
+
+    def ask(self, question: Question, now: float) -> None:
+        """Hand over one question; only while not busy."""
+        data = msgspec.msgpack.encode(msgspec.structs.replace(question.frame, id=1))
+        self.worker.request(data, (question.names,), now)
+
+    def supervise(self, now: float) -> str | None:
+        """Restart a dead or late process; return what happened, if anything."""
+        if self.absent is not None:
+            return None
+        trouble = self.worker.supervise(now)
+        if self.worker.is_ready:
+            self._failed_loads = 0
+        if trouble is None:
+            return None
+        self._failed_loads = self._failed_loads + 1 if self.name is None else 0
+        if self._failed_loads >= TRIES:
+            self.worker.close()
+            self.absent = f"{trouble.rsplit(';', 1)[0]}; given up, ambient_c falls to the default"
+            return self.absent
+        return trouble
+
+    def close(self) -> None:
+        """Stop the process."""
+        self.worker.close()
+
+
+def run_vlm(slot: Slot, settings: VlmSettings, control: Connection) -> None:
+    """Entry point of the process; ends when the gateway is gone."""
+    lower_priority(NICE)
+    with ExitStack() as stack:
+
+        def load() -> tuple[Started, Serve]:
+            try:
+                from hapticvlm.vlm.local import load_vlm
+
+                vlm = load_vlm(settings)
+            except Exception as error:
+                raise RuntimeError(f"cannot load the vlm: {error}") from error
+            stack.callback(vlm.close)
+            return Started((vlm.name,)), lambda data, details: reply(
+                vlm, Question(msgspec.msgpack.decode(data, type=Frame), *details)
+            )
+
+        serve_requests(slot, control, load)
+
+
+def reply(vlm: Vlm, question: Question) -> VlmReply:
+    """Ask the model; an error of any kind is a reply."""
+    from hapticvlm.vision import pictures
+    from hapticvlm.vision.decoding import PictureError
+    from hapticvlm.vlm.contract import highlight
+
+    started = time.monotonic()
+    try:
+        picture, region = pictures.whole(question.frame, SIDE)
+        if not question.names:
+            return VlmReply(reading=vlm.ambient(picture))
+        context, crop = highlight(picture, region), _within(picture, region)
+        return VlmReply(evidence=vlm.material(context, crop, question.names))
+    except (VlmError, PictureError) as error:
+        return VlmReply(error=str(error))
+    except Exception as error:  # noqa: BLE001 - whatever a model throws must not end the process
+        seconds = time.monotonic() - started
+        return VlmReply(error=f"{type(error).__name__} after {seconds:.1f} s: {error}")
+
+
+def _within(picture: Picture, region: Region) -> Picture:
+    height, width = picture.shape[:2]
+    top, left = int(region.y * height), int(region.x * width)
+    bottom, right = ceil((region.y + region.h) * height), ceil((region.x + region.w) * width)
+    return picture[top:bottom, left:right]

@@ -1,0 +1,136 @@
+"""How a shared recogniser is run, and the Serve config of it. Pure; knows no Ray."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from hapticvlm.vision.remote.contract import MAX_CROPS, SHIPPED
+
+IMPORT_PATH = "hapticvlm_recogniser_app.deployment:build"
+DEPLOYMENT, APPLICATION = "Recogniser", "recogniser"
+TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"  # the variable of the environment that holds it
+HEALTH_S, HEALTH_LIMIT_S = 2.0, 10.0  # between two checks of a replica, and of one; our choice
+UPSCALE_S, DOWNSCALE_S = 3.0, 60.0  # a queue lasts this long before a replica comes or goes
+_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """What each replica loads once; `is_open`: whoever reaches it may ask, without a token."""
+
+    encoder: str | None = None
+    device: str = "cpu"
+    threads: int = 1
+    is_open: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Live:
+    """What can be changed while it runs: galleries by name (files or folders), batching."""
+
+    galleries: Mapping[str, str] = field(default_factory=dict)
+    batch: int = 16
+    batch_wait_ms: float = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """How many replicas, and what each may use; `queue`: requests that wait, more are refused."""
+
+    replicas: tuple[int, int] = (1, 1)
+    cpus: float = 1.0
+    gpus: float = 0.0
+    queue: int = 128
+
+
+@dataclass(frozen=True, slots=True)
+class AppSettings:
+    """Every setting of a shared recogniser."""
+
+    model: Model = field(default_factory=Model)
+    live: Live = field(default_factory=Live)
+    scale: Scale = field(default_factory=Scale)
+
+
+def read_gallery_option(text: str) -> tuple[str, str]:
+    """Read NAME=PATH. Raises ValueError."""
+    name, equals, path = text.partition("=")
+    if not equals or not path or not _NAME.fullmatch(name):
+        raise ValueError(f"--gallery {text}: give NAME=PATH, the name of a-z, 0-9, `.`, `_`, `-`")
+    if name == SHIPPED:
+        raise ValueError(f"--gallery {text}: `{SHIPPED}` is the one that comes with the package")
+    return name, str(Path(path).expanduser().resolve())
+
+
+def read_replicas(text: str) -> tuple[int, int]:
+    """Read N or LEAST:MOST. Raises ValueError."""
+    least, colon, most = text.partition(":")
+    try:
+        found = int(least), int(most if colon else least)
+    except ValueError:
+        found = (0, 0)
+    if not 1 <= found[0] <= found[1]:
+        raise ValueError(f"--replicas {text}: give N or LEAST:MOST, 1 or more")
+    return found
+
+
+def check(settings: AppSettings) -> None:
+    """Refuse numbers that no deployment has. Raises ValueError."""
+    live, scale = settings.live, settings.scale
+    if not 1 <= live.batch <= MAX_CROPS:
+        raise ValueError(f"--batch {live.batch}: outside 1..{MAX_CROPS}")
+    if not 0.0 <= live.batch_wait_ms <= 1000.0:
+        raise ValueError(f"--batch-wait-ms {live.batch_wait_ms:g}: outside 0..1000")
+    if not scale.cpus > 0.0 or not scale.gpus >= 0.0:
+        raise ValueError("--cpus is above 0, --gpus 0 or more, both may be fractions")
+    if scale.queue < 1:
+        raise ValueError(f"--queue {scale.queue}: 1 or more")
+    if scale.gpus and settings.model.device == "cpu":
+        raise ValueError("--gpus without --device cuda: the encoder would leave the GPU idle")
+
+
+def options(settings: AppSettings) -> dict[str, Any]:
+    """Return the options of the deployment, as Ray Serve names them.
+
+    A replica is asked for twice its batch: one is embedded while the next gathers. More replicas
+    come when more than a batch waits for each.
+    """
+    scale, batch = settings.scale, settings.live.batch
+    return {
+        "name": DEPLOYMENT,
+        "user_config": {**asdict(settings.live), "galleries": dict(settings.live.galleries)},
+        "max_ongoing_requests": 2 * batch,
+        "max_queued_requests": scale.queue,
+        "autoscaling_config": {
+            "min_replicas": scale.replicas[0],
+            "max_replicas": scale.replicas[1],
+            "target_ongoing_requests": batch,
+            "upscale_delay_s": UPSCALE_S,
+            "downscale_delay_s": DOWNSCALE_S,
+        },
+        "health_check_period_s": HEALTH_S,
+        "health_check_timeout_s": HEALTH_LIMIT_S,
+        "graceful_shutdown_timeout_s": 5.0,
+        "ray_actor_options": {"num_cpus": scale.cpus, "num_gpus": scale.gpus},
+    }
+
+
+def serve_config(settings: AppSettings, host: str, port: int) -> dict[str, Any]:
+    """Return the config that `serve run` and `serve deploy` take. Holds no token."""
+    return {
+        "proxy_location": "EveryNode",
+        "http_options": {"host": host, "port": port, "keep_alive_timeout_s": 90},
+        "applications": [
+            {
+                "name": APPLICATION,
+                "route_prefix": "/",
+                "import_path": IMPORT_PATH,
+                "args": asdict(settings.model),
+                "deployments": [options(settings)],
+            }
+        ],
+    }

@@ -1,0 +1,1 @@
+"""For who designs, calibrates, grades and studies touches; stands on the service."""

@@ -1,0 +1,16 @@
+"""`hapticvlm feel`, `export`, `evaluate`, `calibrate` and `study`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hapticvlm_studio.commands import calibrate_thermal, evaluate, export, feel, study
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+
+
+def add(commands: Commands) -> None:
+    """Declare the commands."""
+    for part in (feel, export, evaluate, calibrate_thermal, study):
+        part.add(commands)

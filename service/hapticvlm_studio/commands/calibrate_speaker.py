@@ -1,0 +1,159 @@
+"""`hapticvlm calibrate speaker`: measure a speaker with a sweep, so that it can be corrected."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm.commands.parsing import add_json
+from hapticvlm.errors import usage_errors
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm.devices.speaker.speaker_files import SpeakerResponse
+
+_DESCRIPTION = """
+Measure how a speaker moves, in two steps. First play a sweep of eleven seconds: --speaker NAME
+plays it, or --sweep FILE writes it as a WAV file to play elsewhere. Rest a palm on the speaker,
+at the level you will use, and record its motion with an accelerometer: a WAV file, or a CSV file
+of time in s and value. Ctrl-C ends the sweep. Then --recorded FILE --out CURVE writes the curve
+that `hapticvlm serve --speaker-response CURVE` corrects. --simulate measures a simulated speaker.
+"""
+
+
+def add(subjects: Commands) -> None:
+    """Declare `calibrate speaker`."""
+    speaker = subjects.add_parser(
+        "speaker",
+        help="measure a speaker from a recorded sweep",
+        description=_DESCRIPTION,
+        examples=(
+            "hapticvlm calibrate speaker --speaker default --level 0.3",
+            "hapticvlm calibrate speaker --recorded sweep.csv --out curve.csv",
+        ),
+    )
+    speaker.set_defaults(run=_speaker)
+    steps = speaker.add_mutually_exclusive_group(required=True)
+    steps.add_argument(
+        "--sweep", type=Path, metavar="FILE", help="write the sweep to this WAV file"
+    )
+    steps.add_argument(
+        "--speaker",
+        metavar="NAME",
+        help="play the sweep on `default`, `jack`, or an output of this name",
+    )
+    steps.add_argument(
+        "--recorded", type=Path, metavar="FILE", help="read a recording of the sweep"
+    )
+    steps.add_argument("--simulate", action="store_true", help="measure a simulated speaker")
+    speaker.add_argument(
+        "--quantity",
+        choices=("acceleration", "velocity", "displacement"),
+        default="acceleration",
+        help="quantity in the recording (%(default)s)",
+    )
+    speaker.add_argument(
+        "--level",
+        type=_level,
+        default=0.5,
+        metavar="SHARE",
+        help="level of the sweep, 0.01 to 1 of full scale (%(default)s)",
+    )
+    speaker.add_argument(
+        "--countdown",
+        type=int,
+        default=5,
+        metavar="S",
+        help="seconds to wait before it plays (%(default)s)",
+    )
+    speaker.add_argument("--out", type=Path, metavar="FILE", help="write the curve to this file")
+    add_json(speaker)
+
+
+def _level(text: str) -> float:
+    value = float(text)
+    if not 0.01 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text} is not within 0.01..1")
+    return value
+
+
+def _speaker(options: argparse.Namespace) -> int:
+    with usage_errors():
+        if options.speaker is not None:
+            return _play_sweep(options)
+        if options.sweep is not None:
+            return _write_sweep(options)
+        return _report(_measure(options), options)
+
+
+def _write_sweep(options: argparse.Namespace) -> int:
+    from hapticvlm.devices.speaker.audio import write_wav
+    from hapticvlm_studio.calibration import speaker_response
+
+    write_wav(options.sweep, speaker_response.sweep())
+    seconds = speaker_response.SWEEP_S + 2 * speaker_response.SILENCE_S
+    print(f"wrote {options.sweep}: play its {seconds:g} s, record them, then use --recorded")
+    return 0
+
+
+def _play_sweep(options: argparse.Namespace) -> int:
+    from hapticvlm.rendering.vibration.vibration import RATE_HZ
+    from hapticvlm_studio.calibration import output as calibration_output
+    from hapticvlm_studio.calibration import speaker_response
+
+    wave = speaker_response.sweep() * (options.level / speaker_response.LEVEL)
+    with calibration_output.opened(options.speaker) as output:
+        print(f"{output.name}: start recording, palm on the speaker; Ctrl-C ends it", flush=True)
+        for left in range(max(options.countdown, 0), 0, -1):
+            print(f"  {left}", flush=True)
+            time.sleep(1.0)
+        output.play(wave)
+    seconds = wave.size / RATE_HZ
+    print(f"played {seconds:g} s at level {options.level:g}; then --recorded")
+    return 0
+
+
+def _measure(options: argparse.Namespace) -> SpeakerResponse:
+    from hapticvlm.devices.speaker.audio import read_wav
+    from hapticvlm.rendering.vibration.vibration import RATE_HZ
+    from hapticvlm_studio.calibration import speaker_response
+
+    if options.simulate:
+        moved = speaker_response.simulated_speaker(speaker_response.sweep().astype("float64"))
+        return speaker_response.response(moved, RATE_HZ, simulated=True)
+    if options.recorded.suffix.lower() == ".csv":
+        samples, rate_hz = speaker_response.read_csv(options.recorded)
+        return speaker_response.response(samples, rate_hz, options.quantity)
+    sound, rate = read_wav(options.recorded, speaker_response.LONGEST_S)
+    return speaker_response.response(sound.mean(axis=1), rate, options.quantity)
+
+
+def _report(found: SpeakerResponse, options: argparse.Namespace) -> int:
+    from hapticvlm.devices.speaker.speaker_files import write_response
+
+    if options.out is not None:
+        write_response(options.out, found)
+    if not options.json:
+        _print_curve(found)
+        if options.out is not None:
+            print(f"use it: hapticvlm serve --speaker-response {options.out}")
+        return 0
+    result = {"calibrate": "speaker", "simulated": found.simulated}
+    result |= {"frequency_hz": [round(hz, 2) for hz in found.frequency_hz]}
+    result |= {"response_db": [round(db, 2) for db in found.response_db]}
+    print(json.dumps(result))
+    return 0
+
+
+def _print_curve(found: SpeakerResponse) -> None:
+    correction = found.correction()
+    gains_db = dict(zip(correction.frequency_hz, correction.gain_db, strict=True))
+    if found.simulated:
+        print("the speaker is simulated: the curve is a rehearsal, no device's")
+    print(f"{'Hz':>8} {'moves dB':>9} {'corrected by dB':>16}")
+    for hz, db in zip(found.frequency_hz, found.response_db, strict=True):
+        by_db = gains_db.get(hz)
+        print(f"{hz:>8.1f} {db:>9.1f} {'-' if by_db is None else f'{by_db:.1f}':>16}")

@@ -1,0 +1,103 @@
+"""`hapticvlm evaluate`: a method against known truths. Wires models to the measurement."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm.commands.parsing import add_json
+from hapticvlm.errors import usage_errors
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm.vlm.contract import VlmSettings
+    from hapticvlm_studio.evaluation.asking import Ask
+
+TOKEN = "HAPTICVLM_VLM_TOKEN"  # of the environment: an option would show in the process list
+TIMEOUT_S = 120.0  # nobody's hand waits here
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    evaluate = commands.add_parser(
+        "evaluate",
+        help="grade a method on your own labelled pictures",
+        description="Grade a method on your own labelled pictures, beside blind guesses.",
+    )
+    subjects = evaluate.add_subparsers(title="subjects", required=True, metavar="WHAT")
+    ambient = subjects.add_parser(
+        "ambient",
+        help="air temperature read off pictures",
+        description="Grade how well a vision-language model reads the air temperature off "
+        "pictures. The default and a constant guess are graded beside it.",
+        examples=("hapticvlm evaluate ambient pictures.csv --vlm",),
+    )
+    ambient.set_defaults(run=_evaluate_ambient)
+    ambient.add_argument(
+        "csv",
+        type=Path,
+        metavar="CSV",
+        help="file with the columns image (path relative to the file) and temperature_c",
+    )
+    ambient.add_argument(
+        "--method",
+        choices=["default", "vlm"],
+        help="what to grade (vlm if --vlm or --vlm-url is given, else default)",
+    )
+    ambient.add_argument(
+        "--vlm",
+        metavar="NAME_OR_FOLDER",
+        nargs="?",
+        const=True,
+        help="grade this image-text model of transformers (without a name: the default model)",
+    )
+    ambient.add_argument(
+        "--vlm-url",
+        metavar="URL",
+        help="ask an OpenAI-compatible endpoint; your pictures are sent there",
+    )
+    ambient.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="draw plots into this folder (none are drawn)"
+    )
+    add_json(ambient)
+
+
+def _evaluate_ambient(options: argparse.Namespace) -> int:
+    from hapticvlm_studio.commands.evaluate_ambient import Plan, run
+    from hapticvlm_studio.evaluation.pictures import read_shots
+
+    with usage_errors():
+        read_shots(options.csv)
+        if options.out is not None:
+            import matplotlib  # noqa: F401
+        method, ask = _method(options)
+        return run(Plan(options.csv, method, options.out, options.json), ask)
+
+
+def _method(options: argparse.Namespace) -> tuple[str, Ask]:
+    """Name the method and make it. Raises ValueError and VlmError."""
+    from hapticvlm_studio.evaluation.asking import by_default, by_vlm
+
+    named = options.vlm or options.vlm_url
+    method = options.method or ("vlm" if named else "default")
+    if method != "vlm" and named:
+        raise ValueError(f"--method {method} asks no model: leave out --vlm and --vlm-url")
+    if method == "default":
+        return "default", by_default
+    from hapticvlm.vlm.local import load_vlm
+
+    vlm = load_vlm(_settings(options))
+    return vlm.name, by_vlm(vlm)
+
+
+def _settings(options: argparse.Namespace) -> VlmSettings:
+    from hapticvlm.vlm.contract import DEFAULT_MODEL, VlmSettings
+
+    return VlmSettings(
+        model=options.vlm if isinstance(options.vlm, str) else DEFAULT_MODEL,
+        url=options.vlm_url,
+        token=os.environ.get(TOKEN),
+        timeout_s=TIMEOUT_S,
+    )

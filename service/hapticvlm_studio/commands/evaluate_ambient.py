@@ -1,0 +1,105 @@
+"""`hapticvlm evaluate ambient`: a method against known temperatures, and against blind guesses."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hapticvlm.evidence.reading import COVERAGE
+from hapticvlm_studio.evaluation import plots
+from hapticvlm_studio.evaluation.asking import Ask, ask_all
+from hapticvlm_studio.evaluation.grading import Outcome, figures, grade
+from hapticvlm_studio.evaluation.pictures import read_shots
+from hapticvlm_studio.evaluation.scores import PAPER, Score, Share, share
+
+NAME = "evaluate-ambient"
+MOST_LINES = 40  # pictures listed
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What to evaluate on, under which name, where plots go (None: none), and whether to talk."""
+
+    file: Path
+    method: str
+    out: Path | None
+    as_json: bool
+
+
+def run(plan: Plan, ask: Ask) -> int:
+    """Evaluate; 1 where nothing was answered. Raises ShotError."""
+    answers = ask_all(ask, read_shots(plan.file))
+    outcome = grade(answers)
+    files: list[Path] = []
+    if plan.out is not None:
+        plan.out.mkdir(parents=True, exist_ok=True)
+        files = plots.draw(outcome, plan.method, plan.out / NAME)
+    if plan.as_json:
+        report = figures(outcome, plan.method) | {"files": [str(path) for path in files]}
+        print(json.dumps(report))
+    else:
+        print_outcome(outcome, plan.method, files)
+    return 0 if outcome.score is not None else 1
+
+
+def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
+    """Print everything for a reader."""
+    _print_pictures(outcome)
+    print(f"\n{'':<34}{'n':>5}  {'MAE, degC':<20}{'within 8 degC':<18}{'interval holds':<18}width")
+    _print_score(method, outcome.score)
+    for rule, score in outcome.constants.items():
+        mark = " (best)" if rule == outcome.best else ""
+        _print_score(f"constant: {rule}{mark}", score)
+    paper = share(*PAPER)
+    print(
+        f"{'the paper, on its own pictures':<34}{PAPER[1]:>5}  {'not stated':<20}{_percent(paper)}"
+    )
+    for source, (ours, theirs) in outcome.sources.items():
+        _print_score(f"{source}: {method}", ours)
+        _print_score(f"{source}: best constant", theirs)
+    print(_verdict(outcome, method))
+    for path in files:
+        print(f"wrote     {path}")
+
+
+def _print_pictures(outcome: Outcome) -> None:
+    print(f"\n{'picture':<34}{'truth':>7}{'said':>7}  {'interval':<16}{'error':>7}")
+    for answer in outcome.answers[:MOST_LINES]:
+        name, truth = answer.shot.path.name[-33:], answer.shot.truth_c
+        if answer.guess is None:
+            print(f"{name:<34}{truth:>7.1f}{'-':>7}  {answer.why_not}")
+            continue
+        ends = f"{answer.guess.low_c:.1f} to {answer.guess.high_c:.1f}"
+        columns = f"{answer.guess.value_c:>7.1f}  {ends:<16}{answer.guess.value_c - truth:>+7.1f}"
+        print(f"{name:<34}{truth:>7.1f}{columns}")
+    if len(outcome.answers) > MOST_LINES:
+        print(f"... and {len(outcome.answers) - MOST_LINES} more, all in the JSON line")
+
+
+def _print_score(title: str, score: Score | None) -> None:
+    if score is None:
+        print(f"{title:<34}{0:>5}  nothing was answered")
+        return
+    mean = f"{score.mae_c:.1f} [{score.mae_low_c:.1f}, {score.mae_high_c:.1f}]"
+    shares = f"{_percent(score.within_8c):<18}{_percent(score.interval_coverage):<18}"
+    print(f"{title:<34}{score.n:>5}  {mean:<20}{shares}{score.interval_width_c:.0f}")
+
+
+def _percent(rate: Share) -> str:
+    return f"{100 * rate.share:.0f} % [{100 * rate.low:.0f}, {100 * rate.high:.0f}]"
+
+
+def _verdict(outcome: Outcome, method: str) -> str:
+    asked, answered = len(outcome.answers), outcome.score.n if outcome.score else 0
+    missing = f"; {asked - answered} of {asked} not answered" if answered < asked else ""
+    if outcome.gain_c is None:
+        return f"\n{method} answered nothing{missing}"
+    value, low, high = outcome.gain_c
+    worth = "is better than" if low > 0 else "is worse than" if high < 0 else "equals within error"
+    side = f"its error is lower by {value:.1f} degC [{low:.1f}, {high:.1f}]"
+    return (
+        f"\n{method} {worth} the best constant guess ({outcome.best}): {side}{missing}\n"
+        f"Brackets: 95 %. Intervals are meant to hold {100 * COVERAGE:.0f} %."
+    )

@@ -1,0 +1,144 @@
+"""`hapticvlm export`: a touch of a material as a file that other haptic tools open."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hapticvlm.commands import touch_options
+from hapticvlm.commands.parsing import number_within
+from hapticvlm.errors import UsageError, usage_errors
+from hapticvlm.rendering.vibration.vibration import INTERACTIONS
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm.materials import Material
+    from hapticvlm_studio.touches.clip import Clip
+
+FORMATS = ("wav", "haptic", "ahap", "hjif")
+ALL = "all"
+HEAT_SUFFIX = ".heat.json"
+_DESCRIPTION = """
+Write what touching a material feels like as a file: wav (48 kHz, what the palm speaker plays),
+haptic (Meta Haptics SDK), ahap (Apple Core Haptics) or hjif (MPEG, ISO/IEC 23090-31). `all` writes
+every material of the table and of --gallery into the folder --out, one file for each interaction.
+hjif holds the plate's temperature too; the others get it in a file beside them (.heat.json).
+"""
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    export = commands.add_parser(
+        "export", help="write a touch for other haptic tools", description=_DESCRIPTION
+    )
+    export.set_defaults(run=_export)
+    export.add_argument("material", metavar="MATERIAL", help=f"a material, such as wood, or {ALL}")
+    export.add_argument("--to", required=True, choices=FORMATS, help="the format to write")
+    export.add_argument(
+        "--interaction", choices=INTERACTIONS, help="how the hand touches (a strike, then a slide)"
+    )
+    export.add_argument(
+        "--out", type=Path, metavar="PATH", help="file, or folder for all (MATERIAL-...)"
+    )
+    export.add_argument(
+        "--speed",
+        type=number_within(0.0, 20.0),
+        default=0.3,
+        metavar="M_PER_S",
+        help="speed of the hand in m/s (0.3)",
+    )
+    touch_options.add_force(export)
+    touch_options.add_seconds(export, 1.0)
+    touch_options.add_temperatures(export)
+    touch_options.add_gallery(export)
+    touch_options.add_recordings(export)
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """One file to write."""
+
+    material: Material
+    interaction: str | None
+    path: Path | None  # None: named after the touch, in the folder
+
+
+def _export(options: argparse.Namespace) -> int:
+    with usage_errors():
+        table = touch_options.table(options.gallery)
+        jobs = list(_jobs(options, table))
+    if options.material == ALL and options.out is not None:
+        options.out.mkdir(parents=True, exist_ok=True)
+    for job in jobs:
+        with usage_errors():
+            clip = _clip(job, options, table)
+        folder = options.out if options.material == ALL and options.out is not None else Path()
+        path = job.path or folder / f"{clip.name}.{options.to}"
+        print("  ".join(str(written) for written in write(clip, options.to, path)), flush=True)
+    return 0
+
+
+def write(clip: Clip, kind: str, path: Path) -> list[Path]:
+    """Write a clip, and its temperatures beside it where the format has none. Raises OSError."""
+    from hapticvlm_studio.touches import ahap, haptic, hjif
+    from hapticvlm_studio.touches.sound import write_wav
+
+    if kind == "hjif":
+        _write_json(path, hjif.document(clip, time.strftime("%Y-%m-%d")))
+        return [path]
+    if kind == "wav":
+        write_wav(path, clip.wave)
+    else:
+        _write_json(path, haptic.document(clip) if kind == "haptic" else ahap.document(clip))
+    beside = path.with_name(path.name + HEAT_SUFFIX)
+    _write_json(beside, heat_document(clip))
+    return [path, beside]
+
+
+def heat_document(clip: Clip) -> dict[str, Any]:
+    """Return the temperatures of a touch from contact on, degC."""
+    heat = clip.heat
+    return {
+        "material": heat.material,
+        "surface_c": heat.surface_c,
+        "contact_c": round(heat.contact_c, 2),
+        "time_s": heat.time_s,
+        "skin_c": [round(celsius, 2) for celsius in heat.skin_c],
+        "setpoint_c": [round(celsius, 2) for celsius in heat.setpoint_c],
+    }
+
+
+def _jobs(options: argparse.Namespace, table: Mapping[str, Material]) -> Iterator[_Job]:
+    if options.material != ALL:
+        yield _Job(touch_options.find(options.material, table), options.interaction, options.out)
+        return
+    if options.out is not None and options.out.is_file():
+        raise UsageError(f"{options.out} is a file; all needs a folder")
+    chosen = INTERACTIONS if options.interaction is None else (options.interaction,)
+    for material in table.values():
+        for interaction in chosen:
+            yield _Job(material, interaction, None)
+
+
+def _clip(job: _Job, options: argparse.Namespace, table: Mapping[str, Material]) -> Clip:
+    from hapticvlm.rendering.vibration.vibration import Motion
+    from hapticvlm_studio.touches.clip import clip
+    from hapticvlm_studio.touches.heat import Warmth, heat
+    from hapticvlm_studio.touches.sound import sound
+
+    others = {} if options.patterns is None else table  # of which recordings may be, too
+    voices = touch_options.voices(options, {**others, job.material.name: job.material})
+    motion = Motion(options.speed, options.force)
+    return clip(
+        sound(job.material, job.interaction, motion, options.seconds, voices),
+        heat(job.material, Warmth(options.object_c, options.ambient_c), options.seconds),
+    )
+
+
+def _write_json(path: Path, document: dict[str, Any]) -> None:
+    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,53 @@
+"""`hapticvlm study report`: evaluate a study, or the paper's data."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm.commands.parsing import add_json
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+
+_REPORT = """
+Evaluate a study: recognition with intervals, confusion matrices, reaction times, a two-way
+repeated-measures ANOVA and Friedman's test of those who felt every pattern, pairwise tests after
+Holm, ratings, and information transmitted. DIR/report gets report.html, one file with its pictures
+inside that can be sent round; it says what may be claimed and what not. Beside it are text, JSON
+and CSV files of all trials and participants. --paper evaluates the data of the HapticVLM paper.
+"""
+
+
+def add(parts: Commands) -> None:
+    """Declare the part."""
+    report = parts.add_parser(
+        "report",
+        help="evaluate a study",
+        description=_REPORT,
+        examples=("hapticvlm study report pilot", "hapticvlm study report --paper --out paper"),
+    )
+    report.set_defaults(run=_report)
+    report.add_argument("folder", type=Path, metavar="DIR", nargs="?", help="folder of the study")
+    report.add_argument("--paper", action="store_true", help="evaluate the paper's data")
+    report.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="write the files here (DIR/report)"
+    )
+    add_json(report)
+
+
+def _report(options: argparse.Namespace) -> int:
+    from hapticvlm.commands.progress import working
+    from hapticvlm_studio.design.stimuli import StudyError
+    from hapticvlm_studio.report.report import report, report_paper
+
+    if options.paper == (options.folder is not None):
+        raise StudyError("name a study's folder, or --paper")
+    with working("evaluating the study"):
+        if options.paper:
+            text = report_paper(options.out, as_json=options.json)
+        else:
+            text = report(options.folder, options.out, as_json=options.json)
+    print(text)
+    return 0

@@ -1,0 +1,161 @@
+"""`hapticvlm study run`: serve the page of a study, and play its patterns."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm.commands.parsing import number_within
+from hapticvlm.commands.service_address import port_errors
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm_studio.design.design import Design
+    from hapticvlm_studio.trials.record import Pace
+
+_RUN = """
+Serve the study page on this machine. It trains the participant with pictures, then presents every
+pattern in a balanced or a free random order. The patterns are played through a service of its
+own, or the one at --url. Devices are simulated unless --speaker and --peltier name others. Every
+answer is on the disk before the next pattern: stop it anywhere, and run the same command again to
+go on. DIR/study.toml, written by `hapticvlm study new`, adds consent, questions, ratings and
+languages; what it states about the study cannot be given as an option. Exit code 2: it could not
+start or go on.
+"""
+
+
+def add(parts: Commands) -> None:
+    """Declare the part."""
+    run = parts.add_parser(
+        "run",
+        help="run a study, through a page",
+        description=_RUN,
+        examples=(
+            "hapticvlm study run pilot --hear",
+            "hapticvlm study run pilot --participants 9",
+            "hapticvlm study run pilot --participants 9 --speaker default --peltier auto",
+        ),
+    )
+    run.set_defaults(run=_run)
+    run.add_argument(
+        "folder",
+        type=Path,
+        metavar="DIR",
+        help="folder of the study: a new one, or one to be continued",
+    )
+    run.add_argument(
+        "--patterns",
+        metavar="FILE",
+        help="TOML file with [[pattern]] tables, or ours, twenty, paper-like (ours)",
+    )
+    run.add_argument(
+        "--participants",
+        metavar="N|CODES",
+        help="how many, or their codes with commas between them; never names of people (1)",
+    )
+    run.add_argument(
+        "--order",
+        choices=("blocked", "free"),
+        help="balanced blocks of all patterns, or one free random order (blocked)",
+    )
+    run.add_argument(
+        "--repeats", type=int, metavar="N", help="trials of every pattern for each person (5)"
+    )
+    run.add_argument(
+        "--renderings",
+        type=int,
+        metavar="N",
+        help="how often every pattern is presented in training (3)",
+    )
+    run.add_argument("--seed", type=int, metavar="N", help="seed of the random orders (1)")
+    run.add_argument(
+        "--masking-noise",
+        action="store_true",
+        help="the page plays noise into the participant's headphones",
+    )
+    run.add_argument(
+        "--hear",
+        action="store_true",
+        help="the page plays the vibration: to try a study without a device",
+    )
+    run.add_argument(
+        "--port",
+        type=int,
+        default=8791,
+        metavar="PORT",
+        help="port of the page, 0 for any free one (%(default)s)",
+    )
+    run.add_argument(
+        "--rest",
+        type=number_within(0.0, 600.0),
+        metavar="S",
+        help="seconds between two patterns (3)",
+    )
+    run.add_argument(
+        "--settle-c",
+        type=float,
+        default=0.8,
+        metavar="DEGC",
+        help="how near to 32 degC the plate must be before a pattern (%(default)s)",
+    )
+    devices = run.add_argument_group("devices")
+    devices.add_argument(
+        "--url", help="play through this running service, e.g. ws://127.0.0.1:8790/"
+    )
+    devices.add_argument("--token", help="the secret of that service")
+    devices.add_argument(
+        "--speaker", default="simulated", metavar="NAME", help="as in `serve` (%(default)s)"
+    )
+    devices.add_argument(
+        "--peltier", default="simulated", metavar="PORT", help="as in `serve` (%(default)s)"
+    )
+
+
+def _run(options: argparse.Namespace) -> int:
+    import asyncio
+
+    from hapticvlm_studio.commands.layout import layout
+    from hapticvlm_studio.trials.record import locked
+
+    design, pace = layout(options)
+    with locked(options.folder), port_errors(options.port), _service(options) as url:
+        asyncio.run(_serve(design, pace, options, url))
+    return 0
+
+
+@contextlib.contextmanager
+def _service(options: argparse.Namespace) -> Iterator[str]:
+    """Offer a service to play through: the one named, or one that ends with us."""
+    if options.url is not None:
+        yield options.url
+        return
+    from hapticvlm.client.local_service import running
+
+    given = ["--speaker", options.speaker, "--peltier", options.peltier]
+    with running(given, ends_with_us=True) as service:
+        yield service.url
+
+
+async def _serve(design: Design, pace: Pace, options: argparse.Namespace, url: str) -> None:
+    import asyncio
+    import signal
+
+    from hapticvlm_studio.trials.page_server import EXPERIMENTER, PAGE, Setting, run
+
+    def ready(page: str) -> None:
+        trials = len(next(iter(design.trials.values())))
+        print(f"study ready on {page}", flush=True)
+        print(f"  {len(design.participants)} participants, {trials} trials each", flush=True)
+        print(f"  for the experimenter: {page.replace(PAGE, EXPERIMENTER)}", flush=True)
+
+    setting = Setting(
+        options.folder, url, options.port, pace, settle_c=options.settle_c, token=options.token
+    )
+    study = asyncio.create_task(run(design, setting, ready))
+    with contextlib.suppress(NotImplementedError):
+        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, study.cancel)
+    with contextlib.suppress(asyncio.CancelledError):
+        await study

@@ -1,0 +1,146 @@
+"""The patterns this project proposes, and the wider set to try how many more can be distinguished.
+
+The five vibrations are the paper's. Their strokes were picked by `hapticvlm study choose` among
+`candidates()` as those the machine observer would mistake least, with a level error of 6 dB allowed
+for: a long carve, quick hard taps, one hard blow, a slow rub (low pitch) and a fast swing (high
+pitch). Nobody has felt them yet. The plate: the heating current warms the palm by 2 degC in the
+2.4 s of a stroke, whatever is asked for, so the palm rests on the object for PALM_LEAD_S before it;
+then HOT_C is the mildest setpoint that gets all of what the current gives. COLD_C is as far below
+neutral as the strongest thermal icons people told the direction of in 94 % of cases (6 degC;
+Wilson, Brewster). All patterns wait alike, so that waiting gives no hint.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from typing import Any
+
+from hapticvlm_studio.design.paper import TEMPERATURES
+from hapticvlm_studio.design.stimuli import Stimulus
+
+HOT_C, COLD_C = 36.0, 26.0
+PAPER_HOT_C, PAPER_COLD_C = 38.0, 25.0  # degC, our choice: the paper states no temperatures
+PALM_LEAD_S = 6.0
+_ANY_C = 32.0
+
+
+def _vibration(name: str, material: str, interaction: str, stroke: _Stroke) -> Stimulus:
+    speed_mps, force_n, repeats = stroke
+    return Stimulus(
+        name=name.replace(" ", "-"),
+        vibration=name,
+        temperature="neutral",
+        material=material,
+        interaction=interaction,
+        setpoint_c=_ANY_C,
+        speed_mps=speed_mps,
+        force_n=force_n,
+        repeats=repeats,
+        lead_s=PALM_LEAD_S,
+    )
+
+
+_Stroke = tuple[float, float, int]  # m/s, N, strokes
+_Row = tuple[str, str, str, _Stroke]
+_Grid = tuple[tuple[float, ...], tuple[float, ...], tuple[int, ...]]
+
+_FIVE: tuple[_Row, ...] = (
+    ("wood carving", "wood", "carve", (0.3, 4.0, 1)),
+    ("glass tapping", "glass", "tap", (1.5, 1.5, 6)),
+    ("wood striking", "wood", "strike", (2.5, 4.0, 1)),
+    ("fabric rubbing", "fabric", "slide", (0.06, 1.5, 1)),
+    ("metal whooshing", "metal", "swing", (12.0, 0.0, 1)),
+)
+_FIVE_MORE: tuple[_Row, ...] = (
+    ("metal striking", "metal", "strike", (2.5, 4.0, 1)),
+    ("stone rubbing", "stone", "slide", (0.5, 4.0, 1)),
+    ("plastic tapping", "plastic", "tap", (1.5, 1.5, 4)),
+    ("rubber pressing", "rubber", "press", (0.1, 1.5, 1)),
+    ("paper rubbing", "paper", "slide", (0.5, 1.5, 1)),
+)
+
+_GRIDS: dict[str, _Grid] = {  # speeds in m/s, forces in N, strokes; what a hand does without effort
+    "carve": ((0.03, 0.06, 0.1, 0.15, 0.3, 0.6), (1.0, 4.0), (1,)),
+    "tap": ((0.2, 0.4, 0.8, 1.5), (1.5,), (3, 4, 6)),
+    "strike": ((0.4, 0.8, 1.5, 2.5), (4.0,), (1, 2, 3)),
+    "press": ((0.1, 0.2, 0.4), (1.5, 4.0), (1, 2)),
+    "slide": ((0.06, 0.1, 0.15, 0.2, 0.3, 0.5), (0.5, 1.5, 4.0), (1,)),  # 50 Hz and up
+    "swing": ((1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0), (0.0,), (1,)),  # 60 Hz and up
+}
+
+
+# The paper's five. Its recordings, levels and durations are unpublished: these strokes are a guess,
+# one of 72 tried in which rubbing and whooshing are mixed up most, as they were by its people.
+_PAPER_FIVE: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("wood carving", {"material": "wood", "interaction": "carve", "speed_mps": 0.15}),
+    ("glass tapping", {"material": "glass", "interaction": "tap", "speed_mps": 0.6, "repeats": 4}),
+    (
+        "wood striking",
+        {
+            "material": "wood",
+            "interaction": "strike",
+            "speed_mps": 1.0,
+            "force_n": 4.0,
+            "repeats": 2,
+        },
+    ),
+    ("fabric rubbing", {"material": "fabric", "interaction": "slide", "speed_mps": 0.15}),
+    ("metal whooshing", {"material": "metal", "interaction": "swing", "speed_mps": 2.0}),
+)
+
+
+def ours() -> tuple[Stimulus, ...]:
+    """Return the ten patterns: five vibrations, hot and cold, in the paper's order."""
+    return hot_and_cold(_vibration(*row) for row in _FIVE)
+
+
+def twenty() -> tuple[Stimulus, ...]:
+    """Return ten vibrations, hot and cold: `ours` and five more."""
+    return hot_and_cold(_vibration(*row) for row in (*_FIVE, *_FIVE_MORE))
+
+
+def paper_like() -> tuple[Stimulus, ...]:
+    """Return the ten patterns of the paper: five vibrations, hot and cold."""
+    return tuple(
+        Stimulus(
+            name=f"{vibration.replace(' ', '-')}-{temperature}",
+            vibration=vibration,
+            temperature=temperature,
+            setpoint_c=setpoint_c,
+            **stroke,
+        )
+        for temperature, setpoint_c in (("hot", PAPER_HOT_C), ("cold", PAPER_COLD_C))
+        for vibration, stroke in _PAPER_FIVE
+    )
+
+
+def hot_and_cold(vibrations: Iterable[Stimulus]) -> tuple[Stimulus, ...]:
+    """Cross vibrations with the two temperatures; all hot ones come first."""
+    given = tuple(vibrations)
+    return tuple(
+        dataclasses.replace(
+            stimulus, name=f"{stimulus.name}-{warmth}", temperature=warmth, setpoint_c=setpoint_c
+        )
+        for warmth, setpoint_c in zip(TEMPERATURES, (HOT_C, COLD_C), strict=True)
+        for stimulus in given
+    )
+
+
+def candidates(*, wider: bool = False) -> tuple[tuple[Stimulus, ...], ...]:
+    """List the strokes to choose from, one row per vibration; wider: five more beside ours."""
+    kept = tuple((_vibration(*row),) for row in _FIVE)
+    if wider:
+        return kept + tuple(_strokes(row) for row in _FIVE_MORE)
+    return tuple(_strokes(row) for row in _FIVE)
+
+
+def _strokes(row: _Row) -> tuple[Stimulus, ...]:
+    name, material, interaction, _ = row
+    speeds, forces, repeats = _GRIDS[interaction]
+    return tuple(
+        _vibration(name, material, interaction, (speed, force, often))
+        for speed in speeds
+        for force in forces
+        for often in repeats
+    )

@@ -1,0 +1,182 @@
+"""The patterns a study presents: a vibration and a temperature each. Knows no device.
+
+A file of patterns holds one `[[pattern]]` table each, with the fields of `Stimulus`. The plate's
+setpoint is given as such; what is sent to the service is the object that would bring skin there
+by the stimulus's end, so that the contact model, its lead and its limits stay in force.
+
+A hand presents it: it approaches, rests on the object without rubbing until the plate has brought
+heat or cold to the palm, lifts for a moment and strokes. That lift, and those between strokes, are
+brief enough for the plate to take all of it as one contact, so repeated strokes are as warm as a
+single one. Within a stroke the hand rubs, carves or swings to and fro
+(rendering/vibration/vibration.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from hapticvlm import documents
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.materials import MATERIALS, UNKNOWN
+from hapticvlm.messages import Interaction
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.heat.contact import LEAD_S, share, thermal_contact
+from hapticvlm.rendering.heat.limits import SETPOINT_MAX_C, SETPOINT_MIN_C
+from hapticvlm.rendering.vibration.vibration import Motion, motion_at
+
+MOST_PATTERNS = 40
+OBJECT_C = (-100.0, 400.0)  # degC, what the protocol takes as an object's temperature
+_LONGEST_S = 10.0
+LIFT_S = 0.06  # of the hand before a stroke
+_STILL = Motion(0.0, 0.0)
+
+
+class StudyError(HapticVLMError):
+    """A study that cannot be run or read: what is wrong, where, and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stimulus:
+    """One pattern; `repeats` strokes spread over `seconds`, the plate on its way to `setpoint_c`.
+
+    `speed_mps` is the fastest of a stroke. The palm rests on the object, still, for `lead_s` before
+    the first one. `vibration` and
+    `temperature` name the two factors, as columns of the data have them.
+    """
+
+    name: str
+    vibration: str
+    temperature: str
+    material: str
+    interaction: str
+    setpoint_c: float
+    speed_mps: float = 0.3
+    force_n: float = 1.5
+    seconds: float = 2.4
+    repeats: int = 1
+    lead_s: float = LEAD_S
+
+    def __post_init__(self) -> None:
+        for fault in self._faults():
+            raise StudyError(f"pattern {self.name!r}: {fault}")
+
+    def _faults(self) -> Iterable[str]:
+        if not self.name or not self.name.replace("-", "").replace("_", "").isalnum():
+            yield "name: needs letters, digits, - and _"
+        if self.material not in MATERIALS or self.material == UNKNOWN:
+            yield f"material {self.material!r}: not one of {', '.join(MATERIALS)}"
+        if self.interaction not in get_args(Interaction):
+            yield f"interaction {self.interaction!r}: not one of {', '.join(get_args(Interaction))}"
+        for field, (low, high) in _RANGES.items():
+            if not low <= getattr(self, field) <= high:
+                yield f"{field} {getattr(self, field):g}: outside {low:g}..{high:g}"
+        if not OBJECT_C[0] <= self.object_c <= OBJECT_C[1]:
+            yield f"setpoint_c {self.setpoint_c:g}: {self.material} cannot carry it"
+
+    @property
+    def object_c(self) -> float:
+        """Temperature of an object of this material that brings skin to the setpoint at last."""
+        contact = thermal_contact(MATERIALS[self.material].thermal, NEUTRAL_C)
+        return NEUTRAL_C + (self.setpoint_c - NEUTRAL_C) / share(
+            contact, self.lead_s + self.seconds
+        )
+
+    def described(self) -> dict[str, str]:
+        """Return what a page shows of it."""
+        return {
+            "name": self.name,
+            "vibration": self.vibration,
+            "temperature": self.temperature,
+            "material": self.material,
+            "interaction": self.interaction,
+        }
+
+
+_RANGES = {
+    "setpoint_c": (SETPOINT_MIN_C, SETPOINT_MAX_C),
+    "speed_mps": (0.0, 20.0),
+    "force_n": (0.0, 200.0),
+    "seconds": (0.1, _LONGEST_S),
+    "repeats": (1, 20),
+    "lead_s": (LEAD_S, _LONGEST_S),
+}
+
+
+def read(path: Path) -> tuple[Stimulus, ...]:
+    """Read a file of patterns. Raises StudyError."""
+    try:
+        tables = documents.parse_toml(documents.read_text(path)).get("pattern")
+    except OSError as error:
+        raise StudyError(f"{path}: {error.strerror}") from None
+    except ValueError as error:
+        raise StudyError(f"{path}: not TOML: {error}") from None
+    if not isinstance(tables, list):
+        raise StudyError(f"{path}: needs one [[pattern]] table per pattern")
+    return revive(tables, str(path))
+
+
+def checked(stimuli: Iterable[Stimulus]) -> tuple[Stimulus, ...]:
+    """Check that the patterns differ in name and in factors. Raises StudyError."""
+    found = tuple(stimuli)
+    if not 2 <= len(found) <= MOST_PATTERNS:
+        raise StudyError(f"{len(found)} patterns: a study needs 2 to {MOST_PATTERNS}")
+    names = [stimulus.name for stimulus in found]
+    cells = [(stimulus.vibration, stimulus.temperature) for stimulus in found]
+    for values in (names, cells):
+        if len(set(values)) < len(values):
+            raise StudyError("two patterns share a name, or a vibration and a temperature")
+    return found
+
+
+def revive(tables: Iterable[dict[str, Any]], file: str) -> tuple[Stimulus, ...]:
+    """Read the pattern tables of a file so named. Raises StudyError."""
+    return checked(_stimulus(table, f"{file}, pattern {i}") for i, table in enumerate(tables, 1))
+
+
+def _stimulus(table: dict[str, Any], where: str) -> Stimulus:
+    kinds = {field.name: str(field.type) for field in fields(Stimulus)}
+    for name, value in table.items():
+        if name not in kinds:
+            raise StudyError(f"{where}: no field `{name}`; known: {', '.join(kinds)}")
+        fits = isinstance(value, str) if kinds[name] == "str" else isinstance(value, int | float)
+        if not fits or isinstance(value, bool):
+            raise StudyError(f"{where}: {name} {value!r} is no {kinds[name]}")
+    try:
+        return Stimulus(**table)
+    except TypeError as error:
+        raise StudyError(f"{where}: {str(error).partition(') ')[2] or error}") from None
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What the hand does for so long; only in contact it moves."""
+
+    phase: Literal["approach", "slide", "contact"]
+    seconds: float
+
+    @property
+    def is_still(self) -> bool:
+        """Whether the hand does not stroke."""
+        return self.phase != "contact"
+
+
+def parts(stimulus: Stimulus) -> tuple[Part, ...]:
+    """List what the hand does in order; all before the first contact takes `lead_s`."""
+    rest_s = stimulus.lead_s - LEAD_S - LIFT_S
+    lead: tuple[Part, ...] = (Part("approach", stimulus.lead_s),)
+    if rest_s > 0.0:
+        lead = (Part("approach", LEAD_S), Part("slide", rest_s), Part("approach", LIFT_S))
+    each_s = stimulus.seconds / stimulus.repeats
+    again = (Part("contact", each_s - LIFT_S), Part("approach", LIFT_S))
+    return (*lead, *again * (stimulus.repeats - 1), Part("contact", each_s))
+
+
+def motion(stimulus: Stimulus, part: Part, elapsed_s: float) -> Motion:
+    """Return how the hand moves so long after this part began."""
+    if part.is_still:
+        return _STILL
+    peak = Motion(stimulus.speed_mps, stimulus.force_n)
+    return motion_at(stimulus.interaction, peak, elapsed_s)

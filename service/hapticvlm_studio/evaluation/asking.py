@@ -1,0 +1,85 @@
+"""The methods to judge a picture's temperature, and asking one of them about every picture."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from hapticvlm.evidence.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW_C
+from hapticvlm.evidence.reading import Reading
+from hapticvlm.vlm.contract import Picture, Vlm, VlmError
+from hapticvlm.vlm.remote import RestingError
+from hapticvlm_studio.evaluation.pictures import Shot, read_picture
+from hapticvlm_studio.evaluation.scores import Guess
+
+Ask = Callable[[Picture], Guess | None]
+
+PATIENCE_S = 60.0  # waited for an endpoint that rests after a failure, before a picture is given up
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The answer on a shot: a guess, or None and why; and the seconds it took."""
+
+    shot: Shot
+    guess: Guess | None
+    why_not: str
+    seconds: float
+
+
+def by_default(_picture: Picture) -> Guess:
+    """Return the default for every picture."""
+    return Guess(DEFAULT_C, DEFAULT_LOW_C, DEFAULT_HIGH_C)
+
+
+def by_vlm(vlm: Vlm) -> Ask:
+    """Ask a model or an endpoint, waiting for one that rests after a failure."""
+
+    def ask(picture: Picture) -> Guess:
+        return guess_of(_patiently(vlm, picture))
+
+    return ask
+
+
+def guess_of(reading: Reading) -> Guess:
+    """Return the part of a reading that is graded."""
+    return Guess(reading.value_c, reading.low_c, reading.high_c)
+
+
+def ask_all(ask: Ask, shots: Sequence[Shot]) -> list[Answered]:
+    """Ask about every shot, with progress on standard error. Raises ShotError."""
+    answers = []
+    for count, shot in enumerate(shots, 1):
+        answers.append(_answer(ask, shot))
+        print(f"{count}/{len(shots)}  {_line(answers[-1])}", file=sys.stderr, flush=True)
+    return answers
+
+
+def _answer(ask: Ask, shot: Shot) -> Answered:
+    picture = read_picture(shot)
+    started = time.monotonic()
+    try:
+        guess, why_not = ask(picture), "does not know"
+    except VlmError as error:
+        guess, why_not = None, str(error)
+    return Answered(shot, guess, "" if guess else why_not, time.monotonic() - started)
+
+
+def _patiently(vlm: Vlm, picture: Picture) -> Reading:
+    """Ask, and ask again after the rest a failing endpoint is given. Raises VlmError."""
+    until = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            return vlm.ambient(picture)
+        except RestingError as error:
+            if time.monotonic() + error.seconds > until:
+                raise
+            time.sleep(error.seconds)
+
+
+def _line(answer: Answered) -> str:
+    outcome = answer.why_not if answer.guess is None else f"{answer.guess.value_c:.1f} degC"
+    truth = f"truth {answer.shot.truth_c:.1f}, {answer.seconds:.1f} s"
+    return f"{answer.shot.path.name}: {outcome} ({truth})"

@@ -1,0 +1,91 @@
+"""Pictures whose air temperature is known: a CSV with columns image and temperature_c.
+
+`image` is a path relative to the CSV. A column `source` groups the rows; without one a picture
+belongs to the folder it lies in.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.vlm.contract import Picture
+
+COLUMNS = ("image", "temperature_c")
+COLDEST_C, HOTTEST_C = -90.0, 60.0  # degC, of the air near the ground, ever measured, rounded
+MOST_PIXELS = 64_000_000
+
+
+class ShotError(HapticVLMError, ValueError):
+    """A CSV or a picture of it cannot be used; the text names row and column."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """A picture, the air temperature where it was taken in degC, and where it comes from."""
+
+    path: Path
+    truth_c: float
+    source: str
+
+
+def read_shots(file: Path) -> list[Shot]:
+    """Read a CSV, all of it, before any picture is opened. Raises ShotError."""
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as lines:
+            reader = csv.DictReader(lines, strict=True)
+            _check_header(file, reader.fieldnames or ())
+            shots = [_shot(file, reader.line_num, row) for row in reader]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ShotError(f"{file}: {error}") from None
+    if not shots:
+        raise ShotError(f"{file}: no rows")
+    return shots
+
+
+def read_picture(shot: Shot) -> Picture:
+    """Decode a shot's picture to (H, W, 3) uint8 RGB, upright. Raises ShotError."""
+    from PIL import Image, ImageOps, UnidentifiedImageError
+
+    try:
+        with Image.open(shot.path) as picture:
+            if picture.width * picture.height > MOST_PIXELS:
+                raise ShotError(f"{shot.path}: more than {MOST_PIXELS} pixels")
+            return np.asarray(ImageOps.exif_transpose(picture).convert("RGB"))
+    except (OSError, UnidentifiedImageError, Image.DecompressionBombError, SyntaxError) as error:
+        raise ShotError(f"{shot.path}: {error}") from None
+
+
+def _check_header(file: Path, names: Sequence[str]) -> None:
+    for column in COLUMNS:
+        if column not in names:
+            found = ", ".join(names) or "nothing"
+            raise ShotError(f"{file}: row 1: no column `{column}`, found {found}")
+
+
+def _shot(file: Path, line: int, row: Mapping[str | None, str | None]) -> Shot:
+    where = f"{file}: row {line}"
+    image, stated = (row["image"] or "").strip(), (row["temperature_c"] or "").strip()
+    if not image:
+        raise ShotError(f"{where}, column image: empty")
+    path = file.parent / image
+    if not path.is_file():
+        raise ShotError(f"{where}, column image: no file `{image}` beside the CSV")
+    source = (row.get("source") or "").strip() or Path(image).parent.name or file.stem
+    return Shot(path, _temperature(f"{where}, column temperature_c", stated), source)
+
+
+def _temperature(where: str, stated: str) -> float:
+    try:
+        value = float(stated)
+    except ValueError:
+        raise ShotError(f"{where}: `{stated}` is no number") from None
+    if not math.isfinite(value) or not COLDEST_C <= value <= HOTTEST_C:
+        raise ShotError(f"{where}: {stated} degC is not between {COLDEST_C:g} and {HOTTEST_C:g}")
+    return value

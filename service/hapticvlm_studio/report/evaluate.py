@@ -1,0 +1,251 @@
+"""A study's rows, or the paper's counts, become one document of numbers; no file is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from hapticvlm.errors import installing
+from hapticvlm_studio.design import paper
+from hapticvlm_studio.report import claims, results, statistics
+from hapticvlm_studio.report.results import Cells, Results
+
+Document = dict[str, Any]
+FORMAT = 2  # of report.json: 2 has ratings, people's answers, and claims
+PAPER_TITLE = "The study of the HapticVLM paper, evaluated anew"
+
+
+def evaluate(found: Results) -> Document:
+    """Turn a study's rows into numbers."""
+    counts = results.confusion(found)
+    names = [stimulus.name for stimulus in found.stimuli]
+    factors = ([s.vibration for s in found.stimuli], [s.temperature for s in found.stimuli])
+    by_person = _rights(found)
+    document = _of_counts(counts, names, factors)
+    title = found.form.title.get(found.form.languages[0])
+    document["title"] = f"Study report: {title}" if title else "Study report"
+    document["simulated"], document["heard"] = found.simulated, found.heard
+    document["people"], document["ratings"] = _people(found), _ratings(found)
+    document["participants"] = len(found.participants)
+    document["answered"], document["planned"] = len(found.rows), found.planned
+    document["excluded"] = len(found.rows) - len(found.counted)
+    document["repeated"] = sum(row.attempt > 1 for row in found.rows)
+    document["silent"] = found.silent
+    document["recognition"] = asdict(statistics.share_by_person(*_all(by_person)))
+    for at, pattern in enumerate(document["patterns"]):
+        pattern |= asdict(statistics.share_by_person(*_of_pattern(by_person, at)))
+    for part in document["axes"]:
+        part |= asdict(statistics.share_by_person(*_level_rights(found, part["factor"])))
+    document["reaction"] = [_reaction(found, name) for name in names]
+    cells = results.cells(found)
+    document["anova_missing"] = cells if isinstance(cells, str) else None
+    if not isinstance(cells, str):
+        document |= _within(cells, factors, names)
+    return _claimed(document)
+
+
+def _within(cells: Cells, factors: tuple[list[str], list[str]], names: list[str]) -> Document:
+    """Test within those people who felt every pattern."""
+    vibrations, warmths = (list(dict.fromkeys(levels)) for levels in factors)
+    places = [(vibrations.index(v), warmths.index(t)) for v, t in zip(*factors, strict=True)]
+    flat = np.stack([cells.rates[:, i, j] for i, j in places], axis=1)
+    ranks = (
+        statistics.friedman(flat, "patterns"),
+        statistics.friedman(cells.rates.mean(axis=2), "vibration"),
+    )
+    return {
+        "complete": len(cells.rates),
+        "pair_spread": _spread(flat),
+        "incomplete": list(cells.left_out),
+        **_anova(cells),
+        "friedman": [asdict(found) for found in ranks if found is not None],
+        "pairwise": [asdict(pair) for pair in statistics.pairwise_by_person(flat, names)],
+        "pairwise_test": "paired t of each person's recognition"
+        + (", of those who felt every pattern" if cells.left_out else ""),
+    }
+
+
+def _anova(cells: Cells) -> Document:
+    """Return the ANOVA, or what must be installed for it."""
+    try:
+        effects = statistics.anova(cells.rates)
+    except ModuleNotFoundError as error:
+        name = (error.name or "statsmodels").partition(".")[0]
+        return {"anova": [], "anova_missing": f"it needs {name}: `{installing(name)}`"}
+    return {"anova": [asdict(effect) for effect in effects]}
+
+
+def _spread(rates: statistics.Rates) -> float:
+    """Return the median standard deviation of people's differences between two patterns."""
+    first, second = np.triu_indices(rates.shape[1], 1)
+    return float(np.median(np.std(rates[:, first] - rates[:, second], axis=0, ddof=1)))
+
+
+def _claimed(document: Document) -> Document:
+    return {**document, "may": claims.may(document), "may_not": claims.may_not(document)}
+
+
+def _people(found: Results) -> list[Document]:
+    """Sum up people's answers on themselves; free answers are only counted."""
+    summed = []
+    for question in found.form.question:
+        given = [person.answers[question.name] for person in found.people]
+        answered = [answer for answer in given if answer is not None]
+        about: Document = {"name": question.name, "kind": question.kind, "answers": len(answered)}
+        if question.kind == "number" and answered:
+            values = np.array(answered, dtype=np.float64)
+            about["mean"], about["ends"] = float(values.mean()), [values.min(), values.max()]
+            about["sd"] = float(values.std(ddof=1)) if len(answered) > 1 else None
+        if question.kind == "choice":
+            about["counts"] = {each.value: answered.count(each.value) for each in question.choice}
+        summed.append(about)
+    return summed
+
+
+def _ratings(found: Results) -> list[Document]:
+    """Return the mean of each rating with its interval by person, as a whole and by pattern."""
+    table = []
+    for rating in found.form.rating:
+        rows = [
+            (row.participant, row.presented, row.ratings[rating.name])
+            for row in found.counted
+            if row.ratings is not None
+        ]
+        by_pattern = [
+            {"name": stimulus.name, **_rated([row for row in rows if row[1] == stimulus.name])}
+            for stimulus in found.stimuli
+        ]
+        whole = _rated(rows)
+        table.append({"name": rating.name, "steps": rating.steps, **whole, "patterns": by_pattern})
+    return table
+
+
+def _rated(rows: list[tuple[str, str, int]]) -> Document:
+    """Return the mean of people's means of (person, pattern, rating) rows; `of` counts people."""
+    people = dict.fromkeys(who for who, _, _ in rows)
+    means = [float(np.mean([value for who, _, value in rows if who == each])) for each in people]
+    if not means:
+        return {"of": 0, "mean": None, "by_person": None}
+    mean, by_person = statistics.mean_by_person(means)
+    return {"of": len(means), "mean": mean, "by_person": by_person}
+
+
+def evaluate_paper() -> Document:
+    """Turn the paper's counts into the same numbers, as far as counts without people allow."""
+    counts = paper.confusion()
+    factors = (list(paper.VIBRATIONS) * 2, [t for t in paper.TEMPERATURES for _ in range(5)])
+    document = _of_counts(counts, list(paper.CODES), factors)
+    document |= {"title": PAPER_TITLE, "simulated": False, "key": paper.KEY}
+    document["labels"] = [f"{v}, {t}" for v, t in zip(*factors, strict=True)]
+    document |= {"participants": paper.PARTICIPANTS, "notes": paper.NOTES}
+    document |= {"answered": int(counts.sum()), "planned": int(counts.sum())}
+    document |= {"excluded": 0, "repeated": None, "silent": None, "reaction": []}
+    document["anova_missing"] = "single people's trials are unpublished"
+    document["printed_anova"] = [
+        {
+            "as_printed": asdict(statistics.effect(name, f, df)),
+            "two_way_df": asdict(statistics.effect(name, f, two_way)),
+            "printed_p": p,
+        }
+        for name, f, df, two_way, p in paper.PRINTED
+    ]
+    return _claimed(document)
+
+
+def _of_counts(
+    counts: statistics.Counts, names: list[str], factors: tuple[list[str], list[str]]
+) -> Document:
+    """Return what a confusion matrix alone shows, trials taken for independent."""
+    right, of = np.diag(counts).tolist(), counts.sum(axis=1).tolist()
+    bits, bias = statistics.information_bits(counts)
+    parts = []
+    for factor, groups in zip(("vibration", "temperature"), factors, strict=True):
+        levels, matrix = statistics.collapsed(counts, groups)
+        share = statistics.share(int(np.trace(matrix)), int(matrix.sum()))
+        rows = zip(levels, np.diag(matrix).tolist(), matrix.sum(axis=1).tolist(), strict=True)
+        each = [{"name": name, **asdict(statistics.share(r, n))} for name, r, n in rows]
+        parts.append(
+            {
+                "factor": factor,
+                "levels": levels,
+                "counts": matrix.tolist(),
+                **asdict(share),
+                "each": each,
+            }
+        )
+    pairs = statistics.pairwise_pooled(right, of, names) if min(of) else []
+    return {
+        "format": FORMAT,
+        "names": names,
+        "labels": names,
+        "counts": counts.tolist(),
+        "recognition": asdict(statistics.share(sum(right), sum(of))),
+        "chance": 1 / len(names),
+        "patterns": [
+            {"name": name, **asdict(statistics.share(r, n))}
+            for name, r, n in zip(names, right, of, strict=True)
+        ],
+        "axes": parts,
+        "information": {"bits": bits, "bias": bias, "most": float(np.log2(len(names)))},
+        "anova": [],
+        "friedman": [],
+        "complete": None,
+        "pair_spread": None,
+        "heard": False,
+        "people": [],
+        "ratings": [],
+        "incomplete": [],
+        "pairwise": [asdict(pair) for pair in pairs],
+        "pairwise_test": "Fisher's exact, trials of all people thrown together",
+    }
+
+
+def _rights(found: Results) -> list[list[tuple[int, int]]]:
+    """Count (right, of) of each person and pattern, people first."""
+    names = [stimulus.name for stimulus in found.stimuli]
+    table = []
+    for code in found.participants:
+        rows = [row for row in found.counted if row.participant == code]
+        each = [[row.correct for row in rows if row.presented == name] for name in names]
+        table.append([(sum(right), len(right)) for right in each])
+    return table
+
+
+def _all(table: list[list[tuple[int, int]]]) -> tuple[list[int], list[int]]:
+    rights = [sum(right for right, _ in person) for person in table]
+    return rights, [sum(of for _, of in person) for person in table]
+
+
+def _level_rights(found: Results, factor: str) -> tuple[list[int], list[int]]:
+    """Count each person's answers with the right level of one factor, and all of them."""
+    rights = []
+    for code in found.participants:
+        rows = [row for row in found.counted if row.participant == code]
+        rights.append([getattr(row, factor) == getattr(row, f"answered_{factor}") for row in rows])
+    return [sum(each) for each in rights], [len(each) for each in rights]
+
+
+def _of_pattern(table: list[list[tuple[int, int]]], at: int) -> tuple[list[int], list[int]]:
+    return [person[at][0] for person in table], [person[at][1] for person in table]
+
+
+def _reaction(found: Results, name: str) -> Document:
+    """Reaction times to one pattern, s, and the plate as its strokes began and ended, degC."""
+    rows = [row for row in found.counted if row.presented == name]
+    times = [row.reaction_s for row in rows]
+    quartiles = np.percentile(times, [25, 50, 75]).tolist() if times else [None] * 3
+    return {
+        "name": name,
+        "quartiles_s": quartiles,
+        "onset_plate_c": _mean(row.onset_plate_c for row in rows),
+        "plate_c": _mean(row.plate_c for row in rows),
+        "all_s": times,
+    }
+
+
+def _mean(values: Iterable[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return float(np.mean(known)) if known else None

@@ -1,0 +1,186 @@
+"""Pictures of a study: confusions, recognition and ratings with intervals, reaction times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.palette import BLUE, GREY, GRID, INK, SOFT, VERMILION
+from hapticvlm_studio.report.statistics import Share
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Matrix = tuple[list[str], NDArray[np.int64]]
+DPI = 110
+_BY_PERSON: Any = {"color": BLUE, "linewidth": 3.0, "solid_capstyle": "butt"}
+_WILSON: Any = {"color": GREY, "linewidth": 1.5}
+LEAST_BOXED, LEAST_SURE = 5, 10  # answers: for quartiles; below it a share means little
+
+
+def confusion(path: Path, title: str, whole: Matrix, parts: Sequence[tuple[str, Matrix]]) -> None:
+    """Draw the matrix of all patterns, and beside it those of its factors."""
+    figure = _figure(13.0, 7.2)
+    grid = figure.add_gridspec(2, 2, width_ratios=(2.1, 1.0))
+    _draw_matrix(figure.add_subplot(grid[:, 0]), title, whole)
+    for at, (name, matrix) in enumerate(parts[:2]):
+        _draw_matrix(figure.add_subplot(grid[at, 1]), name, matrix)
+    figure.savefig(path, dpi=DPI)
+
+
+def recognition(
+    path: Path,
+    title: str,
+    shares: Sequence[tuple[str, Share]],
+    times: Sequence[NDArray[np.float64]] | None,
+    chance: float,
+) -> None:
+    """Draw recognition of each pattern with both intervals and, if known, reaction times in s."""
+    figure = _figure(12.0 if times else 7.5, 0.42 * len(shares) + 1.9)
+    left, *right = figure.subplots(1, 2 if times else 1, sharey=True, squeeze=False)[0]
+    _draw_shares(left, shares, chance)
+    left.set_title(title, loc="left")
+    if times:
+        _draw_times(right[0], times)
+        right[0].set_xlabel("reaction time from the first stroke, s")
+        right[0].set_xlim(left=0.0)
+        right[0].set_title("all answers, right or wrong", loc="left")
+        right[0].grid(axis="x", color=GRID)
+    left.set_yticks(np.arange(len(shares)), [name for name, _ in shares])
+    left.set_ylim(len(shares) - 0.5, -0.5)
+    figure.savefig(path, dpi=DPI)
+
+
+def ratings(path: Path, title: str, rated: Sequence[dict[str, Any]]) -> None:
+    """Draw each pattern's mean rating with its interval by person, a panel for each rating."""
+    names = [each["name"] for each in rated[0]["patterns"]]
+    figure = _figure(3.0 + 3.6 * len(rated), 0.42 * len(names) + 1.5)
+    panels = figure.subplots(1, len(rated), sharey=True, squeeze=False)[0]
+    for axes, rating in zip(panels, rated, strict=True):
+        for row, each in enumerate(rating["patterns"]):
+            if each["by_person"] is not None:
+                axes.plot(each["by_person"], [row] * 2, **_BY_PERSON)
+            if each["mean"] is not None:
+                axes.plot(each["mean"], row, "o", color=INK, markersize=6)
+        axes.set_xlim(0.8, rating["steps"] + 0.2)
+        axes.set_xlabel(f"{rating['name']}, 1 to {rating['steps']}")
+        axes.grid(axis="x", color=GRID)
+    panels[0].set_yticks(np.arange(len(names)), names)
+    panels[0].set_ylim(len(names) - 0.5, -0.5)
+    panels[0].set_title(title, loc="left")
+    panels[-1].plot([], [], **_BY_PERSON, label="95 % by person, Student's t")
+    _legend(panels[-1])
+    figure.savefig(path, dpi=DPI)
+
+
+def printed_anova(path: Path, printed: Sequence[dict[str, Any]]) -> None:
+    """Draw p of each printed F, on the printed degrees of freedom and on those of the design."""
+    figure = _figure(7.5, 3.0)
+    axes = figure.subplots()
+    for row, each in enumerate(printed):
+        as_printed, two_way = each["as_printed"], each["two_way_df"]
+        ends = [as_printed["p"], two_way["p"]]
+        axes.plot(ends, [row] * 2, color=SOFT, linewidth=1.5, zorder=1)
+        axes.plot(each["printed_p"], row, "o", color=INK, markersize=10, fillstyle="none")
+        axes.plot(ends[0], row, "o", color=BLUE, markersize=5)
+        axes.plot(ends[1], row, "D", color=VERMILION, markersize=6)
+        if two_way["df"] != as_printed["df"]:
+            axes.annotate(
+                f"F({two_way['df']}, {two_way['df_error']})", (ends[1], row),
+                xytext=(0, 9), textcoords="offset points", ha="center", fontsize=9,
+            )  # fmt: skip
+    axes.set_yticks(
+        range(len(printed)),
+        [
+            f"{each['as_printed']['name']}\nF({each['as_printed']['df']}, "
+            f"{each['as_printed']['df_error']}) = {each['as_printed']['f']:.2f}"
+            for each in printed
+        ],
+    )
+    axes.set_ylim(len(printed) - 0.5, -0.6)
+    axes.set_xlim(0.0, 0.5)
+    axes.set_xlabel("p")
+    axes.plot([], [], "o", color=INK, markersize=10, fillstyle="none", label="p as printed")
+    axes.plot([], [], "o", color=BLUE, markersize=5, label="p of the printed F and df")
+    axes.plot([], [], "D", color=VERMILION, markersize=6, label="p on the df of 5 x 2 patterns")
+    axes.axvline(0.05, color=SOFT, linestyle=":", label="0.05")
+    axes.grid(axis="x", color=GRID)
+    _legend(axes, 4)
+    figure.savefig(path, dpi=DPI)
+
+
+def _draw_times(axes: Axes, times: Sequence[NDArray[np.float64]]) -> None:
+    """Draw a box where there are enough answers for quartiles, else each answer."""
+    enough = [(row, each) for row, each in enumerate(times) if len(each) >= LEAST_BOXED]
+    if enough:
+        axes.boxplot(
+            [each for _, each in enough], positions=[row for row, _ in enough], widths=0.55,
+            orientation="horizontal", manage_ticks=False,
+            medianprops={"color": BLUE, "linewidth": 2}, flierprops={"markersize": 3},
+        )  # fmt: skip
+    for row, each in enumerate(times):
+        if len(each) < LEAST_BOXED:
+            axes.plot(each, [row] * len(each), "o", color=BLUE, markersize=4, fillstyle="none")
+
+
+def _dot(axes: Axes, value: float, row: float, count: int) -> None:
+    """Mark a value; hollow where so few are behind it that it means little."""
+    fill = "full" if count >= LEAST_SURE else "none"
+    axes.plot(value, row, "o", color=INK, markersize=6, fillstyle=fill)
+
+
+def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float) -> None:
+    for row, (_, share) in enumerate(shares):
+        apart = 0.12 if share.by_person else 0.0
+        intervals = ((share.wilson, apart, _WILSON), (share.by_person, -apart, _BY_PERSON))
+        for interval, offset, style in intervals:
+            if interval is not None:
+                axes.plot([100 * end for end in interval], [row + offset] * 2, **style)
+        if share.share is not None:
+            _dot(axes, 100 * share.share, row, share.of)
+    axes.axvline(100 * chance, color=SOFT, linestyle=":")
+    if any(share.by_person for _, share in shares):
+        axes.plot([], [], **_BY_PERSON, label="95 % by person, t on the logit")
+    axes.plot([], [], **_WILSON, label="95 % Wilson, trials independent")
+    axes.plot([], [], color=SOFT, linestyle=":", label="chance")
+    axes.set_xlim(0.0, 101.0)
+    axes.set_xlabel("recognised, %")
+    axes.grid(axis="x", color=GRID)
+    if any(0 < share.of < LEAST_SURE for _, share in shares):
+        axes.plot([], [], "o", color=INK, fillstyle="none", label=f"under {LEAST_SURE} trials")
+    _legend(axes)
+
+
+def _legend(axes: Axes, columns: int = 3) -> None:
+    """Explain below the axes, where no data are."""
+    handles, labels = axes.get_legend_handles_labels()
+    axes.figure.legend(
+        handles, labels, loc="outside lower left", ncols=columns, fontsize=8, frameon=False
+    )
+
+
+def _draw_matrix(axes: Axes, title: str, matrix: Matrix) -> None:
+    names, counts = matrix
+    totals = counts.sum(axis=1, keepdims=True)
+    shares = np.divide(counts, totals, out=np.zeros(counts.shape), where=totals > 0)
+    axes.imshow(shares, vmin=0.0, vmax=1.0, cmap="Blues", aspect="auto")
+    for i, j in zip(*np.nonzero(counts), strict=True):
+        colour = "white" if shares[i, j] > 0.55 else INK
+        axes.text(j, i, str(counts[i, j]), ha="center", va="center", color=colour, fontsize=9)
+    axes.set_xticks(range(len(names)), names, rotation=40, ha="right", rotation_mode="anchor")
+    axes.set_yticks(range(len(names)), names)
+    axes.set_xlabel("answered")
+    axes.set_ylabel("presented")
+    axes.set_title(title, loc="left", fontsize=11)
+
+
+def _figure(width: float, height: float) -> Figure:
+    """Make a figure that no screen is needed for, inches."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")

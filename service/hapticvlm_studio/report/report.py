@@ -1,0 +1,127 @@
+"""The report of a study: pictures, tables, and one page of all that can be sent round."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hapticvlm.palette import FIGURE
+from hapticvlm_studio.design.stimuli import StudyError
+from hapticvlm_studio.report import plots, results
+from hapticvlm_studio.report.evaluate import Document, evaluate, evaluate_paper
+from hapticvlm_studio.report.statistics import Share
+from hapticvlm_studio.report.text import people, text_of
+
+_STYLE = """
+:root { color-scheme: light dark; }
+body { font: 1rem/1.55 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem;
+  color: light-dark(#15202a, #e9eff3); background: light-dark(#fff, #0f1418); }
+h1 { line-height: 1.2; }
+h2 { margin-top: 2.2rem; border-bottom: 1px solid light-dark(#d3dbe1, #323f48); }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .92rem; font-variant-numeric: tabular-nums; }
+th, td { text-align: left; padding: .3rem .8rem .3rem 0; vertical-align: top;
+  border-bottom: 1px solid light-dark(#d3dbe1, #323f48); }
+img { max-width: 100%; height: auto; background: #fff; border-radius: .3rem; }
+@media print { body { margin: 0; } h2, tr { break-inside: avoid; } }
+"""
+_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+
+def report(folder: Path, out: Path | None, *, as_json: bool) -> str:
+    """Evaluate the study in `folder`, write the files and return the text. Raises StudyError."""
+    found = results.read(folder)
+    if not found.counted:
+        raise StudyError(f"{folder}: no trial is answered yet")
+    document = evaluate(found)
+    out = folder / "report" if out is None else out
+    out.mkdir(parents=True, exist_ok=True)
+    results.write_csv(out / "trials.csv", found)
+    if found.form.question or len(found.form.languages) > 1:
+        results.write_people(out / "participants.csv", found)
+    _draw(out, document, [np.array(each["all_s"]) for each in document["reaction"]])
+    return _finish(out, document, as_json=as_json)
+
+
+def report_paper(out: Path | None, *, as_json: bool) -> str:
+    """Evaluate the paper's counts; files only where `out` says."""
+    document = evaluate_paper()
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        _draw(out, document, None)
+    return _finish(out, document, as_json=as_json)
+
+
+def _draw(out: Path, document: Document, times: Sequence[Any] | None) -> None:
+    import matplotlib as mpl
+
+    whole = (document["labels"], np.array(document["counts"]))
+    parts = [
+        (f"{part['factor']} alone", (part["levels"], np.array(part["counts"])))
+        for part in document["axes"]
+    ]
+    heading = f"{people(document['participants'])}, {document['answered']} trials"
+    if document["simulated"]:
+        heading += "; SIMULATED devices"
+    elif document["heard"]:
+        heading += "; HEARD, not felt"
+    with mpl.rc_context(dict(FIGURE)):
+        plots.confusion(out / "confusion.png", heading, whole, parts)
+        patterns = zip(document["labels"], document["patterns"], strict=True)
+        shares = [(label, _share(each)) for label, each in patterns]
+        plots.recognition(out / "recognition.png", heading, shares, times, document["chance"])
+        if rated := [each for each in document["ratings"] if each["of"]]:
+            plots.ratings(out / "ratings.png", heading, rated)
+        if printed := document.get("printed_anova"):
+            plots.printed_anova(out / "anova.png", printed)
+
+
+def _share(each: Document) -> Share:
+    return Share(each["right"], each["of"], each["share"], each["wilson"], each["by_person"])
+
+
+def _finish(out: Path | None, document: Document, *, as_json: bool) -> str:
+    text, data = text_of(document), json.dumps(document)
+    if out is not None:
+        written = text_of(document, out)
+        (out / "report.md").write_text(written + "\n", encoding="utf-8")
+        (out / "report.html").write_text(page(written, out), encoding="utf-8")
+        (out / "report.json").write_text(data + "\n", encoding="utf-8")
+        text += f"\n\nfiles in {out}; {out / 'report.html'} holds all of it and can be sent round"
+    return data if as_json else text
+
+
+def page(markdown: str, folder: Path) -> str:
+    """Return a page of this text that asks for no other file; pictures are PNG files of `folder`.
+
+    HTML within the text is shown as text. Raises OSError.
+    """
+    from markdown_it import MarkdownIt
+
+    reader = MarkdownIt("commonmark", {"html": False}).enable("table")
+    tokens = reader.parse(markdown)
+    for token in tokens:
+        for child in token.children or ():
+            if child.type == "image":
+                child.attrs["src"] = _inside(folder / str(child.attrs["src"]))
+    body = reader.renderer.render(tokens, reader.options, {})
+    body = body.replace("<table>", '<div class="wide" tabindex="0"><table>')
+    body = body.replace("</table>", "</table></div>")
+    title = html.escape(markdown.lstrip("# ").partition("\n")[0])
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
+        f"<title>{title}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n<main>\n{body}"
+        "</main>\n</body>\n</html>\n"
+    )
+
+
+def _inside(picture: Path) -> str:
+    return "data:image/png;base64," + base64.b64encode(picture.read_bytes()).decode()

@@ -1,0 +1,235 @@
+"""What a study's folder holds: one row per answered trial, and how rows become counts. No figures.
+
+Rows carry participants' codes only, so the CSV of trials may be published as it is. What people
+answer on themselves is kept apart from it.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm_studio.design.design import Design, read_design
+from hapticvlm_studio.design.form import Answer, Form
+from hapticvlm_studio.design.stimuli import Stimulus
+from hapticvlm_studio.trials.player import SILENT
+from hapticvlm_studio.trials.progress import Event
+from hapticvlm_studio.trials.record import events
+
+INTERRUPTED = "interrupted"  # by pause or stop, after the answer: the trial counts
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One answered trial; times in s, plate in degC, None = not known.
+
+    `onset_plate_c` is the plate as the first stroke began, `plate_c` as the last ended.
+    """
+
+    participant: str
+    trial: int
+    block: int
+    attempt: int
+    vibration: str
+    temperature: str
+    presented: str
+    answered: str
+    answered_vibration: str
+    answered_temperature: str
+    correct: bool
+    reaction_s: float
+    onset_plate_c: float | None = None
+    plate_c: float | None = None
+    setpoint_c: float | None = None
+    limited_by: str | None = None
+    spoiled: str | None = None
+    ratings: Mapping[str, int] | None = None
+
+    @property
+    def counts(self) -> bool:
+        """Whether the devices presented what they should have."""
+        return self.spoiled in (None, INTERRUPTED)
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """What one participant answered beside the trials; an answer that was not given is None."""
+
+    participant: str
+    language: str
+    answers: Mapping[str, Answer | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """All rows of a study; simulated = no device that anybody could feel took part.
+
+    `heard`: it was a pilot in which a page played the vibration. `silent` counts the
+    presentations, answered or not, in which the speaker played nothing.
+    """
+
+    stimuli: tuple[Stimulus, ...]
+    rows: tuple[Row, ...]
+    participants: tuple[str, ...]
+    planned: int
+    simulated: bool
+    silent: int
+    form: Form
+    people: tuple[Person, ...]
+    heard: bool
+
+    @property
+    def counted(self) -> tuple[Row, ...]:
+        """Rows that statistics are made of."""
+        return tuple(row for row in self.rows if row.counts)
+
+
+def read(folder: Path) -> Results:
+    """Read a study's folder; participants without an answer are left out. Raises StudyError."""
+    design = read_design(folder)
+    files = {code: events(folder, code) for code in design.participants}
+    rows = [row for code, file in files.items() for row in _rows(design, code, file)]
+    simulated = any(
+        event["event"] == "opened" and any(d["simulated"] for d in event["devices"].values())
+        for file in files.values()
+        for event in file
+    )
+    present = tuple(
+        code for code in design.participants if any(r.participant == code for r in rows)
+    )
+    planned = sum(len(names) for names in design.trials.values())
+    silent = sum(
+        event["event"] == "spoiled" and event["why"] == SILENT
+        for file in files.values()
+        for event in file
+    )
+    people = tuple(_person(design, code, files[code]) for code in present)
+    heard = any(e["event"] == "opened" and e.get("hear") for f in files.values() for e in f)
+    return Results(
+        design.stimuli, tuple(rows), present, planned, simulated, silent, design.form, people, heard
+    )
+
+
+def _person(design: Design, code: str, file: Iterable[Event]) -> Person:
+    language = design.form.languages[0]
+    answers: dict[str, Answer | None] = {each.name: None for each in design.form.question}
+    for event in file:
+        if event["event"] == "agreed":
+            language = event["language"]
+        elif event["event"] == "told":
+            answers |= event["answers"]
+    return Person(code, language, answers)
+
+
+def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
+    """Join each answer with what the devices reported of its pattern."""
+    rows: dict[int, Row] = {}
+    for event in file:
+        trial = event.get("trial")
+        if event["event"] == "answered":
+            rows[event["trial"]] = _row(design, code, event)
+        elif event["event"] == "played" and trial in rows:
+            names = ("onset_plate_c", "plate_c", "setpoint_c", "limited_by")
+            reported: Event = {name: event.get(name) for name in names}
+            rows[trial] = replace(rows[trial], **reported)
+        elif event["event"] == "rated" and trial in rows:
+            rows[trial] = replace(rows[trial], ratings=event["ratings"])
+        elif event["event"] == "spoiled" and trial in rows:
+            rows[trial] = replace(rows[trial], spoiled=event["why"])
+    return rows.values()
+
+
+def _row(design: Design, code: str, event: Event) -> Row:
+    presented, answered = design.stimulus(event["pattern"]), design.stimulus(event["answered"])
+    return Row(
+        participant=code,
+        trial=event["trial"],
+        block=event["trial"] // len(design.stimuli),
+        attempt=event["attempt"],
+        vibration=presented.vibration,
+        temperature=presented.temperature,
+        presented=presented.name,
+        answered=answered.name,
+        answered_vibration=answered.vibration,
+        answered_temperature=answered.temperature,
+        correct=presented.name == answered.name,
+        reaction_s=event["reaction_s"],
+    )
+
+
+def write_csv(path: Path, found: Results) -> None:
+    """Write a line per trial, with a header; missing values are empty."""
+    columns = [field.name for field in fields(Row) if field.name != "ratings"]
+    names = [rating.name for rating in found.form.rating]
+    lines = []
+    for row in found.rows:
+        rated = row.ratings or {}
+        values = {**asdict(row), "correct": int(row.correct)}
+        lines.append([*(values[name] for name in columns), *(rated.get(name) for name in names)])
+    _write(path, [*columns, *(f"rating_{name}" for name in names)], lines)
+
+
+def write_people(path: Path, found: Results) -> None:
+    """Write a line per participant, with their answers on themselves."""
+    names = [question.name for question in found.form.question]
+    rows = [
+        [person.participant, person.language, *(person.answers[name] for name in names)]
+        for person in found.people
+    ]
+    _write(path, ["participant", "language", *names], rows)
+
+
+def _write(path: Path, heads: Sequence[str], lines: Iterable[Sequence[object]]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([heads, *lines])
+
+
+def confusion(results: Results) -> NDArray[np.int64]:
+    """Count how often each pattern (rows) was answered as each, (n, n), in the design's order."""
+    at = {stimulus.name: i for i, stimulus in enumerate(results.stimuli)}
+    counts = np.zeros((len(at), len(at)), dtype=np.int64)
+    for row in results.counted:
+        counts[at[row.presented], at[row.answered]] += 1
+    return counts
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Recognition (people, vibrations, temperatures) of those who felt every pattern."""
+
+    rates: NDArray[np.float64]
+    left_out: tuple[str, ...]  # codes of the others
+
+
+def cells(results: Results) -> Cells | str:
+    """Return the recognition of everyone who felt every pattern, or why there is none."""
+    vibrations, temperatures = levels(results.stimuli)
+    if (
+        len(vibrations) * len(temperatures) != len(results.stimuli)
+        or min(len(vibrations), len(temperatures)) < 2
+    ):
+        return "the patterns are not every vibration at every temperature"
+    rates = np.full((len(results.participants), len(vibrations), len(temperatures)), np.nan)
+    rights: dict[tuple[str, str, str], list[bool]] = {}
+    for row in results.counted:
+        key = (row.participant, row.vibration, row.temperature)
+        rights.setdefault(key, []).append(row.correct)
+    for (code, vibration, temperature), right in rights.items():
+        place = vibrations.index(vibration), temperatures.index(temperature)
+        rates[results.participants.index(code), *place] = sum(right) / len(right)
+    is_complete = ~np.isnan(rates).any(axis=(1, 2))
+    if is_complete.sum() < 2:
+        return "it needs at least two participants who felt every pattern"
+    others = zip(results.participants, is_complete, strict=True)
+    return Cells(rates[is_complete], tuple(code for code, complete in others if not complete))
+
+
+def levels(stimuli: Sequence[Stimulus]) -> tuple[list[str], list[str]]:
+    """Return the levels of both factors, in order of appearance."""
+    vibrations = dict.fromkeys(stimulus.vibration for stimulus in stimuli)
+    return list(vibrations), list(dict.fromkeys(stimulus.temperature for stimulus in stimuli))

@@ -1,0 +1,93 @@
+"""One touch of a material as every haptic format can hold it: an envelope of one tone. Pure.
+
+The voices of the service render the touch; its amplitude is sqrt(2) times the rms, so a full-scale
+sine is 1, and its frequency that of a sine that changes as quickly. Points stand STEP_S apart and
+are joined by straight lines, as the formats do. They are fitted so that each WINDOW_S that is read
+back has the energy of what the speaker plays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import resample_poly
+
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.vibration_plan import PLAN_HZ, frequencies
+from hapticvlm_studio.touches.heat import Heat
+from hapticvlm_studio.touches.sound import Sound
+
+STEP_S = 0.005
+WINDOW_S = 0.02
+_STEP = round(STEP_S * PLAN_HZ)
+_WINDOW = round(WINDOW_S * PLAN_HZ)
+_ROUNDS = 12  # of fitting; the error shrinks by about half in each
+_MOST_GAIN = 4.0  # in one round, where next to nothing is played
+
+_Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """A touch; `wave` (N,) float32 at RATE_HZ, `played` the same at PLAN_HZ, a whole of windows."""
+
+    material: str
+    interaction: str
+    wave: NDArray[np.float32]
+    played: NDArray[np.float32]
+    heat: Heat
+
+    @property
+    def name(self) -> str:
+        """What a file of it is called."""
+        return f"{self.material}-{self.interaction}"
+
+    @property
+    def times_s(self) -> _Values:
+        """When the points are, (points,), from 0 to the end."""
+        return np.arange(self.played.size // _STEP + 1, dtype=np.float64) * STEP_S
+
+    @property
+    def frequency_hz(self) -> _Values:
+        """Frequency at each point, (points,)."""
+        found = frequencies(self.played, STEP_S)
+        return np.append(found, found[-1])
+
+    def points(self, power: float = 1.0) -> _Values:
+        """Value of each point (points,), 0..1, whose line to this power is the amplitude."""
+        squared = 2.0 * np.square(self.played, dtype=np.float64)
+        padded = np.pad(squared, _STEP // 2)
+        levels: _Values = np.sqrt(padded.reshape(-1, _STEP).mean(axis=1)) ** (1.0 / power)
+        wanted = window_levels(np.sqrt(squared))
+        centres = (np.arange(wanted.size) + 0.5) * WINDOW_S
+        for _ in range(_ROUNDS):
+            read = window_levels(line(levels) ** power)
+            gain = np.clip(wanted / np.maximum(read, 1e-9), 1.0 / _MOST_GAIN, _MOST_GAIN)
+            levels *= np.interp(self.times_s, centres, gain) ** (1.0 / power)
+            levels = np.minimum(levels, 1.0)
+        return levels
+
+
+def clip(sound: Sound, heat: Heat) -> Clip:
+    """Make a clip of a touch as `feel` renders it."""
+    played = np.asarray(resample_poly(sound.wave, 1, RATE_HZ // PLAN_HZ), dtype=np.float32)
+    windows = max(played.size // _WINDOW, 1)
+    whole = np.zeros(windows * _WINDOW, np.float32)
+    part = played[: whole.size]
+    whole[: part.size] = part
+    interaction = sound.interaction or "touch"
+    return Clip(sound.material.name, interaction, sound.wave, whole, heat)
+
+
+def line(values: _Values) -> _Values:
+    """Join points STEP_S apart by straight lines, at PLAN_HZ."""
+    at = np.arange((values.size - 1) * _STEP) / _STEP
+    return np.asarray(np.interp(at, np.arange(values.size), values), dtype=np.float64)
+
+
+def window_levels(amplitude: _Values) -> _Values:
+    """Root mean square of each WINDOW_S of an amplitude at PLAN_HZ, (windows,)."""
+    rows = amplitude[: amplitude.size // _WINDOW * _WINDOW].reshape(-1, _WINDOW)
+    return np.asarray(np.sqrt(np.mean(rows**2, axis=1)))

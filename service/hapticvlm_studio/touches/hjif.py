@@ -1,0 +1,119 @@
+"""`.hjif` of MPEG haptics (ISO/IEC 23090-31): vibration in hertz, the plate's temperature. Pure.
+
+Field names and rules: MPEGGroup/HapticReferenceSoftware, whose JSON schema is not public. The Main
+profile is the one that has temperature. Its scale is not fixed there, so the description states it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm_studio.touches.clip import Clip
+
+TICKS_PER_S = 1000
+LOW_HZ, HIGH_HZ = 1, 1000
+SPAN_C = 16.0  # a keyframe of 1 is NEUTRAL_C + SPAN_C, wider than what a plate is ever asked for
+HEAT_STEP_S = 0.1
+KEYWORDS = {  # of the format's own list; it has no glass and no fabric
+    "wood": "Texture/Wood",
+    "metal": "Texture/Metal",
+    "stone": "Texture/Rock",
+    "plastic": "Texture/Plastic",
+}
+_UNSPECIFIED = 0  # avatar and body part
+
+
+def document(clip: Clip, made_on: str) -> dict[str, Any]:
+    """Return the JSON document; `made_on` is a date of ISO 8601."""
+    return {
+        "version": "2023",
+        "profile": "Main",
+        "level": 1,
+        "date": made_on,
+        "description": f"{clip.interaction} on {clip.material}, by HapticVLM",
+        "timescale": TICKS_PER_S,
+        "avatars": [],
+        "perceptions": [_vibration(clip), _temperature(clip)],
+        "syncs": [],
+    }
+
+
+def _vibration(clip: Clip) -> dict[str, Any]:
+    keyframes = [
+        {
+            "relative_position": round(at * TICKS_PER_S),
+            "amplitude_modulation": round(float(level), 4),
+            "frequency_modulation": round(float(hertz)),
+        }
+        for at, level, hertz in zip(
+            clip.times_s.tolist(), clip.points(), clip.frequency_hz, strict=True
+        )
+    ]
+    band = {
+        "band_type": "VectorialWave",
+        "lower_frequency_limit": LOW_HZ,
+        "upper_frequency_limit": HIGH_HZ,
+        "effects": [_effect(keyframes, KEYWORDS.get(clip.material))],
+    }
+    return _perception(0, "Vibrotactile", "vibration of the palm, 1 is full scale", band)
+
+
+def _temperature(clip: Clip) -> dict[str, Any]:
+    heat = clip.heat
+    end_s = float(clip.times_s[-1])
+    count = max(round(end_s / HEAT_STEP_S), 2)  # of two keyframes alone the decoder makes silence
+    at_s = np.linspace(0.0, end_s, count + 1)
+    plate_c = np.interp(at_s, heat.time_s, heat.setpoint_c)
+    keyframes = [
+        {
+            "relative_position": round(at * TICKS_PER_S),
+            "amplitude_modulation": round((celsius - NEUTRAL_C) / SPAN_C, 4),
+        }
+        for at, celsius in zip(at_s.tolist(), plate_c.tolist(), strict=True)
+    ]
+    band = {
+        "band_type": "Curve",
+        "curve_type": "Linear",
+        "lower_frequency_limit": 0,
+        "upper_frequency_limit": LOW_HZ,
+        "effects": [_effect(keyframes, None)],
+    }
+    text = f"setpoint of the plate, degC = {NEUTRAL_C:g} + {SPAN_C:g} x value"
+    return _perception(1, "Temperature", text, band)
+
+
+def _effect(keyframes: list[dict[str, Any]], keyword: str | None) -> dict[str, Any]:
+    effect = {
+        "effect_type": "Basis",
+        "position": 0,
+        "phase": 0.0,
+        "base_signal": "Sine",
+        "keyframes": keyframes,
+    }
+    return effect if keyword is None else {**effect, "semantic_keywords": keyword}
+
+
+def _perception(number: int, modality: str, text: str, band: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "id": number,
+        "avatar_id": _UNSPECIFIED,
+        "description": text,
+        "perception_modality": modality,
+        "unit_exponent": -3,
+        "perception_unit_exponent": 0,
+        "reference_devices": [],
+        "effect_library": [],
+        "channels": [
+            {
+                "id": 0,
+                "description": "palm",
+                "gain": 1.0,
+                "mixing_coefficient": 1.0,
+                "body_part_mask": _UNSPECIFIED,
+                "bands": [band],
+            }
+        ],
+    }

@@ -1,0 +1,219 @@
+"""Plays patterns through a running service, as the scene that owns its outputs.
+
+The hand does what stimuli.py states, each touch renewed while it lasts. Between patterns the palm
+lies on metal at neutral, which brings plate and modelled skin back sooner than letting go. Knows no
+study.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+
+from hapticvlm.client import Client, Refused
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.vibration.vibration import Motion
+from hapticvlm_studio.design.stimuli import Part, Stimulus, StudyError, motion, parts
+
+TOUCH_S = 0.06  # between touches: a lease of 0.25 s survives three lost ones
+STROKE_S = 0.02  # between those of a stroke: 20 steps up and down a whoosh
+AMBIENT_C = 22.0
+SPOILING = ("dose", "sink")  # limits under which a warm or cold pattern is not what it should be
+TELEMETRY_S = 2.0
+SILENT = "the speaker played nothing: see to it and to its level, then go on"
+_STILL = Motion(0.0, 0.0)
+_GONE = (ConnectionError, ConnectionClosed)  # a service that answers no more
+
+
+class Trouble(Exception):
+    """The devices cannot present a pattern now; the text gives the experimenter the reason."""
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """What the service reported while it played: at the end of the stroke, or worst during it.
+
+    `onset_plate_c` is the plate as the first stroke began. No level: no telemetry came meanwhile.
+    """
+
+    onset_plate_c: float | None
+    plate_c: float | None
+    setpoint_c: float | None
+    limited_by: str | None
+    speaker_level: float | None
+    underruns: int
+
+
+class Player:
+    """One scene whose objects are the patterns; `listen` must run beside everything else."""
+
+    def __init__(self, client: Client, settle_c: float) -> None:
+        self._client = client
+        self._settle_c = settle_c
+        self._telemetry: dict[str, Any] = {}
+        self._received_at = float("-inf")
+        self._limited_by: str | None = None
+        self._level: float | None = None
+        self._telemetry_arrived = asyncio.Event()
+
+    @property
+    def devices(self) -> dict[str, Any]:
+        """What plays: names, and whether they are simulated."""
+        found: dict[str, Any] = self._client.welcome["devices"]
+        return found
+
+    @property
+    def outputs(self) -> dict[str, Any]:
+        """What the service last reported of plate and speaker; empty before its first report."""
+        shown = ("plate_c", "setpoint_c", "speaker_level", "faults", "underruns")
+        return {name: self._telemetry[name] for name in shown if name in self._telemetry}
+
+    async def prepare(self, stimuli: Sequence[Stimulus]) -> None:
+        """Declare one object per pattern. Raises StudyError when others own the outputs."""
+        if not self._client.welcome["owner"]:
+            raise StudyError("another scene owns the outputs; close it and start again")
+        objects = [
+            {"object_id": s.name, "material": s.material, "temperature_c": s.object_c}
+            for s in (*stimuli, _NEUTRAL)
+        ]
+        await self._client.scene(objects, ambient_c=AMBIENT_C)
+
+    async def listen(self) -> None:
+        """Receive what the service reports of its outputs, until cancelled."""
+        while True:
+            event = await self._client.events.get()
+            if event["type"] == "telemetry":
+                self._telemetry = event
+                self._received_at = time.monotonic()
+                self._telemetry_arrived.set()
+                self._level = max(self._level or 0.0, event["speaker_level"])
+            elif event["type"] == "decision" and event.get("limited_by"):
+                self._limited_by = event["limited_by"]
+
+    async def settle(self, rest_s: float, longest_s: float) -> None:
+        """Rest until the plate is near neutral. Raises Trouble when it stays away."""
+        begun = time.monotonic()
+        await self.release()
+        try:
+            await self._touch("approach", _NEUTRAL)
+            while (reason := self._unrest()) or time.monotonic() < begun + rest_s:
+                if reason and time.monotonic() > begun + rest_s + longest_s:
+                    raise Trouble(reason)
+                await self._touch("slide", _NEUTRAL)
+                await asyncio.sleep(TOUCH_S)
+        except (Refused, *_GONE) as error:
+            raise Trouble(_cause(error)) from None
+
+    def _unrest(self) -> str | None:
+        """Return why no pattern can be presented now; None if one can."""
+        if time.monotonic() - self._received_at > TELEMETRY_S:
+            return "the service is silent: no telemetry"
+        if self._telemetry["faults"]:
+            return f"device at fault: {', '.join(self._telemetry['faults'])}"
+        plate_c = self._telemetry["plate_c"]
+        if plate_c is None:
+            return "the plate gives no temperature"
+        if abs(plate_c - NEUTRAL_C) > self._settle_c:
+            return f"plate at {plate_c:.1f} degC: waiting for {NEUTRAL_C:g}"
+        return None
+
+    async def play(self, stimulus: Stimulus, begun: Callable[[], None]) -> Played:
+        """Play one pattern to its end; `begun` is called when its first stroke was taken.
+
+        Raises Trouble when the devices could not present it as it is meant.
+        """
+        self._limited_by = self._level = None
+        underruns = self._telemetry.get("underruns", 0)
+        await self.release()
+        try:
+            onset_plate_c = await self._stroke(stimulus, begun)
+            self._check()
+            plate_c, setpoint_c = (self._telemetry.get(k) for k in ("plate_c", "setpoint_c"))
+            await self.release()
+            await self._wait_for_telemetry()
+        except (Refused, *_GONE) as error:
+            raise Trouble(_cause(error)) from None
+        finally:
+            await self.release()
+        if self._level == 0.0:
+            raise Trouble(SILENT)
+        return Played(
+            onset_plate_c,
+            plate_c,
+            setpoint_c,
+            self._limited_by,
+            self._level,
+            self._telemetry.get("underruns", 0) - underruns,
+        )
+
+    async def _stroke(self, stimulus: Stimulus, begun: Callable[[], None]) -> float | None:
+        """Move the hand; return the plate's temperature as the first stroke began."""
+        onset_plate_c, has_begun = None, False
+        for part in parts(stimulus):
+            if part.phase == "contact" and not has_begun:
+                self._check()
+                onset_plate_c = self._telemetry.get("plate_c")
+                await self._touch("contact", stimulus, motion(stimulus, part, 0.0))
+                begun()
+                has_begun = True
+            await self._hold(part, stimulus)
+        return onset_plate_c
+
+    async def _wait_for_telemetry(self) -> None:
+        """Wait for the telemetry that covers the end of a stroke; the next but one surely does."""
+        for _ in range(2):
+            self._telemetry_arrived.clear()
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(TELEMETRY_S):
+                    await self._telemetry_arrived.wait()
+
+    def _check(self) -> None:
+        """Raise Trouble when the pattern cannot be what it should be."""
+        if self._limited_by in SPOILING:
+            why = "heat for this session is used up" if self._limited_by == "dose" else "sink hot"
+            raise Trouble(f"{why}: let the person and the plate rest, then go on")
+        if self._telemetry.get("faults"):
+            raise Trouble(f"device at fault: {', '.join(self._telemetry['faults'])}")
+
+    async def stop(self) -> None:
+        """Bring all outputs to rest at once, and hold them there."""
+        await self._client.stop()
+
+    async def release(self) -> None:
+        """Release the hand; also ends a hold, once a new pattern is played."""
+        try:
+            await self._client.send("touch", **_TOUCH, phase="release", captured_at=_now())
+        except _GONE:
+            return  # without a connection the outputs are at rest already
+
+    async def _hold(self, part: Part, stimulus: Stimulus) -> None:
+        begun_at = time.monotonic()
+        every_s = TOUCH_S if part.is_still else STROKE_S
+        while (elapsed_s := time.monotonic() - begun_at) < part.seconds:
+            await self._touch(part.phase, stimulus, motion(stimulus, part, elapsed_s))
+            await asyncio.sleep(min(every_s, part.seconds - elapsed_s))
+
+    async def _touch(self, phase: str, stimulus: Stimulus, moves: Motion = _STILL) -> None:
+        await self._client.touch(
+            phase,
+            stimulus.name,
+            interaction="slide" if phase == "slide" else stimulus.interaction,
+            speed_mps=moves.speed_mps,
+            force_n=moves.force_n,
+        )
+
+
+def _cause(error: Exception) -> str:
+    again = "" if isinstance(error, Refused) else "; nothing is lost: start `study run` again"
+    return f"{error}{again}"
+
+
+_NEUTRAL = Stimulus("neutral", "", "", "metal", "slide", NEUTRAL_C, speed_mps=0.0, force_n=0.0)
+_TOUCH = {"hand": "right", "speed_mps": 0.0, "force_n": 0.0}
+_now = time.monotonic

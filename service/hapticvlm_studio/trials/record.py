@@ -1,0 +1,178 @@
+"""What a participant did so far, kept on the disk: their file of events, only added to.
+
+An event is on the disk (fsync) before anybody acts on it, so a crash loses at most the event that
+was being written; its incomplete line is cut off when the file is opened again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from hapticvlm_studio.design.design import Design
+from hapticvlm_studio.design.stimuli import StudyError
+from hapticvlm_studio.trials.progress import Event, Sitting
+
+View = dict[str, Any]
+
+
+def events(folder: Path, participant: str) -> list[Event]:
+    """Read a participant's events; the cut line of a crash is left out. Raises StudyError."""
+    path = _path(folder, participant)
+    if not path.exists():
+        return []
+    found = []
+    for number, line in enumerate(path.read_bytes().split(b"\n")[:-1], 1):
+        try:
+            event = json.loads(line)
+        except ValueError:
+            raise StudyError(f"{path}:{number}: not an event; the file was changed") from None
+        if not isinstance(event, dict) or "event" not in event:
+            raise StudyError(f"{path}:{number}: not an event; the file was changed")
+        found.append(event)
+    return found
+
+
+class Log:
+    """One participant's file, open for adding."""
+
+    def __init__(self, folder: Path, participant: str) -> None:
+        path = _path(folder, participant)
+        self._file = path.open("a+b", buffering=0)
+        self._file.seek(0)
+        content = self._file.read()
+        self._file.truncate(content.rfind(b"\n") + 1)
+        os.fsync(self._file.fileno())
+
+    def add(self, event: Event) -> None:
+        """Write one event; it is on the disk when this returns."""
+        self._file.write(json.dumps(event, ensure_ascii=False).encode() + b"\n")
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Lock the study, so that no second program adds to it. Raises StudyError."""
+    with (folder / ".lock").open("w") as file:
+        try:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except ImportError:  # Windows: an open file cannot be replaced there, which must do
+            pass
+        except OSError:
+            raise StudyError(f"{folder}: another `study run` is using it") from None
+        yield
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Rest between patterns and the longest wait for the plate, s; `hear`: pages play sound."""
+
+    rest_s: float = 3.0
+    settle_s: float = 60.0
+    masking_noise: bool = False
+    hear: bool = False
+
+    def noted(self) -> Event:
+        """Return it as an event records it."""
+        return asdict(self)
+
+
+class Record:
+    """The open file of one participant and how far they came; nobody's at first."""
+
+    def __init__(self, design: Design, folder: Path) -> None:
+        self.design = design
+        self.sitting: Sitting | None = None
+        self._folder = folder
+        self._log: Log | None = None
+        self._answered: dict[str, int] = {}  # trials of those whose file is not open
+
+    def open(self, code: str) -> None:
+        """Open or resume this participant of the design. Raises StudyError."""
+        self.close()
+        self._log = Log(self._folder, code)
+        self.sitting = self._recall(code)
+
+    def close(self) -> None:
+        """Close the file; it can be opened again at any time."""
+        if self._log is not None:
+            self._log.close()
+        if self.sitting is not None:
+            self._answered[self.sitting.participant] = self.sitting.answered
+        self._log = self.sitting = None
+
+    def note(self, event: Event) -> None:
+        """Write an event to the disk, then count it. Raises StudyError when no file is open."""
+        if self._log is None or self.sitting is None:
+            raise StudyError("choose a participant first")
+        at = datetime.now(UTC).isoformat(timespec="milliseconds")
+        stamped = {**event, "at": at, "t_s": round(time.monotonic(), 4)}
+        self._log.add(stamped)
+        self.sitting.apply(stamped)
+
+    def participants(self) -> list[View]:
+        """Return how far each participant came."""
+        return [self._progress(code) for code in self.design.participants]
+
+    def view(self) -> View:
+        """Describe the open sitting to a page; nothing when there is none."""
+        sitting = self.sitting
+        if sitting is None:
+            return {}
+        return {
+            "participant": sitting.participant,
+            "answered": sitting.answered,
+            "trials": len(sitting.trials),
+            "renderings": dict(sitting.renderings),
+            "next_to_feel": sitting.next_to_feel,
+            "is_trained": sitting.is_trained,
+            "language": sitting.language,
+            "questions": sitting.questions,
+            "to_rate": sitting.to_rate,
+        }
+
+    def overview(self) -> View:
+        """Return what only the experimenter may see; nothing when no file is open."""
+        sitting = self.sitting
+        if sitting is None:
+            return {}
+        shown = ("trial", "pattern", "answered", "reaction_s")
+        return {
+            "correct": sitting.correct,
+            "attempt": sitting.attempts,
+            "next_trial": sitting.next_trial,
+            "recent": [{name: event[name] for name in shown} for event in sitting.recent],
+        }
+
+    def _progress(self, code: str) -> View:
+        sitting = self.sitting
+        if sitting is not None and sitting.participant == code:
+            answered = sitting.answered
+        else:
+            if code not in self._answered:
+                self._answered[code] = self._recall(code).answered
+            answered = self._answered[code]
+        return {"code": code, "answered": answered, "trials": len(self.design.trials[code])}
+
+    def _recall(self, code: str) -> Sitting:
+        sitting = Sitting(self.design, code)
+        for event in events(self._folder, code):
+            sitting.apply(event)
+        return sitting
+
+
+def _path(folder: Path, participant: str) -> Path:
+    return folder / f"{participant}.jsonl"

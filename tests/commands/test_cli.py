@@ -1,0 +1,91 @@
+"""The command line starts at once and says what is wrong in one line."""
+
+import subprocess
+import sys
+
+import pytest
+
+from hapticvlm.commands.main import main
+
+HEAVY = ("torch", "transformers", "numpy", "scipy", "websockets", "msgspec")
+
+
+def loaded_by(code):
+    script = f"import sys; {code}; print([m for m in {HEAVY!r} if m in sys.modules])"
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=30
+    )
+    return done.stdout.strip().splitlines()[-1]
+
+
+def test_importing_the_package_or_asking_for_help_loads_nothing_heavy():
+    assert loaded_by("import hapticvlm") == "[]"
+    asking = (
+        "import contextlib, hapticvlm.commands.main as c\n"
+        "with contextlib.suppress(SystemExit): c.main(['--help'])"
+    )
+    assert loaded_by(f"exec({asking!r})") == "[]"
+
+
+def command(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "hapticvlm", *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=30,
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["serve", "--host", "0.0.0.0"], "--token"),
+        (["serve", "--peltier", "/dev/ttyUSB0"], "can't be opened"),
+        (["serve", "--contact-resistance", "nan"], "0..0.1"),
+        (["serve", "--vlm-timeout", "0"], "0.1..600"),
+        (["stream", "nowhere"], "neither a folder"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_one_line(arguments, complaint):
+    done = command(*arguments)
+    assert done.returncode == 2
+    assert complaint in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_every_command_has_help():
+    for arguments in (["serve"], ["stream"], ["demo"], ["measure"], ["measure", "latency"]):
+        done = command(*arguments, "--help")
+        assert done.returncode == 0
+        assert "usage: hapticvlm" in done.stdout
+
+
+def test_a_taken_port_is_said_in_one_line():
+    from hapticvlm.client.local_service import running
+
+    with running() as service:
+        port = service.url.rstrip("/").rsplit(":", 1)[1]
+        done = command("serve", "--port", port)
+    assert done.returncode == 2
+    assert f"port {port} is in use" in done.stderr
+    assert "--port 0" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_misspelt_command_names_the_nearest(capsys):
+    with pytest.raises(SystemExit):
+        main(["galery", "list"])
+    assert "did you mean gallery?" in capsys.readouterr().err
+
+
+def test_a_bare_call_prints_the_overview(capsys):
+    assert main([]) == 0
+    assert "serve" in capsys.readouterr().out
+
+
+def test_what_the_user_can_mend_is_one_line_that_names_the_command(tmp_path, capsys):
+    assert main(["replay", str(tmp_path / "missing")]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("hapticvlm replay: ")
+    assert said.count("\n") == 1

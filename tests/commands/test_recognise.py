@@ -1,0 +1,322 @@
+"""`hapticvlm recognise`: the real command on real files, with the shipped encoder."""
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from hapticvlm import materials, messages
+from hapticvlm.evidence.ladder import decide
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.frame_recogniser import FrameRecogniser
+from hapticvlm.vision.galleries.storage import load_gallery
+
+SIDE = 160
+COMMAND = [sys.executable, "-m", "hapticvlm", "recognise"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    code: int
+    out: str
+    err: str
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        return [json.loads(line) for line in self.out.splitlines()]
+
+
+def recognise(*arguments: str | Path) -> Outcome:
+    done = subprocess.run(
+        [*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert "Traceback" not in done.stderr
+    return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+def best(row: dict[str, Any]) -> str | None:
+    """The best guess, said or not: how sure the shipped encoder is of drawn stripes is its own."""
+    return row["runner_up"] if row["material"] == materials.UNKNOWN else row["material"]  # type: ignore[no-any-return]
+
+
+def grain(seed: int) -> NDArray[np.uint8]:
+    """Stripes, something like wood."""
+    rng = np.random.default_rng(seed)
+    rows = 20 * np.sin(np.arange(SIDE) / rng.uniform(2, 4)) + rng.normal(0, 6, (SIDE, SIDE))
+    colour = np.array((150, 100, 60)) + rng.normal(0, 8, 3)
+    return (colour + rows[:, :, None]).clip(0, 255).astype(np.uint8)
+
+
+def speckle(seed: int) -> NDArray[np.uint8]:
+    """Cold speckles, something like stone."""
+    rng = np.random.default_rng(seed)
+    spots = np.kron(rng.normal(0, 40, (SIDE // 4, SIDE // 4)), np.ones((4, 4)))
+    return (np.array((90, 110, 130)) + spots[:, :, None]).clip(0, 255).astype(np.uint8)  # type: ignore[no-any-return]
+
+
+def save(path: Path, pixels: NDArray[np.uint8], **options: Any) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(pixels).save(path, **options)
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Pictures whose names lie about what they show, and a mask for two of three."""
+    root = tmp_path_factory.mktemp("pictures")
+    for seed, name in enumerate(("c_metal.jpg", "a_glass.png", "b_stone.webp")):
+        save(root / "scene" / name, grain(seed))
+    left, right = np.zeros((2, SIDE, SIDE), np.uint8)
+    left[:, : SIDE // 2], right[:, SIDE // 2 :] = 255, 255
+    for name, mask in (("c_metal", left), ("a_glass", right)):
+        save(root / "masks" / f"{name}.png", mask)
+    halves = np.concatenate([grain(7)[:, : SIDE // 2], speckle(7)[:, SIDE // 2 :]], axis=1)
+    save(root / "halves.png", halves)
+    save(root / "left.png", left)
+    save(root / "right.png", right)
+    return root
+
+
+@pytest.fixture(scope="module")
+def own_gallery(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A gallery of a scene's own two materials, made by the command for it."""
+    root = tmp_path_factory.mktemp("enrolled")
+    for seed in range(100, 106):
+        save(root / "pictures" / "wood" / f"{seed}.png", grain(seed))
+        save(root / "pictures" / "stone" / f"{seed}.png", speckle(seed))
+    made = root / "own.npz"
+    command = [sys.executable, "-m", "hapticvlm", "gallery", "build", root / "pictures", "-o", made]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)  # type: ignore[arg-type]
+    return made
+
+
+def test_each_picture_has_a_line_of_json_in_the_order_given(folder: Path) -> None:
+    paths = [folder / "scene" / name for name in ("c_metal.jpg", "a_glass.png", "b_stone.webp")]
+    outcome = recognise("--json", *paths)
+    assert (outcome.code, outcome.err) == (0, "")
+    assert [row["path"] for row in outcome.rows] == [str(path) for path in paths]
+    for row in outcome.rows:
+        assert list(row) == ["path", "material", "confidence", "runner_up", "source", "beliefs"]
+        assert sum(row["beliefs"].values()) <= 1.0 + 1e-3
+        assert list(row["beliefs"].values()) == sorted(row["beliefs"].values(), reverse=True)
+        assert row["material"] in (*materials.MATERIALS, materials.UNKNOWN)
+        assert 0.0 <= row["confidence"] <= 1.0
+        assert row["source"] in ("encoder", "unknown")
+        assert (row["source"] == "unknown") == (row["material"] == materials.UNKNOWN)
+
+
+def test_a_folder_is_its_pictures_in_order_of_name_among_what_else_was_named(folder: Path) -> None:
+    outcome = recognise("--json", folder / "halves.png", folder / "scene", folder / "left.png")
+    assert [Path(row["path"]).name for row in outcome.rows] == [
+        "halves.png",
+        "a_glass.png",
+        "b_stone.webp",
+        "c_metal.jpg",
+        "left.png",
+    ]
+
+
+def test_the_answer_is_the_one_the_service_gives_to_the_same_frame(folder: Path) -> None:
+    path = folder / "scene" / "c_metal.jpg"
+    encoder = load_encoder()
+    frame = messages.Frame(
+        id=1,
+        captured_at=0.0,
+        format="jpeg",
+        width=SIDE,
+        height=SIDE,
+        image=path.read_bytes(),
+        origin="top",
+    )
+    expected = decide(
+        FrameRecogniser(encoder, load_gallery(encoder=encoder)).compare(frame, [None])
+    )
+    (row,) = recognise("--json", path).rows
+    assert row["confidence"] == pytest.approx(expected.confidence, abs=1e-3)
+    assert (row["material"], row["runner_up"]) == (expected.material, expected.runner_up)
+
+
+def test_the_name_of_a_file_is_no_evidence(folder: Path, tmp_path: Path) -> None:
+    same = (folder / "scene" / "a_glass.png").read_bytes()
+    rows = []
+    for name in ("Oak_Table.png", "GlassVase.png", "0001.png"):
+        (tmp_path / name).write_bytes(same)
+        rows += recognise("--json", tmp_path / name).rows
+    assert len({(row["material"], row["confidence"], row["source"]) for row in rows}) == 1
+
+
+def test_a_picture_is_not_swayed_by_those_beside_it(folder: Path) -> None:
+    path = folder / "scene" / "b_stone.webp"
+    (alone,) = recognise("--json", path).rows
+    among = recognise("--json", folder / "scene", folder / "halves.png").rows
+    assert alone in among
+
+
+def test_own_references_are_recognised_and_a_mask_says_which_object_is_meant(
+    folder: Path, own_gallery: Path
+) -> None:
+    said = {}
+    for side in ("left", "right"):
+        mask = folder / f"{side}.png"
+        outcome = recognise(
+            "--json", "--gallery", own_gallery, "--mask", mask, folder / "halves.png"
+        )
+        (said[side],) = outcome.rows
+    assert (best(said["left"]), best(said["right"])) == ("wood", "stone")
+
+
+def test_a_folder_of_masks_goes_by_name_and_what_lacks_one_is_said(folder: Path) -> None:
+    masked = recognise("--json", folder / "scene", "--mask", folder / "masks")
+    plain = recognise("--json", folder / "scene")
+    assert masked.code == 0
+    assert "b_stone.webp: no mask" in masked.err
+    assert len(masked.err.splitlines()) == 1
+    pairs = list(zip(masked.rows, plain.rows, strict=True))
+    assert [one["confidence"] == other["confidence"] for one, other in pairs] == [
+        False,
+        True,
+        False,
+    ]
+
+
+def test_one_mask_may_serve_all_pictures(folder: Path) -> None:
+    outcome = recognise("--json", folder / "scene", "--mask", folder / "left.png")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert len(outcome.rows) == 3
+
+
+def test_a_broken_picture_is_said_and_the_others_are_done(folder: Path, tmp_path: Path) -> None:
+    broken, torn = tmp_path / "broken.jpg", tmp_path / "torn.jpg"
+    broken.write_bytes(b"\xff\xd8\xffnothing")
+    whole = (folder / "scene" / "c_metal.jpg").read_bytes()
+    torn.write_bytes(whole[: len(whole) // 2])
+    good, missing = folder / "scene" / "a_glass.png", tmp_path / "missing.png"
+    outcome = recognise("--json", broken, good, missing, torn, good)
+    assert outcome.code == 1
+    assert ["error" in row for row in outcome.rows] == [True, False, True, True, False]
+    for row, path in zip(outcome.rows, (broken, good, missing, torn, good), strict=True):
+        assert row["path"] == str(path)
+    for path in (broken, missing, torn):
+        assert str(path) in outcome.err
+    assert len(outcome.err.splitlines()) == 3
+
+
+def test_a_wrong_mask_is_an_error_of_its_picture_only(folder: Path, tmp_path: Path) -> None:
+    save(tmp_path / "masks" / "a_glass.png", np.full((8, 8), 255, np.uint8))
+    outcome = recognise("--json", folder / "scene", "--mask", tmp_path / "masks")
+    assert outcome.code == 1
+    assert ["error" in row for row in outcome.rows] == [True, False, False]
+    assert "8 x 8 px" in outcome.rows[0]["error"]
+
+
+def test_nothing_to_look_at_is_said_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / "empty" / "below").mkdir(parents=True)
+    (tmp_path / "empty" / "notes.txt").write_text("no picture")
+    for path in (tmp_path / "empty", tmp_path / "nowhere"):
+        outcome = recognise("--json", path)
+        assert (outcome.code, outcome.out) == (2, "")
+        assert "no picture found" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "complaint"),
+    [
+        ("--mask", "nowhere", "no such file or folder"),
+        ("--gallery", "nowhere.npz", "is no gallery"),
+        ("--encoder", "/nowhere/encoder", "encoder"),
+        ("--among", "wood,kryptonite", "--among: no material `kryptonite` in the gallery"),
+    ],
+)
+def test_a_wrong_option_is_said_in_a_line(
+    folder: Path, option: str, value: str, complaint: str
+) -> None:
+    outcome = recognise(folder / "halves.png", option, value)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert complaint in outcome.err
+    assert len(outcome.err.splitlines()) == 1
+
+
+def test_without_json_a_table_is_printed(folder: Path, own_gallery: Path) -> None:
+    outcome = recognise(
+        folder / "halves.png", "--mask", folder / "right.png", "--gallery", own_gallery
+    )
+    head, line = outcome.out.splitlines()
+    assert head.split() == ["picture", "material", "confidence", "runner-up", "source"]
+    path, material, confidence, runner_up, source = line.split()
+    assert path == str(folder / "halves.png")
+    assert "stone" in (material, runner_up)
+    assert source in ("encoder", "unknown")
+    assert 0.0 <= float(confidence) <= 1.0
+
+
+def test_a_picture_named_in_no_encoding_is_told_all_the_same(folder: Path, tmp_path: Path) -> None:
+    odd = tmp_path / "caf\udce9.png"
+    odd.write_bytes((folder / "halves.png").read_bytes())
+    assert recognise("--json", tmp_path).rows[0]["path"] == str(odd)
+    assert recognise(tmp_path).code == 0
+
+
+def test_answers_come_as_they_are_known_and_a_reader_may_stop(folder: Path) -> None:
+    many = [folder / "halves.png"] * 30  # less than a buffer holds, so only flushing shows it
+    with subprocess.Popen(
+        [*COMMAND, "--json", *map(str, many)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        first = running.stdout.readline()
+        still_running = running.poll() is None
+        running.stdout.close()
+        complaints = running.stderr.read()
+    assert json.loads(first)["path"] == str(folder / "halves.png")
+    assert still_running
+    assert complaints == b""
+    assert running.returncode == 1
+
+
+def test_only_what_is_among_the_candidates_is_believed(folder: Path) -> None:
+    path = folder / "scene" / "c_metal.jpg"
+    (every,) = recognise("--json", path).rows
+    (few,) = recognise("--json", path, "--among", "paper,foliage").rows
+    assert len(every["beliefs"]) > 2
+    assert set(few["beliefs"]) <= {"paper", "foliage"}
+    assert few["material"] in ("paper", "foliage", materials.UNKNOWN)
+    ratio = every["beliefs"]["paper"] / every["beliefs"]["foliage"]
+    assert few["beliefs"]["paper"] / few["beliefs"]["foliage"] == pytest.approx(ratio, rel=0.3)
+
+
+def test_the_strongest_beliefs_are_printed_if_asked(folder: Path) -> None:
+    path = folder / "scene" / "c_metal.jpg"
+    (row,) = recognise("--json", path, "--top", "2").rows
+    assert len(row["beliefs"]) == 2
+    line = recognise(path, "--top", "3").out.splitlines()[1]
+    assert line.count(",") == 2
+    assert f"{next(iter(row['beliefs']))} " in line
+
+
+NETWORK = Path(__file__).parents[3] / "shared/data/teacher/mobilenet_v2_1.0_224_int8.tflite"
+CAPTURE = Path(__file__).parents[2] / "examples/captures/living_room"
+
+
+@pytest.mark.skipif(not NETWORK.is_file(), reason="no data folder beside the repository")
+def test_a_tflite_network_is_fitted_on_first_use_and_names_what_it_sees(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    lines = (CAPTURE / "capture.jsonl").read_text(encoding="utf-8").splitlines()
+    frames = [one for one in map(json.loads, lines) if one.get("truth") in ("wood", "glass")]
+    right = 0
+    for name in ("wood", "glass"):
+        shown = next(one for one in frames if one["truth"] == name and one["type"] == "frame")
+        given = CAPTURE / shown["file"], "--mask", CAPTURE / shown["mask_file"]
+        found = recognise(*given, "--encoder", NETWORK, "--among", "wood,glass", "--json")
+        assert found.code == 0, found.err
+        right += best(found.rows[0]) == name
+    assert right == 2
+    assert len(list(tmp_path.rglob("gallery-*.npz"))) == 1  # fitted once

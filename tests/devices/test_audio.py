@@ -1,0 +1,280 @@
+"""The ring and the audio engine: commands in, sound out, nothing late and nothing half."""
+
+import itertools
+import multiprocessing
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+import soundfile
+
+from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.speaker.engine import AudioSettings, Engine
+from hapticvlm.devices.speaker.engine_orders import EngineStatus, Release, RestAll, Standing
+from hapticvlm.devices.speaker.ring import SAMPLES, SLOTS, Ring
+from hapticvlm.devices.speaker.speaker import SILENT_S, Speaker
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.voices import Command
+
+BLOCK = 128
+
+
+def command(**fields):
+    given = {"hand": 1, "material": "wood", "interaction": "strike", "onset": True}
+    given |= {"motion": Motion(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + 0.25}
+    return Command(**{**given, **fields})
+
+
+def test_what_is_put_into_the_ring_comes_out_the_same_and_once():
+    ring = Ring.create()
+    orders = [command(), command(material=None, onset=False), Release(0), RestAll(), Release(1)]
+    for order in orders:
+        ring.put(order, 1.0)
+    taken = list(ring.take(0))
+    assert [number for number, _, _ in taken] == [1, 2, 3, 4, 5]
+    assert [order for _, _, order in taken] == orders
+    assert list(ring.take(5)) == []
+
+
+def test_a_gain_set_while_the_engine_restarts_holds_for_the_new_one():
+    speaker = Speaker(AudioSettings())
+    speaker.start()
+    try:
+        os.kill(speaker.pid, signal.SIGKILL)  # type: ignore[arg-type]
+        while speaker.supervise(time.monotonic()) is None:
+            time.sleep(0.01)
+        speaker.set_gain(0.0)
+        before = speaker.status().samples
+        while speaker.status().samples < before + 8 * BLOCK:
+            speaker.supervise(time.monotonic())
+            time.sleep(0.01)
+        speaker.obey(command())
+        time.sleep(0.1)
+        assert not speaker.waveform(2000).any()
+        speaker.set_gain(1.0)
+        speaker.obey(command())
+        time.sleep(0.1)
+        assert speaker.waveform(4000).any()
+    finally:
+        speaker.close()
+
+
+def test_an_engine_is_silent_only_to_a_watch_that_was_awake():
+    speaker = Speaker(AudioSettings())
+    speaker.start()
+    try:
+        speaker.supervise(time.monotonic())
+        os.kill(speaker.pid, signal.SIGSTOP)  # type: ignore[arg-type]
+        time.sleep(2.0 * SILENT_S)  # we sleep too, as on a suspended machine
+        assert speaker.supervise(time.monotonic()) is None
+        os.kill(speaker.pid, signal.SIGCONT)  # type: ignore[arg-type]
+        for _ in range(20):
+            assert speaker.supervise(time.monotonic()) is None
+            time.sleep(0.01)
+        os.kill(speaker.pid, signal.SIGSTOP)  # type: ignore[arg-type]
+        stopped_at = time.monotonic()
+        while (trouble := speaker.supervise(time.monotonic())) is None:
+            time.sleep(0.01)
+        assert "hung" in trouble
+        assert SILENT_S < time.monotonic() - stopped_at < 2.0 * SILENT_S + 1.0
+    finally:
+        speaker.close()
+
+
+def test_an_engine_that_has_not_spoken_yet_lacks_no_output():
+    speaker = Speaker(AudioSettings())
+    assert speaker.supervise(time.monotonic()) is None
+    assert speaker.faults == ()
+
+
+def test_a_reader_a_whole_ring_behind_is_told_what_it_lost():
+    ring = Ring.create()
+    for number in range(SLOTS + 50):
+        ring.put(Release(number % 2), 1.0)
+    taken = [order for _, _, order in ring.take(0)]
+    lost = taken.count(None)
+    assert lost == 51
+    assert taken[-1] is not None
+
+
+def test_a_half_written_record_is_left_until_it_is_whole():
+    ring = Ring.create()
+    ring.put(Release(1), 1.0)
+    ring.put(command(), 1.0)
+    view = np.frombuffer(memoryview(ring.shared), np.uint8)
+    (last,) = np.flatnonzero(view)[-1:]
+    view[last] ^= 0xFF
+    assert [order for _, _, order in ring.take(0)] == [Release(1)]
+    view[last] ^= 0xFF
+    assert [number for number, _, _ in ring.take(1)] == [2]
+
+
+def report_for_ever(shared):
+    """What the engine does, as fast as it goes: every number of a status is the same."""
+    ring, nothing = Ring(shared), np.empty(0, np.float32)
+    for i in itertools.count(1):
+        ring.report(EngineStatus(i, 0.5, i, i, i, i, i, realtime=True, has_output=True), nothing)
+
+
+def test_a_status_read_while_it_is_written_is_whole():
+    ring = Ring.create()
+    writer = multiprocessing.get_context("spawn").Process(
+        target=report_for_ever, args=(ring.shared,), daemon=True
+    )
+    writer.start()
+    while ring.status().beat_at == 0.0:
+        time.sleep(0.01)
+    read = [ring.status() for _ in range(100_000)]
+    writer.kill()
+    writer.join()
+    assert all(s.has_output and s.realtime and s.level == 0.5 for s in read)
+    assert all(s.beat_at == s.underruns == s.samples == s.newest for s in read)
+    assert len({s.samples for s in read}) > 100
+    assert [s.samples for s in read] == sorted(s.samples for s in read)
+
+
+def test_the_waveform_is_the_newest_samples_across_the_wrap():
+    ring = Ring.create()
+    total = SAMPLES + 300
+    played = np.arange(total, dtype=np.float32)
+    for end in range(100, total + 1, 100):
+        status = EngineStatus(0.0, 0.0, 0, 0, 0, end, 0, realtime=False)
+        ring.report(status, played[end - 100 : end])
+    assert ring.waveform(500).tolist() == played[end - 500 : end].tolist()
+
+
+def test_a_command_is_heard_from_the_first_sample_of_the_next_block():
+    ring = Ring.create()
+    engine = Engine(ring)
+    assert not engine.fill(BLOCK).any()
+    number = ring.put(command(), time.monotonic())
+    assert engine.fill(BLOCK)[1:].any()
+    assert ring.status().newest == number
+    assert 0.0 <= ring.delays(number, number)[0] < 0.1
+
+
+def test_an_engine_whose_gateway_hangs_falls_silent_by_itself():
+    ring = Ring.create()
+    engine = Engine(ring)
+    expires_at = time.monotonic() + 0.5  # longer than a busy machine takes to make 30 blocks
+    ring.put(command(interaction="slide", onset=False, expires_at=expires_at), time.monotonic())
+    for _ in range(30):
+        engine.fill(BLOCK)
+    assert ring.status().level > 0.0
+    time.sleep(max(0.0, expires_at - time.monotonic()) + 0.01)
+    blocks = np.concatenate([engine.fill(BLOCK) for _ in range(30)])
+    assert not blocks[RATE_HZ // 50 + BLOCK :].any()
+
+
+def test_the_level_told_is_that_of_the_loudest_moment_since_the_last():
+    speaker = Speaker(AudioSettings())
+    speaker.start()
+    try:
+        assert speaker.loudest() == 0.0
+        speaker.obey(command(material="glass", interaction="tap"))
+        time.sleep(0.5)  # a tap is long over
+        assert speaker.status().level < 1e-3 < 0.01 < speaker.loudest()
+        assert speaker.loudest() < 1e-3
+    finally:
+        speaker.close()
+
+
+def test_commands_written_before_an_engine_started_are_not_played_late():
+    ring = Ring.create()
+    ring.put(command(), time.monotonic())
+    assert not Engine(ring).fill(BLOCK).any()
+
+
+def test_the_simulated_speaker_writes_what_it_played(tmp_path):
+    path = tmp_path / "played.wav"
+    speaker = Speaker(AudioSettings(wav=path))
+    speaker.start()
+    try:
+        speaker.obey(command())
+        time.sleep(0.3)
+        status = speaker.status()
+        assert status.samples > 0.2 * RATE_HZ
+    finally:
+        speaker.close()
+    played, rate = soundfile.read(path, dtype="float32")
+    assert rate == RATE_HZ
+    assert played.size >= status.samples
+    onset = int(np.flatnonzero(np.abs(played) > 1e-4)[0])
+    assert not played[:onset].all()
+    assert np.abs(played).max() <= 1.0
+
+
+def test_an_output_that_is_not_there_names_those_that_are():
+    with pytest.raises(DeviceError, match=r"no such output|cannot open"):
+        Speaker(AudioSettings(output="a speaker nobody has")).start()
+
+
+def overrun(ring):
+    """Put more orders into the ring than it holds."""
+    for _ in range(2 * SLOTS):
+        ring.put(command(), time.monotonic())
+
+
+def test_a_gain_and_a_rest_outlive_orders_that_were_lost():
+    ring = Ring.create()
+    engine = Engine(ring)
+    ring.put(command(interaction="slide", expires_at=time.monotonic() + 60.0), time.monotonic())
+    engine.fill(4800)
+    assert engine.fill(4800).any()
+    rested = ring.put(RestAll(), time.monotonic())
+    ring.stand(Standing(0.0, rested))
+    overrun(ring)
+    engine.fill(4800)
+    assert not engine.fill(4800).any()
+    ring.put(command(expires_at=time.monotonic() + 60.0), time.monotonic())
+    assert not engine.fill(4800).any()  # the gain is 0 still
+    ring.stand(Standing(1.0, rested))
+    ring.put(command(expires_at=time.monotonic() + 60.0), time.monotonic())
+    assert engine.fill(4800).any()
+
+
+def test_a_rest_that_was_lost_with_other_orders_is_kept():
+    ring = Ring.create()
+    engine = Engine(ring)
+    sliding = command(interaction="slide", expires_at=time.monotonic() + 60.0)
+    ring.put(sliding, time.monotonic())
+    engine.fill(4800)
+    ring.stand(Standing(1.0, ring.put(RestAll(), time.monotonic())))
+    for _ in range(2 * SLOTS):
+        ring.put(sliding, time.monotonic())
+    engine.fill(4800)
+    assert not engine.fill(4800).any()
+
+
+def test_a_standing_value_that_is_being_written_is_left_until_it_is_whole():
+    ring = Ring.create()
+    assert ring.standing() is None
+    ring.stand(Standing(0.5, 7))
+    assert ring.standing() == Standing(0.5, 7)
+    view = np.frombuffer(memoryview(ring.shared), np.uint8)
+    (last,) = np.flatnonzero(view)[-1:]
+    view[last] ^= 0xFF
+    assert ring.standing() is None
+
+
+def test_a_wav_in_a_folder_that_is_not_there_is_refused_by_name(tmp_path):
+    speaker = Speaker(AudioSettings(wav=tmp_path / "missing" / "played.wav"))
+    with pytest.raises(DeviceError, match=r"cannot write --wav .*played\.wav"):
+        speaker.start()
+
+
+def test_an_engine_that_was_restarted_goes_on_in_a_file_of_its_own(tmp_path):
+    speaker = Speaker(AudioSettings(wav=tmp_path / "played.wav"))
+    speaker.start()
+    try:
+        os.kill(speaker.pid, signal.SIGKILL)  # type: ignore[arg-type]
+        while speaker.supervise(time.monotonic()) is None:
+            time.sleep(0.01)
+        while not speaker.plays:
+            speaker.supervise(time.monotonic())
+            time.sleep(0.01)
+    finally:
+        speaker.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["played-2.wav", "played.wav"]

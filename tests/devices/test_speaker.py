@@ -1,0 +1,229 @@
+"""The speaker on a real sound server: what a sink's monitor hears, and what becomes of a sink."""
+
+import asyncio
+import os
+import shutil
+import time
+
+import numpy as np
+import pytest
+from conftest import peer, status
+
+from hapticvlm.client.local_service import running
+from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.speaker.engine import AudioSettings, Engine
+from hapticvlm.devices.speaker.engine_orders import Standing
+from hapticvlm.devices.speaker.output import OutputError, choose
+from hapticvlm.devices.speaker.ring import Ring
+from hapticvlm.devices.speaker.speaker import Speaker
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.voices import Command
+from hapticvlm_lab.bench.audio import jack
+from hapticvlm_lab.bench.audio.deadlines import keep
+from hapticvlm_lab.bench.audio.sink import NAME, NEEDED, null_sink, recording
+from hapticvlm_lab.bench.audio.speaker import gaps, late
+
+MISSING = [name for name in NEEDED if shutil.which(name) is None]
+needs_pulseaudio = pytest.mark.skipif(
+    bool(MISSING) and not os.environ.get("CI"),
+    reason="needs pulseaudio and pulseaudio-utils: a sink whose monitor is recorded",
+)
+needs_jack = pytest.mark.skipif(
+    shutil.which("jackd") is None and not os.environ.get("CI"),
+    reason="needs jackd2: a JACK server whose dummy driver plays into nothing",
+)
+PATIENCE_S = 30.0
+LEASE_S = 0.2
+
+
+def strike(**fields):
+    given = {"hand": 1, "material": "wood", "interaction": "strike", "onset": True}
+    given |= {"motion": Motion(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + LEASE_S}
+    return Command(**{**given, **fields})
+
+
+def until(claim):
+    """Wait until the claim holds; return its value."""
+    gives_up_at = time.monotonic() + PATIENCE_S
+    while not (value := claim()):
+        assert time.monotonic() < gives_up_at, "nothing happened"
+        time.sleep(0.02)
+    return value
+
+
+def troubles(speaker):
+    return lambda: speaker.supervise(time.monotonic())
+
+
+@pytest.fixture
+def sink():
+    with null_sink() as server:
+        yield server
+
+
+@pytest.fixture
+def speaker(sink):  # noqa: ARG001 - it plays there
+    speaker = Speaker(AudioSettings(output=NAME))
+    speaker.start()
+    yield speaker
+    speaker.close()
+
+
+@needs_pulseaudio
+def test_a_strike_is_heard_at_the_sink_within_full_scale(speaker):
+    with recording() as heard:
+        until(lambda: heard.chunks)
+        begun = time.monotonic()
+        assert heard.is_silent_since(0.0)
+        speaker.obey(strike())
+        until(lambda: heard.onset_after(begun, PATIENCE_S))
+        time.sleep(LEASE_S)
+    assert 0.05 < np.abs(heard.samples()).max() <= 1.0
+    assert speaker.name == NAME
+    assert not speaker.simulated
+
+
+@needs_pulseaudio
+def test_nothing_is_heard_after_the_lease(speaker):
+    with recording() as heard:
+        until(lambda: heard.chunks)
+        speaker.obey(strike(interaction="slide", onset=False))
+        until(lambda: heard.onset_after(0.0, float("inf")))
+        until(lambda: speaker.status().level == 0.0)
+        time.sleep(0.5)  # what the sound server still held
+        rested = time.monotonic()
+        time.sleep(0.5)
+        assert heard.chunks[-1][0] > rested
+        assert heard.is_silent_since(rested)
+
+
+@needs_pulseaudio
+@pytest.mark.parametrize("loss", ["sink", "server"])
+def test_an_output_that_goes_is_told_and_plays_again_when_it_is_back(speaker, sink, loss):
+    assert speaker.plays
+    pid = speaker.pid
+    (sink.unplug if loss == "sink" else sink.kill)()
+    assert "gone" in until(troubles(speaker))
+    assert not speaker.plays
+    assert speaker.faults == ("speaker_gone",)
+    until_later = time.monotonic() + 3600.0  # but nothing late may be played
+    speaker.obey(strike(interaction="slide", onset=False, expires_at=until_later))
+    speaker.set_gain(0.5)
+    (sink.plug_in if loss == "sink" else sink.start)()
+    until(lambda: speaker.supervise(time.monotonic()) is None and speaker.plays)
+    assert speaker.faults == ()
+    assert speaker.restarts == 0
+    assert speaker.pid == pid
+    with recording() as heard:
+        until(lambda: heard.chunks)
+        time.sleep(0.5)
+        assert heard.is_silent_since(0.0)
+        speaker.obey(strike())
+        until(lambda: heard.onset_after(0.0, float("inf")))
+
+
+@needs_pulseaudio
+@pytest.mark.usefixtures("sink")
+def test_the_level_holds_whatever_gain_a_scene_sets():
+    speaker = Speaker(AudioSettings(output=NAME, level=0.25))
+    speaker.start()
+    try:
+        with recording() as heard:
+            speaker.set_gain(1.0)
+
+            def is_loud():
+                lasts = time.monotonic() + LEASE_S
+                for seed in range(5):
+                    speaker.obey(strike(motion=Motion(3.0, 20.0), seed=seed, expires_at=lasts))
+                return np.abs(heard.samples()).max(initial=0.0) > 0.05
+
+            until(is_loud)
+            time.sleep(LEASE_S)
+        assert np.abs(heard.samples()).max() <= 0.25
+    finally:
+        speaker.close()
+
+
+@needs_pulseaudio
+@pytest.mark.usefixtures("sink")
+def test_an_unknown_output_is_refused_and_the_known_ones_are_named():
+    with pytest.raises(DeviceError, match=rf"no such output; this machine has: .*{NAME}"):
+        Speaker(AudioSettings(output="a speaker nobody has")).start()
+
+
+def test_an_output_is_chosen_by_name_or_by_the_only_part_that_fits():
+    outputs = [{"name": "USB Speaker"}, {"name": "USB Speaker 2"}, {"name": "HDMI"}]
+    assert choose(outputs, "default") is None
+    assert choose(outputs, "usb speaker") == {"name": "USB Speaker"}
+    assert choose(outputs, "hdm") == {"name": "HDMI"}
+    with pytest.raises(OutputError, match="several outputs match: USB Speaker, USB"):
+        choose(outputs, "usb")
+    with pytest.raises(OutputError, match="this machine has: none"):
+        choose([], "default")
+
+
+def test_a_block_that_is_not_finite_is_played_as_silence_and_counted():
+    ring = Ring.create()
+    engine = Engine(ring)
+    ring.put(strike(), time.monotonic())
+    assert engine.fill(128).any()
+    ring.stand(Standing(float("nan"), 0))
+    blocks = np.concatenate([engine.fill(128) for _ in range(20)])
+    assert not blocks.any()
+    assert ring.status().scrubbed == 20
+
+
+def chunk(arrived, *samples):
+    return arrived, np.array(samples, np.float32).tobytes()
+
+
+def test_delays_are_counted_to_the_first_chunk_that_sounds_and_unclear_moments_are_missed():
+    heard = [
+        chunk(1.000, 0.0),
+        chunk(1.010, 0.0, 0.5),
+        chunk(1.020, 0.0),
+        chunk(2.000, 0.0),
+        chunk(2.500, 0.5),
+    ]
+    found = late(heard, [1.005, 1.015, 2.001, 3.0])
+    assert found.delays_ms.tolist() == pytest.approx([5.0])
+    assert found.missed == 3  # still sounding, heard too late, never heard
+    assert late(heard, [3.0]).summary("touch")["touch_p99_ms"] is None
+
+
+def test_gaps_are_runs_of_exact_zeros_within_what_sounds():
+    sound, hole = np.full(100, 0.1, np.float32), np.zeros(48, np.float32)
+    assert gaps(np.concatenate([hole, sound, hole, sound, np.zeros(3), sound, hole])) == (1, 1.0)
+    assert gaps(hole) == (0, 0.0)
+
+
+def test_the_bare_loop_says_what_it_missed_and_with_what_priority():
+    kept = keep(0.1, 480, realtime=False)
+    assert int(str(kept["missed"])) <= 10
+    assert kept["realtime"] is False
+
+
+@needs_pulseaudio
+async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(sink):
+    with running(["--speaker", NAME]) as service:
+        async with peer(service) as scene:
+            await scene.hello()
+            assert scene.welcome["devices"]["speaker"] == {"name": NAME, "simulated": False}
+            assert (await scene.telemetry())["faults"] == []
+            await asyncio.to_thread(sink.unplug)
+            assert "gone" in (await scene.event("error"))["text"]
+            assert (await scene.telemetry())["faults"] == ["speaker_gone"]
+            assert "audio output" in status(service)["speaker"]["faults"]["speaker_gone"]
+            await asyncio.to_thread(sink.plug_in)
+            async with asyncio.timeout(PATIENCE_S):
+                while (await scene.telemetry())["faults"]:
+                    pass
+
+
+@needs_jack
+def test_jack_is_played_on_in_two_channels_and_at_its_own_pace():
+    seconds = 3.0
+    found = jack.underruns(seconds, 256, realtime=True)
+
+    assert found["samples"] == pytest.approx(RATE_HZ * seconds, rel=0.5)
+    assert found["underruns"] * 256 < 0.5 * RATE_HZ * seconds

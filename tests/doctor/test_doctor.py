@@ -1,0 +1,216 @@
+"""`hapticvlm doctor` on this machine, with real ports, services and certificates, good and bad."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+from certificates import Authority
+from plate_ports import Cable
+
+from hapticvlm.client.local_service import running
+from hapticvlm.devices.plate import protocol as line
+from hapticvlm.devices.plate.peltier import Peltier
+from hapticvlm.doctor import devices, machine, network
+from hapticvlm.doctor.findings import Finding, Later
+from hapticvlm.server.settings import Serving
+
+PATIENCE_S = 120.0
+TOKEN = "a token of a dozen"
+
+
+def doctor(*arguments: str) -> tuple[int, dict[str, Any]]:
+    done = subprocess.run(
+        [sys.executable, "-m", "hapticvlm", "doctor", "--json", *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE_S,
+    )
+    assert done.stdout, done.stderr
+    return done.returncode, json.loads(done.stdout)
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        return int(probe.getsockname()[1])
+
+
+def config(folder: Path, **stated: object) -> str:
+    lines = [f"{name.replace('_', '-')} = {json.dumps(value)}" for name, value in stated.items()]
+    path = folder / "hapticvlm.toml"
+    path.write_text("\n".join(lines))
+    path.chmod(0o600)
+    return str(path)
+
+
+def test_a_machine_that_is_well_is_told_so(tmp_path):
+    code, told = doctor("--config", config(tmp_path, port=free_port()))
+    assert (code, told["doctor"]) == (0, "ok")
+    about = {one["about"]: one["verdict"] for one in told["findings"]}
+    for name in ("python", "packages", "extras", "clock", "priority", "encoder", "port"):
+        assert about[name] in ("ok", "note")
+    assert {"audio", "plate"} <= set(about)
+
+
+def test_what_will_not_work_is_exit_code_1_and_has_a_cure_in_its_line(tmp_path):
+    path = config(tmp_path, peltier="/dev/nowhere", gallery="none", host="0.0.0.0")
+    done = subprocess.run(
+        [sys.executable, "-m", "hapticvlm", "doctor", "--config", path],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE_S,
+    )
+    assert done.returncode == 1
+    wrong = [line for line in done.stdout.splitlines() if line.startswith("WRONG")]
+    assert len(wrong) == 3
+    for about, cause in (("encoder", "none"), ("address", "--token"), ("plate", "/dev/nowhere")):
+        assert any(about in line and cause in line and "->" in line for line in wrong)
+
+
+def test_a_wrong_config_is_a_finding_and_the_rest_is_still_examined(tmp_path):
+    code, told = doctor("--config", config(tmp_path, prot=1))
+    assert code == 1
+    found = {one["about"]: one for one in told["findings"]}
+    assert "did you mean port?" in found["config"]["said"]
+    assert found["encoder"]["verdict"] != "wrong"
+
+
+def test_a_service_at_the_port_is_known_with_its_version():
+    from hapticvlm import __version__
+
+    with running(["--token", TOKEN]) as service:
+        port = int(service.url.rstrip("/").rpartition(":")[2])
+        known = network.port(Serving(port=port, token=TOKEN))
+        unknown = network.port(Serving(port=port))
+    assert (known.verdict, unknown.verdict) == ("note", "note")
+    assert f"hapticvlm {__version__} runs there" in known.said
+    assert "another token" in unknown.said
+
+
+@contextmanager
+def stranger(greeting: bytes) -> Iterator[int]:
+    """Another program at a port, which says something and nothing more."""
+
+    def run(listener: socket.socket) -> None:
+        with suppress(OSError):
+            client, _ = listener.accept()
+            client.sendall(greeting)
+            time.sleep(0.2)
+            client.close()
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        threading.Thread(target=run, args=(listener,), daemon=True).start()
+        yield listener.getsockname()[1]
+
+
+@pytest.mark.parametrize("greeting", [b"", b"220 mail\r\n", b"HTTP/1.1 200 OK\r\n\r\n", b"\x00"])
+def test_another_program_at_the_port_is_wrong(greeting):
+    with stranger(greeting) as port:
+        found = network.port(Serving(port=port))
+    assert found.verdict == "wrong"
+    assert "another program" in found.said
+    assert "--port" in str(found.cure)
+
+
+def test_an_address_that_is_not_of_this_machine_is_wrong():
+    assert network.port(Serving(host="203.0.113.7", port=free_port())).verdict == "wrong"
+
+
+def test_a_certificate_is_told_with_names_and_days(tmp_path):
+    pair = Authority(tmp_path).sign()
+    (found,) = network.address(Serving(tls_cert=pair.cert, tls_key=pair.key))
+    assert found.verdict == "ok"
+    assert "127.0.0.1, localhost" in found.said
+    (wrong,) = network.address(Serving(tls_cert=pair.cert))
+    assert wrong.verdict == "wrong"
+
+
+def test_a_plate_that_answers_is_named_and_never_told_a_setpoint():
+    cable = Cable()
+    plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
+    found = devices.check_plate("cable", plate, is_asked=True)
+    assert found.verdict == "ok"
+    assert "answers" in found.said
+    kinds = {type(message) for message in cable.sent}
+    assert kinds
+    assert line.Setpoint not in kinds
+
+
+def test_a_plate_that_is_silent_is_wrong_only_if_it_was_asked_for():
+    for is_asked, verdict in ((True, "wrong"), (False, "note")):
+        cable = Cable()
+        cable.is_mute = True
+        plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
+        found = devices.check_plate("cable", plate, is_asked)
+        assert found.verdict == verdict
+        assert "nothing understandable" in found.said
+
+
+@pytest.mark.skipif(os.name != "posix" or not hasattr(os, "geteuid"), reason="POSIX permissions")
+def test_a_port_that_may_not_be_opened_names_its_group(tmp_path):
+    if os.geteuid() == 0:
+        assert "usermod -aG" in devices._join_group(Path("/dev/null"))
+        return
+    port = tmp_path / "port"
+    port.touch(0o000)
+    (found,) = devices.plates(Serving(peltier=str(port)))
+    assert found.verdict == "wrong"
+    assert "usermod -aG" in str(found.cure)
+
+
+def test_an_output_that_is_not_there_is_wrong_and_a_simulated_one_never():
+    names = ["Built-in Audio", "USB DAC"]
+    assert devices.found_audio(Serving(speaker="dac"), names).verdict == "ok"
+    assert devices.found_audio(Serving(speaker="default"), names).verdict == "ok"
+    assert devices.found_audio(Serving(speaker="default"), []).verdict == "wrong"
+    absent = devices.found_audio(Serving(speaker="HDMI"), names)
+    assert absent.verdict == "wrong"
+    assert "USB DAC" in absent.said
+    assert devices.found_audio(Serving(), []).verdict == "ok"
+
+
+def test_packages_that_are_missing_or_old_are_named_and_those_of_extras_do_no_harm():
+    core, extras = machine.judged(
+        ["nosuchpackage>=1", "numpy>=999", "msgspec>=0.1", "nosuchextra>=2; extra == 'video'"]
+    )
+    assert core.verdict == "wrong"
+    assert core.said == f"nosuchpackage is missing; {core.said.partition('; ')[2]}"
+    assert "is older than 999" in core.said
+    assert "msgspec" not in core.said
+    assert extras.verdict == "ok"
+    assert "install opencv-python-headless" in str(extras.cure)
+
+
+def test_what_this_package_states_is_understood_whole():
+    core, extras = machine.packages()
+    assert core.verdict == "ok"
+    assert "that are needed" in core.said
+    assert extras.verdict == "ok"
+
+
+def test_a_check_that_hangs_holds_up_nobody():
+    ending = threading.Event()
+
+    def hang() -> list[Finding]:
+        ending.wait(PATIENCE_S)
+        return []
+
+    (found,) = Later("audio", hang).by(time.monotonic() + 0.05)
+    ending.set()
+    assert (found.about, found.verdict) == ("audio", "note")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="scheduling classes of Linux")
+def test_asking_for_priority_leaves_none_behind():
+    machine.priority(Serving())
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER

@@ -1,0 +1,220 @@
+"""A shared recogniser on real Ray processes, asked by a real service: killed, hung, another's."""
+
+import asyncio
+import http.client
+import importlib.util
+import json
+import os
+import signal
+import socket
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from conftest import status
+from test_shared_recogniser import is_shared, look, recognising_ms, scene, until_shared
+
+from hapticvlm.client.local_service import running
+from hapticvlm.vision.pictures import Crop, central_mask
+from hapticvlm.vision.remote import contract
+from hapticvlm_recogniser_app.settings import TOKEN
+
+START_S, STOP_S = 240.0, 60.0
+BACK_S = 120.0  # for Ray to notice and replace a replica, on a busy machine
+DEADLINE_S = 0.8
+MOST_MS = 1000.0 * DEADLINE_S
+TRIES = 3
+SECRET = "the-token-of-this-test"
+
+pytestmark = pytest.mark.slow
+if importlib.util.find_spec("ray") is None:
+    if os.environ.get("CI"):
+        raise ModuleNotFoundError("ray: the extra `ray` is part of `dev`")
+    pytest.skip("needs ray: pip install 'ray[serve]'", allow_module_level=True)
+
+
+@dataclass
+class App:
+    """A running recogniser-app."""
+
+    port: int
+
+    @property
+    def url(self):
+        return f"http://127.0.0.1:{self.port}"
+
+    def ask(self, verb, path, body=None, token=SECRET):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        connection.request(verb, path, body, {"Authorization": f"Bearer {token}"})
+        response = connection.getresponse()
+        data = response.read()
+        connection.close()
+        return response.status, data
+
+    def health(self):
+        found, data = self.ask("GET", contract.HEALTH)
+        assert found == 200, data
+        return json.loads(data)
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return listener.getsockname()[1]
+
+
+@pytest.fixture(scope="module")
+def app():
+    os.environ[TOKEN] = SECRET
+    started = (start(free_port()) for _ in range(TRIES))  # Ray gives a busy machine 30 s
+    process, port, said = next((one for one in started if one[0].poll() is None), (None, 0, []))
+    try:
+        assert process is not None, "Ray did not start: see the output above"
+        assert any("ready on" in line for line in said), "".join(said)
+        yield App(port)
+    finally:
+        if process is not None:
+            stop(process)
+        del os.environ[TOKEN]
+
+
+def start(port):
+    """Start the app and wait until it is ready or has ended."""
+    command = [sys.executable, "-m", "hapticvlm", "recogniser-app", "--port", str(port)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    ready, said = threading.Event(), []
+
+    def read():
+        assert process.stdout is not None
+        for line in process.stdout:
+            said.append(line)
+            print(line, end="")
+            if "ready on" in line:
+                ready.set()
+        process.wait()
+        process.stdout.close()
+        ready.set()
+
+    threading.Thread(target=read, daemon=True).start()
+    ready.wait(START_S)
+    return process, port, said
+
+
+def stop(process):
+    process.send_signal(signal.SIGTERM)
+    try:
+        process.wait(STOP_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture(scope="module")
+def sharing(app):
+    arguments = ["--recogniser-url", app.url, "--recogniser-deadline", str(DEADLINE_S)]
+    with running(arguments) as service:
+        yield service
+
+
+def test_only_its_token_lets_in_and_its_health_is_open(app):
+    assert app.ask("GET", contract.IDENTITY, token="wrong")[0] == 401
+    assert app.ask("POST", contract.RECOGNISE, b"", token="wrong")[0] == 401
+    assert app.ask("GET", contract.READY, token="wrong")[0] == 200
+    assert app.ask("GET", contract.IDENTITY + "?gallery=arcade")[0] == 404
+    assert app.ask("POST", contract.RECOGNISE, b"\xc1")[0] == 422
+    assert app.ask("GET", "/")[0] == 404
+    assert contract.read_identity(app.ask("GET", contract.IDENTITY)[1]).gallery == "shipped"
+
+
+def test_what_comes_together_is_embedded_together(app):
+    rng = np.random.default_rng(0)
+    pixels = rng.integers(0, 255, (16, 128, 128, 3), np.uint8)
+    bodies = [
+        contract.write_request([Crop(one, central_mask(128))], wait_ms=60_000.0) for one in pixels
+    ]
+    identity = contract.read_identity(app.ask("GET", contract.IDENTITY)[1])
+    with ThreadPoolExecutor(16) as pool:
+        answers = list(pool.map(lambda body: app.ask("POST", contract.RECOGNISE, body), bodies))
+    assert {found for found, _ in answers} == {200}
+    read = [contract.read_answer(data, identity, 1)[0] for _, data in answers]
+    assert max(answer.batch for answer in read) > 1
+    assert sum(map(int, app.health()["batches"].values())) < app.health()["counts"]["crops"]
+
+
+async def test_a_killed_replica_is_bridged_here_and_replaced_by_ray(app, sharing):
+    async with scene(sharing) as client:
+        await until_shared(client, BACK_S)
+        os.kill(app.health()["pid"], signal.SIGKILL)
+        first = await until_here(client)
+        assert recognising_ms(first) < MOST_MS
+        assert first["type"] == "decision"
+        await until_shared(client, BACK_S)
+    assert status(sharing)["recogniser"]["restarts"] == 0
+
+
+async def test_a_hung_replica_is_bridged_here_and_no_touch_waits(app, sharing):
+    async with scene(sharing) as client:
+        await until_shared(client, BACK_S)
+        before = await touches_ms(client)
+        pid = app.health()["pid"]
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            first = await look(client)
+            assert not is_shared(first)
+            assert recognising_ms(first) < MOST_MS
+            during = await touches_ms(client)
+        finally:
+            with suppress(ProcessLookupError):  # Ray has replaced it by now
+                os.kill(pid, signal.SIGCONT)
+        assert statistics.median(during) < 3.0 * statistics.median(before) + 1.0
+        await until_shared(client, BACK_S)
+
+
+async def test_another_identity_than_demanded_gets_no_crop(app):
+    arguments = ["--recogniser-url", app.url, "--recogniser-hash", "0" * 16]
+    before = await settled_crops(app)
+    with running(arguments) as service:
+        async with scene(service) as client:
+            for _ in range(5):
+                assert not is_shared(await look(client))
+            while not (told := status(service)["recogniser"]["remote"])["reason"]:
+                await look(client)
+    assert "not 0000000000000000 as demanded" in told["reason"]
+    assert app.health()["counts"].get("crops", 0) == before
+
+
+async def settled_crops(app):
+    """Return how many crops the app has recognised, once no late one is counted any more."""
+    crops, before = app.health()["counts"].get("crops", 0), None
+    while crops != before:
+        await asyncio.sleep(2.0 * DEADLINE_S)
+        crops, before = app.health()["counts"].get("crops", 0), crops
+    return crops
+
+
+async def until_here(client):
+    """Look until this machine has to answer; return that answer."""
+    started = time.monotonic()
+    while is_shared(answer := await look(client)):
+        assert time.monotonic() - started < BACK_S, "the fault was never noticed"
+    return answer
+
+
+async def touches_ms(client, count=100):
+    """Touch, with a picture before every tenth, and return how long each answer took."""
+    took = []
+    for number in range(count):
+        if number % 10 == 0:
+            await look(client)
+        started = time.perf_counter()
+        await client.touch("slide" if number else "contact", "table")
+        took.append((time.perf_counter() - started) * 1000.0)
+        await asyncio.sleep(0.005)
+    await client.touch("release")
+    return took

@@ -1,0 +1,202 @@
+"""Records of real sessions, run again: the same outputs bit for bit, or a clear word why not."""
+
+import asyncio
+import json
+import shutil
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import soundfile
+from conftest import peer
+from test_server import OBJECTS, frame
+
+from hapticvlm import captures
+from hapticvlm.client.local_service import running
+from hapticvlm.materials import MATERIALS
+from hapticvlm.recordings import replay
+
+
+async def a_scene(service):
+    """Objects, frames, both hands, a stop and its release, a setting, and a refused message."""
+    async with peer(service) as client:
+        welcome = await client.hello()
+        await client.ask(type="scene", objects=OBJECTS, ambient_c=21.0, replace=True)
+        await client.ask(**frame(1, object_id="thing"))
+        for number in range(12):
+            phase = "contact" if number == 0 else "slide"
+            await client.touch(phase, "table", speed_mps=0.1 + 0.03 * number)
+            await client.touch("approach", "thing", hand="left")
+            await client.ask(**frame(2 + number, region={"x": 0.2, "y": 0.2, "w": 0.5, "h": 0.5}))
+        await client.ask(type="set", thermal_gain=0.5, vibration_gain=0.7)
+        await client.ask(type="stop", scope="all")
+        assert (await client.touch("contact", "table"))["code"] == "unsafe"
+        await client.touch("release", "table")
+        await client.touch("contact", "table")
+        await client.telemetry()
+        return welcome
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory):
+    """The folder of one recorded session, frames kept, and what its welcome said."""
+    folder = tmp_path_factory.mktemp("record")
+    with running(
+        ["--record", str(folder), "--record-frames", "--contact-resistance", "0.002"]
+    ) as service:
+        welcome = asyncio.run(a_scene(service))
+        time.sleep(0.5)
+    (session,) = folder.iterdir()
+    return session, welcome
+
+
+@pytest.fixture
+def copy(record, tmp_path):
+    return shutil.copytree(record[0], tmp_path / "copy")
+
+
+def command(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "hapticvlm", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+def test_a_record_runs_again_bit_for_bit_and_its_sound_is_the_same_each_time(record, tmp_path):
+    waves = [tmp_path / "one.wav", tmp_path / "two.wav"]
+    for wave in waves:
+        done = command("replay", record[0], "--wav", wave)
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert "bit for bit" in done.stdout
+    told = json.loads(command("replay", record[0], "--json").stdout)
+    assert told["replay"] == "same"
+    assert told["outputs"] > 20
+    assert told["counts"]["look"] > 5
+    (one, _), (two, _) = map(soundfile.read, waves)  # the files' heads hold the time of writing
+    assert np.array_equal(one, two)
+    assert np.abs(one).max() > 0.01
+
+
+def test_a_record_is_heard_with_other_recordings_in_place_of_synthesis(record, tmp_path):
+    patterns, wave = tmp_path / "patterns", tmp_path / "played.wav"
+    patterns.mkdir()
+    hum = 0.3 * np.sin(2 * np.pi * 333.0 * np.arange(24_000) / 48_000)
+    soundfile.write(patterns / "wood-slide.wav", hum, 48_000)
+    plain = tmp_path / "plain.wav"
+
+    assert command("replay", record[0], "--wav", plain).returncode == 0
+    done = command("replay", record[0], "--wav", wave, "--patterns", patterns)
+    assert done.returncode == 0, done.stderr
+    assert not np.array_equal(soundfile.read(wave)[0], soundfile.read(plain)[0])
+    refused = command("replay", record[0], "--wav", wave, "--patterns", tmp_path / "nowhere")
+    assert refused.returncode == 2
+    assert "no such folder" in refused.stderr
+
+
+def test_welcome_says_that_frames_are_kept(record):
+    assert record[1]["privacy"]["frames_stored"]
+
+
+def test_a_record_is_a_capture_that_can_be_streamed(record):
+    capture = captures.read(record[0])
+    kinds = [line.type for line in capture.lines()]
+    assert {"scene", "frame", "touch", "set", "stop"} <= set(kinds)
+    pictures = [line.message()["image"] for line in capture.lines() if line.type == "frame"]
+    assert len(pictures) == 13
+    assert all(picture[:2] == b"\xff\xd8" for picture in pictures)
+
+
+def test_decisions_lie_beside_the_tape(record):
+    rows = (record[0] / "decisions.jsonl").read_text().splitlines()
+    assert {"table", "thing"} <= {json.loads(row).get("object_id") for row in rows}
+
+
+def test_a_changed_touch_makes_the_outputs_differ_and_the_first_place_is_named(copy):
+    tape = copy / "tape.jsonl"
+    rows = tape.read_text().splitlines(keepends=True)
+    slide = next(i for i, row in enumerate(rows) if '"slide"' in row and '"in"' in row)
+    rows[slide] = rows[slide].replace('"force_n": 1.5', '"force_n": 1.501')
+    tape.write_text("".join(rows))
+    done = command("replay", copy)
+    assert done.returncode == 1
+    assert "first: line" in done.stdout
+    assert "NOT as recorded" in done.stdout
+
+
+def test_a_lost_line_is_said(copy):
+    tape = copy / "tape.jsonl"
+    rows = tape.read_text().splitlines(keepends=True)
+    lost = next(index for index, row in enumerate(rows) if '"in": "tick"' in row)
+    tape.write_text("".join(rows[:lost] + rows[lost + 1 :]))
+    assert replay.replay(copy, MATERIALS).missing == 1
+
+
+@pytest.mark.parametrize(
+    ("wound", "word"),
+    [
+        (lambda text: text[: text.index('"slide"') + 3], "incomplete, or no JSON"),
+        (lambda _: "", "no head"),
+        (lambda text: text.replace('"materials": ["wood"', '"materials": ["velcro"'), "--gallery"),
+        (lambda text: text + '{"line": 9999, "in": "message", "now": 1}\n', "not a line"),
+    ],
+)
+def test_a_tape_that_cannot_be_run_is_named_with_its_place(copy, wound, word):
+    tape = copy / "tape.jsonl"
+    tape.write_text(wound(tape.read_text()))
+    done = command("replay", copy)
+    assert done.returncode == 2
+    assert word in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_folder_without_a_tape_is_said_in_one_line(tmp_path):
+    done = command("replay", tmp_path)
+    assert done.returncode == 2
+    assert "record" in done.stderr
+
+
+def test_recognising_anew_with_the_same_encoder_sees_the_same(record):
+    done = command("replay", record[0], "--recognise", "--json")
+    told = json.loads(done.stdout)
+    assert done.returncode == 0, done.stderr
+    assert told["counts"]["recognised anew"] == told["counts"]["look"]
+    assert told["counts"]["recognised differently"] == 0
+
+
+async def test_without_being_asked_no_picture_is_kept_and_the_tape_still_runs(tmp_path):
+    with running(["--record", str(tmp_path)]) as service:
+        welcome = await a_scene(service)
+        await asyncio.sleep(0.5)
+    (session,) = tmp_path.iterdir()
+    assert not welcome["privacy"]["frames_stored"]
+    assert sorted(path.name for path in session.iterdir()) == [
+        "capture.jsonl",
+        "decisions.jsonl",
+        "tape.jsonl",
+    ]
+    outcome = replay.replay(session, MATERIALS)
+    assert outcome.is_same
+    assert outcome.outputs > 20
+    done = command("replay", session, "--recognise")
+    assert done.returncode == 2
+    assert "record with --record-frames" in done.stderr
+    assert "recognised differently" not in done.stdout
+
+
+def test_a_recorder_whose_record_is_full_counts_what_it_loses(tmp_path):
+    from hapticvlm.recordings.recorder import Recorder
+
+    recorder = Recorder(tmp_path, frames=False, max_bytes=2000)
+    tell = recorder.begin({"owner": True})
+    for _ in range(200):
+        tell({"now": 1.0, "in": "tick", "reading": {}}, None)
+        time.sleep(0.001)
+    recorder.close()
+    assert recorder.lost > 50
+    longest = 200
+    assert recorder.written_bytes < 2000 + longest

@@ -1,0 +1,59 @@
+"""A recorded session as a timeline."""
+
+import json
+
+import numpy as np
+import pytest
+from recorded_session import record
+
+from hapticvlm.materials import MATERIALS
+from hapticvlm.recordings import timeline
+from hapticvlm.recordings.session_log import SessionLogError
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.voices import Voices
+
+
+@pytest.fixture
+def session(tmp_path):
+    return record(tmp_path)
+
+
+def read(folder):
+    return timeline.read(folder, MATERIALS, Voices())
+
+
+def test_a_touch_lasts_from_its_contact_to_its_release(session):
+    (held,) = read(session).touches
+    assert (held.object_id, held.hand) == ("mug", "right")
+    assert (held.from_s, held.to_s) == pytest.approx((0.5, 1.55))
+
+
+def test_the_vibration_stands_at_the_time_of_its_touch(session):
+    wave = read(session).wave
+    loud = np.flatnonzero(np.abs(wave) > 1e-3) / RATE_HZ
+    assert 0.5 <= loud.min() < 0.51
+    assert 1.55 <= loud.max() < 1.6
+
+
+def test_names_decisions_and_plate_are_found_at_their_times(session):
+    what = read(session)
+    assert what.name("mug") == "TeaMug_01"
+    assert what.decision_at(0.4, "mug") is None or what.decisions[0].t_s <= 0.4
+    assert what.decision_at(1.0, "mug")["material"] == "ceramic"
+    assert {point.plate_c for point in what.plate} == {31.0}
+    assert what.touch_at(1.0) is what.touches[0]
+    assert what.touch_at(0.2) is None
+
+
+def test_a_folder_without_a_session_is_refused_with_its_name(tmp_path):
+    with pytest.raises(SessionLogError, match=r"tape\.jsonl.*record"):
+        read(tmp_path)
+
+
+def test_a_session_in_which_nothing_was_sent_says_so(session):
+    tape = session / "tape.jsonl"
+    head = tape.read_text().splitlines()[0]
+    assert "head" in json.loads(head)
+    tape.write_text(head + "\n")
+    with pytest.raises(SessionLogError, match="nothing was sent"):
+        read(session)

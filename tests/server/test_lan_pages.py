@@ -1,0 +1,203 @@
+"""Pages off this machine: none by default, with the token for the local network's browsers."""
+
+import base64
+import socket
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+
+import pytest
+from websockets.asyncio.client import connect as open_socket
+from websockets.datastructures import Headers
+from websockets.exceptions import InvalidStatus
+
+from hapticvlm.client import Refused, connect
+from hapticvlm.client.local_service import Service, running
+from hapticvlm.server.access import Address
+from hapticvlm.server.web import http
+from hapticvlm.server.web.lan_pages import LanPages, is_near, is_token, own_names
+
+TOKEN = "pässword of a dozen"
+
+
+def own_address() -> str | None:
+    """An address of this machine that is not loopback, if it is on any network."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))
+        except OSError:
+            return None
+        return str(probe.getsockname()[0])
+
+
+OWN = own_address()
+networked = pytest.mark.skipif(OWN is None, reason="this machine is on no network")
+
+
+@pytest.fixture(scope="module")
+def visited() -> Iterator[Service]:
+    with running(["--host", "0.0.0.0", "--token", TOKEN, "--pages-from", "lan"]) as found:
+        yield found
+
+
+def at_own_address(service: Service) -> str:
+    return service.page.replace("0.0.0.0", str(OWN))
+
+
+def basic(password: str) -> str:
+    return "Basic " + base64.b64encode(f"anyone:{password}".encode()).decode()
+
+
+def got(url: str, **headers: str) -> tuple[int, dict[str, str], str]:
+    request = urllib.request.Request(url, headers=headers)
+    try:
+        with urllib.request.urlopen(request, timeout=30) as page:
+            return page.status, dict(page.headers), page.read().decode()
+    except urllib.error.HTTPError as error:
+        with error:
+            return error.code, dict(error.headers), error.read().decode()
+
+
+@networked
+@pytest.mark.parametrize("path", ["", "dashboard.js", "status", "healthz", "nothing"])
+def test_no_page_is_served_to_the_network_without_the_token(visited, path):
+    for headers in ({}, {"Authorization": basic("wrong")}, {"Authorization": "Bearer " + TOKEN}):
+        code, told, text = got(at_own_address(visited) + path, **headers_of(headers))
+        assert code == 401
+        assert told["WWW-Authenticate"].startswith("Basic ")
+        assert "HapticVLM" not in text
+
+
+def headers_of(given: dict[str, str]) -> dict[str, str]:
+    return {name: value.encode().decode("latin-1") for name, value in given.items()}
+
+
+@networked
+def test_pages_are_served_to_the_network_for_the_token(visited):
+    code, told, text = got(at_own_address(visited), Authorization=basic(TOKEN))
+    assert (code, told["Cache-Control"]) == (200, "no-store")
+    assert "HapticVLM" in text
+    code, _, text = got(at_own_address(visited) + "status", Authorization=basic(TOKEN))
+    assert (code, TOKEN in text) == (200, False)
+
+
+@networked
+def test_a_name_that_was_pointed_here_gets_no_page_even_with_the_token(visited):
+    code, _, text = got(at_own_address(visited), Authorization=basic(TOKEN), Host="evil.example")
+    assert code == 403
+    assert "not this machine" in text
+
+
+@networked
+async def test_only_pages_of_this_service_may_connect_and_still_need_the_token(visited):
+    url = visited.url.replace("0.0.0.0", str(OWN))
+    own = at_own_address(visited).rstrip("/")
+    port = own.rpartition(":")[2]
+    for origin in (own.replace(port, "1"), own.replace("http", "https"), "http://evil.example"):
+        with pytest.raises(InvalidStatus, match="403"):
+            async with open_socket(url, proxy=None, additional_headers={"Origin": origin}):
+                pass
+    rebound = {"Origin": f"http://evil.example:{port}", "Host": f"evil.example:{port}"}
+    with pytest.raises(InvalidStatus, match="403"):
+        async with open_socket(url, proxy=None, additional_headers=rebound):
+            pass
+    headers = {"Origin": own, "Authorization": basic(TOKEN)}
+    async with open_socket(url, proxy=None, additional_headers=headers) as raw:
+        await raw.send('{"type": "stop", "id": 1, "scope": "all"}')
+        assert "hello first" in str(await raw.recv()) or "say hello" in str(await raw.recv())
+    with pytest.raises(Refused, match="token"):
+        async with connect(url, token="wrong"):
+            pass
+
+
+@networked
+def test_without_the_flag_the_network_gets_no_page_with_any_token():
+    with running(["--host", "0.0.0.0", "--token", TOKEN]) as service:
+        code, _, text = got(at_own_address(service), Authorization=basic(TOKEN))
+    assert code == 403
+    assert "--pages-from" in text
+
+
+def test_this_machine_sees_pages_without_the_token(visited):
+    code, _, text = got(visited.page.replace("0.0.0.0", "127.0.0.1"))
+    assert code == 200
+    assert "HapticVLM" in text
+
+
+@pytest.mark.parametrize(
+    ("peer", "near"),
+    [
+        ("192.168.1.7", True),
+        ("10.0.0.1", True),
+        ("172.16.3.4", True),
+        ("169.254.1.1", True),
+        ("fe80::1%eth0", True),
+        ("fd00::2", True),
+        ("127.0.0.1", True),
+        ("::ffff:192.168.1.7", True),
+        ("::ffff:8.8.8.8", False),
+        ("8.8.8.8", False),
+        ("172.32.0.1", False),
+        ("2600::1", False),
+        ("not an address", False),
+    ],
+)
+def test_the_local_network_is_private_and_link_local_addresses(peer, near):
+    assert is_near(peer) == near
+    lan_pages = LanPages(TOKEN, own_names(), "http")
+    assert (lan_pages.refusal(peer, "192.168.1.2:8790") is None) == near
+
+
+@pytest.mark.parametrize(
+    "authorization",
+    ["", "Basic", "Basic ", "Basic !!!!", "Basic YQ==", "Basic a", "Basic \xff", "basic " + TOKEN],
+)
+def test_what_is_no_authorization_is_no_token(authorization):
+    assert not is_token(authorization, TOKEN)
+
+
+@pytest.mark.parametrize(
+    ("host", "ours"),
+    [
+        ("192.168.1.2:8790", True),
+        ("[fd00::2]:8790", True),
+        ("studio.example:8790", True),
+        ("STUDIO.example", True),
+        ("localhost:8790", True),
+        ("evil.example", False),
+        ("192.168.1.2.evil.example", False),
+        ("", False),
+        ("[broken", False),
+    ],
+)
+def test_own_names_are_addresses_and_what_the_certificate_says(host, ours):
+    lan_pages = LanPages(TOKEN, own_names(["studio.example"]), "https")
+    assert (lan_pages.refusal("192.168.1.7", host) is None) == ours
+    assert lan_pages.is_own_origin(f"https://{host}", host) == ours
+    assert not lan_pages.is_own_origin(f"http://{host}", host)
+
+
+def test_a_network_is_let_in_only_where_it_can_come_and_by_a_token_nobody_guesses():
+    with pytest.raises(ValueError, match=r"--host 0\.0\.0\.0"):
+        Address(token=TOKEN, pages_from="lan")
+    with pytest.raises(ValueError, match="12 characters"):
+        Address(host="0.0.0.0", token="short", pages_from="lan")
+
+
+def test_two_authorization_headers_are_none():
+    lan_pages = LanPages(TOKEN, own_names(), "http")
+    given = [("Host", "192.168.1.2"), ("Authorization", basic(TOKEN))]
+    assert http.turn_away("192.168.1.7", Headers(given), lan_pages) is None
+    answer = http.turn_away("192.168.1.7", Headers([*given, given[1]]), lan_pages)
+    assert answer is not None
+    assert answer.status_code == 401
+
+
+def test_the_ready_lines_say_how_others_come_and_that_they_can_read_along(visited):
+    until = time.monotonic() + 60.0
+    while "priority" not in (said := "".join(visited.printed)) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert "the token as password" in said
+    assert "unencrypted" in said
+    assert TOKEN not in said

@@ -1,0 +1,531 @@
+"""The running service over real WebSockets: admission, ownership, touches, frames, stopping."""
+
+import asyncio
+import contextlib
+import io
+import math
+import time
+import urllib.error
+import urllib.request
+from contextlib import nullcontext
+from typing import Any
+
+import msgpack
+import numpy as np
+import pytest
+from conftest import Peer, peer, status
+from PIL import Image
+from websockets.asyncio.client import connect as open_socket
+from websockets.exceptions import ConnectionClosed, ConnectionClosedError, InvalidStatus
+
+from hapticvlm.client.local_service import ServiceError, running
+from hapticvlm.server.budgets import GUESS_S, MAX_CONNECTIONS, MAX_SCENES
+
+OBJECTS = [
+    {"object_id": "table", "material": "wood"},
+    {"object_id": "kettle", "material": "metal", "temperature_c": 5.0},
+    {"object_id": "thing", "name": "Object_07"},
+]
+
+TRIES = 4
+
+
+def picture(seed=0, side=64):
+    coarse = np.random.default_rng(seed).integers(0, 255, (8, 8, 3), np.uint8)
+    buffer = io.BytesIO()
+    Image.fromarray(coarse).resize((side, side)).save(buffer, "JPEG", quality=90)
+    return buffer.getvalue()
+
+
+def mask(side=64):
+    buffer = io.BytesIO()
+    Image.fromarray(np.pad(np.full((32, 32), 255, np.uint8), (side - 32) // 2)).save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+def frame(seed=0, **fields):
+    given = {"format": "jpeg", "width": 64, "height": 64, "origin": "top", "image": picture(seed)}
+    return {"type": "frame", "captured_at": time.monotonic(), **given, **fields}
+
+
+async def owner_of(client: Peer) -> None:
+    welcome = await client.hello()
+    assert welcome["owner"]
+    await client.ask(type="scene", objects=OBJECTS, ambient_c=21.0, replace=True)
+    await client.touch("release")  # a stop of an earlier test holds until then
+
+
+async def until(service, claim, seconds=15.0):
+    """Poll the status until `claim` holds; return how long it took."""
+    started = time.monotonic()
+    while not claim(status(service)):
+        waited = time.monotonic() - started
+        assert waited < seconds, "it never happened"
+        pause_s = 0.005 if waited < 0.4 else 0.05 if waited < 2.0 else 0.2
+        await asyncio.sleep(pause_s)  # a long wait must not busy the machine
+    return time.monotonic() - started
+
+
+async def quickest(service, begin, claim, limit_s):
+    """Return the shortest wait for `claim` after `begin`, of up to TRIES until one is short enough.
+
+    On a busy machine a single look at the status may come late; an output that rests too late
+    does so each time.
+    """
+    took = math.inf
+    for _ in range(TRIES):
+        await begin()
+        took = min(took, await until(service, claim))
+        if took < limit_s:
+            break
+    return took
+
+
+def is_silent(found):
+    return found["speaker"]["level"] < 1e-4
+
+
+def rests(found):
+    return is_silent(found) and found["leases"] == 0
+
+
+async def test_hello_is_answered_by_welcome_with_limits_devices_and_privacy(service):
+    async with peer(service) as client:
+        welcome = await client.hello()
+    assert welcome["type"] == "welcome"
+    assert welcome["id"] == 1
+    assert welcome["limits"]["message_bytes"] == 4 * 1024 * 1024
+    assert welcome["limits"]["setpoint_c"] == {"low": 18.0, "high": 40.0}
+    assert welcome["devices"]["speaker"]["simulated"]
+    assert welcome["devices"]["peltier"]["simulated"]
+    assert "wood" in welcome["materials"]
+    assert welcome["privacy"] == {"frames_stored": False, "frames_leave_machine": False}
+
+
+async def test_a_json_client_is_answered_in_json(service):
+    async with peer(service, as_text=True) as client:
+        assert (await client.hello())["type"] == "welcome"
+        assert (await client.ask(type="stop", scope="speaker"))["type"] == "ok"
+        assert isinstance(await client.socket.recv(), str)
+
+
+@pytest.mark.parametrize("first", [{"type": "stop", "id": 5, "scope": "all"}, [1], {"type": "x"}])
+async def test_anything_before_hello_is_refused_and_closed_with_4000(service, first):
+    async with peer(service) as client:
+        await client.socket.send(msgpack.packb(first))
+        answer = await client.read()
+        assert (answer["type"], answer["code"]) == ("error", "protocol")
+        with pytest.raises(ConnectionClosed) as closed:
+            await client.read()
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 4000
+
+
+async def test_a_newer_major_is_refused_naming_both_versions(service):
+    async with peer(service) as client:
+        answer = await client.hello(protocol={"major": 2, "minor": 0})
+    assert answer["code"] == "protocol"
+    assert "2.0" in answer["text"]
+    assert "1.0" in answer["text"]
+
+
+async def test_a_newer_minor_is_answered_with_the_services_own(service):
+    async with peer(service) as client:
+        answer = await client.hello(protocol={"major": 1, "minor": 9})
+    assert answer["protocol"] == {"major": 1, "minor": 0}
+
+
+async def test_the_first_scene_owns_the_outputs_until_it_closes(service):
+    async with peer(service) as first:
+        await owner_of(first)
+        async with peer(service) as second:
+            assert not (await second.hello())["owner"]
+            refused = await second.touch("contact", "table")
+            assert (refused["type"], refused["code"]) == ("error", "not_owner")
+        async with peer(service) as observer:
+            assert not (await observer.hello("observer"))["owner"]
+    async with peer(service) as third:
+        assert (await third.hello())["owner"]
+
+
+async def test_a_touch_is_felt_and_ends_with_its_lease(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        assert (await client.touch("contact", "table"))["type"] == "ok"
+        decision = await client.event("decision", object_id="table")
+        assert (decision["material"], decision["source"]) == ("wood", "scene")
+        await until(service, lambda found: not is_silent(found))
+
+        async def rub():
+            for number in range(10):
+                await client.touch("slide" if number else "contact", "table")
+                await asyncio.sleep(0.05)
+            assert status(service)["leases"] == 1
+
+        limit_s = 0.25 + 0.05 + 0.05  # lease, fade and tick, polling
+        assert await quickest(service, rub, rests, limit_s) < limit_s
+
+
+async def test_a_release_is_silent_within_a_fade(service):
+    async with peer(service) as client:
+        await owner_of(client)
+
+        async def touch_and_release():
+            await client.touch("contact", "table")
+            await client.touch("slide", "table")
+            await client.touch("release")
+
+        assert await quickest(service, touch_and_release, is_silent, 0.2) < 0.2
+
+
+async def test_a_contact_that_comes_too_late_to_strike_is_counted_in_the_status(service):
+    async with peer(service) as client:
+        await client.hello()
+        await client.ask(type="scene", objects=OBJECTS, replace=True)
+        await client.touch("approach", "table")
+        await asyncio.sleep(0.05)
+        left = time.monotonic()
+        await client.touch("release", "table", captured_at=left)
+        await asyncio.sleep(0.5)
+        late = await client.touch("contact", "table", captured_at=left)
+        assert late["type"] == "ok"
+        assert status(service)["counts"]["contacts too late to strike"] == 1
+    await until(service, lambda found: not found["connections"])
+    assert status(service)["counts"]["contacts too late to strike"] == 1
+
+
+async def test_the_plate_follows_a_cold_contact_and_returns_to_neutral(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        for _ in range(20):
+            await client.touch("contact", "kettle")
+            await asyncio.sleep(0.05)
+        telemetry = await client.telemetry()
+        assert telemetry["setpoint_c"] < 30.0
+        assert telemetry["plate_c"] < 31.0
+        await until(service, lambda found: found["plate"]["setpoint_c"] == 32.0, 10.0)
+
+
+async def test_stop_from_an_observer_rests_everything_until_release_and_a_new_contact(service):
+    async with peer(service) as client, peer(service) as observer:
+        await owner_of(client)
+        await observer.hello("observer")
+
+        async def touch_and_stop():
+            await client.touch("release")  # a stop holds until then
+            await client.touch("contact", "kettle")
+            await client.touch("slide", "kettle")
+            assert (await observer.ask(type="stop", scope="all"))["type"] == "ok"
+
+        assert await quickest(service, touch_and_stop, rests, 0.1) < 0.1
+        refused = await client.touch("slide", "kettle")
+        assert refused["code"] == "unsafe"
+        assert "release" in refused["text"]
+        assert (await client.touch("release"))["type"] == "ok"
+        assert (await client.touch("contact", "kettle"))["type"] == "ok"
+
+
+async def test_the_status_names_what_each_hand_still_waits_for_after_a_stop(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        await client.ask(type="stop", scope="all")
+        both = ["speaker", "peltier"]
+        assert status(service)["held"] == {"left": both, "right": both}
+        await client.touch("release")
+        await client.touch("contact", "table")
+        assert status(service)["held"] == {"left": both, "right": []}
+        await client.touch("release", hand="left")
+        assert status(service)["held"] == {"left": both, "right": []}
+        await client.touch("contact", "table", hand="left")
+        assert status(service)["held"] == {"left": [], "right": []}
+        await client.ask(type="stop", scope="peltier")
+        assert status(service)["held"] == {"left": ["peltier"], "right": ["peltier"]}
+
+
+async def test_a_stop_outlives_the_scene_that_was_stopped(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        await client.ask(type="stop", scope="all")
+    async with peer(service) as again:
+        await again.hello()
+        assert (await again.touch("contact", "table"))["code"] == "unsafe"
+        await again.touch("release")
+        assert (await again.touch("contact", "table"))["type"] == "ok"
+
+
+async def test_a_clean_close_rests_the_outputs(service):
+    async def touch_and_leave():
+        async with peer(service) as client:
+            await owner_of(client)
+            await client.touch("contact", "kettle")
+            await client.touch("slide", "kettle", speed_mps=0.5)
+
+    def is_left(found):
+        return is_silent(found) and found["owner"] is None
+
+    assert await quickest(service, touch_and_leave, is_left, 0.2) < 0.2
+
+
+async def test_a_frame_is_decided_and_an_unchanged_one_skipped(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        first = await client.ask(**frame(1, object_id="thing"))
+        assert first["type"] == "decision"
+        assert first["object_id"] == "thing"
+        assert {"decode", "encode", "match"} <= first["stages_ms"].keys()
+        second = await client.ask(**frame(1, object_id="thing"))
+        assert (second["type"], second["reason"]) == ("skipped", "unchanged")
+        third = await client.ask(**frame(2, object_id="thing"))
+        assert third["type"] == "decision"
+
+
+async def test_a_frame_of_a_known_object_needs_no_recognition(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        before = status(service)["counts"].get("recognitions", 0)
+        answer = await client.ask(**frame(1, object_id="table"))
+        assert (answer["material"], answer["source"]) == ("wood", "scene")
+        assert status(service)["counts"].get("recognitions", 0) == before
+
+
+async def test_the_newest_frame_wins_and_every_frame_is_answered(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        ids = [await client.send(**frame(seed, object_id="thing")) for seed in range(40)]
+        answers: dict[int, dict[str, Any]] = {}
+        async with asyncio.timeout(10.0):
+            while len(answers) < len(ids):
+                answer = await client.read()
+                if answer["id"] in ids:
+                    answers[answer["id"]] = answer
+    assert answers[ids[-1]]["type"] == "decision"
+    assert any(answer.get("reason") == "superseded" for answer in answers.values())
+    assert {answer["type"] for answer in answers.values()} == {"decision", "skipped"}
+
+
+async def test_a_stale_frame_is_skipped(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        await client.ask(**frame(1, object_id="thing"))
+        old = frame(2, object_id="thing", captured_at=time.monotonic() - 5.0, max_age_ms=100.0)
+        answer = await client.ask(**old)
+    assert (answer["type"], answer["reason"]) == ("skipped", "stale")
+
+
+async def test_a_picture_that_breaks_off_is_an_error_and_the_next_is_decided(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        whole = picture(3)
+        broken = await client.ask(**frame(image=whole[: len(whole) // 2], object_id="thing"))
+        assert broken["type"] == "error"
+        assert broken["path"]
+        assert (await client.ask(**frame(4, object_id="thing")))["type"] == "decision"
+
+
+async def test_too_many_frames_to_enrol_are_refused_as_overload(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        ids = [
+            await client.send(**frame(seed, object_id="thing", purpose="enrol"))
+            for seed in range(60)
+        ]
+        answers: list[dict[str, Any]] = []
+        async with asyncio.timeout(10.0):
+            while len(answers) < len(ids):
+                answer = await client.read()
+                if answer["id"] in ids:
+                    answers.append(answer)
+    kinds = {answer.get("code", answer["type"]) for answer in answers}
+    assert kinds == {"decision", "overload"}
+
+
+async def test_only_the_observer_that_asked_sees_frames_waveform_and_log(service):
+    async with (
+        peer(service) as client,
+        peer(service) as watching,
+        peer(service) as other,
+    ):
+        await owner_of(client)
+        await watching.hello("observer")
+        await other.hello("observer")
+        await watching.ask(type="set", watch=["frames", "waveform", "log"])
+        await asyncio.sleep(0.6)
+        await client.ask(**frame(9, object_id="thing"))
+        async with asyncio.timeout(3.0):
+            for kind in ("frames", "waveform"):
+                view = await watching.event("view", kind=kind)
+                assert view["id"] == 0
+            async with peer(service) as newcomer:
+                await newcomer.hello("observer")
+            assert "connected" in (await watching.event("view", kind="log"))["text"]
+        decision = await other.event("decision", object_id="thing")
+        assert decision["id"] == 0
+        await other.telemetry()
+        assert not [event for event in other.events if event["type"] == "view"]
+
+
+async def test_waveform_pieces_follow_each_other_without_gap_or_overlap(service):
+    async with peer(service) as client, peer(service) as watching:
+        await owner_of(client)
+        await watching.hello("observer")
+        await watching.ask(type="set", watch=["waveform"])
+        await client.touch("contact", "kettle")
+        pieces = [await watching.event("view", kind="waveform") for _ in range(12)]
+    ends = [piece["start"] + len(piece["samples"]) for piece in pieces]
+    assert [piece["start"] for piece in pieces[1:]] == ends[:-1]
+    assert max(abs(sample) for piece in pieces for sample in piece["samples"]) > 0.001
+    assert all(len(piece["samples"]) / piece["rate_hz"] <= 0.1 for piece in pieces)
+
+
+async def test_observers_get_the_name_and_the_mask_of_what_is_recognised(service):
+    async with peer(service) as client, peer(service) as watching:
+        await owner_of(client)
+        await watching.hello("observer")
+        await watching.ask(type="set", watch=["frames"])
+        await client.ask(**frame(11, object_id="thing", mask=mask()))
+        view = await watching.event("view", kind="frames", object_id="thing")
+        assert view["mask"] == mask()
+        assert (await watching.event("decision", object_id="thing"))["name"] == "Object_07"
+
+
+async def test_a_message_over_the_limit_closes_with_1009_and_is_counted(service):
+    async with peer(service) as client:
+        await client.hello()
+        await client.socket.send(b"\x00" * (4 * 1024 * 1024 + 1))
+        with pytest.raises(ConnectionClosedError) as closed:
+            await client.event("never")
+        await client.socket.wait_closed()
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1009
+    await until(service, lambda found: found["counts"].get("closed: message too big", 0) >= 1)
+
+
+async def test_a_client_that_does_not_read_delays_nobody(service):
+    async with peer(service) as lazy, peer(service) as client:
+        await lazy.hello("observer")
+        lazy.socket.transport.pause_reading()
+        await owner_of(client)
+        took = []
+        for _ in range(50):
+            started = time.monotonic()
+            await client.touch("contact", "table")
+            took.append(time.monotonic() - started)
+        assert sorted(took)[25] < 0.05
+        lazy.socket.transport.resume_reading()
+
+
+@pytest.mark.parametrize(
+    ("origin", "admitted"),
+    [
+        (None, True),
+        ("http://localhost:5173", True),
+        ("http://127.0.0.1", True),
+        ("https://[::1]:8443", True),
+        ("https://evil.example", False),
+        ("http://localhost.evil.example", False),
+        ("null", False),
+        ("http://[broken", False),
+    ],
+)
+async def test_only_absent_and_loopback_origins_are_admitted(service, origin, admitted):
+    headers = {} if origin is None else {"Origin": origin}
+    expected = nullcontext() if admitted else pytest.raises(InvalidStatus, match="403")
+    with expected:
+        async with open_socket(service.url, proxy=None, additional_headers=headers):
+            pass
+
+
+def get(service, path, **headers):
+    request = urllib.request.Request(service.page.rstrip("/") + path, headers=headers)
+    return urllib.request.urlopen(request, timeout=5)
+
+
+def test_pages_are_served_with_a_strict_policy_and_nothing_else_is(service):
+    with get(service, "/") as page:
+        assert "default-src 'self'" in page.headers["Content-Security-Policy"]
+        assert b"HapticVLM" in page.read()
+    for path in ("/nothing", "/../cli.py", "/%2e%2e/cli.py", "/dashboard.js/"):
+        with pytest.raises(urllib.error.HTTPError) as missing:
+            get(service, path)
+        assert missing.value.code == 404
+        missing.value.close()
+
+
+def test_another_host_name_is_refused_to_stop_dns_rebinding(service):
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        get(service, "/", Host="evil.example")
+    assert refused.value.code == 403
+    refused.value.close()
+
+
+def test_off_loopback_the_service_refuses_to_start_without_a_token():
+    with pytest.raises(ServiceError, match="--token"), running(["--host", "0.0.0.0"]):
+        pass
+
+
+async def test_a_token_is_asked_for_when_one_is_set():
+    with running(["--token", "s3cret", "--allow-origin", "https://good.example"]) as service:
+        async with peer(service) as client:
+            assert (await client.hello())["code"] == "protocol"
+        async with peer(service) as client:
+            assert (await client.hello(token="wrong"))["path"] == "$.token"
+        async with peer(service, additional_headers={"Origin": "https://good.example"}) as client:
+            assert (await client.hello(token="s3cret"))["type"] == "welcome"
+
+
+def test_an_unknown_encoder_is_a_clear_error_at_start():
+    with pytest.raises(ServiceError, match="encoder"), running(["--encoder", "nobody/nothing"]):
+        pass
+
+
+def test_an_unknown_speaker_is_a_clear_error_at_start():
+    with pytest.raises(ServiceError, match="audio output"), running(["--speaker", "no such one"]):
+        pass
+
+
+def test_a_page_of_another_site_loads_nothing_of_ours_and_may_embed_nothing(service):
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        get(service, "/icon.svg", **{"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "no-cors"})
+    assert refused.value.code == 403
+    refused.value.close()
+    with get(service, "/") as page:
+        assert page.headers["Cross-Origin-Resource-Policy"] == "same-origin"
+
+
+async def test_a_wrong_token_is_answered_late_counted_and_logged():
+    with running(["--token", "s3cret"]) as service:
+        started = time.monotonic()
+        async with peer(service) as client:
+            assert (await client.hello(token="guess"))["path"] == "$.token"
+        assert time.monotonic() - started >= GUESS_S
+        assert status(service)["counts"]["refused: token"] == 1
+    assert any("wrong token" in line for line in service.printed)
+
+
+async def test_a_crowd_of_observers_locks_no_dashboard_out_and_scenes_are_few():
+    with running() as service:
+        async with contextlib.AsyncExitStack() as stack:
+            for _ in range(MAX_SCENES):
+                client = await stack.enter_async_context(peer(service))
+                assert (await client.hello())["type"] == "welcome"
+            client = await stack.enter_async_context(peer(service))
+            refused = await client.hello()
+            assert "scenes" in refused["text"]
+            for _ in range(MAX_CONNECTIONS - MAX_SCENES):
+                client = await stack.enter_async_context(peer(service))
+                assert (await client.hello("observer"))["type"] == "welcome"
+            client = await stack.enter_async_context(peer(service))
+            assert "close one" in (await client.hello("observer"))["text"]
+            assert status(service)["connections"] == MAX_CONNECTIONS
+
+
+def test_the_service_is_alive_and_ready_and_gives_figures_that_prometheus_reads(service):
+    from prometheus_client.parser import text_string_to_metric_families
+
+    for path in ("/healthz", "/readyz"):
+        with get(service, path) as answer:
+            assert answer.read() == b"ok\n"
+    with get(service, "/metrics") as answer:
+        families = {m.name: m for m in text_string_to_metric_families(answer.read().decode())}
+    assert {"hapticvlm_connections", "hapticvlm_events", "hapticvlm_underruns"} <= families.keys()
+    assert families["hapticvlm_plate_celsius"].samples[0].value > 0.0

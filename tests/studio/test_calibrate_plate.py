@@ -1,0 +1,209 @@
+"""The plate resistance of a palm is found from the heat it takes, whatever the module is like."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+
+import numpy as np
+import pytest
+from plate_ports import Cable
+from unknown_plate import UnknownPlate
+
+from hapticvlm.commands import serve
+from hapticvlm.commands.main import main
+from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.plate.protocol import Setpoint, State
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
+from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
+from hapticvlm.rendering.heat.limits import SLEW_C_PER_S
+from hapticvlm.server.options import plate_resistance
+from hapticvlm_studio.calibration.plate_course import Turn, simulated_time, swing
+from hapticvlm_studio.calibration.plate_flow import (
+    RUN_S,
+    SETTLE_S,
+    Floats,
+    PalmError,
+    estimate,
+    middle_c,
+)
+
+RESISTANCES = (2e-4, 5e-4, 1e-3)
+OVERHEAD_S = 3e-4  # of a turn of the host, whose ticks are never the board's
+
+
+class Bench:
+    """A plate of which only the type is known, at the end of a line, and palms for it."""
+
+    def __init__(self, seed: int) -> None:
+        self.unknown = UnknownPlate(seed)
+        self.cable = Cable(lambda: SimulatedBoard(self.unknown))
+        self.plate = self.cable.plate()
+        self.around_c = middle_c(self.plate.advance(self.turn()).sink_c)
+
+    def turn(self) -> float:
+        self.plate.turn()
+        self.cable.clock.wait(OVERHEAD_S)
+        return self.cable.clock.now
+
+    def swing(self) -> Floats:
+        return swing(self.plate, self.around_c, self.turn)
+
+    def swing_with(self, resistance: float) -> Floats:
+        self.unknown.lay(resistance)
+        return self.swing()
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_palms_on_a_module_that_nobody_measured_are_found_within_30_percent(seed):
+    bench = Bench(seed)
+    bare = bench.swing()
+    found = [estimate(bare, bench.swing_with(planted)) for planted in RESISTANCES]
+
+    shares = np.array([palm.plate_resistance for palm in found]) / RESISTANCES
+    print(shares.round(2))
+    assert shares == pytest.approx(np.ones(3), rel=0.3)
+    assert all(
+        palm.low < planted < palm.high for palm, planted in zip(found, RESISTANCES, strict=True)
+    )
+
+
+@pytest.fixture(scope="module")
+def simulated() -> tuple[SimulatedPlate, Turn, Floats]:
+    """A plate that has swung bare."""
+    plate, turn = SimulatedPlate(palm_resistance=math.inf), simulated_time()
+    return plate, turn, swing(plate, 28.0, turn)
+
+
+def test_a_plate_that_nobody_touched_says_that_no_palm_was_there(simulated):
+    plate, turn, bare = simulated
+
+    with pytest.raises(PalmError, match="let the whole palm rest on the plate"):
+        estimate(bare, swing(plate, 28.0, turn))
+
+
+def test_a_palm_that_lay_there_in_both_runs_or_only_in_the_first_is_refused(simulated):
+    plate, turn, bare = simulated
+    plate.touch(5e-4)
+    palm = swing(plate, 28.0, turn)
+    plate.touch(math.inf)
+
+    for first, second in ((palm, palm), (palm, bare)):
+        with pytest.raises(PalmError, match="touch nothing in the first run"):
+            estimate(first, second)
+
+
+def test_a_palm_that_was_lifted_on_the_way_did_not_rest_still(simulated):
+    plate, turn, bare = simulated
+    plate.touch(5e-4)
+    laid = swing(plate, 28.0, turn)
+    lifted = np.vstack((laid[laid[:, 0] < RUN_S / 2], bare[bare[:, 0] >= RUN_S / 2]))
+    plate.touch(math.inf)
+
+    with pytest.raises(PalmError, match="did not rest still"):
+        estimate(bare, lifted)
+
+
+def test_a_plate_that_does_not_move_says_so(simulated):
+    _, _, bare = simulated
+    still = bare.copy()
+    still[:, 1] = 28.0
+
+    with pytest.raises(PalmError, match="did not swing"):
+        estimate(still, bare)
+
+
+def test_the_swing_stays_cool_and_within_the_slew_limit():
+    bench = Bench(0)
+    run = bench.swing()
+
+    steps = [one.setpoint_mc for one in bench.cable.sent if isinstance(one, Setpoint)]
+    assert 18_000 <= min(steps) <= max(steps) <= 32_000
+    assert np.abs(np.diff(steps)).max() <= 1000 * SLEW_C_PER_S * 0.1
+    assert np.ptp(run[run[:, 0] > SETTLE_S][:, 1]) > 1.5
+    bench.turn()
+    assert bench.unknown.state is State.RETURNING
+
+
+def test_a_fault_ends_the_run_in_its_own_words_and_opens_the_bridge():
+    bench = Bench(0)
+    bench.unknown._faults = ("sink_hot",)
+
+    with pytest.raises(DeviceError, match="sink_hot"):
+        bench.swing()
+    assert bench.unknown.current_a == 0.0
+
+
+def test_whoever_interrupts_a_run_leaves_the_plate_on_its_way_to_off():
+    plate, ticks = SimulatedPlate(), simulated_time()
+
+    def turn() -> float:
+        now = ticks()
+        if now > 2.0:
+            raise KeyboardInterrupt
+        return now
+
+    with pytest.raises(KeyboardInterrupt):
+        swing(plate, 28.0, turn)
+    states = [plate.state]
+    for now in (6.0, 10.0):
+        plate.advance(now)
+        states.append(plate.state)
+    assert (states[0], states[-1]) == (State.RETURNING, State.OFF)
+
+
+@pytest.mark.parametrize(
+    ("sink_c", "around_c"), [(None, 30.0), (10.0, 22.0), (23.0, 27.0), (40.0, 30.0)]
+)
+def test_the_middle_of_the_swing_is_in_reach_of_the_current(sink_c, around_c):
+    assert middle_c(sink_c) == around_c
+
+
+def test_what_the_command_writes_is_taken_as_plate_resistance(tmp_path, capsys):
+    kept = tmp_path / "plate.json"
+    assert main(["calibrate", "plate", "--simulate", "5e-4", "--out", str(kept)]) == 0
+    assert f"--plate-resistance {kept}" in capsys.readouterr().out
+
+    told = json.loads(kept.read_text())
+    assert told["simulated"] is True
+    assert told["low"] < 5e-4 < told["high"]
+    assert plate_resistance(str(kept)) == told["plate_resistance"]
+
+    thermal = ["calibrate", "thermal", "--simulate", "1e-3", "--trials", "1", "--json"]
+    assert main([*thermal, "--plate-resistance", str(kept)]) == 0
+    assert json.loads(capsys.readouterr().out)["plate_resistance"] == told["plate_resistance"]
+
+    parser = argparse.ArgumentParser()
+    serve.add_flags(parser)
+    serving = serve.settle(parser.parse_args(["--plate-resistance", str(kept)]), {})
+    assert serving.plate_resistance == told["plate_resistance"]
+
+
+def test_a_result_that_cannot_be_written_is_told_all_the_same(tmp_path, capsys):
+    nowhere = tmp_path / "nowhere" / "plate.json"
+
+    assert main(["calibrate", "plate", "--simulate", "5e-4", "--out", str(nowhere)]) == 2
+    said = capsys.readouterr()
+    assert "plate resistance 0.0005" in said.out
+    assert str(nowhere) in said.err
+
+
+def test_a_file_of_something_else_is_refused_with_what_to_give(tmp_path):
+    path = tmp_path / "curve.json"
+    path.write_text('{"calibrate": "speaker", "plate_resistance": 5e-4}')
+
+    with pytest.raises(argparse.ArgumentTypeError, match="calibrate plate --out"):
+        plate_resistance(str(path))
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        (["--peltier", "simulated"], "give --simulate 5e-4 instead"),
+        (["--peltier", "/dev/nowhere"], "/dev/nowhere"),
+    ],
+)
+def test_what_cannot_work_says_what_to_do(given, complaint, capsys):
+    assert main(["calibrate", "plate", *given]) == 2
+    assert complaint in capsys.readouterr().err

@@ -1,0 +1,168 @@
+"""`hapticvlm feel`: numbers are those of the models, sound is in its band, errors help."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import wave
+
+import numpy as np
+import pytest
+
+from hapticvlm.commands.main import main
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
+from hapticvlm.rendering.heat.limits import SLEW_C_PER_S
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm_studio.touches.heat import Warmth, heat
+from hapticvlm_studio.touches.sound import sound, spectrum
+
+
+def feel(capsys: pytest.CaptureFixture[str], *arguments: str):
+    assert main(["feel", *arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_skin_is_what_the_contact_model_says(capsys):
+    thermal = feel(capsys, "glass", "--object-c", "10", "--skin-c", "33", "--seconds", "2")[
+        "thermal"
+    ]
+
+    contact = thermal_contact(MATERIALS["glass"].thermal, 10.0, skin_c=33.0)
+    assert thermal["contact_resistance"] == contact.contact_resistance
+    assert thermal["effusivity"] == pytest.approx(1449, abs=1)
+    assert thermal["skin_effusivity"] == pytest.approx(1181, abs=1)
+    assert thermal["time_s"][0] == 0.0
+    assert thermal["time_s"][-1] == pytest.approx(2.0)
+    for time_s, skin_c in zip(thermal["time_s"], thermal["skin_c"], strict=True):
+        assert skin_c == pytest.approx(skin_surface_c(contact, time_s), abs=1e-9)
+
+
+def test_the_setpoint_keeps_the_limits_and_says_which_shaped_it(capsys):
+    thermal = feel(capsys, "metal", "--object-c", "-10")["thermal"]
+
+    setpoints = thermal["setpoint_c"]
+    assert len(setpoints) == len(thermal["time_s"]) == len(thermal["limited_by"])
+    assert max(np.abs(np.diff(setpoints))) <= SLEW_C_PER_S * 0.02 + 1e-9
+    assert setpoints[-1] == 18.0
+    assert thermal["limited_by"][0] == "slew"
+    assert thermal["limited_by"][-1] == "setpoint"
+    assert thermal["unlimited_c"][-1] < 1.0
+
+
+def test_the_plate_leads_because_the_hand_approached():
+    found = heat(MATERIALS["wood"], Warmth(None, 22.0), 1.0)
+
+    assert found.setpoint_c[0] < found.skin_c[0] - 0.5
+    assert found.limited_by[-1] is None
+    assert found.setpoint_c[-1] == pytest.approx(found.skin_c[-1], abs=0.2)
+
+
+def test_an_object_has_the_temperature_of_the_room_unless_stated(capsys):
+    assert feel(capsys, "wood", "--ambient-c", "15")["thermal"]["surface_c"] == 15.0
+    stated = feel(capsys, "wood", "--ambient-c", "15", "--object-c", "30")
+    assert stated["thermal"]["surface_c"] == 30.0
+
+
+def test_an_object_at_skin_temperature_is_said_to_carry_no_cue(capsys):
+    assert main(["feel", "metal", "--object-c", "32.1", "--seconds", "1"]) == 0
+    assert "no thermal cue" in capsys.readouterr().out
+    assert not feel(capsys, "metal", "--object-c", "32.1")["thermal"]["thermal_cue"]
+
+
+def test_a_contact_resistance_of_your_own_shapes_the_skin(capsys):
+    tight = feel(capsys, "metal", "--contact-resistance", "1e-4")["thermal"]["skin_c"]
+    loose = feel(capsys, "metal", "--contact-resistance", "5e-3")["thermal"]["skin_c"]
+    assert tight[50] < loose[50] - 2.0
+
+
+def test_the_vibration_is_described_with_its_spectrum(capsys):
+    vibration = feel(capsys, "glass", "--interaction", "tap", "--seconds", "1")["vibration"]
+
+    table = vibration["spectrum"]
+    strongest = table["frequency_hz"][int(np.argmax(table["level_db"]))]
+    assert 280 < strongest < 450
+    assert vibration["modes"][0]["frequency_hz"] == 350
+    assert vibration["share_1_to_1000_hz"] > 0.99
+    assert 0.0 < vibration["rms"] < vibration["peak"] <= 1.0
+
+
+def test_faster_rubbing_is_higher():
+    def centre_hz(speed_mps: float) -> float:
+        samples = sound(MATERIALS["fabric"], "slide", Motion(speed_mps, 1.0), 1.0).wave
+        power = np.abs(np.fft.rfft(samples)) ** 2
+        hertz = np.arange(power.size) * (RATE_HZ / samples.size)
+        return float(np.sum(hertz * power) / np.sum(power))
+
+    assert centre_hz(0.3) > 1.5 * centre_hz(0.15)
+
+
+def test_a_touch_without_an_interaction_is_a_strike_and_then_a_rub():
+    samples = np.abs(sound(MATERIALS["wood"], None, Motion(0.3, 1.0), 1.0).wave)
+
+    assert samples[: RATE_HZ // 20].max() > 0.01
+    assert samples[RATE_HZ * 35 // 100 : RATE_HZ * 39 // 100].max() < 0.01
+    assert samples[RATE_HZ // 2 :].max() > 0.01
+
+
+def test_silence_has_a_spectrum_too():
+    levels, inside = spectrum(np.zeros(RATE_HZ, np.float32))
+    assert max(levels) < -150.0
+    assert inside == 1.0
+
+
+def test_a_full_scale_sine_reads_zero_decibels():
+    times = np.arange(RATE_HZ) / RATE_HZ
+    levels, _ = spectrum(np.sin(2 * np.pi * 250.0 * times).astype(np.float32))
+    assert max(levels) == pytest.approx(0.0, abs=0.1)
+
+
+def test_picture_and_sound_are_written(tmp_path, capsys):
+    picture, track = tmp_path / "touch.png", tmp_path / "touch.wav"
+    assert main(["feel", "metal", "--plot", str(picture), "--wav", str(track)]) == 0
+
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    with wave.open(str(track)) as file:
+        assert (file.getframerate(), file.getnchannels(), file.getnframes()) == (48000, 1, 240000)
+    assert "limited by" in capsys.readouterr().out
+
+
+def test_an_unknown_material_is_refused_naming_the_nearest(capsys):
+    assert main(["feel", "woood"]) == 2
+    said = capsys.readouterr()
+    assert "nearest is `wood`" in said.err
+    assert said.out == ""
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ["--object-c", "nan"],
+        ["--speed", "-1"],
+        ["--seconds", "inf"],
+        ["--force", "x"],
+        ["--skin-c", "60"],
+    ],
+)
+def test_numbers_out_of_range_are_refused(wrong, capsys):
+    with pytest.raises(SystemExit) as refused:
+        main(["feel", "wood", *wrong])
+    assert refused.value.code == 2
+    assert wrong[0] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--plot", "--wav"])
+def test_a_file_that_cannot_be_written_is_said(option, tmp_path, capsys):
+    assert main(["feel", "wood", "--seconds", "0.1", option, str(tmp_path / "no" / "x.png")]) == 2
+    assert "hapticvlm feel:" in capsys.readouterr().err
+
+
+def test_it_starts_without_the_heavy_libraries():
+    code = (
+        "import sys; from hapticvlm.commands.main import main; main(['feel', 'wood', '--json']);"
+        "heavy = {'torch', 'transformers', 'onnxruntime', 'matplotlib'} & set(sys.modules);"
+        "sys.exit(f'imported {heavy}' if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=120)
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,230 @@
+"""A speaker's curve: measured from a recording, kept in a file, undone where waveforms are made."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from numpy.typing import NDArray
+
+from hapticvlm.commands.main import main
+from hapticvlm.devices.speaker.speaker_files import SpeakerResponse, read_response, write_response
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration.equaliser import Playback
+from hapticvlm.rendering.vibration.impacts import impact
+from hapticvlm.rendering.vibration.textures import Texture
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm_studio.calibration import speaker_response as measured
+from hapticvlm_studio.calibration.output import FADE_S, Sounding
+from hapticvlm_studio.calibration.speaker_response import response, simulated_speaker, sweep
+
+Floats = NDArray[np.float64]
+
+
+def levels(found: SpeakerResponse) -> dict[float, float]:
+    return dict(zip(np.round(found.frequency_hz), found.response_db, strict=True))
+
+
+def played() -> Floats:
+    return sweep().astype(np.float64)
+
+
+def test_a_speaker_that_plays_all_alike_has_a_flat_curve_at_any_delay_and_level() -> None:
+    late = np.concatenate((np.zeros(31_337), 0.01 * played(), np.zeros(9_999)))
+    for recorded in (played(), late):
+        found = response(recorded, RATE_HZ)
+        assert np.abs(found.response_db).max() < 0.2
+
+
+def test_a_resonant_speaker_is_measured_as_it_is_in_noise_too() -> None:
+    moved = simulated_speaker(played())
+    clean = levels(response(moved, RATE_HZ))
+    assert clean[397.0] == pytest.approx(clean[250.0] + 4.2, abs=0.3)
+    noise = np.random.default_rng(1).normal(0.0, 0.05 * moved.std(), moved.size)
+    for hz, db in levels(response(moved + noise, RATE_HZ)).items():
+        if hz >= 40:
+            assert db == pytest.approx(clean[hz], abs=1.0)
+
+
+def test_velocity_and_displacement_become_acceleration() -> None:
+    spectrum = np.fft.rfft(played())
+    hertz = np.maximum(np.arange(spectrum.size) * RATE_HZ / played().size, 1.0)
+    velocity = np.fft.irfft(spectrum / hertz, played().size)
+    assert np.abs(response(velocity, RATE_HZ, "velocity").response_db[2:]).max() < 0.7
+
+
+@pytest.mark.parametrize(
+    ("recorded", "said"),
+    [
+        (np.zeros(11 * RATE_HZ), "silent"),
+        (np.random.default_rng(0).normal(size=11 * RATE_HZ), "does not hold the sweep"),
+        (np.zeros(RATE_HZ), "whole sweep"),
+        (np.full(11 * RATE_HZ, np.nan), "no numbers"),
+    ],
+)
+def test_a_recording_that_is_none_is_refused(recorded: Floats, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        response(recorded, RATE_HZ)
+
+
+def test_a_slow_recording_is_refused() -> None:
+    with pytest.raises(ValueError, match="needs 2500"):
+        response(np.ones(11_000), 1_000)
+
+
+def test_the_file_says_what_was_measured(tmp_path: Path) -> None:
+    path = tmp_path / "speaker.toml"
+    given = SpeakerResponse((20.0, 250.0, 1000.0), (-30.0, 0.0, 4.0), simulated=True)
+    write_response(path, given)
+    assert read_response(path) == given
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("frequency_hz = [", "not a TOML"),
+        ("hz = [1]", "no such field"),
+        ("frequency_hz = [20, 300]", "response_db: needs a list"),
+        ("frequency_hz = [20, 300]\nresponse_db = [0, 1, 2]", "2 frequencies but 3"),
+        ("frequency_hz = [300, 20]\nresponse_db = [0, 1]", "does not rise"),
+        ("frequency_hz = [20, 200]\nresponse_db = [0, 1]", "across 250 Hz"),
+        ("frequency_hz = [20, 300]\nresponse_db = [0, nan]", "is not in"),
+        ("frequency_hz = [20, 300]\nresponse_db = [0, 'x']", "is not a number"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_the_field(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "speaker.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=said):
+        read_response(path)
+
+
+def test_a_correction_is_bounded_and_leaves_250_hz_alone() -> None:
+    given = SpeakerResponse((10.0, 40.0, 250.0, 500.0, 2000.0), (-90.0, -30.0, 3.0, 8.0, 80.0))
+    needs = given.correction()
+    assert needs.frequency_hz == (40.0, 250.0, 500.0)
+    assert needs.gain_db == (12.0, 0.0, -5.0)
+    assert needs.gain(1.0) == pytest.approx(10 ** (12 / 20))
+
+
+def test_corrected_waveforms_move_a_resonant_speaker_as_plain_ones_move_an_even_one() -> None:
+    needs = response(simulated_speaker(played()), RATE_HZ).correction()
+    playback = Playback(correction=needs)
+    motion = Motion(0.1, 0.0)
+    for name, material in MATERIALS.items():
+        facts = material.vibration
+        meant = impact(facts, "strike", Motion(0.5, 1.0), 0)
+        given = impact(facts, "strike", Motion(0.5, 1.0), 0, playback)
+        assert given[0] == pytest.approx(0.0, abs=1e-6)
+        assert off_db(given, meant) < 0.7, name
+        rubs = Texture(facts, "slide", 1), Texture(facts, "slide", 1, playback)
+        plain, corrected = (rub.render(RATE_HZ, motion) for rub in rubs)
+        assert off_db(corrected, plain) < 1.0, name
+    glass = MATERIALS["glass"].vibration
+    plain = impact(glass, "strike", Motion(0.5, 1.0), 0)
+    assert off_db(plain, plain) > 2.0  # what was there to correct
+
+
+def off_db(given: NDArray[np.float32], meant: NDArray[np.float32]) -> float:
+    """How far the simulated speaker's movement by `given` is off `meant`, in energy."""
+    size = 2 * RATE_HZ
+    moved = simulated_speaker(np.pad(given.astype(np.float64), (0, size - given.size)))
+    return abs(float(10 * np.log10(np.sum(moved**2) / np.sum(meant.astype(float) ** 2))))
+
+
+def test_the_command_measures_a_wav_and_a_csv_alike(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["calibrate", "speaker", "--sweep", str(tmp_path / "sweep.wav")]) == 0
+    sound, rate_hz = soundfile.read(tmp_path / "sweep.wav")
+    moved = simulated_speaker(sound)
+    soundfile.write(tmp_path / "recorded.wav", 0.4 * moved, rate_hz)
+    few = moved[::12]
+    rows = [f"{i * 12 / rate_hz:.6f},{value:.8f}" for i, value in enumerate(few)]
+    (tmp_path / "recorded.csv").write_text("time_s,acceleration\n" + "\n".join(rows) + "\n")
+    capsys.readouterr()
+    curves = []
+    for name in ("recorded.wav", "recorded.csv"):
+        out = str(tmp_path / "curve.toml")
+        asked = ["calibrate", "speaker", "--recorded", str(tmp_path / name), "--out", out]
+        assert main([*asked, "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert not told["simulated"]
+        assert read_response(Path(out)).response_db == pytest.approx(told["response_db"])
+        curves.append(told["response_db"])
+    assert np.abs(np.subtract(*curves))[:-2].max() < 0.5
+
+
+def test_a_simulated_speaker_is_called_simulated(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["calibrate", "speaker", "--simulate"]) == 0
+    assert "simulated" in capsys.readouterr().out.splitlines()[0]
+    assert main(["calibrate", "speaker", "--simulate", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["simulated"]
+
+
+def test_a_missing_recording_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["calibrate", "speaker", "--recorded", str(tmp_path / "none.wav")]) == 2
+    assert "no such file" in capsys.readouterr().err
+
+
+def test_the_sweep_is_played_at_its_level_after_a_countdown(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(measured, "SWEEP_S", 0.5)
+    asked = ["calibrate", "speaker", "--speaker", "simulated", "--countdown", "1"]
+    assert main([*asked, "--level", "0.25"]) == 0
+    told = capsys.readouterr().out
+    assert "start recording" in told
+    assert "\n  1\n" in told
+    assert "played 1.5 s at level 0.25" in told
+    with pytest.raises(SystemExit):
+        main([*asked, "--level", "1.5"])
+
+
+def test_an_output_that_is_not_there_is_named_not_played(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["calibrate", "speaker", "--speaker", "no such output"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_waveform_is_played_whole_within_its_range_and_then_nothing() -> None:
+    wave = 2.0 * np.sin(np.arange(3000) / 50.0).astype(np.float32)
+    output = Sounding("simulated")
+    output._wave = wave
+    played = np.concatenate([output.fill(512) for _ in range(8)])
+    assert np.array_equal(played[:3000], np.clip(wave, -1.0, 1.0))
+    assert not played[3000:].any()
+
+
+def test_what_is_broken_off_fades_without_a_step() -> None:
+    output = Sounding("simulated")
+    output._wave = np.full(48_000, 0.5, np.float32)
+    before = output.fill(512)
+    output._aim = 0.0
+    after = np.concatenate([output.fill(512) for _ in range(8)])
+    heard = np.concatenate((before[-1:], after))
+    assert np.abs(np.diff(heard)).max() < 0.5 / (0.9 * FADE_S * RATE_HZ)
+    assert not after[round(FADE_S * RATE_HZ) + 1 :].any()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C as a signal is of Unix")
+def test_ctrl_c_ends_the_sweep() -> None:
+    # Whoever runs this in the background hands on a SIGINT that is ignored; a terminal does not.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    command = [sys.executable, "-m", "hapticvlm", "calibrate", "speaker"]
+    command += ["--speaker", "simulated", "--countdown", "0"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, **pipes) as process:  # type: ignore[call-overload]
+        assert "start recording" in process.stdout.readline()
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        assert "stopped" in process.communicate(timeout=60.0)[1]
+    assert process.returncode == 130

@@ -1,0 +1,311 @@
+"""The report of a study: the paper's figures, closed forms, and files of a study made up here."""
+
+import csv
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hapticvlm_studio.design import design as designs
+from hapticvlm_studio.design import paper
+from hapticvlm_studio.design.design import Plan
+from hapticvlm_studio.design.patterns import paper_like
+from hapticvlm_studio.design.stimuli import StudyError
+from hapticvlm_studio.trials import record
+from hapticvlm_studio.trials.player import SILENT
+from hapticvlm_studio.trials.record import Log
+
+if not os.environ.get("CI"):  # there, what is missing fails
+    pytest.importorskip("statsmodels", reason="statsmodels is not installed")
+
+from hapticvlm.commands.main import main
+from hapticvlm_studio.report import report, results, statistics, text
+from hapticvlm_studio.report.evaluate import evaluate, evaluate_paper
+
+PEOPLE = 4
+Counts = np.ndarray[Any, np.dtype[np.int64]]
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Path:
+    """Four people who take every third fabric pattern for whooshing, felt on simulated devices."""
+    made = designs.design(paper_like(), [f"P{i}" for i in range(PEOPLE)], Plan(repeats=3))
+    designs.write_design(tmp_path, made)
+    for person, (code, trials) in enumerate(made.trials.items()):
+        file = Log(tmp_path, code)
+        devices = {"speaker": {"name": "x", "simulated": True}}
+        file.add({"event": "opened", "devices": devices})
+        for trial, name in enumerate(trials):
+            head = {"trial": trial, "pattern": name, "attempt": 1}
+            wrong = name.startswith("fabric") and (trial + person) % 3 == 0
+            answered = name.replace("fabric-rubbing", "metal-whooshing") if wrong else name
+            file.add({"event": "presented", **head})
+            said = {"answered": answered, "reaction_s": 1.0 + person, "seen_ms": 900.0}
+            file.add({"event": "answered", **head, **said})
+            plate = {"onset_plate_c": 32.5, "plate_c": 33.0, "setpoint_c": 34.0, "limited_by": None}
+            file.add({"event": "played", **head, **plate})
+        file.close()
+    return tmp_path
+
+
+def test_the_papers_printed_figures_are_reproduced() -> None:
+    document = evaluate_paper()
+    whole = document["recognition"]
+    material, warmth = document["axes"]
+    printed = [each["as_printed"] for each in document["printed_anova"]]
+    assert (whole["right"], whole["of"]) == (381, 450)
+    assert whole["wilson"] == pytest.approx((0.810, 0.877), abs=5e-4)
+    assert (material["right"], warmth["right"]) == (395, 431)
+    assert [round(100 * e["share"], 1) for e in material["each"]] == [100, 88.9, 85.6, 80, 84.4]
+    assert [round(100 * each["share"], 1) for each in warmth["each"]] == [97.3, 94.2]
+    assert document["information"]["bits"] == pytest.approx(2.53, abs=5e-3)
+    assert document["information"]["bias"] == pytest.approx(0.13, abs=5e-3)
+    assert [e["p"] for e in printed] == pytest.approx([0.0625, 0.146, 0.410], abs=5e-4)
+    assert [e["partial_eta2"] for e in printed] == pytest.approx([0.193, 0.244, 0.116], abs=1e-3)
+
+
+def test_the_papers_inconsistencies_are_shown_in_figures() -> None:
+    document = evaluate_paper()
+    two_way = [each["two_way_df"]["p"] for each in document["printed_anova"]]
+    first = document["pairwise"][0]
+    assert two_way == pytest.approx([0.13, 0.146, 0.40], abs=5e-3)
+    assert (first["first"], first["second"]) == ("WC-h", "FR-c")
+    assert first["p_holm"] < 0.05
+    assert document["anova"] == []
+    assert "unpublished" in document["anova_missing"]
+
+
+def test_shares_have_wilsons_interval() -> None:
+    found = statistics.share(45, 45)
+    assert found.wilson is not None
+    z2 = 1.959964**2
+    assert found.wilson == pytest.approx((45 / (45 + z2), 1.0))
+    assert statistics.share(0, 0).share is None
+
+
+def test_the_interval_by_person_is_wider_where_people_differ() -> None:
+    alike = statistics.share_by_person([25, 25, 25, 25], [50] * 4)
+    apart = statistics.share_by_person([50, 50, 0, 0], [50] * 4)
+    assert alike.by_person is not None
+    assert apart.by_person is not None
+    assert alike.by_person[0] > apart.by_person[0] + 0.2
+    assert alike.wilson == apart.wilson
+    assert 0.0 < apart.by_person[0] < 0.5 < apart.by_person[1] < 1.0
+    assert statistics.share_by_person([25], [50]).by_person is None
+    right = statistics.share_by_person([5] * 9, [5] * 9)
+    assert right.by_person is not None
+    assert 0.7 < right.by_person[0] < 1.0
+
+
+def coverage(spread: float, trials: int, studies: int = 1500) -> tuple[float, float]:
+    """Share of studies of nine people whose intervals hold the truth: by person, and Wilson."""
+    rng = np.random.default_rng(8)
+    truth = float((1.0 / (1.0 + np.exp(-2.0 - spread * rng.normal(size=200_000)))).mean())
+    held = [0, 0]
+    for _ in range(studies):
+        share = 1.0 / (1.0 + np.exp(-2.0 - spread * rng.normal(size=9)))
+        found = statistics.share_by_person(rng.binomial(trials, share).tolist(), [trials] * 9)
+        for at, interval in enumerate((found.by_person, found.wilson)):
+            assert interval is not None
+            held[at] += interval[0] <= truth <= interval[1]
+    return held[0] / studies, held[1] / studies
+
+
+@pytest.mark.parametrize("trials", [5, 50])
+@pytest.mark.parametrize("spread", [0.3, 0.8])
+def test_the_interval_by_person_covers_95_percent_with_nine_people(
+    spread: float, trials: int
+) -> None:
+    by_person, wilson = coverage(spread, trials)
+    print(f"spread {spread:g} logits, {trials} trials: {by_person:.1%}, Wilson {wilson:.1%}")
+    assert by_person >= 0.935
+    assert wilson <= by_person
+
+
+def test_perfect_answers_carry_all_bits_and_guesses_none() -> None:
+    assert statistics.information_bits(5 * np.eye(8, dtype=np.int64))[0] == pytest.approx(3.0)
+    assert statistics.information_bits(np.full((8, 8), 5))[0] == pytest.approx(0.0, abs=1e-12)
+    assert statistics.information_bits(np.zeros((8, 8), dtype=np.int64)) == (0.0, 0.0)
+
+
+def test_collapsing_keeps_every_trial_and_adds_up_its_group() -> None:
+    names, found = statistics.collapsed(paper.confusion(), list(paper.VIBRATIONS) * 2)
+    assert names == list(paper.VIBRATIONS)
+    assert found.sum() == 450
+    assert np.diag(found).tolist() == [90, 80, 77, 72, 76]
+
+
+def test_nine_people_give_f_4_32_and_f_1_8() -> None:
+    rates = np.random.default_rng(2).integers(0, 6, size=(9, 5, 2)) / 5
+    effects = statistics.anova(rates)
+    assert [(each.df, each.df_error) for each in effects] == [(4, 32), (1, 8), (4, 32)]
+    assert all(0.25 <= (each.epsilon or 0.0) <= 1.0 for each in effects)
+
+
+def test_an_effect_of_two_levels_is_the_square_of_a_paired_t() -> None:
+    rates = np.random.default_rng(3).uniform(size=(7, 5, 2))
+    difference = (rates[:, :, 0] - rates[:, :, 1]).mean(axis=1)
+    t = difference.mean() / (difference.std(ddof=1) / np.sqrt(7))
+    assert statistics.anova(rates)[1].f == pytest.approx(t**2)
+
+
+def test_the_anova_finds_what_was_put_in() -> None:
+    rates = 0.7 + np.random.default_rng(4).normal(0.0, 0.05, size=(9, 5, 2))
+    rates[:, 1, :] -= 0.3
+    vibration, temperature, both = statistics.anova(rates)
+    assert vibration.p is not None
+    assert vibration.p < 1e-6
+    assert min(temperature.p or 0.0, both.p or 0.0) > 0.01
+
+
+def test_people_who_never_err_leave_f_undefined() -> None:
+    assert [each.f for each in statistics.anova(np.ones((3, 5, 2)))] == [None] * 3
+    pairs = statistics.pairwise_by_person(np.ones((3, 4)), "abcd")
+    assert {pair.p_holm for pair in pairs} == {1.0}
+
+
+def test_holm_never_lowers_a_p_and_multiplies_the_smallest_by_all_pairs() -> None:
+    pairs = statistics.pairwise_pooled([45, 34, 40], [45, 45, 45], "abc")
+    assert all(pair.p_holm >= pair.p for pair in pairs)
+    assert pairs[0].p_holm == pytest.approx(3 * pairs[0].p)
+
+
+def test_holms_correction_is_that_of_statsmodels() -> None:
+    from statsmodels.stats.multitest import multipletests
+
+    right = np.random.default_rng(6).integers(20, 46, size=10).tolist()
+    pairs = statistics.pairwise_pooled(right, [45] * 10, "abcdefghij")
+    expected = multipletests([pair.p for pair in pairs], method="holm")[1]
+    assert [pair.p_holm for pair in pairs] == pytest.approx(expected)
+
+
+def test_the_papers_report_needs_no_package_beyond_what_is_installed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("statsmodels", "statsmodels.stats.anova", "statsmodels.stats.multitest", "pandas"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert main(["study", "report", "--paper"]) == 0
+    assert "381/450" in capsys.readouterr().out
+
+
+def test_the_report_counts_what_was_answered(study: Path) -> None:
+    document = evaluate(results.read(study))
+    wrong = sum(
+        event["event"] == "answered" and event["pattern"] != event["answered"]
+        for code in ("P0", "P1", "P2", "P3")
+        for event in record.events(study, code)
+    )
+    assert wrong > 3
+    assert document["recognition"]["right"] == 120 - wrong
+    assert np.array(document["counts"]).sum() == 120
+    assert document["axes"][1]["share"] == 1.0
+    assert document["axes"][0]["right"] == 120 - wrong
+    assert document["simulated"]
+    assert [(e["df"], e["df_error"]) for e in document["anova"]] == [(4, 12), (1, 3), (4, 12)]
+
+
+def test_a_presentation_whose_speaker_played_nothing_is_counted(study: Path) -> None:
+    file = Log(study, "P1")
+    trial = {"trial": 29, "pattern": "any", "attempt": 1}
+    file.add({"event": "spoiled", **trial, "why": SILENT})
+    file.add({"event": "spoiled", **trial, "trial": 30, "why": SILENT})
+    file.close()
+    document = evaluate(results.read(study))
+    assert (document["answered"], document["excluded"], document["silent"]) == (120, 1, 2)
+    assert "speaker played nothing in 2 presentations" in text.text_of(document)
+
+
+def test_a_trial_that_the_devices_spoiled_is_left_out_and_counted(study: Path) -> None:
+    file = Log(study, "P3")
+    trial = {"trial": 29, "pattern": "any", "attempt": 1}
+    file.add({"event": "spoiled", **trial, "why": "device at fault: sensor_open"})
+    file.add({"event": "spoiled", **trial, "trial": 28, "why": "interrupted"})
+    file.close()
+    document = evaluate(results.read(study))
+    assert (document["answered"], document["excluded"]) == (120, 1)
+    assert np.array(document["counts"]).sum() == 119
+
+
+def test_one_dropout_leaves_the_tests_of_all_others_and_is_named(study: Path) -> None:
+    path = study / "P2.jsonl"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[: 1 + 3 * 8]))
+    document = evaluate(results.read(study))
+    assert document["anova_missing"] is None
+    assert (document["complete"], document["incomplete"]) == (3, ["P2"])
+    assert [(e["df"], e["df_error"]) for e in document["anova"]] == [(4, 8), (1, 2), (4, 8)]
+    assert document["pairwise_test"].startswith("paired t")
+    assert document["recognition"]["of"] == 98
+    assert "3 participants who felt every pattern; without P2" in text.text_of(document)
+
+
+def test_friedman_finds_a_pattern_that_all_feel_worse_and_says_nothing_of_equals() -> None:
+    rates = 0.8 + np.random.default_rng(5).normal(0.0, 0.02, size=(9, 10))
+    rates[:, 4] -= 0.5
+    found = statistics.friedman(rates, "patterns")
+    assert found is not None
+    assert found.df == 9
+    assert found.chi2 == pytest.approx(9 * 9 * found.w)
+    assert found.p < 0.05
+    assert statistics.friedman(np.ones((9, 10)), "patterns") is None
+    assert statistics.friedman(rates[:, :2], "temperature") is None
+
+
+def test_the_report_gives_ranks_beside_the_anova(study: Path) -> None:
+    document = evaluate(results.read(study))
+    assert [found["name"] for found in document["friedman"]] == ["patterns", "vibration"]
+    assert "Friedman's test" in text.text_of(document)
+
+
+def test_one_person_gets_no_anova_and_the_reason(study: Path) -> None:
+    for code in ("P1", "P2", "P3"):
+        (study / f"{code}.jsonl").unlink()
+    document = evaluate(results.read(study))
+    assert document["anova"] == []
+    assert "two participants" in document["anova_missing"]
+    assert "No repeated-measures ANOVA" in text.text_of(document)
+
+
+def test_the_command_writes_pictures_a_text_and_a_csv_without_names(
+    study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["study", "report", str(study)]) == 0
+    printed = capsys.readouterr().out
+    assert "SIMULATED" in printed
+    assert "F(4, 12)" in printed
+    for picture in ("confusion.png", "recognition.png"):
+        assert (study / "report" / picture).read_bytes().startswith(b"\x89PNG")
+    with (study / "report" / "trials.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 120
+    assert rows[0]["participant"] == "P0"
+    assert {row["correct"] for row in rows} == {"0", "1"}
+    assert float(rows[0]["reaction_s"]) == 1.0
+
+
+def test_json_is_one_document(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", "report", "--paper", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["answered"], document["silent"]) == (450, None)
+
+
+def test_a_study_without_answers_says_so(tmp_path: Path) -> None:
+    designs.write_design(tmp_path, designs.design(paper_like(), ["P1"], Plan()))
+    with pytest.raises(StudyError, match="no trial is answered"):
+        report.report(tmp_path, None, as_json=False)
+
+
+def test_without_statsmodels_all_but_the_anova_is_reported_and_the_package_named(
+    study: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "statsmodels.stats.anova", None)
+    assert main(["study", "report", str(study)]) == 0
+    printed = capsys.readouterr().out
+    assert "No repeated-measures ANOVA: it needs statsmodels: `" in printed
+    assert "install statsmodels`" in printed
+    assert "Friedman's test" in printed
+    assert (study / "report" / "report.html").exists()

@@ -1,0 +1,116 @@
+"""The shipped encoder, whichever it is, and how encoders are found by name."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from tiny_encoders import crop, write_onnx
+
+from hapticvlm.evidence.ladder import KNOWN, decide
+from hapticvlm.vision.encoders import encoder as encoders
+from hapticvlm.vision.encoders import loading
+from hapticvlm.vision.encoders.encoder import EncoderError
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.pictures import Crop, central_mask
+
+
+@pytest.fixture(scope="module")
+def shipped() -> encoders.Encoder:
+    return load_encoder()
+
+
+def blank(kind: str, side: int) -> NDArray[np.uint8]:
+    levels = {"black": 0, "white": 255, "grey": 127}
+    if kind == "noise":
+        return np.random.default_rng(3).integers(0, 255, (side, side, 3), np.uint8)
+    return np.full((side, side, 3), levels[kind], np.uint8)
+
+
+def test_embeddings_are_finite_and_of_unit_norm(shipped: encoders.Encoder) -> None:
+    found = shipped.embed([crop(seed, shipped.side) for seed in range(5)])
+    assert found.shape == (5, shipped.dimension)
+    assert found.dtype == np.float32
+    assert np.allclose(np.linalg.norm(found, axis=1), 1.0, atol=1e-4)
+    assert 64 <= shipped.dimension <= 128
+
+
+def test_a_batch_gives_what_single_crops_give(shipped: encoders.Encoder) -> None:
+    crops = [crop(seed, shipped.side) for seed in range(encoders.BATCH + 2)]
+    singles = np.concatenate([shipped.embed([one]) for one in crops])
+    assert np.array_equal(singles, shipped.embed(crops))
+    assert shipped.embed([]).shape == (0, shipped.dimension)
+
+
+@pytest.mark.parametrize("kind", ["black", "white", "grey", "noise"])
+def test_a_blank_frame_is_unknown(shipped: encoders.Encoder, kind: str) -> None:
+    gallery = load_gallery(encoder=shipped)
+    seen = Crop(blank(kind, shipped.side), central_mask(shipped.side))
+    evidence = gallery.match(shipped.embed([seen])[0])
+    assert evidence.confidence < KNOWN
+    assert decide([evidence]).source == "unknown"
+
+
+def test_the_shipped_encoder_may_be_named(shipped: encoders.Encoder) -> None:
+    assert load_encoder(shipped.name).name == shipped.name
+
+
+def test_what_ships_stays_small() -> None:
+    folder = encoders.SHIPPED.parent
+    files = [*folder.glob("*.npz"), *encoders.SHIPPED.glob("*")]
+    assert sum(path.stat().st_size for path in files) <= 8_000_000
+
+
+def test_an_encoder_in_the_shipped_folder_is_the_one_that_ships(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(loading, "SHIPPED", write_onnx(tmp_path / "shipped"))
+    assert load_encoder().name == "tiny-1"
+    assert load_encoder("tiny-1").dimension == 128
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"device": "cuda"}, "leave --encoder-device out"),
+        ({"device": "tpu"}, "none of cpu, cuda, auto"),
+        ({"threads": 0}, "1 or more"),
+    ],
+)
+def test_options_that_do_not_fit_are_refused(options: dict[str, object], complaint: str) -> None:
+    with pytest.raises(EncoderError, match=complaint):
+        load_encoder(**options)  # type: ignore[arg-type]
+
+
+def test_a_name_of_the_hub_is_no_folder_and_needs_a_network(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from huggingface_hub import constants
+
+    monkeypatch.setattr(constants, "HF_HUB_OFFLINE", True)
+    with pytest.raises(
+        EncoderError, match=r"facebook/convnext-tiny-224.*cannot be downloaded.*give"
+    ):
+        load_encoder("facebook/convnext-tiny-224")
+
+
+@pytest.mark.parametrize(
+    ("make", "complaint"),
+    [
+        ((), "is no folder here"),
+        (("here/",), "neither encoder.json nor config.json"),
+        (("here",), "is a file"),
+        (("here/a/config.json", "here/b/encoder.json"), "give one of a, b"),
+    ],
+)
+def test_a_place_without_an_encoder_says_what_to_give(
+    tmp_path: Path, make: tuple[str, ...], complaint: str
+) -> None:
+    for name in make:
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.mkdir() if name.endswith("/") else path.write_text("{}")
+    with pytest.raises(EncoderError, match=complaint) as caught:
+        load_encoder(str(tmp_path / "here"))
+    assert "\n" not in str(caught.value)

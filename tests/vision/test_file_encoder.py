@@ -1,0 +1,156 @@
+"""Image networks in one file: real ONNX graphs, tiny, read by OpenVINO; and their refusals."""
+
+import json
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tiny_encoders import crop, picture, write_classifier
+
+from hapticvlm import materials
+from hapticvlm.vision.encoders import imagenet, two_parts
+from hapticvlm.vision.encoders.encoder import BATCH, EncoderError, NetworkEncoder
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.pictures import Crop
+
+SIDE = 32
+
+
+def masked(*, left: bool) -> Crop:
+    mask = np.zeros((SIDE, SIDE), np.uint8)
+    mask[:, : SIDE // 2] = 255
+    return Crop(picture(1, SIDE), mask if left else 255 - mask)
+
+
+def _cores(status: Path) -> str:
+    lines = status.read_text(encoding="ascii").splitlines()
+    return next(line for line in lines if line.startswith("Cpus_allowed_list"))
+
+
+def test_a_classifier_in_a_file_is_an_encoder(tmp_path: Path) -> None:
+    encoder = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
+    assert (encoder.side, encoder.dimension) == (SIDE, 8 + two_parts.ADDED)
+    crops = [crop(seed, SIDE) for seed in range(BATCH + 2)]
+    found = encoder.embed(crops)
+    assert np.allclose(np.linalg.norm(found, axis=1), 1.0, atol=1e-5)
+    singles = np.concatenate([encoder.embed([single]) for single in crops])
+    assert np.allclose(found, singles, atol=1e-5)
+
+
+def test_its_class_scores_are_read_as_materials(tmp_path: Path) -> None:
+    import onnxruntime
+
+    path = write_classifier(tmp_path / "tiny.onnx")
+    shown = Crop(picture(2, SIDE), np.full((SIDE, SIDE), 255, np.uint8))
+    levels = shown.image.astype(np.float32) / 255.0
+    mean, deviation = np.array([[0.485, 0.456, 0.406], [0.229, 0.224, 0.225]], np.float32)
+    normalised = (levels - mean) / deviation
+    session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
+    shares = session.run(None, {"pixels": normalised.transpose(2, 0, 1)[None]})[0]
+    expected = shares[0] @ imagenet.material_weights()
+    found = np.exp(two_parts.log_beliefs(load_encoder(str(path)).embed([shown])))[0]
+    assert np.allclose(found[:-1] - two_parts.FLOOR, expected, atol=2e-3)
+
+
+def test_the_mask_decides_what_the_features_show(tmp_path: Path) -> None:
+    encoder = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
+    left, right = two_parts.features_of(encoder.embed([masked(left=True), masked(left=False)]))
+    assert np.abs(left - right).max() > 1e-3
+
+
+def test_a_background_class_before_the_thousand_is_left_out(tmp_path: Path) -> None:
+    scores = np.random.default_rng(1).normal(size=(3, 1001)).astype(np.float32)
+    found = imagenet.material_beliefs(scores)
+    assert np.allclose(found, imagenet.material_beliefs(scores[:, 1:]))
+    assert np.allclose(found.sum(axis=1), 1.0, atol=1e-6)
+    path = write_classifier(tmp_path / "tiny.onnx", classes=1001)
+    assert load_encoder(str(path)).dimension == 8 + two_parts.ADDED
+
+
+def test_a_network_of_other_classes_gives_its_features_alone(tmp_path: Path) -> None:
+    encoder = load_encoder(str(write_classifier(tmp_path / "tiny.onnx", classes=12)))
+    assert isinstance(encoder, NetworkEncoder)
+    assert (encoder.dimension, encoder.beliefs) == (8, False)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc, which only Linux has")
+def test_looking_leaves_the_process_free_to_run_on_every_core(tmp_path: Path) -> None:
+    encoder = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
+    status = Path(f"/proc/self/task/{threading.get_native_id()}/status")
+    free, seen, looked = _cores(status), set[str](), threading.Event()
+
+    def watch() -> None:
+        while not looked.is_set():
+            seen.add(_cores(status))
+
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    for _ in range(50):
+        encoder.embed([crop(1, SIDE)])
+    looked.set()
+    watcher.join()
+    assert seen == {free}
+
+
+def test_its_name_tells_its_weights_apart(tmp_path: Path) -> None:
+    first = load_encoder(str(write_classifier(tmp_path / "a.onnx")))
+    (tmp_path / "other").mkdir()
+    other = load_encoder(str(write_classifier(tmp_path / "other" / "a.onnx", seed=2)))
+    assert first.name != other.name
+    assert first.name.startswith("a-")
+
+
+def test_the_preprocessing_file_beside_it_counts(tmp_path: Path) -> None:
+    path = write_classifier(tmp_path / "tiny.onnx")
+    assumed = load_encoder(str(path)).embed([crop(1, SIDE)])
+    given = {"size": SIDE, "image_mean": [0.5] * 3, "image_std": [0.5] * 3}
+    (tmp_path / "preprocessor_config.json").write_text(json.dumps(given))
+    assert np.abs(load_encoder(str(path)).embed([crop(1, SIDE)]) - assumed).max() > 1e-3
+    (tmp_path / "preprocessor_config.json").write_text(json.dumps({**given, "size": 64}))
+    with pytest.raises(EncoderError, match="takes 32 px, preprocessor_config"):
+        load_encoder(str(path))
+
+
+def test_what_is_no_network_is_refused_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(EncoderError, match="no such file"):
+        load_encoder(str(tmp_path / "absent.tflite"))
+    for name in ("broken.onnx", "broken.tflite"):
+        (tmp_path / name).write_bytes(b"no network at all" * 9)
+        with pytest.raises(EncoderError, match=f"{name}` cannot be read") as caught:
+            load_encoder(str(tmp_path / name))
+        assert "\n" not in str(caught.value)
+
+
+def test_without_the_extra_it_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_classifier(tmp_path / "tiny.onnx")
+    monkeypatch.setitem(sys.modules, "openvino", None)
+    with pytest.raises(EncoderError, match="install openvino"):
+        load_encoder(str(path))
+
+
+def test_a_joined_embedding_gives_back_both_parts() -> None:
+    rng = np.random.default_rng(1)
+    features = rng.normal(size=(5, 20)).astype(np.float32)
+    features /= np.linalg.norm(features, axis=1, keepdims=True)
+    beliefs = rng.dirichlet([0.2] * two_parts.BELIEFS, 5).astype(np.float32)
+    joined = two_parts.join(features, beliefs)
+    assert np.allclose(np.linalg.norm(joined, axis=1), 1.0, atol=1e-5)
+    assert np.allclose(two_parts.features_of(joined), features, atol=1e-5)
+    logs = np.log(np.minimum(beliefs, 1.0 - two_parts.FLOOR) + two_parts.FLOOR)
+    assert np.allclose(two_parts.log_beliefs(joined), logs, atol=1e-4)
+    weights = rng.normal(size=(20, two_parts.BELIEFS)).astype(np.float32)
+    found = joined @ two_parts.layer_of(weights, 0.5) - features @ weights - 0.5 * logs
+    assert np.allclose(found - found[:, :1], 0.0, atol=1e-3)
+
+
+def test_the_table_names_every_class_once_and_every_material() -> None:
+    rows = [line.split(",") for line in imagenet.TABLE.read_text().splitlines()[1:]]
+    numbers = [int(row[0]) for row in rows]
+    assert numbers == sorted(set(numbers))
+    assert all(row[1] for row in rows)
+    assert (imagenet.material_weights().sum(axis=0) > 5).all()
+    assert imagenet.material_weights().shape == (1000, len(materials.MATERIALS))

@@ -1,0 +1,216 @@
+"""Picture files: photographs as they come are upright 8-bit RGB frames, or are refused in words."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from hapticvlm.messages import MAX_SIDE_PX
+from hapticvlm.vision import pictures
+from hapticvlm.vision.files import FileError, list_files, read_frame
+
+Pixels = NDArray[np.uint8]
+WIDTH, HEIGHT = 60, 40
+ORIENTATION = 0x0112
+CORNERS = {"red": (230, 20, 20), "green": (20, 230, 20), "blue": (20, 20, 230)}
+
+
+def picture() -> Image.Image:
+    """Red top left, green top right, blue bottom left, grey bottom right; not square."""
+    pixels = np.full((HEIGHT, WIDTH, 3), 128, np.uint8)
+    pixels[: HEIGHT // 2, : WIDTH // 2] = CORNERS["red"]
+    pixels[: HEIGHT // 2, WIDTH // 2 :] = CORNERS["green"]
+    pixels[HEIGHT // 2 :, : WIDTH // 2] = CORNERS["blue"]
+    return Image.fromarray(pixels)
+
+
+def saved(path: Path, image: Image.Image, **options: object) -> Path:
+    image.save(path, **options)  # type: ignore[arg-type]
+    return path
+
+
+def decoded(path: Path, mask: Path | None = None) -> Pixels:
+    """The whole frame as the service decodes it: (H, W, 3)."""
+    frame = read_frame(path, mask)
+    assert (frame.width, frame.height) == (WIDTH, HEIGHT)
+    if frame.format == "rgb8":
+        return np.frombuffer(frame.image, np.uint8).reshape(HEIGHT, WIDTH, 3)
+    return np.asarray(Image.open(io.BytesIO(frame.image)).convert("RGB"))
+
+
+def is_like(pixels: Pixels, expected: Image.Image, within: float = 12.0) -> bool:
+    difference = np.abs(pixels.astype(int) - np.asarray(expected.convert("RGB")).astype(int))
+    return float(difference.mean()) < within
+
+
+@pytest.mark.parametrize("suffix", ["jpg", "jpeg", "png", "webp", "JPG"])
+def test_every_format_is_read(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"one.{suffix}"
+    picture().save(path, {"jpg": "JPEG", "jpeg": "JPEG", "JPG": "JPEG"}.get(suffix))
+    assert is_like(decoded(path), picture())
+
+
+def test_a_plain_jpeg_is_handed_on_as_it_is(tmp_path: Path) -> None:
+    path = saved(tmp_path / "one.jpg", picture())
+    frame = read_frame(path)
+    assert (frame.format, frame.image) == ("jpeg", path.read_bytes())
+
+
+@pytest.mark.parametrize("turn", range(1, 9))
+@pytest.mark.parametrize("suffix", ["jpg", "png", "webp"])
+def test_a_photograph_is_turned_upright(tmp_path: Path, turn: int, suffix: str) -> None:
+    back = {
+        2: Image.Transpose.FLIP_LEFT_RIGHT,
+        3: Image.Transpose.ROTATE_180,
+        4: Image.Transpose.FLIP_TOP_BOTTOM,
+        5: Image.Transpose.TRANSPOSE,
+        6: Image.Transpose.ROTATE_90,
+        7: Image.Transpose.TRANSVERSE,
+        8: Image.Transpose.ROTATE_270,
+    }
+    stored = picture().transpose(back[turn]) if turn > 1 else picture()
+    exif = Image.Exif()
+    exif[ORIENTATION] = turn
+    path = saved(tmp_path / f"one.{suffix}", stored, exif=exif)
+    assert is_like(decoded(path), picture())
+
+
+def test_exif_that_is_broken_or_absurd_is_passed_over(tmp_path: Path) -> None:
+    exif = Image.Exif()
+    exif[ORIENTATION] = 99
+    path = saved(tmp_path / "one.jpg", picture(), exif=exif)
+    assert is_like(decoded(path), picture())
+    data = path.read_bytes()
+    where = data.index(b"Exif\x00\x00") + 6
+    path.write_bytes(data[:where] + b"\xff" * 8 + data[where + 8 :])
+    assert is_like(decoded(path), picture())
+
+
+@pytest.mark.parametrize("mode", ["L", "1", "P", "LA", "RGBA", "CMYK"])
+def test_other_ways_to_store_colour_are_read(tmp_path: Path, mode: str) -> None:
+    path = tmp_path / ("one.jpg" if mode == "CMYK" else "one.png")
+    image = picture().convert(mode)
+    image.save(path)
+    assert is_like(decoded(path), image, within=20.0)
+
+
+def test_sixteen_bits_of_grey_are_scaled_not_clipped(tmp_path: Path) -> None:
+    levels = np.linspace(0, 65535, WIDTH * HEIGHT).reshape(HEIGHT, WIDTH).astype(np.uint16)
+    path = saved(tmp_path / "deep.png", Image.fromarray(levels))
+    assert np.abs(decoded(path)[..., 0].astype(int) - (levels >> 8)).max() <= 1
+
+
+@pytest.mark.parametrize("suffix", ["png", "webp"])
+def test_what_is_transparent_shows_the_ground_not_what_hides_below(
+    tmp_path: Path, suffix: str
+) -> None:
+    image = picture().convert("RGBA")
+    image.putalpha(Image.fromarray(np.repeat([[255] * 30 + [0] * 30], HEIGHT, 0).astype(np.uint8)))
+    path = saved(
+        tmp_path / f"one.{suffix}", image, **({"lossless": True} if suffix == "webp" else {})
+    )
+    pixels = decoded(path)
+    assert (pixels[:, 30:] == 127).all()
+    assert is_like(pixels[:, :30], picture().crop((0, 0, 30, HEIGHT)))
+
+
+@pytest.mark.parametrize("suffix", ["png", "webp"])
+def test_an_animation_is_refused_with_its_length(tmp_path: Path, suffix: str) -> None:
+    turned = picture().transpose(Image.Transpose.FLIP_LEFT_RIGHT)
+    path = saved(tmp_path / f"one.{suffix}", picture(), save_all=True, append_images=[turned])
+    with pytest.raises(FileError, match=r"one\.\w+: an animation of 2 pictures"):
+        read_frame(path)
+
+
+def test_a_phones_jpeg_with_a_second_picture_is_read(tmp_path: Path) -> None:
+    other = Image.new("RGB", (8, 8))
+    path = tmp_path / "one.jpg"
+    picture().save(path, "MPO", save_all=True, append_images=[other])
+    assert is_like(decoded(path), picture())
+
+
+def test_a_large_picture_is_shrunk_with_its_mask(tmp_path: Path) -> None:
+    side = MAX_SIDE_PX + 1000
+    pixels = np.zeros((50, side, 3), np.uint8)
+    pixels[:, side // 2 :] = 200
+    for name in ("large.png", "large.jpg"):
+        path = saved(tmp_path / name, Image.fromarray(pixels))
+        mask = saved(tmp_path / "mask.png", Image.fromarray(pixels[..., 0]))
+        frame = read_frame(path, mask)
+        assert max(frame.width, frame.height) == MAX_SIDE_PX
+        crop = pictures.crop(frame, 32)
+        assert crop.image[crop.mask > 0].mean() == pytest.approx(200, abs=5)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"text", b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF89a" + b"\0" * 20, b"BM" * 40],
+)
+def test_what_is_no_picture_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "one.png"
+    path.write_bytes(content)
+    with pytest.raises(FileError, match=r"one\.png: no JPEG, PNG or WebP"):
+        read_frame(path)
+
+
+@pytest.mark.parametrize("suffix", ["png", "webp"])
+def test_a_torn_picture_is_refused_by_name(tmp_path: Path, suffix: str) -> None:
+    path = saved(tmp_path / f"one.{suffix}", picture())
+    path.write_bytes(path.read_bytes()[:-40])
+    with pytest.raises(FileError, match=rf"one\.{suffix}: "):
+        read_frame(path)
+
+
+@pytest.mark.parametrize("side", [10_000, 20_000])
+def test_a_picture_that_unfolds_into_gigabytes_is_refused(tmp_path: Path, side: int) -> None:
+    path = saved(tmp_path / "bomb.png", Image.new("1", (side, side)))
+    with pytest.raises(FileError, match="px; shrink it"):
+        read_frame(path)
+
+
+def test_what_is_not_there_is_refused_by_name(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"one\.png: No such file"):
+        read_frame(tmp_path / "one.png")
+
+
+@pytest.mark.parametrize("mode", ["L", "1", "P", "LA", "RGB", "RGBA", "I;16"])
+def test_a_mask_may_be_drawn_in_any_mode(tmp_path: Path, mode: str) -> None:
+    inside = np.zeros((HEIGHT, WIDTH), np.uint8)
+    inside[:20, :30] = 200
+    grey = Image.fromarray(inside)
+    drawn = Image.fromarray(inside.astype(np.uint16)) if mode == "I;16" else grey.convert(mode)
+    mask = saved(tmp_path / "mask.png", drawn)
+    crop = pictures.crop(read_frame(saved(tmp_path / "one.png", picture()), mask), 16)
+    assert np.abs(crop.image[crop.mask > 0].mean(axis=0) - CORNERS["red"]).max() < 20
+
+
+def test_a_mask_is_of_the_upright_picture(tmp_path: Path) -> None:
+    exif = Image.Exif()
+    exif[ORIENTATION] = 6
+    stored = picture().transpose(Image.Transpose.ROTATE_90)
+    path = saved(tmp_path / "one.jpg", stored, exif=exif)
+    inside = np.zeros((HEIGHT, WIDTH), np.uint8)
+    inside[20:, :30] = 255
+    upright = saved(tmp_path / "upright.png", Image.fromarray(inside))
+    crop = pictures.crop(read_frame(path, upright), 16)
+    assert np.abs(crop.image[crop.mask > 0].mean(axis=0) - CORNERS["blue"]).max() < 25
+    lying = saved(tmp_path / "lying.png", Image.fromarray(inside.T.copy()))
+    with pytest.raises(FileError, match=r"lying\.png: the mask is 40 x 60 px"):
+        read_frame(path, lying)
+
+
+def test_a_mask_of_nothing_is_refused_by_name(tmp_path: Path) -> None:
+    path = saved(tmp_path / "one.png", picture())
+    mask = saved(tmp_path / "mask.png", Image.new("L", (WIDTH, HEIGHT)))
+    with pytest.raises(FileError, match=r"mask\.png: no pixel is nonzero"):
+        read_frame(path, mask)
+
+
+def test_a_folder_stands_for_the_pictures_in_it_in_order_of_name(tmp_path: Path) -> None:
+    (tmp_path / "below").mkdir()
+    for name in ("b.png", "a.JPG", "c.webp", "notes.txt", ".hidden.png", "below/d.png"):
+        (tmp_path / name).write_bytes(b"")
+    assert [path.name for path in list_files(tmp_path)] == ["a.JPG", "b.png", "c.webp"]

@@ -1,0 +1,112 @@
+"""One frame, or several regions of it, to evidence; a failing encoder is no evidence."""
+
+import msgspec
+import numpy as np
+import pytest
+import simplejpeg
+from tiny_encoders import picture, write_onnx
+
+from hapticvlm.evidence.ladder import Evidence
+from hapticvlm.messages import Frame, Region
+from hapticvlm.vision.decoding import PictureError
+from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.frame_recogniser import FrameRecogniser
+from hapticvlm.vision.galleries.gallery import Calibration, Gallery
+from hapticvlm.vision.pictures import Crop
+
+REGIONS = [Region(x=x, y=y, w=0.25, h=0.25) for y in (0.0, 0.4, 0.7) for x in (0.1, 0.6)]
+
+
+@pytest.fixture(scope="module")
+def encoder(tmp_path_factory: pytest.TempPathFactory) -> Encoder:
+    return load_encoder(str(write_onnx(tmp_path_factory.mktemp("onnx") / "tiny")))
+
+
+@pytest.fixture(scope="module")
+def gallery(encoder: Encoder) -> Gallery:
+    plain = [np.full((32, 32, 3), colour, np.uint8) for colour in ((200, 40, 40), (40, 40, 200))]
+    full = np.full((32, 32), 255, np.uint8)
+    references = encoder.embed([Crop(image, full) for image in plain])
+    calibration = Calibration(sharpness=8.0, slope=8.0, threshold=0.5)
+    return Gallery(encoder.name, ("wood", "metal"), references, np.arange(2), calibration)
+
+
+def frame(seed: int = 1, side: int = 256, **fields: object) -> Frame:
+    given = {"id": 1, "captured_at": 0.0, "format": "jpeg", "origin": "top"}
+    image = simplejpeg.encode_jpeg(picture(seed, side), quality=90)
+    sized = {"width": side, "height": side, "image": image}
+    return Frame(**{**given, **sized, **fields})
+
+
+def recognise(recogniser: FrameRecogniser, shown: Frame, *, anew: bool = True):
+    return recogniser.recognise(msgspec.msgpack.encode(shown), "cup", 0.0, anew=anew)
+
+
+def beliefs(evidence: Evidence) -> list[float]:
+    return [belief for _, belief in evidence.beliefs]
+
+
+def test_regions_compared_together_give_what_single_looks_give(
+    encoder: Encoder, gallery: Gallery
+) -> None:
+    recogniser, shown = FrameRecogniser(encoder, gallery), frame()
+    together = recogniser.compare(shown, [*REGIONS, None])
+    singles = [
+        recognise(recogniser, msgspec.structs.replace(shown, region=region))
+        for region in [*REGIONS, None]
+    ]
+    assert len({evidence.beliefs for evidence in together}) > 1
+    for one, other in zip(together, singles, strict=True):
+        assert one.material == other.evidence.material
+        assert np.allclose(beliefs(one), beliefs(other.evidence))
+
+
+def test_regions_compared_together_decode_the_frame_once(
+    encoder: Encoder, gallery: Gallery, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    decoded = []
+    decode = simplejpeg.decode_jpeg
+    monkeypatch.setattr(
+        simplejpeg,
+        "decode_jpeg",
+        lambda *a, **k: decoded.append(1) or decode(*a, **k),  # type: ignore[func-returns-value]
+    )
+    recogniser = FrameRecogniser(encoder, gallery)
+    recogniser.compare(frame(), REGIONS)
+    assert len(decoded) == 1
+    for region in REGIONS:
+        recognise(recogniser, frame(region=region))
+    assert len(decoded) == 1 + len(REGIONS)
+
+
+def test_a_region_outside_the_frame_is_refused_by_field(encoder: Encoder, gallery: Gallery) -> None:
+    with pytest.raises(PictureError, match=r"\$\.region"):
+        FrameRecogniser(encoder, gallery).compare(
+            frame(), [REGIONS[0], Region(x=1.0, y=1.0, w=0.1, h=0.1)]
+        )
+
+
+def test_what_was_seen_while_warming_up_does_not_hide_the_first_picture(
+    encoder: Encoder, gallery: Gallery
+) -> None:
+    recogniser = FrameRecogniser(encoder, gallery)
+    recogniser.warm_up()
+    grey = simplejpeg.encode_jpeg(np.full((64, 64, 3), 127, np.uint8))
+    shown = frame(width=64, height=64, image=grey)
+    assert (
+        recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, anew=False).evidence
+        is not None
+    )
+    assert recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, anew=False).evidence is None
+
+
+def test_an_encoder_that_fails_is_our_fault_and_no_evidence(
+    encoder: Encoder, gallery: Gallery
+) -> None:
+    """The tiny encoder has no direction for black."""
+    black = simplejpeg.encode_jpeg(np.zeros((64, 64, 3), np.uint8))
+    found = recognise(FrameRecogniser(encoder, gallery), frame(width=64, height=64, image=black))
+    assert found.evidence is None
+    assert found.is_our_fault
+    assert "finite and of unit norm" in found.error

@@ -1,0 +1,381 @@
+"""The gallery: cosine matches, calibrated beliefs, and files that only fit their encoder."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hapticvlm import materials
+from hapticvlm.evidence.ladder import FLOOR, KNOWN, decide
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.calibration import FEW, calibrate, is_enough
+from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
+from hapticvlm.vision.galleries.storage import GalleryError, load_gallery, save_gallery
+from hapticvlm.vision.galleries.user_materials import (
+    UserMaterial,
+    with_user_materials,
+    write_material,
+)
+
+Floats = NDArray[np.float32]
+
+
+def unit(seed: int, count: int, dimension: int = 64) -> Floats:
+    raw = np.random.default_rng(seed).normal(size=(count, dimension)).astype(np.float32)
+    return np.asarray(raw / np.linalg.norm(raw, axis=1, keepdims=True), np.float32)
+
+
+def small(encoder: str = "test-1") -> Gallery:
+    labels = np.repeat(np.arange(3), 2)
+    calibration = Calibration(sharpness=12.0, slope=12.0, threshold=0.5)
+    return Gallery(encoder, ("wood", "glass", "metal"), unit(1, 6), labels, calibration)
+
+
+def plus(gallery: Gallery, name: str, references: Floats) -> Gallery:
+    """Add references of one material to those of a gallery."""
+    names = tuple(dict.fromkeys((*gallery.materials, name)))
+    return replace(
+        gallery,
+        materials=names,
+        references=np.concatenate([gallery.references, references]),
+        labels=np.append(gallery.labels, [names.index(name)] * len(references)),
+    )
+
+
+def test_a_reference_matches_its_own_material() -> None:
+    gallery = small()
+    for reference, label in zip(gallery.references, gallery.labels, strict=True):
+        evidence = gallery.match(reference)
+        assert evidence.rung == "encoder"
+        assert evidence.material == gallery.materials[label]
+        assert evidence.confidence > 0.9
+
+
+def test_a_stranger_has_little_mass_and_is_unknown() -> None:
+    gallery = small()
+    for stranger in unit(99, 50):
+        evidence = gallery.match(stranger)
+        assert sum(belief for _, belief in evidence.beliefs) < KNOWN
+        assert decide([evidence]).material == materials.UNKNOWN
+
+
+def test_beliefs_are_best_first_and_sum_to_at_most_one() -> None:
+    gallery = small()
+    for embedding in np.concatenate([unit(5, 50), gallery.references]):
+        beliefs = [belief for _, belief in gallery.match(embedding).beliefs]
+        assert beliefs == sorted(beliefs, reverse=True)
+        assert sum(beliefs) <= 1.0 + 1e-9
+
+
+def test_beliefs_agree_with_the_formula_written_out() -> None:
+    gallery, x = small(), unit(7, 1)[0]
+    k = gallery.calibration.sharpness
+    powers = np.exp(k * gallery.references.astype(float) @ x)
+    scores = np.log([powers[gallery.labels == c].mean() for c in range(3)]) / k
+    known = 1 / (1 + np.exp(-12.0 * (scores.max() - 0.5)))
+    expected = known * np.exp(k * scores) / np.exp(k * scores).sum()
+    assert np.allclose(gallery.beliefs(x[None])[0], expected, rtol=1e-5)
+
+
+def test_a_match_says_what_the_beliefs_say() -> None:
+    gallery = small()
+    for embedding in np.concatenate(
+        [unit(5, 20), gallery.references, np.zeros((1, 64), np.float32)]
+    ):
+        beliefs = gallery.beliefs(embedding[None])[0]
+        order = [place for place in np.argsort(-beliefs) if beliefs[place] >= FLOOR]
+        said = gallery.match(embedding).beliefs
+        assert [name for name, _ in said] == [gallery.materials[place] for place in order]
+        assert np.allclose([belief for _, belief in said], beliefs[order], rtol=1e-4)
+
+
+def large(count: int, seed: int = 3) -> Gallery:
+    """Three materials around a direction each, in no order, with as many references as wanted."""
+    rng = np.random.default_rng(seed)
+    labels = rng.integers(0, 3, count)
+    labels[:3] = np.arange(3)
+    references = unit(1, 3, 128)[labels] + 0.5 * unit(seed, count, 128)
+    references /= np.linalg.norm(references, axis=1, keepdims=True)
+    calibration = Calibration(sharpness=12.0, slope=12.0, threshold=0.5)
+    return Gallery("test-1", ("wood", "glass", "metal"), references, labels, calibration)
+
+
+def test_ten_thousand_references_say_what_thirty_say() -> None:
+    few, many = large(30), large(10_000)
+    for place, embedding in enumerate(unit(1, 3, 128)):
+        one, other = few.match(embedding), many.match(embedding)
+        assert one.material == other.material == few.materials[place]
+        assert other.confidence == pytest.approx(one.confidence, abs=0.03)
+    for stranger in unit(99, 20, 128):
+        assert many.match(stranger).confidence < KNOWN
+
+
+def test_the_order_of_the_references_does_not_matter() -> None:
+    gallery = large(60)
+    order = np.random.default_rng(0).permutation(60)
+    shuffled = replace(gallery, references=gallery.references[order], labels=gallery.labels[order])
+    for embedding in unit(4, 10, 128):
+        one, other = gallery.match(embedding), shuffled.match(embedding)
+        assert [name for name, _ in one.beliefs] == [name for name, _ in other.beliefs]
+        assert one.confidence == pytest.approx(other.confidence, rel=1e-4)
+
+
+def test_a_reference_given_twice_to_all_changes_nothing() -> None:
+    gallery = small()
+    twice = replace(
+        gallery,
+        references=np.concatenate([gallery.references] * 2),
+        labels=np.concatenate([gallery.labels] * 2),
+    )
+    for embedding in unit(4, 10):
+        assert np.allclose(gallery.beliefs(embedding[None]), twice.beliefs(embedding[None]))
+        assert gallery.match(embedding).confidence == pytest.approx(
+            twice.match(embedding).confidence, rel=1e-4
+        )
+
+
+def test_one_reference_alone_is_matched_or_unknown() -> None:
+    lone = Gallery("t", ("wood",), unit(1, 1), np.zeros(1, np.int64), Calibration(12.0, 12.0, 0.5))
+    assert lone.match(lone.references[0]).confidence > 0.9
+    assert lone.match(-lone.references[0]).confidence < 0.1
+
+
+def test_a_gallery_of_nothing_knows_nothing() -> None:
+    none = np.zeros((0, 64), np.float32)
+    empty = Gallery("t", (), none, np.zeros(0, np.int64), Calibration(12.0, 12.0, 0.5))
+    assert empty.match(unit(1, 1)[0]).material is None
+
+
+def test_references_that_are_not_finite_say_nothing_instead_of_nonsense() -> None:
+    gallery = small()
+    rotten = gallery.references.copy()
+    rotten[2, 5] = np.nan
+    assert replace(gallery, references=rotten).match(gallery.references[0]).material is None
+
+
+@pytest.mark.parametrize("sharpness", [4.0, 32.0, 64.0])
+@pytest.mark.parametrize("slope", [0.0, 32.0, 5000.0])
+def test_no_calibration_overflows(sharpness: float, slope: float) -> None:
+    gallery = replace(small(), calibration=Calibration(sharpness, slope, 0.9))
+    for embedding in np.concatenate([unit(5, 5), gallery.references, -gallery.references]):
+        beliefs = [belief for _, belief in gallery.match(embedding).beliefs]
+        assert all(0.0 <= belief <= 1.0 for belief in beliefs)
+        assert np.isfinite(gallery.scores(embedding[None])).all()
+
+
+def test_what_resembles_references_of_none_of_the_materials_is_unknown() -> None:
+    gallery = small()
+    stranger = unit(50, 1)
+    known = plus(gallery, "metal", stranger)
+    barred = plus(gallery, materials.UNKNOWN, stranger)
+    assert known.match(stranger[0]).confidence > 0.9
+    assert materials.UNKNOWN not in dict(barred.match(stranger[0]).beliefs)
+    assert decide([barred.match(stranger[0])]).material == materials.UNKNOWN
+
+
+def test_scores_and_beliefs_can_be_had_for_many_at_once() -> None:
+    gallery, many = small(), unit(5, 40)
+    assert gallery.scores(many).shape == (40, 3)
+    assert np.allclose(gallery.beliefs(many[7:8])[0], gallery.beliefs(many)[7])
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_an_embedding_that_is_not_finite_says_nothing(value: float) -> None:
+    broken = unit(1, 1)[0].copy()
+    broken[3] = value
+    evidence = small().match(broken)
+    assert evidence.material is None
+    assert decide([evidence]).material == materials.UNKNOWN
+
+
+def test_a_zero_embedding_is_not_known() -> None:
+    assert small().match(np.zeros(64, np.float32)).confidence < KNOWN
+
+
+def test_a_gallery_comes_back_as_it_was_saved(tmp_path: Path) -> None:
+    encoder = load_encoder()
+    gallery = replace(small(encoder.name), references=unit(1, 6, encoder.dimension))
+    save_gallery(gallery, tmp_path / "one.npz")
+    save_gallery(gallery, tmp_path / "two.npz")
+    back = load_gallery(tmp_path / "one.npz", encoder=encoder)
+    assert (back.materials, back.calibration) == (gallery.materials, gallery.calibration)
+    assert np.allclose(back.references, gallery.references, atol=1e-3)
+    assert np.allclose(np.linalg.norm(back.references, axis=1), 1.0, atol=1e-5)
+    assert (tmp_path / "one.npz").read_bytes() == (tmp_path / "two.npz").read_bytes()
+
+
+def test_a_gallery_of_another_encoder_is_refused_naming_both(tmp_path: Path) -> None:
+    save_gallery(small("other-7"), tmp_path / "other.npz")
+    encoder = load_encoder()
+    with pytest.raises(GalleryError) as caught:
+        load_gallery(tmp_path / "other.npz", encoder=encoder)
+    assert "other-7" in str(caught.value)
+    assert encoder.name in str(caught.value)
+
+
+def test_files_that_are_no_gallery_are_refused(tmp_path: Path) -> None:
+    encoder = load_encoder()
+    whole = replace(small(encoder.name), references=unit(1, 6, encoder.dimension))
+    empty_class = replace(whole, materials=("wood", "glass", "metal", "paper"))
+    short = replace(whole, references=unit(1, 6, 8))
+    rotten = whole.references.copy()
+    rotten[0, 0] = np.nan
+    zero = whole.references.copy()
+    zero[0] = 0.0
+    endless = whole.references.copy()
+    endless[0, 0] = np.inf
+    for name, gallery in {
+        "a": empty_class,
+        "b": short,
+        "c": replace(whole, references=rotten),
+        "z": replace(whole, references=zero),
+        "i": replace(whole, references=endless),
+        "k": replace(whole, calibration=Calibration(0.0, 12.0, 0.5)),
+        "n": replace(whole, calibration=Calibration(12.0, np.nan, 0.5)),
+    }.items():
+        save_gallery(gallery, tmp_path / f"{name}.npz")
+        with pytest.raises(GalleryError):
+            load_gallery(tmp_path / f"{name}.npz", encoder=encoder)
+    (tmp_path / "d.npz").write_bytes(b"PK\x03\x04 nothing")
+    for missing in ("d.npz", "not-there.npz"):
+        with pytest.raises(GalleryError, match="no gallery"):
+            load_gallery(tmp_path / missing, encoder=encoder)
+
+
+def test_a_folder_is_its_file_and_the_materials_of_its_own(tmp_path: Path) -> None:
+    encoder = load_encoder()
+    base = replace(small(encoder.name), references=unit(1, 6, encoder.dimension))
+    obsidian = materials.derive("obsidian", "glass")
+    seen = unit(31, 2, encoder.dimension)
+    write_material(UserMaterial(obsidian, "glass", {}, encoder.name, seen), tmp_path)
+    write_material(UserMaterial(materials.derive("felt-2", "fabric"), "fabric"), tmp_path)
+    alone = load_gallery(tmp_path, encoder=encoder)
+    assert alone.candidates == (*load_gallery(encoder=encoder).candidates, "obsidian")
+    save_gallery(base, tmp_path / "gallery.npz")
+    gallery = load_gallery(tmp_path, encoder=encoder)
+    assert gallery.candidates == ("wood", "glass", "metal", "obsidian")
+    assert gallery.calibration == base.calibration
+    assert gallery.match(seen[1]).material == "obsidian"
+
+
+def test_a_material_of_another_encoder_is_refused_naming_its_file(tmp_path: Path) -> None:
+    encoder = load_encoder()
+    slate = materials.derive("slate", "stone")
+    write_material(
+        UserMaterial(slate, "stone", {}, "other-7", unit(1, 2, encoder.dimension)), tmp_path
+    )
+    with pytest.raises(GalleryError, match=r"slate\.toml was made with encoder `other-7`"):
+        load_gallery(tmp_path, encoder=encoder)
+    write_material(UserMaterial(slate, "stone", {}, encoder.name, unit(1, 2, 9)), tmp_path)
+    with pytest.raises(GalleryError, match=r"slate\.toml: references of 9 numbers"):
+        load_gallery(tmp_path, encoder=encoder)
+
+
+def test_references_of_a_material_nobody_knows_are_refused(tmp_path: Path) -> None:
+    encoder = load_encoder()
+    strange = replace(
+        small(encoder.name),
+        materials=("wood", "glass", "kryptonite"),
+        references=unit(1, 6, encoder.dimension),
+    )
+    save_gallery(strange, tmp_path / "gallery.npz")
+    for path in (tmp_path, tmp_path / "gallery.npz"):
+        with pytest.raises(GalleryError, match=r"kryptonite.*kryptonite\.toml beside it"):
+            load_gallery(path, encoder=encoder)
+    write_material(UserMaterial(materials.derive("kryptonite", "stone"), "stone"), tmp_path)
+    assert "kryptonite" in load_gallery(tmp_path, encoder=encoder).materials
+
+
+def test_the_shipped_gallery_fits_the_shipped_encoder_and_the_material_table() -> None:
+    encoder = load_encoder()
+    gallery = load_gallery(encoder=encoder)
+    assert set(gallery.materials) <= {*materials.MATERIALS, materials.UNKNOWN}
+    assert {"wood", "glass", "fabric", "metal"} <= set(gallery.materials)
+    assert gallery.references.shape[1] == encoder.dimension
+
+
+def test_an_object_of_the_users_own_is_known_again_once_enrolled() -> None:
+    encoder = load_encoder()
+    gallery = load_gallery(encoder=encoder)
+    own = unit(21, 1, encoder.dimension)[0]
+    views = own + 0.3 * unit(22, 4, encoder.dimension)
+    views = np.asarray(views / np.linalg.norm(views, axis=1, keepdims=True), np.float32)
+    obsidian = materials.derive("obsidian", "glass")
+    material = UserMaterial(obsidian, "glass", {}, encoder.name, views[:3], (1, 1, 1))
+    grown = with_user_materials(gallery, [material])
+    assert gallery.match(views[3]).confidence < KNOWN
+    assert grown.match(views[3]).material == "obsidian"
+    assert grown.match(views[3]).confidence > KNOWN
+
+
+def test_own_references_are_calibrated_by_leaving_each_picture_out() -> None:
+    """Five views of each of three things, wide apart or all over the place."""
+    rng = np.random.default_rng(3)
+    for spread, sure in ((0.4, True), (12.0, False)):
+        middles = unit(61, 3)
+        views = np.repeat(middles, 5, axis=0) + spread * unit(62, 15) * rng.uniform(0.8, 1.2)
+        views = np.asarray(views / np.linalg.norm(views, axis=1, keepdims=True), np.float32)
+        labels = np.repeat(np.arange(3), 5)
+        own = Gallery("t", ("wood", "glass", "metal"), views, labels, FEW, places=np.arange(15))
+        own = replace(own, calibration=calibrate(own))
+        asked = middles + 0.5 * spread * unit(63, 3)
+        asked = np.asarray(asked / np.linalg.norm(asked, axis=1, keepdims=True), np.float32)
+        beliefs = own.beliefs(asked)
+        if sure:
+            assert (beliefs.argmax(axis=1) == [0, 1, 2]).all()
+            assert (beliefs.max(axis=1) > 0.8).all()
+        else:
+            assert (beliefs.max(axis=1) < 0.7).all()
+
+
+def test_too_few_pictures_calibrate_nothing() -> None:
+    for labels in ([0, 0, 1], [0, 0, 0]):
+        names = ("wood", "glass")[: max(labels) + 1]
+        own = Gallery("t", names, unit(1, 3), np.array(labels), FEW, places=np.arange(3))
+        assert not is_enough(own)
+        assert calibrate(own).sharpness == FEW.sharpness
+
+
+def test_a_linear_layer_adds_to_the_references_and_its_scale_hangs_on_the_kind_of_picture() -> None:
+    weights = np.zeros((64, 3), np.float32)
+    layer = LinearLayer(weights, np.array([0.0, 3.0, 0.0], np.float32))
+    sure = Calibration(12.0, 1.0, -1000.0, 0.0, 1.0, 0.2)
+    gallery = replace(small(), calibration=sure, layer=layer)
+    evidence = gallery.match(unit(5, 1)[0])
+    assert evidence.material == "glass"
+    assert evidence.confidence == pytest.approx(np.exp(3) / (np.exp(3) + 2), rel=1e-6)
+    shown = replace(gallery, pictures="photographs").match(unit(5, 1)[0])
+    assert shown.confidence == pytest.approx(np.exp(0.6) / (np.exp(0.6) + 2), rel=1e-6)
+
+
+def test_own_references_outweigh_the_shipped_ones_that_still_count() -> None:
+    shipped = replace(small(), calibration=Calibration(12.0, 1.0, -1000.0))
+    thing = unit(77, 1)
+    labels = np.zeros(1, np.int64)
+    glass = Gallery("test-1", ("glass",), thing, labels, FEW, places=labels)
+    grown = replace(shipped, own=glass)
+    assert grown.match(thing[0]).material == "glass"
+    assert grown.match(thing[0]).confidence > 0.9 > shipped.match(thing[0]).confidence
+    for reference, label in zip(shipped.references, shipped.labels, strict=True):
+        assert grown.match(reference).material == shipped.materials[label]
+    two = Gallery(
+        "test-1", ("glass", "metal"), np.concatenate([thing, thing]), np.arange(2), FEW
+    )  # fmt: skip
+    certain = replace(two, calibration=replace(FEW, threshold=-1000.0))
+    leaning = replace(shipped, own=certain).beliefs(thing)[0]
+    wanted = log_softmax(shipped.shipped_logits(thing, ("glass", "metal")))[0]
+    assert np.log(leaning[1] / leaning[2]) == pytest.approx(0.3 * (wanted[0] - wanted[1]), abs=1e-3)
+
+
+def test_a_gallery_with_layer_and_own_references_comes_back_as_it_was(tmp_path: Path) -> None:
+    encoder = load_encoder()
+    layer = LinearLayer(unit(3, encoder.dimension, 3), np.zeros(3, np.float32))
+    base = replace(small(encoder.name), references=unit(1, 6, encoder.dimension), layer=layer)
+    own = replace(base, layer=None, places=np.arange(6))
+    whole = replace(base, own=replace(own, calibration=calibrate(own, base)))
+    save_gallery(whole, tmp_path / "my.npz")
+    back = load_gallery(tmp_path / "my.npz", encoder=encoder)
+    asked = unit(4, 5, encoder.dimension)
+    assert np.allclose(back.beliefs(asked), whole.beliefs(asked), atol=5e-3)

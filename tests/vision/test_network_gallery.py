@@ -1,0 +1,75 @@
+"""The gallery that a named network gets on first use, from the shipped reference pictures."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tiny_encoders import crop, write_classifier
+
+from hapticvlm import materials
+from hapticvlm.vision.encoders import two_parts
+from hapticvlm.vision.encoders.encoder import NetworkEncoder
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries import network_gallery
+from hapticvlm.vision.galleries.network_gallery import NAMES, read_references
+from hapticvlm.vision.galleries.storage import GalleryError, load_gallery
+
+
+@pytest.fixture
+def encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> NetworkEncoder:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    found = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
+    assert isinstance(found, NetworkEncoder)
+    return found
+
+
+def test_the_reference_pictures_show_every_material_alike() -> None:
+    crops, labels = read_references(64)
+    counts = np.bincount(labels)
+    assert len(counts) == len(NAMES)
+    assert set(counts[:-1].tolist()) == {48}
+    assert all(found.image.shape == (64, 64, 3) for found in crops)
+    assert all(0.05 < (found.mask > 0).mean() < 1.0 for found in crops)
+
+
+def test_a_named_network_is_fitted_once_and_kept(
+    encoder: NetworkEncoder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = load_gallery(encoder=encoder)
+    assert first.encoder == encoder.name
+    assert set(first.candidates) == set(materials.MATERIALS)
+    assert len(list((tmp_path / "cache" / "hapticvlm").glob("gallery-*.npz"))) == 1
+    monkeypatch.setattr(network_gallery, "REFERENCES", tmp_path / "gone")
+    again = load_gallery(encoder=encoder)
+    shown = encoder.embed([crop(1, encoder.side)])
+    assert np.allclose(again.beliefs(shown), first.beliefs(shown), atol=1e-3)
+
+
+def test_other_weights_are_fitted_anew(encoder: NetworkEncoder, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    other = load_encoder(str(write_classifier(tmp_path / "other" / "tiny.onnx", seed=5)))
+    assert isinstance(other, NetworkEncoder)
+    kept = network_gallery.cached_gallery
+    assert kept(other) != kept(encoder)
+
+
+def test_a_gallery_that_was_named_is_not_replaced(encoder: NetworkEncoder, tmp_path: Path) -> None:
+    with pytest.raises(GalleryError):
+        load_gallery(tmp_path / "absent.npz", encoder=encoder)
+
+
+def fitted(beliefs: np.ndarray, features: np.ndarray, labels: np.ndarray) -> np.ndarray:
+    embeddings = two_parts.join(features.astype(np.float32), beliefs.astype(np.float32))
+    found = network_gallery.fit("tiny", embeddings, labels, has_beliefs=True)
+    return np.asarray(found.shipped_logits(embeddings, NAMES).argmax(axis=1))
+
+
+def test_classes_are_believed_where_features_tell_nothing_and_the_other_way_round() -> None:
+    rng = np.random.default_rng(1)
+    labels = np.repeat(np.arange(len(NAMES)), 12)
+    noise = np.abs(rng.normal(size=(len(labels), 20)))
+    nothing = np.full((len(labels), len(NAMES)), 1.0 / len(NAMES))
+    telling = 0.7 * np.eye(len(NAMES))[labels] + 0.3 / len(NAMES)
+    shown = np.eye(20)[labels] + 0.1 * noise
+    assert (fitted(telling, noise, labels) == labels).mean() > 0.9
+    assert (fitted(nothing, shown, labels) == labels).mean() > 0.9

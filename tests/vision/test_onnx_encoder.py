@@ -1,0 +1,183 @@
+"""An encoder on onnxruntime: it fits its card or is refused, and never hands out a wrong match."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tiny_encoders import Graph, crop, picture, write_onnx
+
+from hapticvlm.vision.encoders.encoder import BATCH, EncoderError
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.encoders.onnx_encoder import OnnxEncoder, load_onnx_encoder
+from hapticvlm.vision.pictures import Crop, central_mask
+
+SIDE = 32
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_onnx(tmp_path_factory.mktemp("onnx") / "tiny")
+
+
+@pytest.fixture(scope="module")
+def encoder(folder: Path) -> OnnxEncoder:
+    return load_onnx_encoder(folder)
+
+
+def test_a_folder_with_a_card_is_an_encoder(folder: Path) -> None:
+    encoder = load_encoder(str(folder))
+    assert (encoder.name, encoder.side, encoder.dimension) == ("tiny-1", SIDE, 128)
+    found = encoder.embed([crop(1, SIDE), crop(2, SIDE)])
+    assert (found.shape, found.dtype) == ((2, 128), np.float32)  # type: ignore[comparison-overlap]
+    assert np.allclose(np.linalg.norm(found, axis=1), 1.0, atol=1e-5)
+
+
+def test_a_batch_gives_what_single_crops_give_however_long(encoder: OnnxEncoder) -> None:
+    crops = [crop(seed, SIDE) for seed in range(2 * BATCH + 3)]
+    singles = np.concatenate([encoder.embed([one]) for one in crops])
+    assert np.allclose(encoder.embed(crops), singles, atol=1e-6)
+    assert encoder.embed([]).shape == (0, 128)
+
+
+def test_the_mask_says_what_counts(encoder: OnnxEncoder) -> None:
+    image, mask = picture(1, SIDE), central_mask(SIDE)
+    repainted = np.where(mask[..., None] > 0, image, 255 - image)
+    first, same, other = encoder.embed(
+        [Crop(image, mask), Crop(repainted, mask), Crop(repainted, 255 - mask)]
+    )
+    assert np.allclose(first, same, atol=1e-6)
+    assert not np.allclose(first, other, atol=1e-2)
+
+
+def test_any_nonzero_mask_counts_alike(encoder: OnnxEncoder) -> None:
+    image, mask = picture(1, SIDE), central_mask(SIDE)
+    mask[: SIDE // 2] //= 255
+    first, again = encoder.embed([Crop(image, mask), Crop(image, central_mask(SIDE))])
+    assert np.allclose(first, again, atol=1e-6)
+
+
+def test_a_crop_of_another_side_is_refused_naming_both(encoder: OnnxEncoder) -> None:
+    with pytest.raises(EncoderError, match=r"\(48, 48, 3\).*takes crops of 32 px"):
+        encoder.embed([crop(1, SIDE), crop(2, 48)])
+
+
+def test_an_embedding_that_is_not_finite_is_an_error(encoder: OnnxEncoder) -> None:
+    nothing = Crop(picture(1, SIDE), np.zeros((SIDE, SIDE), np.uint8))
+    with pytest.raises(EncoderError, match="finite and of unit norm"):
+        encoder.embed([crop(1, SIDE), nothing])
+
+
+@pytest.mark.parametrize("graph", [Graph(is_unit=False), Graph(gain=float("nan"))])
+def test_an_encoder_without_unit_embeddings_does_not_load(tmp_path: Path, graph: Graph) -> None:
+    write_onnx(tmp_path, graph)
+    with pytest.raises(EncoderError, match=r"`tiny-1`.*finite and of unit norm"):
+        load_encoder(str(tmp_path))
+
+
+@pytest.mark.parametrize(
+    "graph",
+    [
+        replace(Graph(), side=48),
+        replace(Graph(), dimension=64),
+        replace(Graph(), batch=1),
+        replace(Graph(), input_name="pixels"),
+    ],
+)
+def test_a_graph_that_does_not_fit_its_card_is_refused(tmp_path: Path, graph: Graph) -> None:
+    write_onnx(tmp_path, graph)
+    with pytest.raises(EncoderError, match=r"encoder.onnx has .* where encoder.json wants"):
+        load_encoder(str(tmp_path))
+
+
+def test_another_file_than_the_card_describes_is_refused(tmp_path: Path) -> None:
+    write_onnx(tmp_path)
+    data = bytearray((tmp_path / "encoder.onnx").read_bytes())
+    data[len(data) // 2] ^= 1
+    (tmp_path / "encoder.onnx").write_bytes(data)
+    with pytest.raises(EncoderError, match=r"encoder.onnx is not the file.*SHA-256.*again"):
+        load_encoder(str(tmp_path))
+
+
+def test_a_truncated_or_missing_file_is_refused(tmp_path: Path) -> None:
+    write_onnx(tmp_path)
+    graph = tmp_path / "encoder.onnx"
+    graph.write_bytes(graph.read_bytes()[:200])
+    with pytest.raises(EncoderError, match="SHA-256"):
+        load_encoder(str(tmp_path))
+    graph.unlink()
+    with pytest.raises(EncoderError, match=r"encoder.onnx cannot be read.*again"):
+        load_encoder(str(tmp_path))
+
+
+def test_a_file_that_is_no_graph_is_refused_in_one_line(tmp_path: Path) -> None:
+    from hashlib import sha256
+
+    data = b"no graph at all"
+    digest = {"encoder.onnx": sha256(data).hexdigest()}
+    write_onnx(tmp_path, sha256=digest)
+    (tmp_path / "encoder.onnx").write_bytes(data)
+    with pytest.raises(EncoderError, match=r"onnxruntime .* cannot load it") as caught:
+        load_encoder(str(tmp_path))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "card",
+    [
+        {"name": 3},
+        {"side": "32"},
+        {"dimension": 0},
+        {"sha256": {}},
+        {"sha256": "abc"},
+        {"side": None},
+    ],
+)
+def test_a_card_that_lacks_something_is_refused(tmp_path: Path, card: dict[str, object]) -> None:
+    write_onnx(tmp_path, **card)  # type: ignore[arg-type]
+    with pytest.raises(EncoderError, match=r"encoder\.json"):
+        load_encoder(str(tmp_path))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{", json.dumps({"name": "x"})])
+def test_a_card_that_is_none_is_refused(tmp_path: Path, text: str) -> None:
+    write_onnx(tmp_path)
+    (tmp_path / "encoder.json").write_text(text)
+    with pytest.raises(EncoderError, match=r"encoder\.json cannot be read"):
+        load_encoder(str(tmp_path))
+
+
+def test_it_runs_on_the_cpu_on_threads_that_do_not_spin(folder: Path) -> None:
+    session = load_onnx_encoder(folder, threads=1).session
+    options = session.get_session_options()
+    assert session.get_providers() == ["CPUExecutionProvider"]
+    assert (options.intra_op_num_threads, options.inter_op_num_threads) == (1, 1)
+    for pool in ("intra", "inter"):
+        assert options.get_session_config_entry(f"session.{pool}_op.allow_spinning") == "0"
+    assert load_onnx_encoder(folder, 2).session.get_session_options().intra_op_num_threads == 2
+
+
+def test_a_gpu_is_refused(folder: Path) -> None:
+    with pytest.raises(EncoderError, match="runs on the cpu"):
+        load_encoder(str(folder), device="cuda")
+    assert load_encoder(str(folder), device="auto").name == "tiny-1"
+
+
+def test_it_imports_no_torch_and_says_nothing(folder: Path) -> None:
+    code = (
+        "import sys; from hapticvlm.vision.encoders.loading import load_encoder\n"
+        "load_encoder(sys.argv[1])\n"
+        "assert 'onnxruntime' in sys.modules\n"
+        "assert not {'torch', 'transformers', 'huggingface_hub'} & set(sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(folder)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

@@ -1,0 +1,151 @@
+"""Asking a shared recogniser that answers, fails in every way, and comes back."""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from shared_recogniser import Shared, shared_recogniser
+
+from hapticvlm import materials
+from hapticvlm.http_client import LineError
+from hapticvlm.vision.pictures import Crop, central_mask
+from hapticvlm.vision.remote.client import RemoteRecogniser
+from hapticvlm.vision.remote.settings import RemoteSettings
+
+DEADLINE_S = 0.8  # wide, for a busy machine
+PATIENCE_S = 30.0
+SLACK_S = 0.2  # of a busy machine
+NOTHING_S = 0.05
+FAULTS = ["hangs", "closes", "garbage", "fails", "wrong hash", "dribbles"]
+
+
+@pytest.fixture(scope="module")
+def shared() -> Iterator[Shared]:
+    with shared_recogniser() as served:
+        yield served
+
+
+def crop(seed: int = 0) -> Crop:
+    pixels = np.random.default_rng(seed).integers(0, 255, (128, 128, 3), np.uint8)
+    return Crop(pixels, central_mask(128))
+
+
+def remote(served: Shared, **settings: object) -> RemoteRecogniser:
+    given = {"url": served.url, "deadline_s": DEADLINE_S, **settings}
+    return RemoteRecogniser(RemoteSettings(**given), materials.MATERIALS)  # type: ignore[arg-type]
+
+
+def tried(asked: RemoteRecogniser, *, until_used: bool = True) -> RemoteRecogniser:
+    """Probe until looks are sent, or until it has failed."""
+    started = time.monotonic()
+    while asked.identity is None and (until_used or not asked.state.reason):
+        assert time.monotonic() - started < PATIENCE_S, asked.state
+        asked.probe()
+        time.sleep(0.01)
+    return asked
+
+
+@pytest.mark.parametrize("format", ["rgba8", "jpeg"])
+def test_what_is_answered_there_is_what_would_be_answered_here(shared: Shared, format: str) -> None:
+    found = tried(remote(shared, format=format)).recognise(crop(1))
+    assert found is not None
+    embedding = shared.encoder.embed([crop(1)])[0]
+    here = shared.galleries["shipped"].gallery.match(embedding)
+    if format == "rgba8":
+        assert np.array_equal(found.embedding, embedding)
+        assert found.evidence == here
+    else:
+        assert found.embedding @ embedding > 0.9
+
+
+def test_before_it_has_answered_once_every_look_is_local_at_once(shared: Shared) -> None:
+    asked = remote(shared)
+    started = time.monotonic()
+    assert asked.recognise(crop()) is None
+    assert time.monotonic() - started < NOTHING_S
+    assert (asked.state.is_used, asked.state.local) == (False, 1)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_costs_one_look_its_share_and_the_next_ones_nothing(
+    shared: Shared, fault: str
+) -> None:
+    asked = tried(remote(shared))
+    shared.fault = fault
+    try:
+        started = time.monotonic()
+        assert asked.recognise(crop()) is None
+        assert time.monotonic() - started < 0.75 * DEADLINE_S + SLACK_S
+        for _ in range(5):
+            started = time.monotonic()
+            asked.probe()
+            assert asked.recognise(crop()) is None
+            assert time.monotonic() - started < NOTHING_S
+        assert asked.state.reason
+        assert (asked.state.is_used, asked.state.local) == (False, 6)
+    finally:
+        shared.fault = None
+    assert tried(asked).recognise(crop()) is not None
+
+
+def test_a_recogniser_that_is_gone_is_found_again_when_it_is_back() -> None:
+    with shared_recogniser() as served:
+        asked = tried(remote(served))
+        assert asked.recognise(crop()) is not None
+        port = served.server_port
+    assert asked.recognise(crop()) is None
+    assert str(port) in asked.state.reason
+    with shared_recogniser(port):
+        assert tried(asked).recognise(crop()) is not None
+
+
+def test_only_the_identity_that_was_demanded_is_asked(shared: Shared) -> None:
+    wanted = shared.galleries["shipped"].identity.hash
+    assert tried(remote(shared, hash=wanted)).recognise(crop()) is not None
+    before = len(shared.asked)
+    other = tried(remote(shared, hash="0" * 16), until_used=False)
+    assert other.recognise(crop()) is None
+    assert wanted in other.state.reason
+    assert len(shared.asked) == before, "no crop goes to a recogniser that is another"
+
+
+def test_materials_that_the_service_does_not_know_are_not_asked_for(shared: Shared) -> None:
+    settings = RemoteSettings(shared.url, deadline_s=DEADLINE_S)
+    asked = tried(RemoteRecogniser(settings, {"wood"}), until_used=False)
+    assert "does not know" in asked.state.reason
+    assert "--gallery" in asked.state.reason
+
+
+def test_a_token_is_sent_and_never_said(shared: Shared) -> None:
+    shared.token = "sesame-open-now"
+    try:
+        assert tried(remote(shared, token="sesame-open-now")).recognise(crop()) is not None
+        refused = tried(remote(shared, token="wrong-and-secret"), until_used=False)
+        assert "401" in refused.state.reason
+        assert "wrong-and-secret" not in repr(refused.state)
+    finally:
+        shared.token = None
+    assert "secret" not in repr(RemoteSettings("http://127.0.0.1:1", token="secret"))
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"url": "http://gpu.example:8791"}, "clear text"),
+        ({"url": "http://gpu.example:8791", "may_be_clear": True, "token": "t"}, "use https"),
+        ({"url": "ftp://gpu.example"}, "--recogniser-url"),
+        ({"url": "https://user:word@gpu.example"}, "no user or password"),
+    ],
+)
+def test_crops_and_tokens_travel_encrypted_unless_allowed(
+    settings: dict[str, object], said: str
+) -> None:
+    with pytest.raises(LineError, match=said):
+        RemoteSettings(**settings).address()  # type: ignore[arg-type]
+
+
+def test_plain_http_is_for_loopback_or_by_permission() -> None:
+    assert RemoteSettings("http://127.0.0.1:8791", token="t").address().is_loopback
+    assert not RemoteSettings("http://gpu:1", may_be_clear=True).address().is_encrypted
+    assert RemoteSettings("https://gpu.example", token="t").address().port == 443

@@ -1,0 +1,443 @@
+"""A vision-language model in process, on a tiny Qwen2-VL of the real architecture."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from numpy.typing import NDArray
+from safetensors.torch import load_file
+from tiny_encoders import write_network
+from tiny_vlm import picture, planting, rewrite, write_tiny_vlm
+
+from hapticvlm import materials
+from hapticvlm.evidence.ladder import SURE, decide
+from hapticvlm.vlm import contract, generation, weights
+from hapticvlm.vlm.contract import Vlm, VlmError, VlmSettings
+from hapticvlm.vlm.local import PASSIVE, TRUST, LocalVlm, load_local, load_vlm
+from hapticvlm.vlm.numbers import CANDIDATES_C, beliefs, spread
+
+pytestmark = pytest.mark.torch
+
+NAMES = tuple(materials.MATERIALS)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_tiny_vlm(tmp_path_factory.mktemp("vlm") / "tiny")
+
+
+@pytest.fixture(scope="module")
+def vlm(folder: Path) -> LocalVlm:
+    return load_local(settings(folder))
+
+
+@pytest.fixture
+def copied(folder: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(folder, tmp_path / "copy"))
+
+
+def settings(folder: Path, **options: Any) -> VlmSettings:
+    given: dict[str, Any] = {"model": str(folder), "precision": "float32", **options}
+    return VlmSettings(**given)
+
+
+def brute_force(vlm: LocalVlm, question: int) -> NDArray[np.float64]:
+    """Score every candidate string by itself: a pass a token, nothing packed, nothing kept."""
+    asked = contract.about_ambient(contract.MOST_WORDINGS)
+    one = replace(asked, questions=(asked.questions[question],))
+    prompt = vlm.chat.prompt(one, [picture()])
+    texts = [tuple(vlm.chat.encode(str(number))) for number in CANDIDATES_C.tolist()]
+    known: dict[tuple[int, ...], NDArray[np.float64]] = {}
+
+    def following(text: tuple[int, ...]) -> NDArray[np.float64]:
+        if text not in known:
+            known[text] = np.exp(vlm.network.following(prompt, text).astype(np.float64))
+        return known[text]
+
+    found = []
+    for text in texts:
+        score = 1.0
+        for place, token in enumerate(text):
+            score *= following(text[:place])[token]
+        longer = {other[len(text)] for other in texts if other[: len(text)] == text != other}
+        found.append(score * (1.0 - following(text)[sorted(longer)].sum() if longer else 1.0))
+    return np.array(found)
+
+
+def test_the_readout_is_what_scoring_every_candidate_string_gives(vlm: LocalVlm) -> None:
+    prompt = vlm.chat.prompt(contract.about_ambient(2), [picture()])
+    read = [beliefs(vlm.numbers, one) for one in vlm.network.readout(prompt, vlm.numbers)]
+    for question in range(2):
+        scored = brute_force(vlm, question)
+        assert np.abs(read[question] - scored).max() < 1e-4
+        normal, wanted = read[question] / read[question].sum(), scored / scored.sum()
+        assert np.abs(normal - wanted).max() < 1e-4
+        assert wanted.max() > 0.02  # the comparison is one of more than rounding
+
+
+def test_a_kept_head_changes_nothing(vlm: LocalVlm) -> None:
+    prompt = vlm.chat.prompt(contract.about_ambient(3), [picture()])
+    keeping = vlm.network.readout(prompt, vlm.numbers)
+    again = vlm.network.readout(prompt, vlm.numbers)
+    whole = replace(prompt, head=(), body=(*prompt.head, *prompt.body))  # nothing to keep
+    forgetful = vlm.network.readout(whole, vlm.numbers)
+    assert np.abs(np.exp(keeping) - np.exp(forgetful)).max() < 1e-5
+    assert (keeping == again).all()
+
+
+def test_the_answer_hangs_on_picture_and_wording(vlm: LocalVlm) -> None:
+    rows = []
+    for seed in range(2):
+        prompt = vlm.chat.prompt(contract.about_ambient(2), [picture(seed)])
+        rows.append(np.exp(vlm.network.readout(prompt, vlm.numbers)[:, 0]))
+    assert np.abs(rows[0] - rows[1]).max() > 1e-3
+    assert np.abs(rows[0][0] - rows[0][1]).max() > 1e-3
+
+
+def test_a_plain_pass_is_the_librarys_own(vlm: LocalVlm) -> None:
+    prompt = vlm.chat.prompt(contract.about_ambient(1), [picture()])
+    ids = torch.tensor([[*prompt.head, *prompt.body, *prompt.tails[0]]])
+    kinds = (ids == vlm.network.model.config.image_token_id).int()
+    with torch.inference_mode():
+        logits = vlm.network.model(
+            input_ids=ids, mm_token_type_ids=kinds, logits_to_keep=1, **prompt.tensors
+        ).logits
+    wanted = torch.log_softmax(logits[0, -1].float(), dim=-1).numpy()
+    assert np.abs(vlm.network.following(prompt) - wanted).max() < 1e-4
+
+
+def test_writing_gives_what_the_librarys_own_generation_gives(vlm: LocalVlm) -> None:
+    prompt = vlm.chat.prompt(contract.about_ambient(1), [picture()])
+    ids = torch.tensor([[*prompt.head, *prompt.body, *prompt.tails[0]]])
+    kinds = (ids == vlm.network.model.config.image_token_id).int()
+    made = vlm.network.model.generate(
+        input_ids=ids,
+        attention_mask=torch.ones_like(ids),
+        mm_token_type_ids=kinds,
+        do_sample=False,
+        max_new_tokens=12,
+        **prompt.tensors,
+    )
+    wanted = [id for id in made[0, ids.shape[1] :].tolist() if id not in vlm.network.ends]
+    assert vlm.network.write(prompt, 12) == wanted
+    assert len(wanted) > 3
+
+
+def test_planted_logits_are_read_as_the_number_they_spell(vlm: LocalVlm) -> None:
+    with planting(vlm, "-17"):
+        reading = vlm.ambient(picture())
+    assert reading.value_c == pytest.approx(-17.0, abs=1e-3)
+    assert reading.low_c == pytest.approx(-17.4, abs=1e-2)
+    assert reading.high_c == pytest.approx(-16.6, abs=1e-2)
+    assert reading.prompt_sd_c == pytest.approx(0.0, abs=1e-3)
+    assert reading.share == pytest.approx(1.0, abs=1e-3)
+    assert reading.method == "readout"
+
+
+def test_a_reading_tells_interval_quarrel_and_share(vlm: LocalVlm) -> None:
+    reading = vlm.ambient(picture())
+    assert -30.5 <= reading.low_c < reading.value_c < reading.high_c <= 60.5
+    assert reading.prompt_sd_c is not None
+    assert reading.prompt_sd_c > 0.0
+    assert 0.0 < (reading.share or 0.0) < 1.0
+    assert reading.seconds > 0.0
+    assert vlm.ambient(picture()).value_c == reading.value_c
+
+
+def test_one_wording_has_no_quarrel(folder: Path) -> None:
+    assert load_local(settings(folder, wordings=1)).ambient(picture()).prompt_sd_c is None
+
+
+def test_bfloat16_gives_nearly_the_same(folder: Path, vlm: LocalVlm) -> None:
+    half = load_local(settings(folder, precision="bfloat16"))
+    assert half.network.model.dtype == torch.bfloat16
+    assert abs(half.ambient(picture()).value_c - vlm.ambient(picture()).value_c) < 3.0
+
+
+@pytest.mark.parametrize("budget", [4, 16, 64])
+def test_a_picture_costs_no_more_tokens_than_allowed(folder: Path, budget: int) -> None:
+    vlm = load_local(settings(folder, image_tokens=budget))
+    for shape in ((480, 640), (90, 300), (1, 1), (30, 20)):
+        small = np.zeros((*shape, 3), np.uint8)
+        prompt = vlm.chat.prompt(contract.about_ambient(1), [small])
+        assert 1 <= prompt.body.count(vlm.chat.image_id) <= budget
+
+
+def test_a_material_is_evidence_that_leaves_the_rest_open(vlm: LocalVlm) -> None:
+    evidence = vlm.material(picture(), picture(1, 60, 60), NAMES)
+    assert evidence.rung == "vlm"
+    assert {name for name, _ in evidence.beliefs} == set(NAMES)
+    chances = [chance for _, chance in evidence.beliefs]
+    assert chances == sorted(chances, reverse=True)
+    assert 0.0 < sum(chances) <= TRUST
+
+
+@pytest.mark.parametrize("name", ["wood", "ceramic", "foliage"])
+def test_a_planted_material_is_said_but_never_for_sure(vlm: LocalVlm, name: str) -> None:
+    with planting(vlm, name):
+        evidence = vlm.material(picture(), picture(1, 60, 60), NAMES)
+    assert evidence.material == name
+    assert evidence.confidence == pytest.approx(TRUST, abs=1e-3)
+    assert evidence.confidence < SURE
+    assert decide([evidence]).source == "vlm"
+
+
+def test_a_model_that_says_unknown_believes_nothing(vlm: LocalVlm) -> None:
+    with planting(vlm, materials.UNKNOWN):
+        evidence = vlm.material(picture(), picture(1, 60, 60), NAMES)
+    assert sum(chance for _, chance in evidence.beliefs) < 1e-3
+
+
+def test_a_sentence_is_read(folder: Path) -> None:
+    writer = load_local(settings(folder, method="generation"))
+    with planting(writer, "22"):
+        reading = writer.ambient(picture())
+    assert (reading.value_c, reading.method) == (22.0, "generation")
+    assert (reading.low_c, reading.high_c) == (14.0, 30.0)
+    assert reading.prompt_sd_c is reading.share is None
+
+
+def test_nonsense_is_told(folder: Path) -> None:
+    writer = load_local(settings(folder, method="generation"))
+    with planting(writer, "warm"), pytest.raises(VlmError, match="states no temperature: `warm`"):
+        writer.ambient(picture())
+
+
+def test_writing_gives_up_in_time(folder: Path) -> None:
+    writer = load_local(settings(folder, method="generation", timeout_s=0.0))
+    with pytest.raises(VlmError, match="longer than allowed"):
+        writer.ambient(picture())
+
+
+def test_it_is_a_vlm_that_can_be_closed(folder: Path) -> None:
+    vlm: Vlm = load_vlm(settings(folder))
+    assert not vlm.is_remote
+    assert vlm.name == str(folder)
+    vlm.close()
+    with pytest.raises(VlmError, match="closed"):
+        vlm.ambient(picture())
+
+
+def nan_weights(folder: Path) -> None:
+    rewrite(
+        folder, lambda name, tensor: tensor * np.nan if name.endswith("norm.weight") else tensor
+    )
+
+
+def few_weights(folder: Path) -> None:
+    rewrite(folder, lambda name, tensor: None if "layers.1.mlp" in name else tensor)
+
+
+def broken_weights(folder: Path) -> None:
+    file = folder / "model.safetensors"
+    file.write_bytes(file.read_bytes()[:1000])
+
+
+def pickled_weights(folder: Path) -> None:
+    file = folder / "model.safetensors"
+    torch.save(load_file(file), folder / "pytorch_model.bin")
+    file.unlink()
+
+
+def no_weights(folder: Path) -> None:
+    (folder / "model.safetensors").unlink()
+
+
+def broken_config(folder: Path) -> None:
+    (folder / "config.json").write_text("{")
+
+
+def no_config(folder: Path) -> None:
+    (folder / "config.json").unlink()
+
+
+def text_model(folder: Path) -> None:
+    told = json.loads((folder / "config.json").read_text())["text_config"]
+    (folder / "config.json").write_text(json.dumps({**told, "model_type": "qwen2"}))
+
+
+def no_images(folder: Path) -> None:
+    (folder / "preprocessor_config.json").unlink()
+
+
+def no_tokenizer(folder: Path) -> None:
+    for file in folder.glob("tokenizer*"):
+        file.unlink()
+
+
+def no_template(folder: Path) -> None:
+    (folder / "chat_template.jinja").unlink()
+
+
+def deaf_template(folder: Path) -> None:
+    (folder / "chat_template.jinja").write_text("{% for m in messages %}hello{% endfor %}")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "complaint"),
+    [
+        (nan_weights, "NaN or infinite logits"),
+        (few_weights, r"lacks \d weights"),
+        (broken_weights, "cannot be loaded|failed"),
+        (pickled_weights, "cannot be loaded|failed"),
+        (no_weights, "cannot be loaded|failed"),
+        (broken_config, "cannot be loaded|failed"),
+        (no_config, "has no config.json"),
+        (text_model, "cannot be loaded|failed"),
+        (no_images, "cannot be loaded|failed"),
+        (no_tokenizer, "told apart|cannot be loaded"),
+        (no_template, "chat.template"),
+        (deaf_template, "no place for pictures"),
+    ],
+)
+def test_a_spoilt_folder_is_refused(
+    copied: Path, spoil: Callable[[Path], None], complaint: str
+) -> None:
+    spoil(copied)
+    with pytest.raises(VlmError, match=complaint):
+        load_local(settings(copied))
+
+
+def test_an_encoder_is_no_vision_language_model(tmp_path: Path) -> None:
+    with pytest.raises(VlmError, match=r"cannot be loaded|failed"):
+        load_local(settings(write_network(tmp_path / "convnext")))
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"device": "cuda"}, "no CUDA device"),
+        ({"device": "tpu"}, "none of cpu, cuda"),
+        ({"threads": 0}, "1 thread or more"),
+        ({"image_tokens": 3}, "4 image tokens or more"),
+        ({"wordings": 0}, "1 to 4 wordings"),
+        ({"wordings": 5}, "1 to 4 wordings"),
+        ({"method": "text"}, "readout or generation"),
+        ({"precision": "int1"}, "none of bfloat16, float32"),
+        ({"model": "no/such/folder"}, "no folder here"),
+        ({"model": ""}, "no folder here|has no config"),
+    ],
+)
+def test_settings_that_do_not_fit_are_refused(
+    folder: Path, options: dict[str, Any], complaint: str
+) -> None:
+    if options.get("device") == "cuda" and torch.cuda.is_available():
+        pytest.skip("there is a CUDA device here")
+    with pytest.raises(VlmError, match=complaint):
+        load_local(settings(folder, **options))
+
+
+def test_a_model_larger_than_the_free_memory_is_refused(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = tmp_path / "meminfo"
+    told.write_text("MemTotal: 100 kB\nMemAvailable: 90 kB\n")
+    monkeypatch.setattr(weights, "MEMINFO", told)
+    with pytest.raises(VlmError, match="out of memory"):
+        load_local(settings(folder))
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        MemoryError("no more"),
+        torch.OutOfMemoryError("CUDA out of memory"),
+        RuntimeError("DefaultCPUAllocator: can't allocate memory: you tried to allocate 9 bytes"),
+    ],
+)
+def test_memory_that_runs_out_while_asking_is_told(vlm: LocalVlm, error: Exception) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    hook = vlm.network.model.lm_head.register_forward_pre_hook(fail)
+    try:
+        with pytest.raises(VlmError, match="ran out of memory"):
+            vlm.ambient(picture())
+    finally:
+        hook.remove()
+    assert vlm.ambient(picture()).method == "readout"
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_logits_that_are_no_number_are_told(vlm: LocalVlm, wrong: float) -> None:
+    def spoil(_module: object, _inputs: object, logits: torch.Tensor) -> torch.Tensor:
+        logits = logits.clone()
+        logits[0, -1, 5] = wrong
+        return logits
+
+    hook = vlm.network.model.lm_head.register_forward_hook(spoil)
+    try:
+        for ask in (
+            lambda: vlm.ambient(picture()),
+            lambda: vlm.material(picture(), picture(), NAMES),
+        ):
+            with pytest.raises(VlmError, match="NaN or infinite"):
+                ask()
+    finally:
+        hook.remove()
+
+
+def test_what_is_no_picture_is_refused(vlm: LocalVlm) -> None:
+    for shape in ((0, 0, 3), (3, 2000, 3)):
+        with pytest.raises(VlmError, match="image processor fails"):
+            vlm.ambient(np.zeros(shape, np.uint8))
+
+
+def test_heads_are_kept_for_a_few_instructions_only(vlm: LocalVlm) -> None:
+    for count in range(2, 9):
+        vlm.material(picture(), picture(1), NAMES[:count])
+    assert len(vlm.network._heads) == 4
+
+
+def test_a_process_is_prepared_before_torch_is_imported(folder: Path) -> None:
+    code = (
+        "import os, sys\n"
+        "from hapticvlm.vlm.local import load_vlm, prepare_process\n"
+        "from hapticvlm.vlm.contract import VlmSettings\n"
+        "assert prepare_process(1)\n"
+        "load_vlm(VlmSettings(model=sys.argv[1], precision='float32'))\n"
+        "assert not prepare_process(1)\n"
+        f"assert all(os.environ[k] == v for k, v in {PASSIVE!r}.items())\n"
+    )
+    clean = {key: value for key, value in os.environ.items() if key not in PASSIVE}
+    root = Path(generation.__file__).parents[2]
+    subprocess.run(
+        [sys.executable, "-c", code, str(folder)],
+        check=True,
+        env={**clean, "PYTHONPATH": str(root)},
+        timeout=300,
+    )
+
+
+def test_a_folder_that_is_not_there_is_refused_before_torch_is_imported(tmp_path: Path) -> None:
+    code = (
+        "import sys\n"
+        "from hapticvlm.vlm.contract import VlmError, VlmSettings\n"
+        "from hapticvlm.vlm.local import load_vlm\n"
+        "try:\n"
+        "    load_vlm(VlmSettings(model=sys.argv[1]))\n"
+        "except VlmError as error:\n"
+        "    print(error, 'torch' in sys.modules)\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "nothing")]
+    said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout
+    assert "is no folder here" in said
+    assert said.split()[-1] == "False"
+
+
+def test_the_interval_is_that_of_the_mixed_wordings(vlm: LocalVlm) -> None:
+    prompt = vlm.chat.prompt(contract.about_ambient(2), [picture()])
+    read = [beliefs(vlm.numbers, one) for one in vlm.network.readout(prompt, vlm.numbers)]
+    reading = vlm.ambient(picture())
+    assert (reading.low_c, reading.high_c) == (spread(read).low_c, spread(read).high_c)

@@ -1,0 +1,482 @@
+"""A remote model against a real HTTP endpoint on loopback, honest ones and others."""
+
+import base64
+import json
+import socket
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import simplejpeg
+from serving import Reply, Request, endpoint, raw, says, sends, tells
+
+from hapticvlm.backoff import OPEN_S, TRIP
+from hapticvlm.vlm.contract import VlmError, VlmSettings
+from hapticvlm.vlm.endpoint import MOST_BYTES, read_address
+from hapticvlm.vlm.remote import RemoteVlm, RestingError
+
+PICTURE = np.random.default_rng(1).integers(0, 255, (90, 160, 3), dtype=np.uint8)
+SOON_S = 0.5  # time limit of a question that is meant to run out
+NAMES = ("wood", "glass", "fabric", "metal")
+
+
+class Clock:
+    """Seconds that pass when a test says so."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def vlm(url: str, clock: Callable[[], float] = time.monotonic, **settings: Any) -> RemoteVlm:
+    wanted = VlmSettings(url=url, wordings=1, timeout_s=20.0)
+    return RemoteVlm(replace(wanted, **settings), clock)
+
+
+def refused(reply: Reply, **settings: Any) -> str:
+    """Ask an endpoint that gives such an answer; return why that is none."""
+    with endpoint(reply) as served, pytest.raises(VlmError) as caught:
+        vlm(served.url, **settings).ambient(PICTURE)
+    return str(caught.value)
+
+
+def test_a_stated_temperature_is_read_with_an_interval_that_is_our_own() -> None:
+    with endpoint(says("It is about 21 °C.")) as served:
+        reading = vlm(served.url).ambient(PICTURE)
+    assert (reading.value_c, reading.low_c, reading.high_c) == (21.0, 13.0, 29.0)
+    assert (reading.method, reading.share, reading.prompt_sd_c) == ("text", None, None)
+    assert reading.seconds > 0
+
+
+def test_log_probabilities_are_used_where_they_are_offered() -> None:
+    reply = tells(("2", {"2": 0.9, "1": 0.1}), ("1", {"1": 0.7, "4": 0.3}), ("", {"": 1.0}))
+    with endpoint(reply) as served:
+        reading = vlm(served.url).ambient(PICTURE)
+    teens = 0.1 * (1 + sum(range(10, 20))) / 11
+    assert reading.value_c == pytest.approx(0.63 * 21 + 0.27 * 24 + teens)
+    assert reading.low_c < 19.5
+    assert 23.0 < reading.high_c < 25.0
+    assert reading.method == "logprobs"
+    assert reading.share == pytest.approx(1.0)
+
+
+def test_a_value_that_a_tail_pulls_away_stays_inside_its_interval() -> None:
+    with endpoint(tells(("21", {"21": 0.91, "-30": 0.09}))) as served:
+        reading = vlm(served.url).ambient(PICTURE)
+    assert reading.value_c == pytest.approx(0.91 * 21 - 0.09 * 30)
+    assert reading.low_c <= reading.value_c <= reading.high_c
+
+
+def test_log_probabilities_of_words_are_left_for_the_text() -> None:
+    reply = tells(("It", {"It": 0.9, "2": 0.1}), (" is 18 °C", {" is 18 °C": 1.0}))
+    with endpoint(reply) as served:
+        reading = vlm(served.url).ambient(PICTURE)
+    assert (reading.method, reading.value_c) == ("text", 18.0)
+
+
+def test_text_alone_or_log_probabilities_alone_can_be_asked_for() -> None:
+    reply = tells(("21", {"21": 0.6, "11": 0.4}))
+    with endpoint(reply) as served:
+        assert vlm(served.url, method="text").ambient(PICTURE).value_c == 21.0
+        assert "logprobs" not in served.questions[-1]
+        assert vlm(served.url, method="logprobs").ambient(PICTURE).value_c == pytest.approx(17.0)
+    assert "gives no log-probabilities" in refused(says("21"), method="logprobs")
+
+
+def test_an_endpoint_that_knows_no_log_probabilities_is_asked_without_from_then_on() -> None:
+    def strict(sock: socket.socket, request: Request) -> None:
+        if "logprobs" in request.body:
+            sends('{"detail": "Unexpected fields"}', "422 Unprocessable Entity")(sock, request)
+        else:
+            says("9")(sock, request)
+
+    with endpoint(strict) as served:
+        remote = vlm(served.url)
+        assert [remote.ambient(PICTURE).value_c for _ in range(2)] == [9.0, 9.0]
+        assert ["logprobs" in body for body in served.questions] == [True, False, False]
+
+
+def test_wordings_are_averaged_and_their_disagreement_is_told() -> None:
+    with endpoint([says("10"), says("20")]) as served:
+        reading = vlm(served.url, wordings=2).ambient(PICTURE)
+        asked = [body["messages"][0]["content"][-1]["text"] for body in served.questions]
+    assert (reading.value_c, reading.low_c, reading.high_c) == (15.0, 2.0, 28.0)
+    assert reading.prompt_sd_c == pytest.approx(7.07, abs=0.01)
+    assert len(set(asked)) == 2
+
+
+def test_what_is_sent_is_one_small_jpeg_after_the_instruction() -> None:
+    with endpoint(says("21")) as served:
+        vlm(served.url, image_tokens=4).ambient(PICTURE)
+        body = served.questions[0]
+    instruction, picture, question = body["messages"][0]["content"]
+    assert (instruction["type"], question["type"]) == ("text", "text")
+    head, data = picture["image_url"]["url"].split(",")
+    assert head == "data:image/jpeg;base64"
+    shown = simplejpeg.decode_jpeg(base64.b64decode(data))
+    assert shown.shape[0] * shown.shape[1] == pytest.approx(4 * 28 * 28, rel=0.05)
+    assert shown.shape[1] / shown.shape[0] == pytest.approx(160 / 90, rel=0.05)
+    assert (body["stream"], body["temperature"]) == (False, 0.0)
+
+
+def test_a_picture_within_its_budget_is_sent_as_large_as_it_is() -> None:
+    with endpoint(says("21")) as served:
+        vlm(served.url, image_tokens=64).ambient(PICTURE)
+        _, picture, _ = served.questions[0]["messages"][0]["content"]
+    data = base64.b64decode(picture["image_url"]["url"].split(",")[1])
+    assert simplejpeg.decode_jpeg(data).shape == PICTURE.shape
+
+
+def test_the_model_asked_is_the_one_given() -> None:
+    with endpoint(says("21")) as served:
+        remote = vlm(served.url, model="some/vlm")
+        remote.ambient(PICTURE)
+        assert [request.verb for request in served.requests] == ["POST"]
+        assert served.questions[0]["model"] == "some/vlm"
+    assert remote.name == f"some/vlm at {served.url.removeprefix('http://')}"
+
+
+@pytest.mark.parametrize(
+    ("listed", "asked"),
+    [
+        (["only/one"], "only/one"),
+        (["a/b", "Qwen/Qwen2-VL-2B-Instruct"], "Qwen/Qwen2-VL-2B-Instruct"),
+        ([], "Qwen/Qwen2-VL-2B-Instruct"),
+        (None, "Qwen/Qwen2-VL-2B-Instruct"),
+    ],
+)
+def test_without_a_given_model_the_endpoint_is_asked_for_its_own_once(
+    listed: list[str] | None, asked: str
+) -> None:
+    with endpoint(says("21"), models=listed) as served:
+        remote = vlm(served.url)
+        remote.ambient(PICTURE)
+        remote.ambient(PICTURE)
+        assert [body["model"] for body in served.questions] == [asked, asked]
+        assert len(served.requests) == 3
+
+
+def test_several_models_to_choose_from_are_named() -> None:
+    with endpoint(says("21"), models=["a/b", "c/d"]) as served:
+        with pytest.raises(VlmError, match="several models, name one: a/b, c/d"):
+            vlm(served.url).ambient(PICTURE)
+        assert served.questions == []
+
+
+def test_a_material_is_weighed_by_log_probabilities() -> None:
+    with endpoint(tells(("w", {"w": 0.6, "glass": 0.3, "un": 0.1}), ("ood", {"ood": 1.0}))) as at:
+        evidence = vlm(at.url).material(PICTURE, PICTURE, NAMES)
+        pictures = [
+            part for part in at.questions[0]["messages"][0]["content"] if "image_url" in part
+        ]
+    assert evidence.rung == "vlm"
+    assert dict(evidence.beliefs) == pytest.approx({"wood": 0.6, "glass": 0.3})
+    assert len(pictures) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "beliefs"),
+    [("Metal.", {"metal": 0.6}), ("unknown", {}), ("It is glass", {"glass": 0.6})],
+)
+def test_a_material_that_is_said_is_believed_but_not_surely(
+    text: str, beliefs: dict[str, float]
+) -> None:
+    with endpoint(says(text)) as served:
+        assert dict(vlm(served.url).material(PICTURE, PICTURE, NAMES).beliefs) == beliefs
+
+
+def test_two_materials_or_none_are_no_answer() -> None:
+    for text in ("wood or glass", "banana", ""):
+        with endpoint(says(text)) as served, pytest.raises(VlmError, match="materials"):
+            vlm(served.url).material(PICTURE, PICTURE, NAMES)
+
+
+@pytest.mark.parametrize(
+    ("reply", "why"),
+    [
+        (says("900"), "outside -30 to 60"),
+        (says("NaN degrees"), "no temperature"),
+        (says("the purple of the evening"), "no temperature"),
+        (says(""), "no temperature"),
+        (says(None), "no text"),
+        (says(["21"]), "no text"),
+        (sends('{"choices": []}'), "no choices"),
+        (sends('{"choices": 21}'), "no choices"),
+        (sends('{"choices": [null]}'), "no choices"),
+        (sends("{}"), "no choices"),
+        (sends("[]"), "no object"),
+        (sends('{"choices": [{"message": {"content": NaN}}]}'), "no JSON"),
+        (sends("21"), "no object"),
+        (sends('{"choices": [{"message"'), 'no JSON: {"choices"'),
+        (sends("[" * 100_000), "no JSON"),
+        (sends("9" * 10_000), "no JSON"),
+        (sends(b"\xff\xfe\x00"), "no JSON"),
+        (sends("<html><h1>Welcome</h1></html>", Content_Type="text/html"), "no JSON: <html>"),
+        (sends('{"error": {"message": "out of memory"}}'), "endpoint says: out of memory"),
+        (sends('{"error": "no such model"}', "404 Not Found"), "HTTP 404: no such model"),
+        (sends('{"detail": "overloaded"}', "503 Service Unavailable"), "HTTP 503: overloaded"),
+        (sends("boom\r\nFAKE LOG LINE", "500 Internal Server Error"), "HTTP 500: boom FAKE LOG"),
+        (sends("", "500 Internal Server Error"), "HTTP 500: no word why"),
+        (sends("", "204 No Content"), "HTTP 204"),
+        (sends("x" * (MOST_BYTES + 1)), "larger than"),
+        (sends("{}", Content_Length=10**15), "larger than"),
+        (sends("{}", Content_Length=50), "48 bytes early"),
+        (sends('{"choices": 1}', Content_Length=5), "no JSON"),
+        (sends("{}", Content_Length="many"), "no choices"),
+        (raw(b"SSH-2.0-OpenSSH_9.6\r\n"), "SSH-2.0"),
+        (raw(b""), "closed connection"),
+        (raw(b"HTTP/1.1 200 OK\r\n" + b"X: y\r\n" * 200 + b"\r\n{}"), "100 headers"),
+        (raw(b"HTTP/1.1 200 OK\r\nX: " + b"y" * 100_000 + b"\r\n\r\n{}"), "header line"),
+        (
+            raw(b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nab"),
+            "IncompleteRead",
+        ),
+        (
+            raw(b"HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\n\r\n\x1f\x8b\x08\x00"),
+            "no JSON",
+        ),
+    ],
+)
+def test_an_answer_of_no_use_is_refused_in_words(reply: Reply, why: str) -> None:
+    text = refused(reply)
+    assert why in text
+    assert len(text) < 400
+    assert text.isprintable()
+
+
+def test_a_probability_above_one_is_refused() -> None:
+    content = [{"token": "21", "logprob": 2.0, "top_logprobs": []}]
+    assert "log-probability" in refused(says("21", logprobs={"content": content}))
+
+
+def hang(_sock: socket.socket, _request: Request) -> None:
+    time.sleep(20 * SOON_S)
+
+
+def dribble(sock: socket.socket, _request: Request) -> None:
+    for byte in b"HTTP/1.1 200 OK\r\nContent-Length: 1000\r\n\r\n" + b" " * 1000:
+        sock.sendall(bytes([byte]))
+        time.sleep(SOON_S / 10)
+
+
+def flood(sock: socket.socket, _request: Request) -> None:
+    sock.sendall(b"HTTP/1.1 200 OK\r\n\r\n")
+    for _ in range(10_000):
+        sock.sendall(b"x" * 65536)
+
+
+@pytest.mark.parametrize("reply", [hang, dribble])
+def test_one_that_hangs_or_dribbles_is_cut_off_in_time(reply: Reply) -> None:
+    started = time.monotonic()
+    assert f"no whole answer within {SOON_S}" in refused(reply, timeout_s=SOON_S, model="some/vlm")
+    assert time.monotonic() - started < 8 * SOON_S
+
+
+def test_one_time_limit_holds_for_all_wordings() -> None:
+    def slow(sock: socket.socket, request: Request) -> None:
+        time.sleep(0.6 * SOON_S)
+        says("21")(sock, request)
+
+    assert "no whole answer" in refused(slow, timeout_s=SOON_S, wordings=4, model="some/vlm")
+
+
+def test_no_more_is_read_than_an_answer_may_hold() -> None:
+    assert "larger than" in refused(flood)
+
+
+def test_an_endpoint_that_is_down_is_said_to_be() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    with pytest.raises(VlmError, match="refused"):
+        vlm(f"http://127.0.0.1:{port}").ambient(PICTURE)
+
+
+def test_one_that_speaks_no_tls_is_told_apart() -> None:
+    with endpoint(says("21")) as served, pytest.raises(VlmError, match="SSL"):
+        vlm(served.url.replace("http", "https")).ambient(PICTURE)
+
+
+def test_a_redirect_is_not_followed() -> None:
+    with endpoint(says("21")) as elsewhere:
+        url = f"{elsewhere.url}/v1/chat/completions"
+        assert "redirects" in refused(sends("", "307 Temporary Redirect", Location=url))
+        assert elsewhere.requests == []
+
+
+def test_a_proxy_of_the_environment_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    with endpoint(says("1")) as proxy, endpoint(says("21")) as served:
+        for name in ("http_proxy", "HTTP_PROXY", "https_proxy", "ALL_PROXY"):
+            monkeypatch.setenv(name, proxy.url)
+        assert vlm(served.url).ambient(PICTURE).value_c == 21.0
+        assert proxy.requests == []
+
+
+def test_a_token_is_sent_and_never_shown() -> None:
+    def echo(sock: socket.socket, request: Request) -> None:
+        said = request.headers["authorization"]
+        sends(json.dumps({"error": said}), "401 Unauthorized")(sock, request)
+
+    with endpoint([says("21"), echo]) as served:
+        remote = vlm(served.url, token="s3cret")
+        remote.ambient(PICTURE)
+        assert served.requests[-1].headers["authorization"] == "Bearer s3cret"
+        with pytest.raises(VlmError) as caught:
+            remote.ambient(PICTURE)
+    assert "HTTP 401: Bearer (token)" in str(caught.value)
+    assert "s3cret" not in repr(vars(remote)) + repr(VlmSettings(token="s3cret"))
+
+
+@pytest.mark.parametrize("token", ["", "two words", "line\r\nX-Evil: 1", "ä"])
+def test_a_token_that_no_header_can_hold_is_refused_unrepeated(token: str) -> None:
+    with pytest.raises(VlmError) as caught:
+        vlm("http://127.0.0.1:8000", token=token)
+    assert not token or token not in str(caught.value)
+
+
+def test_a_token_travels_in_clear_text_to_this_machine_only() -> None:
+    vlm("http://127.0.0.1:8000", token="s3cret")
+    vlm("http://[::1]:8000", token="s3cret")
+    vlm("https://gpu.example:8000", token="s3cret")
+    with pytest.raises(VlmError, match="clear text"):
+        vlm("http://gpu.example:8000", token="s3cret")
+
+
+@pytest.mark.parametrize(
+    ("url", "place", "path"),
+    [
+        ("http://127.0.0.1:8000", "127.0.0.1:8000", ""),
+        ("http://127.0.0.1:8000/v1/", "127.0.0.1:8000", ""),
+        ("https://gpu.example", "gpu.example:443", ""),
+        ("https://gpu.example/team/v1", "gpu.example:443", "/team"),
+        ("http://[::1]:8000", "[::1]:8000", ""),
+        ("http://localhost", "localhost:80", ""),
+    ],
+)
+def test_urls_are_taken_with_or_without_v1(url: str, place: str, path: str) -> None:
+    address = read_address(url)
+    assert (address.name, address.path) == (place, path)
+    assert address.is_loopback == ("gpu" not in url)
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "gpu.example:8000",
+        "ftp://gpu.example",
+        "file:///etc/passwd",
+        "http://",
+        "http://user:pw@gpu.example",
+        "http://gpu.example:99999",
+        "http://gpu.example/?key=1",
+        "http://gpu.example/#top",
+        "http://gpu.example/a b",
+        "http://gpu.example/\r\nX: 1",
+        "",
+    ],
+)
+def test_other_urls_are_refused_before_anything_is_sent(url: str) -> None:
+    with pytest.raises(VlmError, match="--vlm-url") as caught:
+        vlm(url)
+    assert "pw" not in str(caught.value)
+
+
+def test_a_method_that_needs_the_model_itself_is_refused() -> None:
+    with pytest.raises(VlmError, match="cannot do readout"):
+        vlm("http://127.0.0.1:8000", method="readout")
+
+
+def test_a_failing_endpoint_is_left_alone_then_tried_once_then_healed() -> None:
+    clock = Clock()
+    broken = sends("", "500 Internal Server Error")
+    with endpoint([broken] * (TRIP + 1) + [says("21")]) as served:
+        remote = vlm(served.url, clock, model="some/vlm")
+        for _ in range(TRIP):
+            with pytest.raises(VlmError, match="HTTP 500"):
+                remote.ambient(PICTURE)
+            with pytest.raises(RestingError, match="HTTP 500") as caught:
+                remote.ambient(PICTURE)
+            clock.now += caught.value.seconds - 0.01
+            assert remote.state == ("closed" if len(served.questions) < TRIP else "open")
+            clock.now += 0.02
+        assert len(served.questions) == TRIP
+        states = [remote.state]
+        with pytest.raises(VlmError, match="HTTP 500"):
+            remote.ambient(PICTURE)
+        states.append(remote.state)
+        assert states == ["half-open", "open"]
+        clock.now += 2 * OPEN_S
+        assert remote.ambient(PICTURE).value_c == 21.0
+        assert remote.ambient(PICTURE).value_c == 21.0
+    assert remote.state == "closed"
+
+
+def test_one_that_asks_for_patience_is_given_it() -> None:
+    clock = Clock()
+    busy = sends('{"error": "slow down"}', "429 Too Many Requests", Retry_After=17)
+    with endpoint([busy, says("21")]) as served:
+        remote = vlm(served.url, clock, model="some/vlm")
+        with pytest.raises(VlmError, match="HTTP 429: slow down"):
+            remote.ambient(PICTURE)
+        clock.now = 16.9
+        with pytest.raises(RestingError):
+            remote.ambient(PICTURE)
+        clock.now = 17.1
+        assert remote.ambient(PICTURE).value_c == 21.0
+
+
+@pytest.mark.parametrize("wait", ["Fri, 31 Dec 1999 23:59:59 GMT", "-5", "nan", "inf", ""])
+def test_a_nonsense_wish_for_patience_is_passed_over(wait: str) -> None:
+    clock = Clock()
+    with endpoint([sends("", "429 Too Many Requests", Retry_After=wait), says("21")]) as served:
+        remote = vlm(served.url, clock, model="some/vlm")
+        with pytest.raises(VlmError, match="HTTP 429"):
+            remote.ambient(PICTURE)
+        clock.now = 1.0
+        assert remote.ambient(PICTURE).value_c == 21.0
+
+
+def test_a_liar_is_left_alone_like_one_that_fails() -> None:
+    with endpoint(says("900")) as served:
+        remote = vlm(served.url, Clock(), model="some/vlm")
+        with pytest.raises(VlmError, match="outside"):
+            remote.ambient(PICTURE)
+        with pytest.raises(RestingError, match="outside"):
+            remote.material(PICTURE, PICTURE, NAMES)
+        assert len(served.questions) == 1
+
+
+def test_one_question_is_under_way_and_none_waits() -> None:
+    asked, go_on = threading.Event(), threading.Event()
+
+    def wait(sock: socket.socket, request: Request) -> None:
+        asked.set()
+        go_on.wait(20.0)
+        says("21")(sock, request)
+
+    with endpoint(wait) as served:
+        remote = vlm(served.url, model="some/vlm")
+        answers: list[float] = []
+        first = threading.Thread(target=lambda: answers.append(remote.ambient(PICTURE).value_c))
+        first.start()
+        assert asked.wait(20.0)
+        with pytest.raises(VlmError, match="busy"):
+            remote.ambient(PICTURE)
+        go_on.set()
+        first.join(20.0)
+        assert answers == [21.0]
+        assert remote.ambient(PICTURE).value_c == 21.0
+        assert len(served.questions) == 2
+
+
+def test_nothing_is_sent_before_a_question_is_asked() -> None:
+    with endpoint(says("21")) as served:
+        remote = vlm(served.url)
+        remote.close()
+        assert remote.is_remote
+        assert served.requests == []
