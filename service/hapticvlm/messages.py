@@ -369,10 +369,11 @@ class Transient(Wire, frozen=True):
 class Vibration(Wire, frozen=True, tag="vibration", tag_field="type"):
     """What one hand feels from now on: a short plan that replaces the one before. An event.
 
-    `amplitude` holds one value for each `period_ms`, 1 for the strongest vibration; after the last
-    value there is silence, so a lost link ends within 100 ms. `frequency_hz` is as long or, in the
-    form `amplitude`, empty; a transient is part of the amplitude too. An empty plan means silence
-    now; `stopped` says that a `stop`, perhaps of another connection, holds the vibration.
+    `amplitude` holds one value for each `period_ms`, 1 for the strongest that a controller can: it
+    is on the scale of controllers, so play it as it is. After the last value there is silence, so a
+    lost link ends within 100 ms. `frequency_hz` is as long or, in the form `amplitude`, empty; a
+    transient is part of the amplitude too. An empty plan means silence now; `stopped` says that a
+    `stop`, perhaps of another connection, holds the vibration.
     """
 
     id: int

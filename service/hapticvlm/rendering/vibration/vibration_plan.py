@@ -2,9 +2,11 @@
 
 A plan is rendered by the same voices that the speaker plays, from the same commands, at PLAN_HZ
 instead of 48 kHz: their band ends at 1 kHz. The voices follow the commands up to now; a fork of
-them runs ahead by HORIZON_S as if nothing changed, and the next plan replaces that guess. The
-amplitude of a period is sqrt(2) times its rms, so a full-scale sine is 1; its frequency is the one
-of a sine that changes as quickly, from the energy of the wave's differences over FREQUENCY_S.
+them runs ahead by HORIZON_S as if nothing changed, and the next plan replaces that guess. The level
+of a period is sqrt(2) times its rms, so a full-scale sine is 1; its frequency is the one of a sine
+that changes as quickly, from the energy of the wave's differences over FREQUENCY_S. What a plan
+holds is on the scale of controllers (controller_scale), and the gain scales that: half the gain is
+half the amplitude.
 """
 
 from __future__ import annotations
@@ -12,23 +14,28 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
+from hapticvlm.rendering.vibration.controller_scale import (
+    LEAST_IMPACT,
+    Form,
+    controller_amplitude,
+    loudness,
+)
 from hapticvlm.rendering.vibration.equaliser import Playback
 from hapticvlm.rendering.vibration.patterns import Pattern
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
 
-Form = Literal["amplitude", "parametric"]
 PLAN_HZ = 4000
 HORIZON_S = 0.1
 PERIOD_S: dict[Form, float] = {"amplitude": 0.0125, "parametric": 0.005}  # our choice: physics.md
 FREQUENCY_S = 0.015
-LEAST_AMPLITUDE = 1e-3  # -60 dB of full scale counts as silence
+SHORTEST_BLOW_S = 0.0125  # that a controller is told to play, of whatever strength; our choice
+LEAST_AMPLITUDE = 1e-3  # below is nothing to send
 _LOWEST_HZ, _HIGHEST_HZ = 20.0, 1000.0
 _STALE_S = 0.5  # a longer gap is not rendered: every impact and fade has ended
 
@@ -63,19 +70,12 @@ class VibrationPlanner:
         """Fill the caches of all materials, which takes a while."""
         slowed = [_at_plan_rate(pattern) for pattern in patterns]
         self._table = table
-        self._voices = Voices(gain, table, Playback(PLAN_HZ), slowed)
+        self.gain = gain
+        """Vibration gain, 0..1."""
+        self._voices = Voices(1.0, table, Playback(PLAN_HZ), slowed)
         self._rendered_until: float | None = None
         self._renewal: Command | None = None
         self._expires_at = -math.inf
-
-    @property
-    def gain(self) -> float:
-        """Vibration gain, 0..1."""
-        return self._voices.gain
-
-    @gain.setter
-    def gain(self, gain: float) -> None:
-        self._voices.gain = gain
 
     def obey(self, command: Command, now: float) -> None:
         """Receive a command; one that only renews waits for the next plan and costs nothing."""
@@ -93,7 +93,7 @@ class VibrationPlanner:
 
     def plan(self, form: Form, now: float) -> VibrationPlan:
         """Return what is rendered from `now` on if nothing changes; empty when nothing is."""
-        pulses = self._pulses() if form == "parametric" else ()
+        blows = self._voices.beginning()
         self._advance(now)
         period_s = PERIOD_S[form]
         ahead_s = min(HORIZON_S, self._expires_at - now)
@@ -101,18 +101,34 @@ class VibrationPlanner:
             return VibrationPlan(period_s)
         wave = self._voices.fork().render(round(HORIZON_S * PLAN_HZ), now)
         count = max(1, math.floor(ahead_s / period_s + 1e-9))
-        amplitude = amplitudes(wave, period_s)[:count]
+        amplitude = self._amplitude(wave, form, has_blow=bool(blows))[:count]
         if float(amplitude.max()) < LEAST_AMPLITUDE:
             return VibrationPlan(period_s)
-        frequency: tuple[float, ...] = ()
-        if form == "parametric":
-            frequency = tuple(np.round(frequencies(wave, period_s)[:count], 1).tolist())
-        return VibrationPlan(period_s, tuple(np.round(amplitude, 4).tolist()), frequency, pulses)
+        played = tuple(np.round(amplitude, 4).tolist())
+        if form == "amplitude":
+            return VibrationPlan(period_s, played)
+        frequency = tuple(np.round(frequencies(wave, period_s)[:count], 1).tolist())
+        return VibrationPlan(period_s, played, frequency, self._pulses(blows))
 
-    def _pulses(self) -> tuple[Pulse, ...]:
+    def _amplitude(
+        self, wave: NDArray[np.float32], form: Form, *, has_blow: bool
+    ) -> NDArray[np.float64]:
+        """Return what a controller plays in each period of the wave (N,), (periods,)."""
+        drive = loudness(wave, PLAN_HZ) if form == "amplitude" else wave
+        played = controller_amplitude(levels(drive, PERIOD_S[form]), form)
+        if has_blow:
+            beginning = played[: round(SHORTEST_BLOW_S / PERIOD_S[form])]
+            beginning[:] = np.maximum(beginning, LEAST_IMPACT)
+        return played * self.gain
+
+    def _pulses(self, blows: list[tuple[str, float]]) -> tuple[Pulse, ...]:
+        peaks = controller_amplitude(np.array([peak for _, peak in blows]), "parametric")
+        names = (name for name, _ in blows)
         return tuple(
-            Pulse(0.0, round(min(peak, 1.0), 4), self._table[name].vibration.modes[0].frequency_hz)
-            for name, peak in self._voices.beginning()
+            Pulse(
+                0.0, round(peak * self.gain, 4), self._table[name].vibration.modes[0].frequency_hz
+            )
+            for name, peak in zip(names, np.maximum(peaks, LEAST_IMPACT).tolist(), strict=True)
         )
 
     def _advance(self, now: float) -> None:
@@ -127,8 +143,8 @@ class VibrationPlanner:
             self._renewal = None
 
 
-def amplitudes(wave: _Wave, period_s: float) -> NDArray[np.float64]:
-    """Amplitude of each period of a wave (N,) at PLAN_HZ, 0..1, (periods,)."""
+def levels(wave: _Wave, period_s: float) -> NDArray[np.float64]:
+    """Level of each period of a wave (N,) at PLAN_HZ, 0..1, (periods,)."""
     size = round(period_s * PLAN_HZ)
     rows = wave[: wave.size // size * size].reshape(-1, size).astype(np.float64)
     return np.asarray(np.minimum(np.sqrt(2.0 * np.mean(rows**2, axis=1)), 1.0))

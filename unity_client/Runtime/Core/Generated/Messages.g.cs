@@ -2574,10 +2574,11 @@ namespace HapticVLM.Wire
 
     /// <summary>What one hand feels from now on: a short plan that replaces the one before. An event.
     ///
-    /// `amplitude` holds one value for each `period_ms`, 1 for the strongest vibration; after the last
-    /// value there is silence, so a lost link ends within 100 ms. `frequency_hz` is as long or, in the
-    /// form `amplitude`, empty; a transient is part of the amplitude too. An empty plan means silence
-    /// now; `stopped` says that a `stop`, perhaps of another connection, holds the vibration.</summary>
+    /// `amplitude` holds one value for each `period_ms`, 1 for the strongest that a controller can: it
+    /// is on the scale of controllers, so play it as it is. After the last value there is silence, so a
+    /// lost link ends within 100 ms. `frequency_hz` is as long or, in the form `amplitude`, empty; a
+    /// transient is part of the amplitude too. An empty plan means silence now; `stopped` says that a
+    /// `stop`, perhaps of another connection, holds the vibration.</summary>
     public sealed class Vibration
     {
         public long Id;
