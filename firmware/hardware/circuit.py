@@ -17,8 +17,8 @@ WIDTH, HEIGHT, STEP = 1240, 980, 42
 SHEETS = (
     ("Board and thermistors", 20, 30, "U1 R1 RT1 C1 R2 RT2 C2 R3 RT3 C3 R4 R5 R6"),
     ("Control voltage", 330, 30, "R7 R8 C4 R11 R9 R10 C5 R12 U2"),
-    ("Driver and module", 640, 30, "U3 RS J1 R13 R14 D1 TEC1"),
-    ("Cut-out", 950, 30, "J2 F1 R15 RT4 C6 R16 R17 R18 U4A U4B R19 Q1 K1 D2 D3 S1"),
+    ("Driver and module", 640, 30, "U3 L1 RS L2 R20 R21 R22 R23 J1 R13 D1 R14 TEC1"),
+    ("Cut-out", 950, 30, "J2 F1 R15 RT4 C6 R16 R17 R18 U4A U4B R19 Q1 K1 D2 D3 S1 S2"),
 )
 INK = "#1b1f24"
 
@@ -126,6 +126,9 @@ def _symbol(name: str, x: int, y: int) -> list[str]:
         path = f"M{x - 22} {y}H{x - 8}M{x - 8} {y - 8}V{y + 8}L{x + 8} {y}Z"
         path += f"M{x + 8} {y - 8}V{y + 8}M{x + 8} {y}H{x + 22}"
         return [f'<path d="{path}"/>']
+    if name[0] == "L":
+        arcs = "a5.5 5.5 0 0 1 11 0" * 4
+        return [f'<path d="M{x - 22} {y}{arcs}"/>']
     if name[0] == "S":
         return [
             _line(x - 22, y, x - 14, y),

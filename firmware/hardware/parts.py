@@ -61,7 +61,11 @@ PARTS = (
         "rail-to-rail operational amplifier, or alike",
         {"+": "PLUS", "-": "MINUS", "out": "CTLI", "V+": "BOARD5V", "V-": "GND"},
     ),
-    # Driver, and what limits the current whatever the driver does
+    # Driver, and what limits the current whatever the driver does. The driver holds
+    # V(OS1) - V(CS) = RS I at (CTLI - REF) / 10, so everything the module's current passes
+    # hangs between OS1 and OS2, and RS alone between OS1 and CS, behind the choke L1.
+    # CTLI above REF makes V(OS2) > V(OS1) > V(CS): the current enters the module at its minus
+    # lead and leaves at its plus lead, which heats the face whose makers call it the cold one.
     Part(
         "U3",
         "MAX1968",
@@ -72,18 +76,27 @@ PARTS = (
             "CTLI": "CTLI",
             "REF": "REF",
             "SHDN": "ENABLE",
+            "MAXIP": "MAXIP",
+            "MAXIN": "MAXIN",
+            "MAXV": "REF",
+            "LX1": "LX1",
+            "CS": "CS",
             "OS1": "OS1",
-            "CS": "OUT1",
-            "OS2": "OUT2",
+            "LX2": "LX2",
+            "OS2": "OS2",
         },
     ),
-    _two("RS", 0.05, "the driver's sense resistor, 1 %", "OS1", "OUT1"),
-    Part(
-        "J1", "plug", "between driver and module", {"1": "OUT1", "2": "OUT2", "3": "M1", "4": "M2"}
-    ),
-    _two("R13", 6.2, "10 W, on the module's own leads", "M1", "TEC+"),
-    _two("R14", 2.7, "10 W, on the module's own leads", "TEC+", "D1A"),
-    Part("D1", "SB340", "Schottky, 3 A: conducts while cooling", {"A": "D1A", "K": "M1"}),
+    _two("L1", "choke 1", "3 uH, 5 A, at most 0.05 ohm", "LX1", "CS"),
+    _two("RS", 0.05, "the driver's sense resistor, 1 %, 1 W", "CS", "OS1"),
+    _two("L2", "choke 2", "3 uH, 5 A, at most 0.05 ohm", "LX2", "OS2"),
+    _two("R20", 30.1e3, "1 %, limit of the heating current", "REF", "MAXIP"),
+    _two("R21", 10.0e3, "1 %", "MAXIP", "GND"),
+    _two("R22", 10.0e3, "1 %, limit of the cooling current", "REF", "MAXIN"),
+    _two("R23", 20.0e3, "1 %", "MAXIN", "GND"),
+    Part("J1", "plug", "between driver and module", {"1": "OS1", "2": "OS2", "3": "M1", "4": "M2"}),
+    _two("R13", 6.2, "25 W in an aluminium case, on a plate of its own", "M1", "TEC+"),
+    Part("D1", "SB340", "Schottky, 3 A: conducts while cooling", {"A": "M1", "K": "D1K"}),
+    _two("R14", 2.0, "25 W in an aluminium case, beside R13", "D1K", "TEC+"),
     Part("TEC1", "TEC1-03108", "31 couples, 20 x 20 mm, 0.37 ohm", {"+": "TEC+", "-": "M2"}),
     # Cut-out: window comparator, relay that holds itself
     Part(
@@ -108,14 +121,26 @@ PARTS = (
     Part(
         "K1",
         "5 V relay",
-        "two poles, 5 A; the first switches driver and module, the second tells the board",
+        "two poles, 5 A, force-guided: the first switches, the second tells the board",
         {"coil+": "COIL+", "coil-": "COIL-", "11": "+5V", "14": "SW", "21": "SENSE", "24": "GND"},
     ),
     Part("D2", "1N4001", "holds the relay by its own contact", {"A": "SW", "K": "COIL+"}),
     Part("D3", "1N4001", "across the coil", {"A": "COIL-", "K": "COIL+"}),
     _two("S1", "push-button", "starts the cut-out", "+5V", "COIL+"),
+    _two("S2", "push-button", "tests the cut-out: it must open", "GOOD", "GND"),
 )
 BY_NAME = {part.name: part for part in PARTS}
+
+# What a part may carry, from its data sheet or its kind: W of resistors, A and V of the others.
+POWER_W = {"RS": 1.0, "R13": 25.0, "R14": 25.0}
+SMALL_POWER_W = 0.1
+CURRENT_A = {"D1": 3.0, "K1": 5.0, "F1": 3.0, "J1": 5.0, "L1": 5.0, "L2": 5.0, "U3": 3.0}
+REVERSE_V = {"D1": 40.0, "D2": 50.0, "D3": 50.0}
+# R13 and R14 shed up to 7 W between them. They sit, screwed down with paste, on an aluminium plate
+# of 100 x 100 x 2 mm of their own, upright in free air [assumption: 5 K/W], a hand's length from
+# the palm, behind a cover with holes, and never on the module's sink, which they would warm.
+RESISTORS_K_PER_W = 5.0
+TOUCHABLE_C = 70.0  # bare metal for a second (docs/physics.md 3.1)
 BEAD_BETA_K = 4267.0
 
 
@@ -137,6 +162,18 @@ def cut_out_c() -> tuple[float, float]:
 def _bead_c(ratio: float) -> float:
     ohm = number("R15") * ratio / (1.0 - ratio)
     return 1.0 / (1.0 / 298.15 + math.log(ohm / number("RT4")) / BEAD_BETA_K) - 273.15
+
+
+def driver_limits_a() -> tuple[float, float]:
+    """Return the most that a sound driver cools and heats with, as MAXIN and MAXIP are set.
+
+    A limit is the pin's share of REF times 150 mV / RS.
+    """
+    most_a = 0.15 / number("RS")
+    heat, cool = (
+        number(low) / (number(high) + number(low)) for high, low in (("R20", "R21"), ("R22", "R23"))
+    )
+    return cool * most_a, heat * most_a
 
 
 def full_scale_a(board_v: float = 5.0) -> float:

@@ -22,13 +22,15 @@ HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # what the firmware may ask for
 # What limits the current whatever the chip says, on the module's own leads beyond its plug: so it
 # goes by the module's direction, and outlives a shorted FET (firmware/README.md). [assumption]
 SUPPLY_V, MODULE_OHM, LEADS_OHM = 5.0, 0.367, 0.1
-SERIES_OHM, BYPASS_OHM, DIODE_V = 6.2, 2.7, 0.45
-DRIVER_OHM = 0.3  # two switches and a choke of a driver that still works [assumption]
+SERIES_OHM, BYPASS_OHM, DIODE_V = 6.2, 2.0, 0.45
+SENSE_OHM, CHOKE_OHM = 0.05, 0.05  # of the driver, one and two of them; a shorted FET leaves them
+FETS_OHM = 0.15  # two switches of a driver that still works [assumption]
 
 # 15 min at 41.55 degC are 2 CEM43. Cold is as near the coldest setpoint, 18 degC, as the 1 % of two
 # thermistors lets it be: 2 A cool the skin by another 4 degC before a slow bead has felt it
 CUT_OUT_HOT_C, CUT_OUT_COLD_C = 41.5, 17.0  # [assumption]
-CUT_OUT_LAG_S = 2.0  # of its own thermistor, poorly bonded to the plate [assumption]
+# Of its own thermistor: a build has to show 1.2 s at its first switch-on [assumption]
+CUT_OUT_LAG_S = 1.5
 
 
 def thermistor_mv(temperature_c: float, beta_k: float = BETA_K) -> float:
@@ -55,12 +57,13 @@ class CutOut:
     def __init__(self, plate_c: float) -> None:
         self._bead_c = plate_c
         self.is_open = False
+        self.is_welded = False  # both contacts, for good
         self.reads: Callable[[float], float] = float
 
     def feel(self, plate_c: float, dt_s: float) -> None:
         """Let `dt_s` pass beside a plate at `plate_c`."""
         self._bead_c += (plate_c - self._bead_c) * min(dt_s / CUT_OUT_LAG_S, 1.0)
-        if not CUT_OUT_COLD_C < self.reads(self._bead_c) < CUT_OUT_HOT_C:
+        if not self.is_welded and not CUT_OUT_COLD_C < self.reads(self._bead_c) < CUT_OUT_HOT_C:
             self.is_open = True
 
 
@@ -99,7 +102,8 @@ class Driver:
         """Most that can cool, and heat, now."""
         if self.is_ideal:
             return COOL_LIMIT_A, HEAT_LIMIT_A
-        inner = MODULE_OHM + LEADS_OHM + (0.0 if self.shorted else DRIVER_OHM)
+        inner = MODULE_OHM + LEADS_OHM + SENSE_OHM + 2.0 * CHOKE_OHM
+        inner += 0.0 if self.shorted else FETS_OHM
         heat_a = (SUPPLY_V - emf_v) / (inner + SERIES_OHM)
         siemens = 1.0 / SERIES_OHM + 1.0 / BYPASS_OHM
         threshold_v = DIODE_V / BYPASS_OHM / siemens
