@@ -18,7 +18,7 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-SHIPPED = HERE.parent / "service" / "hapticvlm" / "commands" / "plate" / "firmware"
+SHIPPED = HERE.parent / "service" / "hapticvlm" / "devices" / "plate" / "firmware"
 HEX, MADE_OF = SHIPPED / "plate.hex", SHIPPED / "plate.json"
 VERSION = re.compile(r"FIRMWARE_MAJOR = (\d+), FIRMWARE_MINOR = (\d+), FIRMWARE_PATCH = (\d+)")
 

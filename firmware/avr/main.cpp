@@ -59,17 +59,27 @@ void begin_sums() {
     for (uint8_t place = 0; place < plate::PLACES; place++) sums[place] = 0;
 }
 
-void start_clock() {
+// Written anew at every step: a flipped bit of OCR0A alone would stretch every lease, dose and window by two.
+void set_clock() {
     TCCR0A = _BV(WGM01);  // 2.5 kHz
     OCR0A = F_CPU / 64 / 2500 - 1;
     TIMSK0 = _BV(OCIE0A);
     TCCR0B = _BV(CS01) | _BV(CS00);
 }
 
-void start_converter() {
-    ADMUX = _BV(REFS0);
+// The other two, ADMUX and ADCSRA, are written whole at each conversion.
+void set_converter() {
     DIDR0 = _BV(ADC0D) | _BV(ADC1D) | _BV(ADC2D);
-    ADCSRA = CONVERTER;
+    ADCSRB = 0;
+}
+
+// The baud rate only where it is wrong: writing it restarts the prescaler under a byte that is on its way.
+void keep_serial() {
+    const uint8_t status = UCSR0A & _BV(U2X0);
+    if (!status) UCSR0A = _BV(U2X0);
+    if (UBRR0 != F_CPU / 8 / BAUD - 1) UBRR0 = F_CPU / 8 / BAUD - 1;
+    if (UCSR0C != (_BV(UCSZ01) | _BV(UCSZ00))) UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
+    UCSR0B |= _BV(RXEN0) | _BV(TXEN0) | _BV(RXCIE0);
 }
 
 void start_serial() {
@@ -185,7 +195,8 @@ void hal_light(bool on) {
 }
 
 void hal_send(const uint8_t* bytes, uint8_t count) {
-    const uint8_t room = (tx_tail - tx_head - 1) % TX_ROOM;
+    // The cast comes before the remainder: the difference is an int, and a negative int has a negative remainder.
+    const uint8_t room = (uint8_t)(tx_tail - tx_head - 1) % TX_ROOM;
     if (count > room) return;
     while (count--) {
         tx_bytes[tx_head] = *bytes++;
@@ -213,15 +224,20 @@ int main() {
     wdt_enable(WDTO_120MS);
     disconnect_bridge();
     start(board);
-    start_clock();
-    start_converter();
+    set_clock();
+    set_converter();
     start_serial();
     set_sleep_mode(SLEEP_MODE_IDLE);
     sei();
     for (;;) {
         uint16_t taken[plate::PLACES];
         receive_waiting(board);
-        if (take_sums(taken)) step(board, taken);
+        if (take_sums(taken)) {
+            step(board, taken);
+            set_clock();
+            set_converter();
+            keep_serial();
+        }
         sleep_until_interrupt();
     }
 }

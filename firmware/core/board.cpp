@@ -28,6 +28,7 @@ void latch(Board& board, uint32_t faults) {
 }
 
 void close_bridge(Board& board) {
+    board.pulse = Pulse();
     start_loop(board.loop, plate_c(board.sensors));
 }
 
@@ -59,29 +60,50 @@ void drive(Board& board) {
     loop.limited = 0;
     const float sink_c = board.sensors.now[SINK].c;
     const float goal_c = limited_setpoint(loop, board.asked_c, sink_c, heat_is_spent(board.session));
-    follow(loop, goal_c, plate_c(board.sensors), sink_c, board.plausibility.cool_ceiling_a);
+    const float ceiling_a = board.plausibility.cool_ceiling_a;
+    follow(loop, {goal_c, plate_c(board.sensors), sink_c, ceiling_a, pulse_a(board.pulse)});
     hal_drive(loop.counts);
 }
 
 uint32_t judge_drive(Board& board, bool grown) {
     if (!is_driving(board)) pause_judging(board.plausibility);
     if (!is_driving(board) || !plate_is_known(board.sensors)) return 0;
-    const float error_c = board.loop.goal_c - plate_c(board.sensors);
-    return judge(board.plausibility, board.sensors, grown, board.loop.current_a, error_c);
+    const float goal_c = board.loop.goal_c, error_c = goal_c - plate_c(board.sensors);
+    const bool room = has_room(board.loop, board.sensors.now[SINK].c, board.plausibility.cool_ceiling_a);
+    return judge(board.plausibility, board.sensors, grown, board.loop.current_a, error_c) |
+           watch_beads(board.pulse, board.sensors, grown, room, goal_c);
+}
+
+// One that was never seen open since the power came may be welded shut: that is said when something is to be
+// driven, and stays said until its test button, or a power cut of its supply, opened it.
+uint32_t untested_fault(Board& board, bool is_open) {
+    if (!is_open)
+        board.open_ms = 0;
+    else if (board.open_ms < CUT_OUT_MS)
+        board.open_ms += STEP_MS;
+    if (board.open_ms >= CUT_OUT_MS) board.memory.cut_out_tested = 1;
+    const bool matters = is_driving(board) || (board.faults & bit(CUT_OUT_UNTESTED));
+    return matters && !board.memory.cut_out_tested ? bit(CUT_OUT_UNTESTED) : 0;
 }
 
 // Unsaid while nothing is driven: the cut-out is open until its button was pressed.
 uint32_t cut_out_fault(Board& board) {
-    board.cut_out_ms = is_driving(board) && hal_cut_out_is_open() ? board.cut_out_ms + STEP_MS : 0;
-    return board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0;
+    const bool is_open = hal_cut_out_is_open();
+    board.cut_out_ms = is_driving(board) && is_open ? board.cut_out_ms + STEP_MS : 0;
+    return untested_fault(board, is_open) | (board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0);
+}
+
+void keep_all(const Board& board) {
+    keep(hal_keepsake(), {board.session, board.faults, board.memory});
 }
 
 void account(Board& board) {
     const bool heating = is_driving(board) && board.loop.target_c > HEAT_ABOVE_C;
     const float hottest_c = plate_is_known(board.sensors) ? hottest_plate_c(board.sensors) : NEUTRAL_C;
     count_step(board.session, hottest_c, heating);
+    count_quiet(board.memory);
     arm(hal_keepsake(), is_driving(board));
-    keep(hal_keepsake(), board.session, board.faults);
+    keep_all(board);
 }
 
 void report(Board& board) {
@@ -100,11 +122,13 @@ void start(Board& board) {
     Keepsake& keepsake = hal_keepsake();
     board.reset_cause = hal_reset_cause();
     if (was_driving(keepsake)) board.reset_cause |= RESET_WHILE_DRIVING;
-    uint32_t faults = 0;
-    if (!(board.reset_cause & RESET_POWER_ON)) recall(keepsake, board.session, faults);
-    latch(board, faults | faults_of_reset(board.reset_cause));
+    Kept kept = Kept();
+    if (!(board.reset_cause & RESET_POWER_ON)) recall(keepsake, kept);
+    board.session = kept.session;
+    board.memory = kept.memory;
+    latch(board, kept.faults | faults_of_reset(board.reset_cause));
     arm(keepsake, false);
-    keep(keepsake, board.session, board.faults);
+    keep_all(board);
 }
 
 void step(Board& board, const uint16_t sums[PLACES]) {
@@ -151,6 +175,7 @@ Answer clear(Board& board, uint8_t fault) {
     if (!board.greeted) return NEEDS_HELLO;
     if (fault >= FAULTS_END || !(board.faults & bit(fault))) return NOT_LATCHED;
     if (board.causes & bit(fault)) return PERSISTS;
+    if (!count_clear(board.memory, bit(fault))) return LOCKED;
     board.faults &= ~bit(fault);
     if (!board.faults) board.state = State::off;
     return OK;

@@ -5,6 +5,7 @@
 #include "frame.h"
 #include "loop.h"
 #include "plausibility.h"
+#include "pulse.h"
 #include "sensors.h"
 #include "session.h"
 
@@ -19,10 +20,13 @@ struct Board {
     uint16_t ttl_ms;
     uint16_t returning_ms;
     uint16_t cut_out_ms;  // for how long it was open while driving
+    uint8_t open_ms;      // for how long it was open, at most CUT_OUT_MS
     Sensors sensors;
     Plausibility plausibility;
+    Pulse pulse;
     Loop loop;
     Session session;
+    Memory memory;
     Decoder decoder;
     uint8_t reset_cause;
     uint8_t seq;

@@ -31,8 +31,9 @@ const uint8_t BLINK_MS = 100;  // on, then off
 const float NEUTRAL_C = 32.0f;
 const int32_t SETPOINT_LOW_MC = 18000, SETPOINT_HIGH_MC = 40000;
 const float SETPOINT_LOW_C = 18.0f, SETPOINT_HIGH_C = 40.0f;
-const uint16_t SLEW_MC_S = 5000;
-const float SLEW_C_STEP = SLEW_MC_S * 0.001f * STEP_S;
+// Materials are told by how fast they cool the skin at first, so cold may come faster than heat.
+const uint16_t SLEW_COOL_MC_S = 8000, SLEW_HEAT_MC_S = 5000;
+const float SLEW_COOL_C_STEP = SLEW_COOL_MC_S * 0.001f * STEP_S, SLEW_HEAT_C_STEP = SLEW_HEAT_MC_S * 0.001f * STEP_S;
 const uint16_t MAX_TTL_MS = 1000;
 const uint16_t LONGEST_RETURN_MS = 10000;
 const float LEAD_C = 0.4f;  // how far the target may be ahead of a plate at its current limit
@@ -68,6 +69,19 @@ const float JUMP_STEP_C = 2.5f;       // in one step; a palm at 35 degC on a pla
 const float JUMP_SINK_STEP_C = 1.5f;  // a sink of 10 J/K with 15 W moves 0.03
 
 const uint16_t CUT_OUT_MS = 100;  // of an open cut-out: a relay bounces for less than 10
+
+// Clearing the same fault again and again talks a guard away: the third time needs a minute of quiet.
+const uint16_t CLEARED_MS = 60000;
+
+// Test pulse for thermistors that froze alike; see pulse.h
+const uint16_t PULSE_EVERY_MS = 10000;
+const float PULSE_A = 0.1f;
+const uint8_t PULSE_HALF = 4;           // ticks of PROGRESS_MS up, then down
+const float PULSE_ANSWER_C = 0.04f;     // a sound bead makes 0.13, noise 0.006
+const uint8_t PULSES_UNANSWERED = 3;    // a hand that comes just then may hide one, or two
+const uint16_t PULSE_AGAIN_MS = 1000;   // after one that was not answered: a touch has settled by then
+const float ALIVE_C = 0.5f;             // in a window: a bead that moves so fast is alive
+const uint8_t PULSES_BROKEN_OFF = 5;
 
 // Thermal dose and heat of a session
 const float DOSE_LIMIT_CEM43 = 2.0f;

@@ -12,6 +12,8 @@ namespace {
 // heat works against it.
 const float HEATING_P = 1.5f, HEATING_I = 0.6f, COOLING_P = 2.5f, COOLING_I = 1.5f;
 
+const float HELD_SHARE = 0.1f;  // of a step: the mean of the last 0.2 s, without the readings' noise
+
 float clamp(float value, float low, float high) {
     return fminf(fmaxf(value, low), high);
 }
@@ -33,12 +35,12 @@ void slew(Loop& loop, float goal_c, float plate_c) {
         return;
     }
     const float away_c = goal_c - loop.target_c;
-    if (fabsf(away_c) <= SLEW_C_STEP) {
+    if (away_c <= SLEW_HEAT_C_STEP && away_c >= -SLEW_COOL_C_STEP) {
         loop.target_c = goal_c;
         return;
     }
     loop.limited |= LIMIT_SLEW;
-    loop.target_c += away_c > 0.0f ? SLEW_C_STEP : -SLEW_C_STEP;
+    loop.target_c += away_c > 0.0f ? SLEW_HEAT_C_STEP : -SLEW_COOL_C_STEP;
 }
 
 // The integral waits while more of it would change nothing.
@@ -59,6 +61,18 @@ int16_t dithered(Loop& loop, float current_a) {
     const float whole = clamp(floorf(exact + 0.5f), -COOL_CAP_COUNTS, HEAT_CAP_COUNTS);
     loop.owed = clamp(exact - whole, -1.0f, 1.0f);
     return (int16_t)whole;
+}
+
+float ceiling_of(float sink_c, float cool_ceiling_a) {
+    return fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));
+}
+
+// While a test pulse lasts the loop stands still: it would work against the pulse.
+float asked_current(Loop& loop, const Course& course, float ceiling_a) {
+    if (course.pulse_a != 0.0f) return clamp(loop.held_a + course.pulse_a, -ceiling_a, HEAT_LIMIT_A);
+    const float wanted_a = wanted_current(loop, loop.target_c - course.plate_c, ceiling_a);
+    loop.held_a += HELD_SHARE * (wanted_a - loop.held_a);
+    return wanted_a;
 }
 
 bool turns_round(int16_t before, int16_t after) {
@@ -87,11 +101,15 @@ float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_
     return coldest_c;
 }
 
-void follow(Loop& loop, float goal_c, float plate_c, float sink_c, float cool_ceiling_a) {
-    loop.goal_c = goal_c;
-    slew(loop, goal_c, plate_c);
-    const float ceiling_a = fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));
-    const float wanted_a = wanted_current(loop, loop.target_c - plate_c, ceiling_a);
+bool has_room(const Loop& loop, float sink_c, float cool_ceiling_a) {
+    return loop.current_a + PULSE_A <= HEAT_LIMIT_A && loop.current_a - PULSE_A >= -ceiling_of(sink_c, cool_ceiling_a);
+}
+
+void follow(Loop& loop, const Course& course) {
+    loop.goal_c = course.goal_c;
+    slew(loop, course.goal_c, course.plate_c);
+    const float ceiling_a = ceiling_of(course.sink_c, course.cool_ceiling_a);
+    const float wanted_a = asked_current(loop, course, ceiling_a);
     int16_t counts = dithered(loop, wanted_a);
     if (turns_round(loop.counts, counts)) counts = 0;  // the filter empties before the bridge turns
     if ((loop.limited & LIMIT_CURRENT) && wanted_a < 0.0f && ceiling_a < COOL_LIMIT_A)

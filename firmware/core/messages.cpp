@@ -56,7 +56,7 @@ void send_hello(const Board& board, uint8_t seq) {
     out.u32(BOARD_ID);
     out.u32((uint32_t)SETPOINT_LOW_MC);
     out.u32((uint32_t)SETPOINT_HIGH_MC);
-    out.u16(SLEW_MC_S);
+    out.u16(SLEW_COOL_MC_S);
     out.u16(MAX_TTL_MS);
     out.u16(HEAT_LIMIT_MA);
     out.u16(COOL_LIMIT_MA);

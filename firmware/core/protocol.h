@@ -4,8 +4,8 @@
 
 namespace plate {
 
-enum : uint8_t { PROTOCOL_MAJOR = 1, PROTOCOL_MINOR = 1 };
-enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 2, FIRMWARE_PATCH = 0 };
+enum : uint8_t { PROTOCOL_MAJOR = 1, PROTOCOL_MINOR = 2 };
+enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 3, FIRMWARE_PATCH = 0 };
 
 enum : uint8_t {
     MAX_PAYLOAD = 48,
@@ -44,6 +44,7 @@ enum Answer : uint8_t {
     FAULTED = 7,
     PERSISTS = 8,
     NOT_LATCHED = 9,
+    LOCKED = 10,
 };
 
 enum class State : uint8_t { off = 0, holding = 1, returning = 2, faulted = 3 };
@@ -88,7 +89,8 @@ enum Fault : uint8_t {
     RESTARTED_DRIVING = 19,
     SINK_IMPLAUSIBLE = 20,
     CUT_OUT_OPEN = 21,
-    FAULTS_END = 22,
+    CUT_OUT_UNTESTED = 22,
+    FAULTS_END = 23,
 };
 
 }  // namespace plate

@@ -19,11 +19,10 @@ float dose_of_step(float plate_c) {
 }
 
 uint16_t crc_of(const Record& record) {
-    uint8_t bytes[sizeof(Session) + sizeof(uint32_t) + 1];
-    const uint8_t* session = reinterpret_cast<const uint8_t*>(&record.session);
-    for (uint8_t i = 0; i < sizeof(Session); i++) bytes[i] = session[i];
-    for (uint8_t i = 0; i < 4; i++) bytes[sizeof(Session) + i] = (uint8_t)(record.faults >> (8 * i));
-    bytes[sizeof(Session) + 4] = record.turn;
+    uint8_t bytes[sizeof(Kept) + 1];
+    const uint8_t* kept = reinterpret_cast<const uint8_t*>(&record.kept);
+    for (uint8_t i = 0; i < sizeof(Kept); i++) bytes[i] = kept[i];
+    bytes[sizeof(Kept)] = record.turn;
     return crc16(bytes, sizeof bytes);
 }
 
@@ -68,22 +67,35 @@ bool was_driving(const Keepsake& keepsake) {
     return keepsake.armed == ARMED;
 }
 
-void keep(Keepsake& keepsake, const Session& session, uint32_t faults) {
+void keep(Keepsake& keepsake, const Kept& kept) {
     const int8_t last = newest(keepsake);
     const uint8_t turn = last < 0 ? 0 : keepsake.records[last].turn + 1;
     Record& record = keepsake.records[last == 0];
-    record.session = session;
-    record.faults = faults;
+    record.kept = kept;
     record.turn = turn;
     record.crc = crc_of(record);
 }
 
-bool recall(const Keepsake& keepsake, Session& session, uint32_t& faults) {
+bool recall(const Keepsake& keepsake, Kept& kept) {
     const int8_t last = newest(keepsake);
     if (last < 0) return false;
-    session = keepsake.records[last].session;
-    faults = keepsake.records[last].faults;
+    kept = keepsake.records[last].kept;
     return true;
+}
+
+bool count_clear(Memory& memory, uint32_t fault_bit) {
+    if (memory.cleared_twice & fault_bit) return false;
+    memory.cleared_twice |= memory.cleared_once & fault_bit;
+    memory.cleared_once |= fault_bit;
+    memory.quiet_ms = 0;
+    return true;
+}
+
+void count_quiet(Memory& memory) {
+    memory.quiet_ms += STEP_MS;
+    if (memory.quiet_ms < CLEARED_MS) return;
+    memory.quiet_ms = 0;
+    memory.cleared_once = memory.cleared_twice = 0;
 }
 
 }  // namespace plate

@@ -15,9 +15,23 @@ void count_step(Session& session, float plate_c, bool heating);
 bool dose_is_spent(const Session& session);
 bool heat_is_spent(const Session& session);
 
-struct Record {
+// Which faults were cleared once and twice of late, for how long nothing was cleared, and whether the cut-out
+// was seen open since the power came: a relay whose contacts are welded together never is.
+struct Memory {
+    uint32_t cleared_once, cleared_twice;
+    uint16_t quiet_ms;
+    uint16_t cut_out_tested;
+};
+
+// What outlives a reset.
+struct Kept {
     Session session;
     uint32_t faults;
+    Memory memory;
+};
+
+struct Record {
+    Kept kept;
     uint8_t turn;  // the newer of two records has the turn after the other's
     uint16_t crc;
 };
@@ -31,8 +45,12 @@ struct Keepsake {
 
 void arm(Keepsake& keepsake, bool driving);
 bool was_driving(const Keepsake& keepsake);
-void keep(Keepsake& keepsake, const Session& session, uint32_t faults);
+void keep(Keepsake& keepsake, const Kept& kept);
 // Fills in what was kept; false when nothing valid was, and then touches nothing.
-bool recall(const Keepsake& keepsake, Session& session, uint32_t& faults);
+bool recall(const Keepsake& keepsake, Kept& kept);
+
+// Counts one clearing of a fault; false when it was cleared twice of late.
+bool count_clear(Memory& memory, uint32_t fault_bit);
+void count_quiet(Memory& memory);
 
 }  // namespace plate

@@ -36,8 +36,12 @@ struct Rig {
     plate::Board board;
     double a_c = 32.0, b_c = 32.0, sink_c = 25.0;
 
-    Rig();                         // switched on just now, room and plate at rest
-    void reset(uint8_t cause);     // the chip restarts; memory that survives, survives
+    double a_answers = 1.0, b_answers = 1.0;  // share of a test pulse that a thermistor shows
+    double pulsed_c = 0.0;                    // what it has moved the plate by
+
+    Rig();                         // switched on just now, room and plate at rest, the cut-out tested
+    void test_cut_out();           // its button: open for a moment, then started again
+    void reset(uint8_t cause);     // the chip restarts; memory that survives, survives; power-on tests the cut-out
     void step(int steps = 1);      // control steps of 20 ms
     void step_on(std::initializer_list<uint16_t> sums);
     void plate_at(double celsius) { a_c = b_c = celsius; }

@@ -246,6 +246,64 @@ TEST_CASE("an open cut-out is a fault of its own while driving, and none at rest
     CHECK(rig.board.faults == 0);
 }
 
+TEST_CASE("a cut-out that was never seen open since the power came is said to be untested, and nothing is driven") {
+    Rig rig;
+    bench.reset_cause = RESET_POWER_ON;
+    start(rig.board);
+    rig.step();
+    rig.greet();
+    CHECK(rig.board.faults == 0);  // nothing is driven yet
+    for (int i = 0; i < 20; i++) {
+        rig.hold(36);
+        rig.step();
+        CHECK(bench.counts == 0);
+    }
+    CHECK(rig.only(CUT_OUT_UNTESTED));
+    CHECK(rig.clear(CUT_OUT_UNTESTED) == PERSISTS);
+    rig.test_cut_out();
+    CHECK(rig.clear(CUT_OUT_UNTESTED) == OK);
+    rig.follow_for(36, 100);
+    CHECK(rig.board.faults == 0);
+}
+
+TEST_CASE("the test of the cut-out outlives a reset by the port, not a power cut") {
+    Rig rig;
+    rig.reset(RESET_EXTERNAL);
+    rig.step();
+    rig.greet();
+    rig.follow_for(34, 50);
+    CHECK(rig.board.faults == 0);
+    rig.say(OFF);
+    rig.step();
+    bench.reset_cause = RESET_POWER_ON;
+    start(rig.board);
+    rig.step();
+    rig.greet();
+    rig.hold(34);
+    rig.step();
+    CHECK(rig.only(CUT_OUT_UNTESTED));
+}
+
+TEST_CASE("the third clearing of a fault within a minute is refused, also behind a reset") {
+    Rig rig;
+    rig.greet();
+    for (int times = 0; times < 3; times++) {
+        rig.a_c = 45.0;
+        rig.step();
+        CHECK(rig.has(OVER_TEMPERATURE));
+        rig.a_c = 32.0;
+        rig.step(60);
+        for (uint8_t fault : {READING_JUMPS, PLATE_DISAGREES, OVER_TEMPERATURE})
+            if (rig.has(fault)) CHECK(rig.clear(fault) == (times < 2 ? OK : LOCKED));
+    }
+    rig.reset(RESET_EXTERNAL);
+    rig.step(60);
+    rig.greet();
+    CHECK(rig.clear(OVER_TEMPERATURE) == LOCKED);
+    rig.step(CLEARED_MS / STEP_MS);
+    CHECK(rig.clear(OVER_TEMPERATURE) == OK);
+}
+
 TEST_CASE("the light is steady while driving, dark at rest, and blinks five times a second on a fault") {
     Rig rig;
     CHECK(!bench.light);

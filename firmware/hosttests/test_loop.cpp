@@ -12,24 +12,27 @@ namespace {
 void follow_for(Loop& loop, double goal_c, double plate_c, int steps) {
     for (int i = 0; i < steps; i++) {
         loop.limited = 0;
-        follow(loop, (float)goal_c, (float)plate_c, 25.0f, COOL_LIMIT_A);
+        follow(loop, {(float)goal_c, (float)plate_c, 25.0f, COOL_LIMIT_A, 0.0f});
     }
 }
 
 }  // namespace
 
-TEST_CASE("the target never moves faster than 5 degC/s, and arrives") {
-    Loop loop{};
-    start_loop(loop, 32.0f);
-    float before = loop.target_c;
-    for (int i = 0; i < 200; i++) {
-        loop.limited = 0;
-        follow(loop, 24.0f, loop.target_c, 25.0f, COOL_LIMIT_A);  // a plate that keeps up
-        CHECK(std::fabs(loop.target_c - before) <= 0.1001f);
-        CHECK(((loop.limited & LIMIT_SLEW) != 0) == (loop.target_c != 24.0f));
-        before = loop.target_c;
+TEST_CASE("the target never cools faster than 8 degC/s nor heats faster than 5, and arrives") {
+    for (float goal_c : {24.0f, 40.0f}) {
+        Loop loop{};
+        start_loop(loop, 32.0f);
+        float before = loop.target_c, fastest = 0.0f;
+        for (int i = 0; i < 200; i++) {
+            loop.limited = 0;
+            follow(loop, {goal_c, loop.target_c, 25.0f, COOL_LIMIT_A, 0.0f});  // a plate that keeps up
+            fastest = std::fmax(fastest, std::fabs(loop.target_c - before));
+            CHECK(((loop.limited & LIMIT_SLEW) != 0) == (loop.target_c != goal_c));
+            before = loop.target_c;
+        }
+        CHECK(fastest == doctest::Approx(goal_c < 32.0f ? 0.16 : 0.1).epsilon(0.001));
+        CHECK(loop.target_c == goal_c);
     }
-    CHECK(loop.target_c == 24.0f);
 }
 
 TEST_CASE("no error and no time take the output beyond its caps") {
@@ -61,7 +64,7 @@ TEST_CASE("a target that the current cannot reach waits for the plate and says s
     Loop loop{};
     start_loop(loop, 30.0f);
     follow_for(loop, 40.0, 30.0, 500);
-    CHECK(loop.target_c <= 30.0f + LEAD_C + 2 * SLEW_C_STEP);
+    CHECK(loop.target_c <= 30.0f + LEAD_C + 2 * SLEW_HEAT_C_STEP);
     CHECK((loop.limited & LIMIT_CURRENT));
 }
 
@@ -112,7 +115,7 @@ TEST_CASE("a warm sink gives up cooling step by step, and says so") {
     start_loop(loop, 30.0f);
     for (int i = 0; i < 200; i++) {
         loop.limited = 0;
-        follow(loop, 20.0f, 30.0f, 41.0f, COOL_LIMIT_A);
+        follow(loop, {20.0f, 30.0f, 41.0f, COOL_LIMIT_A, 0.0f});
     }
     CHECK(-loop.current_a <= 0.5f * COOL_LIMIT_A + 1.0f / COUNTS_PER_A);
     CHECK((loop.limited & LIMIT_SINK));

@@ -11,9 +11,9 @@ TEST_CASE("a greeting is answered with the limits, then acknowledged") {
     const auto frames = take_frames();
     REQUIRE(frames.size() == 2);
     const std::vector<uint8_t> reply = {
-        HELLO_REPLY, 9, 1, 1, 1, 2, 0, 0, 0, 0, 0,  // protocol, firmware, board id
+        HELLO_REPLY, 9, 1, 2, 1, 3, 0, 0, 0, 0, 0,  // protocol, firmware, board id
         0x50, 0x46, 0, 0, 0x40, 0x9C, 0, 0,         // 18000, 40000
-        0x88, 0x13, 0xE8, 0x03,                     // 5000, 1000
+        0x40, 0x1F, 0xE8, 0x03,                     // 8000, 1000
         0xEE, 0x02, 0xD0, 0x07, 250, 0, 0x9A, 0x02,  // 750, 2000, 250, 666
         20, RESET_POWER_ON};
     CHECK(frames[0] == reply);
@@ -27,7 +27,7 @@ TEST_CASE("each frame begins with a zero, so that noise before it costs nothing"
     Rig rig;
     bench.sent.clear();
     rig.say(HELLO, {1, 1});
-    rig.step(3);
+    rig.step();
     REQUIRE(!bench.sent.empty());
     bench.sent.insert(bench.sent.begin(), {0x55, 0xAA, 0x13});
     CHECK(take_frames().size() == 1);  // the telemetry of these steps

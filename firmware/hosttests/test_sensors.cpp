@@ -95,6 +95,7 @@ TEST_CASE("the fastest touch is no jump") {
 TEST_CASE("two plate thermistors apart by 1.6 degC for 300 ms are a fault; by 1.3 they are not") {
     Rig rig;
     rig.b_c += 1.3;
+    rig.reset(RESET_POWER_ON);
     rig.step(200);
     CHECK(rig.board.faults == 0);
     rig.b_c += 0.3;

@@ -54,35 +54,45 @@ TEST_CASE("a dose that is no number counts as spent") {
 
 TEST_CASE("RAM as it comes up recalls nothing") {
     const Keepsake keepsake = blank();
-    Session session{};
-    uint32_t faults = 0;
-    CHECK_FALSE(recall(keepsake, session, faults));
+    Kept kept{};
+    CHECK_FALSE(recall(keepsake, kept));
     CHECK_FALSE(was_driving(keepsake));
 }
 
 TEST_CASE("the newest of what was kept is recalled, however often it was kept") {
     Keepsake keepsake = blank();
     for (int i = 0; i < 600; i++) {
-        keep(keepsake, Session{0.0f, (float)i, 0.0f}, (uint32_t)i);
-        Session session{};
-        uint32_t faults = 0;
-        REQUIRE(recall(keepsake, session, faults));
-        REQUIRE(session.heated_s == (float)i);
-        REQUIRE(faults == (uint32_t)i);
+        keep(keepsake, Kept{Session{0.0f, (float)i, 0.0f}, (uint32_t)i, Memory{0, 0, (uint16_t)i, 1}});
+        Kept kept{};
+        REQUIRE(recall(keepsake, kept));
+        REQUIRE(kept.session.heated_s == (float)i);
+        REQUIRE(kept.faults == (uint32_t)i);
+        REQUIRE(kept.memory.quiet_ms == i);
     }
 }
 
 TEST_CASE("a reset amid writing loses one step at most") {
     Keepsake keepsake = blank();
-    keep(keepsake, Session{0.1f, 10.0f, 0.0f}, 2);
-    keep(keepsake, Session{0.2f, 20.0f, 0.0f}, 4);
+    keep(keepsake, Kept{Session{0.1f, 10.0f, 0.0f}, 2, Memory{}});
+    keep(keepsake, Kept{Session{0.2f, 20.0f, 0.0f}, 4, Memory{}});
     for (Record& record : keepsake.records) {
         Keepsake torn = keepsake;
         Record& half = torn.records[&record - keepsake.records];
-        half.session.heated_s += 1.0f;
-        Session session{};
-        uint32_t faults = 0;
-        REQUIRE(recall(torn, session, faults));
-        CHECK(session.heated_s >= 10.0f);
+        half.kept.session.heated_s += 1.0f;
+        Kept kept{};
+        REQUIRE(recall(torn, kept));
+        CHECK(kept.session.heated_s >= 10.0f);
     }
+}
+
+TEST_CASE("two clearings are counted for each fault by itself, and forgotten after a minute of quiet") {
+    Memory memory{};
+    CHECK(count_clear(memory, 2));
+    CHECK(count_clear(memory, 2));
+    CHECK(count_clear(memory, 4));
+    CHECK_FALSE(count_clear(memory, 2));
+    for (int i = 0; i < CLEARED_MS / STEP_MS - 1; i++) count_quiet(memory);
+    CHECK_FALSE(count_clear(memory, 2));
+    count_quiet(memory);
+    CHECK(count_clear(memory, 2));
 }

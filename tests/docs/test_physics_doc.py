@@ -76,7 +76,8 @@ def test_its_limits_are_those_of_the_plate():
 
     low, high = plate_limits.SETPOINT_MIN_C, plate_limits.SETPOINT_MAX_C
     assert limits["setpoint"] == f"{low:g} to {high:g} degC"
-    assert limits["slew"] == f"{plate_limits.SLEW_C_PER_S:g} degC/s"
+    cool, heat = plate_limits.COOL_SLEW_C_PER_S, plate_limits.HEAT_SLEW_C_PER_S
+    assert limits["slew"] == f"{cool:g} degC/s of cooling, {heat:g} degC/s of heating"
     trips = plate_limits.PLATE_TRIP_HIGH_C, plate_limits.PLATE_TRIP_LOW_C
     assert limits["trips"] == "{:g} and {:g} degC".format(*trips)
     assert limits["heat in a session"].startswith(f"{plate_limits.HEAT_LIMIT_S:g} s,")

@@ -21,6 +21,7 @@ HZ = 16_000_000
 STEP_S = 0.01
 STEP_CYCLES = round(STEP_S * HZ)
 RESET_POWER_ON, RESET_EXTERNAL, RESET_BROWN_OUT = 1, 2, 4  # as in MCUSR
+CUT_OUT_STARTED_S = 0.2  # until its button is pressed, the board sees the cut-out open
 _STOPPED = (6, 7)  # simavr's cpu_Done and cpu_Crashed
 
 Sensor = Callable[["Board"], float]  # millivolts at its pin now
@@ -208,6 +209,10 @@ class Board:
         for _ in range(round(seconds / 0.1)):
             self._live(0.0, 0.1)
 
+    @property
+    def _is_started(self) -> bool:
+        return self.cut_out.is_welded or self.now >= CUT_OUT_STARTED_S
+
     def _look(self, *, restart: bool = False) -> _Bridge:
         """Read counters and means; `restart` begins the next step's means."""
         bridge = _Bridge()
@@ -217,7 +222,7 @@ class Board:
     def _step(self) -> None:
         bridge = self._look(restart=True)
         self.duty = bridge.heat - bridge.cool
-        conducts = not self.cut_out.is_open
+        conducts = not self.cut_out.is_open and self._is_started
         emf_v = SEEBECK * (self.plant.plate_c - self.plant.sink_c)
         self._live(self.driver.current_a(self.duty, emf_v) if conducts else 0.0, STEP_S)
         self.limited_s += STEP_S * (conducts and self.driver.is_limiting(self.duty))
@@ -238,5 +243,5 @@ class Board:
         shift_mv = 1000.0 * self.shared_ground_ohm * self.current_a
         for channel, sensor in self.sensors.items():
             self._library.host_voltage(self._host, channel, sensor(self) + shift_mv)
-        reads_open = self.cut_out.is_open or not self.cut_out_wire
+        reads_open = self.cut_out.is_open or not self._is_started or not self.cut_out_wire
         self._library.host_cut_out(self._host, int(reads_open))

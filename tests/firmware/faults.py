@@ -32,7 +32,7 @@ ELECTRICAL_S = 0.15  # electrical and computing faults
 HOST_S = 0.5  # silent host: the setpoint is left
 WINDOW_S = 1.5  # implausible sensor: runaway window of 1 s, and the time to reach full drive
 SLOW_S = 420.0  # heat that builds up, or nothing that harms: no deadline but the skin's limits
-IDLE_S = 2.1  # the host is silent for 0.1 s, then rests at neutral for 2 s
+IDLE_S = 2.3  # the host is silent for 0.3 s, then rests at neutral for 2 s
 
 Guard = Literal["firmware", "current limit", "cut-out"]
 BAG_BETA_K = 3380.0  # the next usual kind below 3950
@@ -167,6 +167,10 @@ def _shared_ground(ohm: float) -> Callable[[Board], None]:
 
 def _sense_wire(board: Board) -> None:
     board.cut_out_wire = False
+
+
+def _welded(board: Board) -> None:
+    board.cut_out.is_welded = True
 
 
 def _one_bag(board: Board) -> None:
@@ -336,6 +340,8 @@ FAULTS = (
         deadline_s=SLOW_S,
     ),
     Fault("wire of the cut-out's sense contact", _sense_wire, ("CUT_OUT_OPEN",)),
+    # Found before anything is driven: its sense contact was never open since the power came.
+    Fault("cut-out welded", _welded, ("CUT_OUT_UNTESTED",), sees_s=IDLE_S, at_start=True),
     Fault("bridge shorted to heat", _shorted(1), guards=("current limit", "cut-out")),
     Fault("bridge shorted to cool", _shorted(-1), guards=("current limit", "cut-out")),
 )

@@ -21,6 +21,7 @@ ANSWERS = (
     "faulted",
     "persists",
     "not_latched",
+    "locked",
 )
 FAULTS = (
     "-",
@@ -45,6 +46,7 @@ FAULTS = (
     "RESTARTED_DRIVING",
     "SINK_IMPLAUSIBLE",
     "CUT_OUT_OPEN",
+    "CUT_OUT_UNTESTED",
 )  # by number
 LIMITS = {2: "slew", 4: "current", 8: "sink", 16: "dose"}
 _TELEMETRY = struct.Struct("<IBIiiiihBHHHHB")

@@ -25,9 +25,11 @@ class Mutation:
 BOARD, SENSORS, LOOP = "core/board.cpp", "core/sensors.cpp", "core/loop.cpp"
 JUDGE, SESSION, FRAME = "core/plausibility.cpp", "core/session.cpp", "core/frame.cpp"
 THERMISTOR, MESSAGES, PORT = "core/thermistor.cpp", "core/messages.cpp", "avr/main.cpp"
+PULSE = "core/pulse.cpp"
 
 _FAULT = "test_faults.py::test_a_fault_is_caught_in_time_and_the_skin_is_safe"
 _HANG = "test_faults.py::test_a_hung_program_is_reset_once_and_stays_off[True]"
+_RENEWED = "test_pins.py::test_a_flipped_bit_of_clock_converter_or_line_is_right_again_after_a_step"
 _TRUE_ZERO = "test_pins.py::test_off_is_true_zero_after_heating_and_after_cooling"
 _FLIPPED = "test_pins.py::test_a_flipped_bit_of_the_bridge_is_right_again_after_a_step"
 _OTHER_SIDE = "test_pins.py::test_one_side_of_the_bridge_is_driven_and_the_other_is_let_go"
@@ -278,9 +280,9 @@ MUTATIONS = (
     Mutation(
         "slew limit dropped",
         LOOP,
-        "    if (fabsf(away_c) <= SLEW_C_STEP) {\n",
+        "    if (away_c <= SLEW_HEAT_C_STEP && away_c >= -SLEW_COOL_C_STEP) {\n",
         "    if (fabsf(away_c) <= 100.0f) {\n",
-        "the target never moves faster than 5 degC/s*",
+        "the target never cools faster than 8 degC/s nor heats faster than 5*",
     ),
     Mutation(
         "the integral winds up",
@@ -335,7 +337,7 @@ MUTATIONS = (
     Mutation(
         "a reset clears the faults",
         BOARD,
-        "recall(keepsake, board.session, faults);",
+        "recall(keepsake, kept);",
         "(void)recall;",
         "a reset clears no fault*",
         "test_resets.py::test_a_fault_whose_cause_has_gone_outlives_a_reset",
@@ -424,8 +426,8 @@ MUTATIONS = (
     Mutation(
         "open cut-out unseen",
         BOARD,
-        "return board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0;",
-        "return board.cut_out_ms >= CUT_OUT_MS ? 0 : 0;",
+        "(board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0)",
+        "(board.cut_out_ms >= CUT_OUT_MS ? 0 : 0)",
         "an open cut-out is a fault of its own*",
         f"{_FAULT}[wire of the cut-out's sense contact, hot, warm room]",
     ),
@@ -450,5 +452,99 @@ MUTATIONS = (
         'plate::Keepsake keepsake __attribute__((section(".noinit")));',
         "plate::Keepsake keepsake;",
         chip="test_resets.py::test_a_fault_whose_cause_has_gone_outlives_a_reset",
+    ),
+    Mutation(
+        "a welded cut-out unseen",
+        BOARD,
+        "    return matters && !board.memory.cut_out_tested ? bit(CUT_OUT_UNTESTED) : 0;\n",
+        "    return matters && board.faults ? 0 : 0;\n",
+        "a cut-out that was never seen open*",
+        f"{_FAULT}[cut-out welded, hot, warm room]",
+    ),
+    Mutation(
+        "the test of the cut-out outlives a power cut",
+        BOARD,
+        "    board.memory = kept.memory;\n",
+        "    board.memory = kept.memory;\n    board.memory.cut_out_tested = 1;\n",
+        "the test of the cut-out outlives a reset by the port*",
+    ),
+    Mutation(
+        "clearing is never locked",
+        SESSION,
+        "    if (memory.cleared_twice & fault_bit) return false;\n",
+        "",
+        "the third clearing of a fault within a minute*",
+        "test_faults.py::test_clearing_again_and_again_does_not_talk_a_guard_away",
+    ),
+    Mutation(
+        "clearings forgotten by a reset",
+        BOARD,
+        "    board.memory = kept.memory;\n",
+        "    board.memory.cut_out_tested = kept.memory.cut_out_tested;\n",
+        "the third clearing of a fault within a minute*",
+    ),
+    Mutation(
+        "no test pulse",
+        BOARD,
+        "           watch_beads(board.pulse, board.sensors, grown, room, goal_c);\n",
+        "           (room && goal_c < 0.0f ? bit(PLATE_FROZEN) : 0);\n",
+        "thermistors that froze alike are found*",
+        "test_faults.py::test_beads_that_freeze_at_a_steady_plate_are_found_by_a_test_pulse[36.0]",
+    ),
+    Mutation(
+        "one thermistor answers for both",
+        PULSE,
+        "PULSE_ANSWER_C) answered = false;",
+        "PULSE_ANSWER_C && which == 0) answered = false;",
+        "one thermistor that answers does not speak for the other",
+    ),
+    Mutation(
+        "a changing goal puts the test pulse off for ever",
+        PULSE,
+        " || pulse.broken_off >= PULSES_BROKEN_OFF",
+        "",
+        "a host that changes its mind whenever a pulse begins*",
+    ),
+    Mutation(
+        "the loop works against the test pulse",
+        LOOP,
+        "    if (course.pulse_a != 0.0f) return",
+        "    if (course.pulse_a > 1e9f) return",
+        "a pulse leaves the mean current*",
+    ),
+    Mutation(
+        "heat as fast as cold",
+        LOOP,
+        "away_c > 0.0f ? SLEW_HEAT_C_STEP : -SLEW_COOL_C_STEP",
+        "away_c > 0.0f ? SLEW_COOL_C_STEP : -SLEW_COOL_C_STEP",
+        "the target never cools faster than 8 degC/s nor heats faster than 5*",
+    ),
+    Mutation(
+        "the transmit ring takes bytes it has no room for",
+        PORT,
+        "(uint8_t)(tx_tail - tx_head - 1) % TX_ROOM",
+        "(tx_tail - tx_head - 1) % TX_ROOM",
+        chip="test_line.py::test_a_burst_of_greetings_costs_whole_frames_and_damages_none",
+    ),
+    Mutation(
+        "the step clock set once",
+        PORT,
+        "            set_clock();\n",
+        "",
+        chip=f"{_RENEWED}[OCR0A]",
+    ),
+    Mutation(
+        "the converter set once",
+        PORT,
+        "            set_converter();\n",
+        "",
+        chip=f"{_RENEWED}[DIDR0]",
+    ),
+    Mutation(
+        "the serial line set once",
+        PORT,
+        "            keep_serial();\n",
+        "",
+        chip=f"{_RENEWED}[UBRR0L]",
     ),
 )

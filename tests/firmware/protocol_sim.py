@@ -13,6 +13,7 @@ from typing import Any
 from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from .board import RESET_EXTERNAL, Board
+from .rawhost import SWITCHED_ON_S
 
 BOARDS: dict[str, Board] = {}
 POLL_S = 0.004
@@ -28,6 +29,7 @@ class Serial(SerialBase):  # type: ignore[misc]
             raise SerialException(f"no simulated board {name!r}")
         self._board: Board = BOARDS[name]
         self._received = bytearray()
+        self._board.advance(max(SWITCHED_ON_S - self._board.now, 0.0))
         self._board.reset(RESET_EXTERNAL)
         self._board.read()
         self.is_open = True

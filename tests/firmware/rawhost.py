@@ -10,6 +10,7 @@ from .line import Telemetry
 
 RENEW_S = 0.1  # as the service: well inside a time to live
 TTL_S = 0.25
+SWITCHED_ON_S = 0.3  # the board has started, and so has the cut-out
 _SLICE_S = 0.01
 
 Course = Callable[[float], float]  # seconds since it began -> setpoint_c
@@ -45,7 +46,7 @@ class RawHost:
 
     def greet(self) -> None:
         """Let the board start and say HELLO."""
-        self.advance(0.1)
+        self.advance(SWITCHED_ON_S)
         answer = self.ask(line.HELLO, b"\x01\x00")
         if answer != "ok":
             raise RuntimeError(f"the board answered HELLO with {answer!r}")

@@ -38,6 +38,13 @@ KEPT = Path(__file__).parents[2] / ".work" / "firmware-sweep.jsonl"
 SEED = 5
 BATCH = 64
 
+# Two faults that nothing covers: the second guard behind the bridge is gone as well. The first of
+# them is named at every switch-on, before a hand is on the plate.
+BEYOND = [
+    {"cut-out welded", "bridge shorted to heat"},
+    {"cut-out welded", "bridge shorted to cool"},
+]
+
 Job = tuple[tuple[str, ...], Situation]
 _chip: Chip | None = None
 
@@ -84,7 +91,8 @@ def jobs(only: str = "", *, pairs: bool) -> list[Job]:
     """Return every trial there is to run, in its order."""
     named = [fault.name for fault in FAULTS if only in fault.name]
     singles = [((name,), situation) for name in named for situation in SITUATIONS]
-    both = list(itertools.combinations(named, 2)) if pairs else []
+    both = [pair for pair in itertools.combinations(named, 2) if set(pair) not in BEYOND]
+    both = both if pairs else []
     random.Random(SEED).shuffle(both)
     return [
         *((names, situation) for situation in (COLD, HOT, COLD_WARM) for names in both),

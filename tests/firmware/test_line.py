@@ -174,3 +174,13 @@ def test_a_setpoint_before_hello_is_refused(board: Board) -> None:
 
     assert host.ask(line.SETPOINT, line.setpoint(34.0)) == "hello"
     assert not board.is_driven
+
+
+def test_a_burst_of_greetings_costs_whole_frames_and_damages_none(host: RawHost) -> None:
+    # Five HELLO_REPLYs and ACKs fill the board's transmit ring: what has no room is left out whole.
+    for _ in range(50):
+        host.board.write(5 * line.frame(line.HELLO, 1, b"\x01\x00"))
+        host.advance(0.1)
+
+    assert host.damaged == 0
+    assert len(host.greetings) > 50

@@ -121,9 +121,11 @@ def test_the_simulated_plate_is_driven_like_the_firmware_drives_it(
     host = RawHost(board)
     host.greet()
     plate.advance(0.0)
+    plate.advance(board.now)  # both have cooled alike, with nothing driven
+    began_s = board.now
     apart_a, apart_c = [], []
     for turn in range(round(16.0 / TURN_S)):
-        wanted_c, now = asked_c(turn * TURN_S), turn * TURN_S
+        wanted_c, now = asked_c(turn * TURN_S), began_s + turn * TURN_S
         host.send(SETPOINT, line.setpoint(wanted_c))
         host.advance(TURN_S)
         plate.command(wanted_c, 0.25, now)
@@ -133,5 +135,5 @@ def test_the_simulated_plate_is_driven_like_the_firmware_drives_it(
     board.close()
 
     rms_a = math.sqrt(sum(a * a for a in apart_a) / len(apart_a))
-    assert rms_a < 0.015 * FULL_SCALE_A, "of full duty"
+    assert rms_a < 0.02 * FULL_SCALE_A, "of full duty: noise at the limit, and test pulses"
     assert max(apart_c) < 0.35

@@ -8,6 +8,9 @@ from . import line
 from .rawhost import RawHost
 
 DDRB, PORTB, TCCR1A, TCCR1B = 0x24, 0x25, 0x80, 0x81
+# What the length of a step, the conversions and the serial line hang on.
+STEP_CLOCK = {"TCCR0A": 0x44, "TCCR0B": 0x45, "OCR0A": 0x47, "DIDR0": 0x7E, "ADCSRB": 0x7B}
+SERIAL = {"UBRR0L": 0xC4, "UBRR0H": 0xC5, "UCSR0C": 0xC2}
 SAMPLES_A_STEP = 200  # of 0.1 ms
 ENABLE, HEAT, COOL = 1 << 0, 1 << 1, 1 << 2
 COM_BITS = 0xF0  # connect the timer to the heat and the cool pin
@@ -55,6 +58,19 @@ def test_a_flipped_bit_of_the_bridge_is_right_again_after_a_step(
             assert peek(host, address) == value, (hex(address), bit)
             host.hold(setpoint_c, 0.1)
     assert host.board.shoot_through <= SAMPLES_A_STEP, "for one step, when the idle pin is set"
+
+
+@pytest.mark.parametrize("name", [*STEP_CLOCK, *SERIAL])
+def test_a_flipped_bit_of_clock_converter_or_line_is_right_again_after_a_step(
+    host: RawHost, name: str
+) -> None:
+    address = (STEP_CLOCK | SERIAL)[name]
+    host.hold(30.0, 0.5)
+    sound = peek(host, address)
+    for bit in range(8):
+        host.board.poke(address, sound ^ 1 << bit)
+        host.advance(0.06)
+        assert peek(host, address) == sound, bit
 
 
 def test_off_is_true_zero_after_heating_and_after_cooling(host: RawHost) -> None:

@@ -17,7 +17,7 @@ from hapticvlm.rendering.heat.limits import HEAT_LIMIT_S
 from . import line
 from .board import Board
 from .faults import SLOW_S, Fault, Guard
-from .rawhost import RENEW_S, TTL_S, RawHost
+from .rawhost import RENEW_S, SWITCHED_ON_S, TTL_S, RawHost
 from .situations import BUSY_S, Situation
 
 BEFORE_S = 3.0  # a second after the plate began to move towards the extreme
@@ -69,7 +69,7 @@ class _Trial:
     def run(self, longest_s: float) -> Outcome:
         """Live through it all."""
         self._inject(at_start=True)
-        self.host.advance(0.1)
+        self.host.advance(SWITCHED_ON_S)
         begun_at = self.board.now
         self._live(begun_at, BEFORE_S)
         if any(not fault.at_start for fault in self.faults):

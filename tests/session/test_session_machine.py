@@ -33,9 +33,9 @@ from hapticvlm.messages import (
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.limits import (
     AT_REST,
+    COOL_SLEW_C_PER_S,
     SETPOINT_MAX_C,
     SETPOINT_MIN_C,
-    SLEW_C_PER_S,
     PlateReading,
 )
 from hapticvlm.session.actions import (
@@ -324,7 +324,7 @@ class Scenes(RuleBasedStateMachine):
         assert ttl_s <= LEASE_S
         assert SETPOINT_MIN_C <= setpoint_c <= SETPOINT_MAX_C
         assert not self.stopped.issuperset(("peltier", hand) for hand in NAMES)
-        reach_c = SLEW_C_PER_S * min(self.elapsed_s, STALL_S) + 1e-9
+        reach_c = COOL_SLEW_C_PER_S * min(self.elapsed_s, STALL_S) + 1e-9
         if self.setpoint_c is not None:
             assert abs(setpoint_c - self.setpoint_c) <= reach_c
             if not self.owner.leases:

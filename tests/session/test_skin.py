@@ -10,7 +10,13 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import thermal_contact
-from hapticvlm.rendering.heat.limits import AT_REST, SETPOINT_MAX_C, SETPOINT_MIN_C, SLEW_C_PER_S
+from hapticvlm.rendering.heat.limits import (
+    AT_REST,
+    COOL_SLEW_C_PER_S,
+    HEAT_SLEW_C_PER_S,
+    SETPOINT_MAX_C,
+    SETPOINT_MIN_C,
+)
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.session.actions import DrivePlate
 from hapticvlm.session.session import SceneSession
@@ -51,7 +57,10 @@ def palm(material, room_c, resistance, phases, *, known=True):
             reading = plate.advance(now)
             for action in session.tick(now, reading):
                 if isinstance(action, DrivePlate):
-                    is_slewing = abs(action.setpoint_c - setpoint_c) > 0.99 * SLEW_C_PER_S * TICK_S
+                    is_slewing = (
+                        abs(action.setpoint_c - setpoint_c)
+                        > 0.99 * _slew(action.setpoint_c - setpoint_c) * TICK_S
+                    )
                     setpoint_c = action.setpoint_c
                     is_at_end = setpoint_c in (SETPOINT_MIN_C, SETPOINT_MAX_C)
                     plate.command(setpoint_c, action.ttl_s, now)
@@ -60,6 +69,11 @@ def palm(material, room_c, resistance, phases, *, known=True):
             is_limited = is_slewing or is_at_end or reading.current_limited
             moments.append(Moment(plate.skin_c, is_limited))
     return moments
+
+
+def _slew(change_c):
+    """The limit of a change this way, degC/s."""
+    return COOL_SLEW_C_PER_S if change_c < 0.0 else HEAT_SLEW_C_PER_S
 
 
 def skin(moments):

@@ -17,7 +17,7 @@ from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate.protocol import Setpoint, State
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
-from hapticvlm.rendering.heat.limits import SLEW_C_PER_S
+from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S
 from hapticvlm.server.options import plate_resistance
 from hapticvlm_studio.calibration.plate_course import Turn, simulated_time, swing
 from hapticvlm_studio.calibration.plate_flow import (
@@ -120,7 +120,7 @@ def test_the_swing_stays_cool_and_within_the_slew_limit():
 
     steps = [one.setpoint_mc for one in bench.cable.sent if isinstance(one, Setpoint)]
     assert 18_000 <= min(steps) <= max(steps) <= 32_000
-    assert np.abs(np.diff(steps)).max() <= 1000 * SLEW_C_PER_S * 0.1
+    assert np.abs(np.diff(steps)).max() <= 1000 * COOL_SLEW_C_PER_S * 0.1
     assert np.ptp(run[run[:, 0] > SETTLE_S][:, 1]) > 1.5
     bench.turn()
     assert bench.unknown.state is State.RETURNING

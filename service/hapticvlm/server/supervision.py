@@ -38,8 +38,7 @@ class Supervision:
             now = time.monotonic()
             self._follow_plate(now)
             if gateway.owner is not None:
-                if gateway.leases:
-                    gateway.ownership.leased_at = now
+                gateway.leased_at = now if gateway.leases else gateway.leased_at
                 actions = gateway.owner.session.tick(now, gateway.outputs.reading)
                 gateway.deliver(gateway.owner, actions)
                 if gateway.vibration.is_on:

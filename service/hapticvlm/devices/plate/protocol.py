@@ -15,7 +15,7 @@ from typing import Any, Self
 from hapticvlm.devices.plate.framing import Frame, frame
 from hapticvlm.errors import HapticVLMError
 
-MAJOR, MINOR = 1, 1
+MAJOR, MINOR = 1, 2
 BAUD = 250_000  # exact on a 16 MHz ATmega328P
 MAX_TTL_MS = 1000
 NO_READING = -(2**31)
@@ -35,6 +35,7 @@ class Answer(IntEnum):
     FAULTED = 7
     PERSISTS = 8
     NOT_LATCHED = 9
+    LOCKED = 10
 
 
 class State(IntEnum):

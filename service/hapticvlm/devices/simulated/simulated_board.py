@@ -129,7 +129,7 @@ class SimulatedBoard:
             board_id=0,
             setpoint_low_mc=round(plate_limits.SETPOINT_MIN_C * 1000),
             setpoint_high_mc=round(plate_limits.SETPOINT_MAX_C * 1000),
-            slew_mc_s=round(plate_limits.SLEW_C_PER_S * 1000),
+            slew_mc_s=round(plate_limits.COOL_SLEW_C_PER_S * 1000),
             max_ttl_ms=plate_protocol.MAX_TTL_MS,
             heat_limit_ma=round(HEAT_LIMIT_A * 1000),
             cool_limit_ma=round(COOL_LIMIT_A * 1000),

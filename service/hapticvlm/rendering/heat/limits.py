@@ -14,7 +14,9 @@ from hapticvlm.perception import NEUTRAL_C
 
 # Where no other section is named: docs/physics.md 3.2.
 SETPOINT_MIN_C, SETPOINT_MAX_C = 18.0, 40.0  # degC
-SLEW_C_PER_S = 5.0
+# The first half second of cooling tells materials apart (Ho and Jones 2006; Bergmann Tiest and
+# Kappers 2009), so cold may come faster than heat; the fault sweep is run with both.
+COOL_SLEW_C_PER_S, HEAT_SLEW_C_PER_S = 8.0, 5.0
 DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, for healthy people without supervision (physics.md 3.1)
 HEAT_LIMIT_S = 900.0
 SINK_TRIP_C = 44.0  # a hotter one heats the skin through an open bridge, its fan dead
@@ -134,5 +136,6 @@ def _slew(setpoint_c: float, previous_c: float, elapsed_s: float) -> float:
     if not math.isfinite(previous_c):
         previous_c = NEUTRAL_C
     usable_s = min(elapsed_s, _LONGEST_SLEW_S) if elapsed_s > 0.0 else 0.0
-    reach_c = SLEW_C_PER_S * usable_s
-    return min(max(setpoint_c, previous_c - reach_c), previous_c + reach_c)
+    coldest_c = previous_c - COOL_SLEW_C_PER_S * usable_s
+    warmest_c = previous_c + HEAT_SLEW_C_PER_S * usable_s
+    return min(max(setpoint_c, coldest_c), warmest_c)

@@ -1,0 +1,80 @@
+#include "pulse.h"
+
+#include <math.h>
+
+#include "limits.h"
+#include "protocol.h"
+
+namespace plate {
+namespace {
+
+// A pulse waits for a plate that has come to its goal, but not for ever: a host could keep it away.
+bool may_begin(const Pulse& pulse, const Sensors& sensors, float goal_c) {
+    const bool arrived = fabsf(goal_c - plate_c(sensors)) < HELD_C;
+    return pulse.quiet_ms >= (arrived ? PULSE_EVERY_MS : 2 * PULSE_EVERY_MS);
+}
+
+void remember(float* kept_c, const Sensors& sensors) {
+    for (uint8_t which = 0; which < 2; which++) kept_c[which] = sensors.past_c[which][0];
+}
+
+// Both moved fast, as they do in a touch: nothing needs to be tried. What drifts is slower.
+bool are_alive(const Sensors& sensors) {
+    if (sensors.past_known <= WINDOW) return false;
+    for (uint8_t which = 0; which < 2; which++)
+        if (fabsf(sensors.past_c[which][0] - sensors.past_c[which][WINDOW]) < ALIVE_C) return false;
+    return true;
+}
+
+uint32_t judge_answer(Pulse& pulse, const Sensors& sensors) {
+    bool answered = true;
+    for (uint8_t which = 0; which < 2; which++) {
+        const float ends_c = 0.5f * (pulse.from_c[which] + sensors.past_c[which][0]);
+        if (pulse.middle_c[which] - ends_c < PULSE_ANSWER_C) answered = false;
+    }
+    pulse.ticks = 0;
+    if (answered) {
+        pulse = Pulse();
+        return 0;
+    }
+    pulse.quiet_ms = PULSE_EVERY_MS - PULSE_AGAIN_MS;
+    return ++pulse.unanswered >= PULSES_UNANSWERED ? bit(PLATE_FROZEN) : 0;
+}
+
+// A touch need not wait for a pulse, unless touches always come when one begins.
+bool breaks_off(Pulse& pulse, float goal_c) {
+    if (fabsf(goal_c - pulse.goal_c) < HELD_C || pulse.broken_off >= PULSES_BROKEN_OFF) return false;
+    pulse.ticks = 0;
+    pulse.broken_off++;
+    return true;
+}
+
+uint32_t tick(Pulse& pulse, const Sensors& sensors) {
+    pulse.ticks++;
+    if (pulse.ticks == 1 + PULSE_HALF) remember(pulse.middle_c, sensors);
+    return pulse.ticks > 2 * PULSE_HALF ? judge_answer(pulse, sensors) : 0;
+}
+
+}  // namespace
+
+uint32_t watch_beads(Pulse& pulse, const Sensors& sensors, bool grown, bool has_room, float goal_c) {
+    if (pulse.quiet_ms < 2 * PULSE_EVERY_MS) pulse.quiet_ms += STEP_MS;
+    if (!grown) return 0;
+    if (are_alive(sensors)) {
+        pulse = Pulse();
+        return 0;
+    }
+    if (pulse.ticks) return breaks_off(pulse, goal_c) ? 0 : tick(pulse, sensors);
+    if (!has_room || !may_begin(pulse, sensors, goal_c)) return 0;
+    pulse.ticks = 1;
+    pulse.goal_c = goal_c;
+    remember(pulse.from_c, sensors);
+    return 0;
+}
+
+float pulse_a(const Pulse& pulse) {
+    if (!pulse.ticks) return 0.0f;
+    return pulse.ticks <= PULSE_HALF ? PULSE_A : -PULSE_A;
+}
+
+}  // namespace plate

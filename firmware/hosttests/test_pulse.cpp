@@ -1,0 +1,69 @@
+#include <doctest/doctest.h>
+
+#include "bench.h"
+
+using namespace plate;
+
+namespace {
+
+// A plate at 30 degC whose thermistors show so much of what a test pulse moves it by.
+Rig holding(double a_answers, double b_answers) {
+    Rig rig;
+    rig.a_answers = a_answers;
+    rig.b_answers = b_answers;
+    rig.plate_at(30.0);
+    rig.step(60);
+    rig.greet();
+    return rig;
+}
+
+}  // namespace
+
+TEST_CASE("thermistors that answer the test pulse are left alone") {
+    Rig sound = holding(1.0, 1.0);
+    sound.hold_for(30.0, 3000);
+    CHECK(sound.board.faults == 0);
+    CHECK(sound.board.pulse.unanswered == 0);
+}
+
+TEST_CASE("thermistors that froze alike are found by a test pulse within 16 s") {
+    Rig frozen = holding(0.0, 0.0);
+    frozen.hold_for(30.0, 800);
+    CHECK(frozen.only(PLATE_FROZEN));
+    CHECK(bench.counts == 0);
+}
+
+TEST_CASE("one thermistor that answers does not speak for the other") {
+    Rig half = holding(1.0, 0.1);
+    half.hold_for(30.0, 800);
+    CHECK(half.only(PLATE_FROZEN));
+}
+
+TEST_CASE("a host that changes its mind whenever a pulse begins gains some seconds, no more") {
+    Rig rig = holding(0.0, 0.0);
+    int steps = 0;
+    for (; steps < 1500 && !rig.board.faults; steps++) {
+        rig.hold(rig.board.pulse.ticks ? 30.4 : 30.0);
+        rig.step();
+    }
+    CHECK(rig.board.faults != 0);
+}
+
+TEST_CASE("a pulse leaves the mean current as it was and stays within the limits") {
+    Loop loop{};
+    start_loop(loop, 30.0f);
+    loop.held_a = 0.3f;
+    Pulse pulse{};
+    double sum = 0.0;
+    for (uint8_t tick = 1; tick <= 2 * PULSE_HALF; tick++) {
+        pulse.ticks = tick;
+        for (int i = 0; i < 5; i++) {
+            follow(loop, {30.0f, 30.0f, 25.0f, COOL_LIMIT_A, pulse_a(pulse)});
+            sum += loop.current_a;
+            CHECK(loop.current_a <= HEAT_LIMIT_A);
+        }
+    }
+    CHECK(sum / (10 * PULSE_HALF) == doctest::Approx(0.3).epsilon(0.01));
+    loop.current_a = HEAT_LIMIT_A - 0.5f * PULSE_A;
+    CHECK_FALSE(has_room(loop, 25.0f, COOL_LIMIT_A));
+}
