@@ -19,6 +19,7 @@ from hapticvlm.messages import (
     MessageError,
     Models,
     Ok,
+    Ownership,
     Party,
     Privacy,
     ProtocolVersion,
@@ -86,6 +87,7 @@ def client_messages() -> Iterator[tuple[str, Json]]:
         "sunlit": True,
     }
     yield "scene with everything", {**SCENE, "objects": [everything], "ambient_c": -5.0}
+    yield "scene that forgets", {**SCENE, "replace": False, "objects": [], "forget": ["a", "b"]}
     yield "scene of four materials", {**SCENE, "materials": ["wood", "glass", "fabric", "metal"]}
     yield "frame", FRAME
     yield "frame with region", {**FRAME, "region": {"x": 0.25, "y": 0.25, "w": 0.5, "h": 0.5}}
@@ -226,6 +228,8 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
         faults=[],
     )
     yield "telemetry", telemetry
+    yield "ownership, free", Ownership(id=0, owner=False, free=True)
+    yield "ownership, of another", Ownership(id=0, owner=False, free=False)
     yield "skipped", Skipped(id=9, reason="superseded")
     yield "ok", Ok(id=7)
     yield (
@@ -276,6 +280,7 @@ def _wrong_values() -> Iterator[tuple[str, Any]]:
     bare = {"object_id": "a", "shader": {"base_color": [0.5, 0.5]}}
     yield "a colour of two numbers", {**SCENE, "objects": [bare]}
     yield "a scene of no material", {**SCENE, "materials": []}
+    yield "an empty id to forget", {**SCENE, "forget": [""]}
     yield "a frame too wide", {**FRAME, "width": 4097}
     yield "a frame without pixels", {**FRAME, "image": b""}
     yield "a frame of an unknown format", {**FRAME, "format": "bmp"}

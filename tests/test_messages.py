@@ -107,7 +107,7 @@ def test_the_asyncapi_document_names_every_message_and_resolves_every_reference(
         for step in reference.split("/"):
             target = target[step]
         assert target
-    assert len(document["channels"]["scene"]["messages"]) == 14
+    assert len(document["channels"]["scene"]["messages"]) == 15
     assert document["asyncapi"].startswith("3.")
 
 

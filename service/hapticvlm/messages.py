@@ -122,6 +122,8 @@ class Hello(Wire, frozen=True, tag="hello", tag_field="type"):
 class Scene(Wire, frozen=True, tag="scene", tag_field="type"):
     """Objects of the scene; `replace` forgets those not listed.
 
+    `forget` names objects that are no more: what breaks or is shot costs a scene one id then, and
+    not all its objects anew. An id that is not known is no error.
     `materials` are all that the scene's objects can be made of: recognition considers no other.
     An observer on the service's own machine may state materials of the owner's objects: `object_id`
     and `material` only, with `replace` false.
@@ -130,6 +132,7 @@ class Scene(Wire, frozen=True, tag="scene", tag_field="type"):
     id: RequestId
     objects: Annotated[list[SceneObject], Meta(max_length=4096)]
     replace: bool
+    forget: Annotated[list[ObjectId], Meta(max_length=4096)] | None = None
     ambient_c: AmbientCelsius | None = None
     materials: Annotated[list[MaterialName], Meta(min_length=1, max_length=64)] | None = None
 
@@ -186,7 +189,8 @@ class Set(Wire, frozen=True, tag="set", tag_field="type"):
     """Settings of this connection's session; `feel` and gains are the owner's alone.
 
     `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
-    nothing for 30 s; anybody may end the owner's connection.
+    nothing for 30 s; anybody may end the owner's connection. The event `ownership` says when the
+    outputs are free. Gains, `feel` and the touch are sent again after they were taken.
     """
 
     id: RequestId
@@ -199,7 +203,12 @@ class Set(Wire, frozen=True, tag="set", tag_field="type"):
 
 
 class Stop(Wire, frozen=True, tag="stop", tag_field="type"):
-    """Rest the outputs at once; always honoured, never queued."""
+    """Rest the outputs at once; always honoured, never queued.
+
+    The scope is held at rest for each hand until the owner sends `release` of that hand and then a
+    new `approach` or `contact`. A new session does not undo it: a scene that begins sends
+    `release` of each hand that touches nothing, so that its first touch is felt.
+    """
 
     id: RequestId
     scope: Scope
@@ -385,6 +394,18 @@ class Vibration(Wire, frozen=True, tag="vibration", tag_field="type"):
     stopped: bool = False
 
 
+class Ownership(Wire, frozen=True, tag="ownership", tag_field="type"):
+    """Sent to each scene when the outputs become free or change hands. An event.
+
+    `owner`: whether this scene owns them now. `free`: whether nobody does; a scene that wants them
+    answers `set` with `ownership` take, and the first that asks gets them.
+    """
+
+    id: int
+    owner: bool
+    free: bool
+
+
 class Skipped(Wire, frozen=True, tag="skipped", tag_field="type"):
     """A frame that was not looked at, and why."""
 
@@ -407,7 +428,9 @@ class Error(Wire, frozen=True, tag="error", tag_field="type"):
     path: str | None = None
 
 
-ServiceMessage = Welcome | Decision | Telemetry | View | Vibration | Skipped | Ok | Error
+ServiceMessage = (
+    Welcome | Decision | Telemetry | View | Vibration | Ownership | Skipped | Ok | Error
+)
 
 _msgpack_decoder: msgspec.msgpack.Decoder[ClientMessage] = msgspec.msgpack.Decoder(ClientMessage)
 _json_decoder: msgspec.json.Decoder[ClientMessage] = msgspec.json.Decoder(ClientMessage)

@@ -33,11 +33,13 @@ class Defect:
 
 DEFECTS = (
     # ownership
-    Defect("server/gateway.py", "if idle_s < IDLE_OWNER_S:", "if False:", f"{GATEWAY} -k lately"),
-    Defect("server/gateway.py", "owner.session.set_owner(owner=False)", "pass", f"{GATEWAY} -k idle"),
-    Defect("server/gateway.py", "        if requester.session.observer:", "        if False:", f"{GATEWAY} -k never"),
-    Defect("server/gateway.py", "            self.owner = None\n", "            pass\n", f"{GATEWAY} -k nobody_owns"),
-    Defect("server/gateway.py", "        if connection.session.owner:", "        if True:", f"{GATEWAY} -k first_scene"),
+    Defect("server/ownership.py", "if idle_s < IDLE_OWNER_S:", "if False:", f"{GATEWAY} -k lately"),
+    Defect("server/ownership.py", "        owner.session.set_owner(owner=False)", "        pass", f"{GATEWAY} -k idle"),
+    Defect("server/ownership.py", "        if requester.session.observer:", "        if False:", f"{GATEWAY} -k never"),
+    Defect("server/ownership.py", "        self.owner = None\n        self._outputs", "        self._outputs", f"{GATEWAY} -k nobody_owns"),
+    Defect("server/ownership.py", "        if connection.session.owner:", "        if True:", f"{GATEWAY} -k first_scene"),
+    Defect("server/ownership.py", "        self._notify()\n", "        pass\n", f"{GATEWAY} -k offered"),
+    Defect("server/ownership.py", "not self.owner.is_open:", "False:", f"{GATEWAY} -k closing"),
     # fair shares
     Defect("server/recognition_queue.py", "not connection.session.owner)", "False)", f"{GATEWAY} -k come_first"),
     Defect("server/recognition_queue.py", "if waiting + size > ENROL_BYTES:", "if False:", f"{GATEWAY} -k one_budget"),
@@ -60,7 +62,7 @@ DEFECTS = (
     Defect("devices/speaker/engine.py", "self._voices.gain = standing.gain", "pass", f"{AUDIO} -k outlive"),
     Defect("session/hands.py", "self.lease_until = now + LEASE_S", "self.lease_until = now + 1e9", f"{SESSION} -k lease"),
     Defect("devices/plate/peltier.py", "            request_priority(PRIORITY)\n", "            pass\n", "tests/devices/test_peltier.py -k real_time"),
-    Defect("server/gateway.py", "owner=True, thermal_gain=self.outputs.thermal_gain)", "owner=True)", f"{GATEWAY} -k thermal_gain"),
+    Defect("server/ownership.py", "owner=True, thermal_gain=self._outputs.thermal_gain)", "owner=True)", f"{GATEWAY} -k thermal_gain"),
     Defect("vision/decoding.py", "    _require_few_chunks(path, data)\n", "", "tests/vision/test_pictures.py -k chunks"),
     # children
     Defect("backoff.py", "first_s * 2.0 ** min(failures - 1, _MOST_DOUBLINGS)", "first_s", f"{CHILD} -k growing_pause"),

@@ -6,11 +6,12 @@ from typing import Any
 
 import pytest
 from gateways import Peer, join, new_gateway
+from websockets.protocol import State
 
-from hapticvlm.messages import Error, Frame, MessageError, Set, Touch
+from hapticvlm.messages import Error, Frame, MessageError, Ownership, Set, Touch
 from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection
-from hapticvlm.server.gateway import IDLE_OWNER_S
+from hapticvlm.server.ownership import IDLE_OWNER_S
 from hapticvlm.server.recognition_queue import RecognitionQueue
 from hapticvlm.session.actions import RecogniseFrame
 from hapticvlm.session.session import SceneSession
@@ -41,7 +42,7 @@ def test_the_first_scene_owns_the_outputs_and_a_later_one_may_not_touch(gateway)
 
 def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
     first, second = join(gateway), join(gateway)
-    now = gateway.leased_at + IDLE_OWNER_S - 0.1
+    now = gateway.ownership.leased_at + IDLE_OWNER_S - 0.1
     with pytest.raises(MessageError) as refused:
         gateway.change_owner(second, wish("take"), now)
     assert (refused.value.code, refused.value.path) == ("not_owner", "$.ownership")
@@ -52,7 +53,7 @@ def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
 
 def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):
     first, second = join(gateway), join(gateway)
-    now = gateway.leased_at + IDLE_OWNER_S + 0.001  # a sum is rounded
+    now = gateway.ownership.leased_at + IDLE_OWNER_S + 0.001  # a sum is rounded
     gateway.change_owner(second, wish("take"), now)
     assert gateway.owner is second
     assert not first.session.owner
@@ -66,14 +67,51 @@ def test_an_observer_never_takes_the_outputs(gateway):
     join(gateway)
     observer = join(gateway, observer=True)
     with pytest.raises(MessageError, match="connect as scene"):
-        gateway.change_owner(observer, wish("take"), gateway.leased_at + 10 * IDLE_OWNER_S)
+        gateway.change_owner(
+            observer, wish("take"), gateway.ownership.leased_at + 10 * IDLE_OWNER_S
+        )
 
 
 def test_a_scene_takes_outputs_that_nobody_owns(gateway):
     first, second = join(gateway), join(gateway)
     gateway.leave(first)
     assert gateway.owner is None
-    gateway.change_owner(second, wish("take"), gateway.leased_at)
+    gateway.change_owner(second, wish("take"), gateway.ownership.leased_at)
+    assert gateway.owner is second
+
+
+def ownership_notes(connection):
+    """What a connection was notified of, as (owner, free)."""
+    notes = [event.message for event in connection._waiting]
+    assert all(note.id == 0 for note in notes)
+    return [(note.owner, note.free) for note in notes if isinstance(note, Ownership)]
+
+
+def test_free_outputs_are_offered_to_every_scene_and_go_to_the_first_that_asks(gateway):
+    first, second, third = join(gateway), join(gateway), join(gateway)
+    observer = join(gateway, observer=True)
+    gateway.leave(first)
+    assert [ownership_notes(each) for each in (second, third)] == [[(False, True)]] * 2
+    assert ownership_notes(observer) == []
+    gateway.change_owner(second, wish("take"), gateway.ownership.leased_at)
+    assert ownership_notes(second) == [(False, True)]  # the take itself is answered
+    assert ownership_notes(third) == [(False, True), (False, False)]
+    with pytest.raises(MessageError, match="owns the outputs"):
+        gateway.change_owner(third, wish("take"), gateway.ownership.leased_at)
+
+
+def test_a_closing_owner_leaves_the_outputs_to_the_scene_that_says_hello(gateway):
+    peer = Peer()
+    first = join(gateway, peer=peer)
+    gateway.ownership.free_if_owner_closes()
+    assert gateway.owner is first
+    peer.state = State.CLOSING
+    gateway.ownership.free_if_owner_closes()
+    assert gateway.owner is None
+    with pytest.raises(MessageError, match="owns"):
+        first.session.receive(touch(), 0.0)  # one that was still on its way
+    second = join(gateway)
+    gateway.leave(first)
     assert gateway.owner is second
 
 

@@ -64,9 +64,9 @@ async def test_a_lease_that_nobody_renews_is_ended_by_a_tick(gateway):
     now = time.monotonic()
     gateway.carry_out(owner, owner.session.receive(touch(now), now))
     assert gateway.leases == 1
-    begun_at, ordered = gateway.leased_at, gateway.outputs.speaker._ring.newest
+    begun_at, ordered = gateway.ownership.leased_at, gateway.outputs.speaker._ring.newest
     await until(lambda: gateway.leases == 0, gateway, Supervision(gateway).run_ticks())
-    assert gateway.leased_at > begun_at, "the owner touched something until then"
+    assert gateway.ownership.leased_at > begun_at, "the owner touched something until then"
     assert gateway.outputs.speaker._ring.newest > ordered, "the speaker was told"
 
 

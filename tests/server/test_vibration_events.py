@@ -5,6 +5,13 @@ import time
 
 import pytest
 from conftest import ANSWER_S, peer
+from gateways import new_gateway
+
+from hapticvlm.client.local_service import running
+from hapticvlm.messages import Vibration
+from hapticvlm.rendering.vibration.vibration import Motion
+from hapticvlm.rendering.vibration.voices import Command
+from hapticvlm.session.actions import PlayVibration, ReleaseHand
 
 PANE = {"object_id": "pane", "material": "glass"}
 PERIODS_MS = {"amplitude": 12.5, "parametric": 5.0}
@@ -134,3 +141,34 @@ async def test_only_the_owner_may_ask_and_nobody_gets_what_nobody_asked_for(serv
         assert not await rub(client, 0.5)
         wrong = await client.ask(type="set", feel={"right": "pcm"})
         assert (wrong["code"], wrong["path"]) == ("message", "$.feel.right")
+
+
+async def test_a_scene_that_asks_and_rubs_at_once_feels_it():
+    with running() as fresh:
+        async with peer(fresh) as client:
+            await client.hello()
+            await client.ask(type="scene", objects=[PANE], replace=True)
+            await client.ask(type="set", feel={"right": "amplitude"})
+            async with asyncio.timeout(ANSWER_S):
+                while not await rub(client, 0.1):
+                    pass
+
+
+def a_second_of_slides(hand=1):
+    motion = Motion(0.3, 1.5)
+    return PlayVibration(Command(hand, "glass", "slide", False, motion, 1, time.monotonic() + 1.0))
+
+
+@pytest.mark.parametrize("ends", [False, True])
+async def test_what_a_hand_does_while_planners_are_made_is_felt_once_they_are(ends):
+    posted: list[Vibration] = []
+    events = new_gateway().vibration
+    events.subscribe((None, "amplitude"), posted.append)
+    events.drive(a_second_of_slides())
+    if ends:
+        events.drive(ReleaseHand(1))
+    assert events._making is not None
+    await events._making
+    await asyncio.sleep(0.0)
+    events.tick(time.monotonic())
+    assert bool([plan for plan in posted if plan.amplitude]) is not ends

@@ -35,6 +35,7 @@ def test_an_object_that_was_only_shown_can_be_stated():
     ("objects", "more", "path"),
     [
         ([{"object_id": "mug", "material": "wood"}], {"replace": True}, "$.replace"),
+        ([{"object_id": "mug", "material": "wood"}], {"forget": ["mug"]}, "$.forget"),
         ([{"object_id": "mug", "material": "wood"}], {"ambient_c": 21.0}, "$"),
         ([{"object_id": "mug", "material": "wood"}], {"materials": ["wood"]}, "$"),
         ([{"object_id": "mug"}], {}, "$.objects[0]"),

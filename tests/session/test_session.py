@@ -538,6 +538,38 @@ def test_replace_forgets_the_objects_not_listed():
     assert decision.material == "glass"
 
 
+def test_forget_takes_single_objects_out_and_leaves_the_others():
+    session = owner(TABLE, PANE)
+    assert replies(session.receive(touch("slide", "pane"), 1.0), Decision)[0].material == "glass"
+    session.receive(touch("release"), 1.05)
+    session.receive(scene(replace=False, forget=["pane", "never there"]), 1.1)
+    assert session._model.objects.given("pane") is None
+    assert session._model.objects.given("table") == TABLE
+    (decision,) = replies(session.receive(touch("slide", "pane"), 1.2), Decision)
+    assert decision.material == "unknown"
+
+
+def test_a_recognition_of_an_object_that_was_forgotten_is_not_believed():
+    session = owner(SceneObject(object_id="x"))
+    (action,) = only(session.receive(frame(object_id="x"), 1.0), RecogniseFrame)
+    session.receive(scene(replace=False, forget=["x"]), 1.1)
+    session.receive(scene(SceneObject(object_id="x"), replace=False), 1.2)
+    (answer,) = replies(session.recognised(action, WOOD, {}, 1.3), Skipped)
+    assert answer.reason == "superseded"
+
+
+def test_what_debris_leaves_behind_is_bounded():
+    session = owner()
+    for number in range(100):
+        shards = [f"shard {number} {index}" for index in range(100)]
+        session.receive(scene(*(SceneObject(object_id=id) for id in shards), replace=False), 1.0)
+        session.receive(scene(replace=False, forget=shards), 1.0)
+    objects = session._model.objects
+    assert not objects.known
+    assert len(objects._forgotten) <= 8192
+    assert objects.generation("shard 0 0") > 0
+
+
 def test_a_new_scene_changes_what_a_touching_hand_feels():
     session = owner(TABLE)
     session.receive(touch(), 1.0)

@@ -9,6 +9,7 @@ from typing import Any, cast
 import msgpack
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosedError
+from websockets.protocol import State
 
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.speaker.engine import AudioSettings
@@ -32,6 +33,7 @@ class Peer:
         self.remote_address = (address, 50_000)
         self.sent: list[dict[str, Any]] = []
         self.is_greeted = False
+        self.state = State.OPEN
         self.closed: tuple[int, str] | None = None
         self._said, self._gone = list(said), gone
 

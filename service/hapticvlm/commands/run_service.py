@@ -61,6 +61,7 @@ async def run(serving: Serving, where: Address) -> None:
             gc.collect()
             gc.freeze()
             print_ready(serving, port, assemble.devices(parts), has_priority=has_priority)
+            gateway.vibration.prepare()
             await stopping.wait()
             gateway.close()
             for task in running:

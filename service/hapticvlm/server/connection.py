@@ -9,6 +9,7 @@ from contextlib import suppress
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
+from websockets.protocol import State
 
 from hapticvlm.messages import ServiceMessage, Telemetry, Vibration, View, encode
 from hapticvlm.server.budgets import MAX_EVENTS
@@ -57,6 +58,11 @@ class Connection:
     def counts(self) -> Counter[str]:
         """What did not reach this client, and what came from it too late to be rendered."""
         return self._counts + Counter({LATE: self.session.late_contacts})
+
+    @property
+    def is_open(self) -> bool:
+        """Whether neither side has begun to close it."""
+        return self._socket.state is State.OPEN
 
     async def send(self, message: ServiceMessage) -> None:
         """Send a reply now, waiting if the client reads slowly."""

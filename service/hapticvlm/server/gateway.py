@@ -18,7 +18,6 @@ from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.messages import (
     Decision,
-    Error,
     ErrorCode,
     MessageError,
     Ok,
@@ -34,6 +33,7 @@ from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.log_writer import LogWriter
 from hapticvlm.server.outputs import Driven, Outputs
+from hapticvlm.server.ownership import OutputOwnership
 from hapticvlm.server.recognition_queue import RecognitionQueue
 from hapticvlm.server.vibration_events import VibrationEvents
 from hapticvlm.server.vlm_queue import VlmQueue
@@ -51,9 +51,6 @@ from hapticvlm.session.actions import (
 from hapticvlm.vision.worker import RecogniserWorker
 from hapticvlm.vlm.worker import VlmReply, VlmWorker
 
-IDLE_OWNER_S = 30.0  # without a lease, before another scene may take the outputs
-PATH = "$.ownership"
-
 logger = logging.getLogger(__name__)
 
 
@@ -68,24 +65,28 @@ class Gateway:
         vlm: VlmWorker | None = None,
     ) -> None:
         self.counts: Counter[str] = Counter()
-        self.owner: Connection | None = None
         self.connections: list[Connection] = []
         self.recorder: Recorder | None = None
         self.log: LogWriter | None = None
         self.outputs = Outputs(speaker, plate)
-        self.leased_at = time.monotonic()
         self.recogniser = recogniser
         self.vibration = VibrationEvents(speaker)
+        self.ownership = OutputOwnership(
+            self.outputs, self.vibration, self.connections, self.counts
+        )
         self.recognition = RecognitionQueue(recogniser, self.counts, self.deliver)
         self.vlm = None if vlm is None else VlmQueue(vlm, self.counts, self.deliver)
 
+    @property
+    def owner(self) -> Connection | None:
+        """The scene that owns the outputs."""
+        return self.ownership.owner
+
     def join(self, connection: Connection) -> None:
         """Admit a connection; the first scene's is the owner's. A gain that was set stays."""
-        self.leased_at = time.monotonic()
         self.connections.append(connection)
         self.recognition.join(connection)
-        if connection.session.owner:
-            self.owner = connection
+        self.ownership.join(connection)
 
     def leave(self, connection: Connection) -> None:
         """Forget a connection; when it was the owner's, the outputs rest."""
@@ -95,31 +96,11 @@ class Gateway:
         self.recognition.leave(connection)
         if self.vlm is not None:
             self.vlm.leave(connection)
-        if self.owner is connection:
-            self.owner = None
-            self.outputs.rest()
-            self.vibration.end()
+        self.ownership.leave(connection)
 
     def change_owner(self, requester: Connection, wanted: Set, now: float) -> None:
         """Assign the outputs to the scene that asks, or end their owner. Raises MessageError."""
-        if wanted.ownership == "end":
-            if self.owner is None:
-                raise MessageError("message", "nobody owns the outputs", path=PATH, id=wanted.id)
-            logger.warning("%s ended by %s", self.owner.name, requester.name)
-            self.counts["owners ended"] += 1
-            self.outputs.rest()
-            self.owner.end("ended by an observer")
-            return
-        if requester.session.observer:
-            text = "an observer owns no outputs: connect as scene"
-            raise MessageError("not_owner", text, path=PATH, id=wanted.id)
-        if self.owner is not None and self.owner is not requester:
-            self._depose(self.owner, wanted, now)
-            self.vibration.rest()
-            self.vibration.end()
-        self.owner = requester
-        self.leased_at = now
-        requester.session.set_owner(owner=True, thermal_gain=self.outputs.thermal_gain)
+        self.ownership.change(requester, wanted, now)
 
     def state_materials(self, observer: Connection, scene: Scene, now: float) -> Ok:
         """Apply to the owner's scene what a person states of it. Raises MessageError."""
@@ -194,22 +175,6 @@ class Gateway:
     def leases(self) -> int:
         """How many hands of the owner hold a lease."""
         return self.owner.session.leases if self.owner else 0
-
-    def _depose(self, owner: Connection, wanted: Set, now: float) -> None:
-        """Take the outputs from an owner that touches nothing. Raises MessageError."""
-        idle_s = now - self.leased_at
-        if idle_s < IDLE_OWNER_S:
-            text = (
-                f"{owner.name} owns the outputs and touched something {idle_s:.0f} s ago: "
-                f"wait until {IDLE_OWNER_S:.0f} s have passed, or end it from the dashboard"
-            )
-            raise MessageError("not_owner", text, path=PATH, id=wanted.id)
-        owner.session.set_owner(owner=False)
-        owner.session.rest()
-        self.outputs.rest()
-        self.counts["owners replaced"] += 1
-        text = f"another scene took the outputs: nothing was touched for {idle_s:.0f} s"
-        owner.post(Error(id=0, code="not_owner", text=text))
 
     def _drive(self, action: Driven) -> None:
         self.outputs.drive(action)

@@ -182,6 +182,7 @@ class Handshake:
 
     def _session(self, *, observer: bool) -> SceneSession:
         """Begin a session; a scene's is recorded when sessions are kept."""
+        self._gateway.ownership.free_if_owner_closes()
         given: dict[str, Any] = {
             "owner": not observer and self._gateway.owner is None,
             "observer": observer,

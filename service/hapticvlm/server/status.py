@@ -31,7 +31,7 @@ def of_service(gateway: Gateway) -> dict[str, Any]:
     return {
         "connections": len(gateway.connections),
         "owner": owner.name if owner else None,
-        "owner_idle_s": round(time.monotonic() - gateway.leased_at, 1) if owner else None,
+        "owner_idle_s": round(time.monotonic() - gateway.ownership.leased_at, 1) if owner else None,
         "counts": {**counts, LOST: 0 if gateway.log is None else gateway.log.lost},
         **_of_outputs(gateway.outputs),
         "leases": gateway.leases,

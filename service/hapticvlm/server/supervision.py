@@ -38,7 +38,8 @@ class Supervision:
             now = time.monotonic()
             self._follow_plate(now)
             if gateway.owner is not None:
-                gateway.leased_at = now if gateway.leases else gateway.leased_at
+                if gateway.leases:
+                    gateway.ownership.leased_at = now
                 actions = gateway.owner.session.tick(now, gateway.outputs.reading)
                 gateway.deliver(gateway.owner, actions)
                 if gateway.vibration.is_on:

@@ -3,7 +3,8 @@
 Idle until somebody asks. Then the commands that go to the speaker go to planners of the same voices
 too, and every PLAN_EVERY_S each hand that vibrates gets a plan, at once at an onset. When a hand
 stops vibrating, by a release, the end of its lease, a stop or a fault, one empty plan follows at
-once. Planners are made in a thread: filling their caches would hold up touches.
+once. Planners are made in a thread, since filling their caches would hold up touches, and as soon
+as the service runs: a scene that asks and touches at once would feel nothing for a second.
 """
 
 from __future__ import annotations
@@ -11,10 +12,12 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.messages import FeelForm, Transient, Vibration
 from hapticvlm.rendering.vibration.vibration_plan import PERIOD_S, VibrationPlan, VibrationPlanner
+from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session.actions import Action, PlayVibration, ReleaseHand, SetGain
 from hapticvlm.session.hands import NAMES
 
@@ -36,6 +39,13 @@ class VibrationEvents:
         self._is_vibrating = [False, False]
         self._planned_at = [0.0, 0.0]
         self._making: asyncio.Future[tuple[VibrationPlanner, ...]] | None = None
+        self._missed: dict[int, Command] = {}  # of each hand the newest, while planners are made
+
+    def prepare(self) -> None:
+        """Make the planners, in a thread, unless they are made or being made."""
+        if not self._planners and self._making is None:
+            self._making = asyncio.get_running_loop().run_in_executor(None, self._make)
+            self._making.add_done_callback(self._made)
 
     def subscribe(self, forms: Forms, post: Post) -> None:
         """Send plans in these forms (left, right) to `post` from now on; None = none."""
@@ -46,13 +56,12 @@ class VibrationEvents:
         self._post, self.is_on = post, True
         for planner in self._planners:
             planner.gain = self._speaker.settings.gain
-        if not self._planners and self._making is None:
-            self._making = asyncio.get_running_loop().run_in_executor(None, self._make)
-            self._making.add_done_callback(self._made)
+        self.prepare()
 
     def end(self) -> None:
         """Send nothing any more."""
         self._post, self.is_on = None, False
+        self._missed.clear()
         for planner in self._planners:
             planner.rest()
         self._is_vibrating = [False, False]
@@ -64,7 +73,10 @@ class VibrationEvents:
                 for planner in self._planners:
                     planner.gain = action.gain
             case ReleaseHand():
+                self._missed.pop(action.hand, None)
                 self._silence(action.hand)
+            case PlayVibration(command) if not self._planners:
+                self._missed[command.hand] = command
             case PlayVibration(command) if self._planners:
                 planner, now = self._planners[command.hand], time.monotonic()
                 planner.obey(command, now)
@@ -73,11 +85,13 @@ class VibrationEvents:
 
     def stop(self) -> None:
         """Silence both hands and report that a stop holds them."""
+        self._missed.clear()
         for hand in range(len(NAMES)):
             self._silence(hand, stopped=True)
 
     def rest(self) -> None:
         """Silence both hands."""
+        self._missed.clear()
         for hand in range(len(NAMES)):
             self._silence(hand)
 
@@ -115,6 +129,13 @@ class VibrationEvents:
             self._planners = making.result()
             for planner in self._planners:
                 planner.gain = self._speaker.settings.gain
+            self._catch_up(time.monotonic())
+
+    def _catch_up(self, now: float) -> None:
+        """Go on with what the hands do already; a blow that is over by now is not made up for."""
+        for hand, command in self._missed.items():
+            self._planners[hand].obey(replace(command, onset=False), now)
+        self._missed.clear()
 
 
 def _event(hand: int, plan: VibrationPlan, *, stopped: bool = False) -> Vibration:

@@ -60,6 +60,8 @@ def _check(scene: Scene) -> None:
     only = "an observer states materials only"
     if scene.replace:
         raise _refused(scene, f"{only}: send `replace` false", "$.replace")
+    if scene.forget is not None:
+        raise _refused(scene, f"{only}: leave out forget", "$.forget")
     if scene.ambient_c is not None or scene.materials is not None:
         raise _refused(scene, f"{only}: leave out ambient_c and materials", "$")
     for index, given in enumerate(scene.objects):

@@ -31,7 +31,6 @@ ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
 
 Key = str | tuple[str, str] | None
 
-
 _NOBODY = ("nobody", "")
 
 
@@ -82,37 +81,41 @@ class SceneObjects:
         self._among: frozenset[str] | None = None
         self._replaced = 0
         self._forgotten: Counter[Key] = Counter()
+        self._forgotten_before = 0
 
     def generation(self, key: Key) -> int:
         """Return a number that grows when this key comes to stand for another object."""
-        return self._replaced + self._forgotten[key]
+        return self._replaced + self._forgotten_before + self._forgotten.get(key, 0)
 
     def declare(self, scene: Scene) -> None:
         """Receive the scene's objects. Raises MessageError and changes nothing if wrong."""
+        self._check(scene)
+        if scene.replace:
+            self.known.clear()
+            self._replaced += 1
+            self._among = None
+        for gone in self.known.keys() & set(scene.forget or ()):
+            self.forget(gone)
+        if scene.materials is not None:
+            self._among = frozenset(scene.materials)
+        for given in scene.objects:
+            known = self.known.get(given.object_id)
+            state = self.known[given.object_id] = ObjectState(with_saved(given, self._saved))
+            if known is not None:
+                state.recognised = known.recognised
+                state.vlm = known.vlm
+                state.asked_at = known.asked_at
+
+    def _check(self, scene: Scene) -> None:
         for index, given in enumerate(scene.objects):
             _check_material(given.material, self._table, f"$.objects[{index}].material")
         for index, name in enumerate(scene.materials or ()):
             _check_material(name, self._table, f"$.materials[{index}]")
         declared = {key for key, known in self.known.items() if known.facts and not scene.replace}
+        declared -= set(scene.forget or ())
         if len(declared | {given.object_id for given in scene.objects}) > MAX_KNOWN:
             text = f"$.objects: more than {MAX_KNOWN}; send `replace` true with those in use"
             raise MessageError("limit", text, path="$.objects")
-        if scene.replace:
-            self.known.clear()
-            self._replaced += 1
-            self._among = None
-        if scene.materials is not None:
-            self._among = frozenset(scene.materials)
-        for given in scene.objects:
-            known = self.known.get(given.object_id)
-            facts = with_saved(given, self._saved)
-            state = self.known[given.object_id] = ObjectState(facts)
-            if known is not None:
-                state.recognised, state.vlm, state.asked_at = (
-                    known.recognised,
-                    known.vlm,
-                    known.asked_at,
-                )
 
     def state(self, key: Key) -> ObjectState:
         """Return what is known of this object, its verdict included."""
@@ -159,9 +162,17 @@ class SceneObjects:
         return state.verdict.material
 
     def forget(self, key: Key) -> None:
-        """Forget what was recognised under this key, and what is still being recognised."""
+        """Forget what was recognised under this key, and what is still being recognised.
+
+        A scene of debris forgets new ids for ever, and their counts must not pile up. So from time
+        to time all are dropped and every generation grows past them; what is being recognised just
+        then is looked at again.
+        """
         self.known.pop(key, None)
         self._forgotten[key] += 1
+        if len(self._forgotten) > MAX_KNOWN:
+            self._forgotten_before += max(self._forgotten.values())
+            self._forgotten.clear()
 
     def verdict(self, key: Key) -> Verdict:
         """Return what this object is, from the cache or from what is known so far."""

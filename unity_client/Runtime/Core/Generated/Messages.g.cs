@@ -5,7 +5,7 @@ using System.Collections.Generic;
 namespace HapticVLM.Wire
 {
     /// <summary>What a message is.</summary>
-    public enum Kind { Other, Hello, Scene, Frame, Touch, Set, Stop, Welcome, Decision, Telemetry, View, Vibration, Skipped, Ok, Error }
+    public enum Kind { Other, Hello, Scene, Frame, Touch, Set, Stop, Welcome, Decision, Telemetry, View, Vibration, Ownership, Skipped, Ok, Error }
 
     public static class Protocol
     {
@@ -30,6 +30,7 @@ namespace HapticVLM.Wire
             MsgPackWriter.Encoded("telemetry"),
             MsgPackWriter.Encoded("view"),
             MsgPackWriter.Encoded("vibration"),
+            MsgPackWriter.Encoded("ownership"),
             MsgPackWriter.Encoded("skipped"),
             MsgPackWriter.Encoded("ok"),
             MsgPackWriter.Encoded("error"),
@@ -1267,6 +1268,80 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("ok");
     }
 
+    /// <summary>Sent to each scene when the outputs become free or change hands. An event.
+    ///
+    /// `owner`: whether this scene owns them now. `free`: whether nobody does; a scene that wants them
+    /// answers `set` with `ownership` take, and the first that asks gets them.</summary>
+    public sealed class Ownership
+    {
+        public long Id;
+        public bool Owner;
+        public bool Free;
+
+        /// <summary>Appends this one; throws WireException if a field is missing.</summary>
+        public void Write(MsgPackWriter w)
+        {
+            int count = 4;
+            w.MapHeader(count);
+            w.Raw(OwnershipKeys.Type);
+            w.Raw(OwnershipKeys.Tag);
+            w.Raw(OwnershipKeys.Id);
+            w.Int(Id);
+            w.Raw(OwnershipKeys.Owner);
+            w.Bool(Owner);
+            w.Raw(OwnershipKeys.Free);
+            w.Bool(Free);
+        }
+
+        /// <summary>Reads one; fields it does not know are passed over.</summary>
+        public void Read(ref MsgPackReader r, StringPool pool)
+        {
+            long seen = 0;
+            Clear();
+            for (int left = r.MapHeader(); left > 0; left--)
+            {
+                if (r.TryKey(OwnershipKeys.Id))
+                {
+                    Id = r.Int();
+                    seen |= 1L;
+                }
+                else if (r.TryKey(OwnershipKeys.Owner))
+                {
+                    Owner = r.Bool();
+                    seen |= 2L;
+                }
+                else if (r.TryKey(OwnershipKeys.Free))
+                {
+                    Free = r.Bool();
+                    seen |= 4L;
+                }
+                else
+                {
+                    r.Skip();
+                    r.Skip();
+                }
+            }
+            if ((seen & 7L) != 7L)
+                throw new WireException("ownership: a required field is missing");
+        }
+
+        void Clear()
+        {
+            Id = default(long);
+            Owner = default(bool);
+            Free = default(bool);
+        }
+    }
+
+    internal static class OwnershipKeys
+    {
+        public static readonly byte[] Type = MsgPackWriter.Encoded("type");
+        public static readonly byte[] Id = MsgPackWriter.Encoded("id");
+        public static readonly byte[] Owner = MsgPackWriter.Encoded("owner");
+        public static readonly byte[] Free = MsgPackWriter.Encoded("free");
+        public static readonly byte[] Tag = MsgPackWriter.Encoded("ownership");
+    }
+
     /// <summary>Who speaks: a client or the service.</summary>
     public struct Party
     {
@@ -1517,6 +1592,8 @@ namespace HapticVLM.Wire
 
     /// <summary>Objects of the scene; `replace` forgets those not listed.
     ///
+    /// `forget` names objects that are no more: what breaks or is shot costs a scene one id then, and
+    /// not all its objects anew. An id that is not known is no error.
     /// `materials` are all that the scene's objects can be made of: recognition considers no other.
     /// An observer on the service's own machine may state materials of the owner's objects: `object_id`
     /// and `material` only, with `replace` false.</summary>
@@ -1526,6 +1603,7 @@ namespace HapticVLM.Wire
         public const long IdMax = 9007199254740991;
         public List<SceneObject> Objects;
         public bool Replace;
+        public List<string> Forget;
         public double? AmbientC;
         public const double AmbientCMax = 80.0;
         public List<string> Materials;
@@ -1534,6 +1612,7 @@ namespace HapticVLM.Wire
         public void Write(MsgPackWriter w)
         {
             int count = 4;
+            if (Forget != null) count++;
             if (AmbientC != null) count++;
             if (Materials != null) count++;
             w.MapHeader(count);
@@ -1547,6 +1626,12 @@ namespace HapticVLM.Wire
             for (int i = 0; i < Objects.Count; i++) Objects[i].Write(w);
             w.Raw(SceneKeys.Replace);
             w.Bool(Replace);
+            if (Forget != null)
+            {
+                w.Raw(SceneKeys.Forget);
+                w.ArrayHeader(Forget.Count);
+                for (int i = 0; i < Forget.Count; i++) w.Str(Forget[i]);
+            }
             if (AmbientC != null)
             {
                 w.Raw(SceneKeys.AmbientC);
@@ -1584,6 +1669,15 @@ namespace HapticVLM.Wire
                     it.Replace = r.Bool();
                     seen |= 4L;
                 }
+                else if (r.TryKey(SceneKeys.Forget))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Forget = new List<string>();
+                        for (int items = r.ArrayHeader(); items > 0; items--)
+                            it.Forget.Add(r.Str(pool));
+                    }
+                }
                 else if (r.TryKey(SceneKeys.AmbientC))
                 {
                     if (!r.TryNil())
@@ -1618,6 +1712,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Id = MsgPackWriter.Encoded("id");
         public static readonly byte[] Objects = MsgPackWriter.Encoded("objects");
         public static readonly byte[] Replace = MsgPackWriter.Encoded("replace");
+        public static readonly byte[] Forget = MsgPackWriter.Encoded("forget");
         public static readonly byte[] AmbientC = MsgPackWriter.Encoded("ambient_c");
         public static readonly byte[] Materials = MsgPackWriter.Encoded("materials");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("scene");
@@ -1767,7 +1862,8 @@ namespace HapticVLM.Wire
     /// <summary>Settings of this connection's session; `feel` and gains are the owner's alone.
     ///
     /// `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
-    /// nothing for 30 s; anybody may end the owner's connection.</summary>
+    /// nothing for 30 s; anybody may end the owner's connection. The event `ownership` says when the
+    /// outputs are free. Gains, `feel` and the touch are sent again after they were taken.</summary>
     public struct Set
     {
         public long Id;
@@ -2121,7 +2217,11 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("skipped");
     }
 
-    /// <summary>Rest the outputs at once; always honoured, never queued.</summary>
+    /// <summary>Rest the outputs at once; always honoured, never queued.
+    ///
+    /// The scope is held at rest for each hand until the owner sends `release` of that hand and then a
+    /// new `approach` or `contact`. A new session does not undo it: a scene that begins sends
+    /// `release` of each hand that touches nothing, so that its first touch is felt.</summary>
     public struct Stop
     {
         public long Id;
