@@ -18,7 +18,7 @@ test: $(VENV)/.dev toolchains
 # What needs no process, no browser and no toolchain: the loop of a developer.
 UNIT := tests/captures tests/devices tests/evidence tests/rendering tests/session tests/vision tests/vlm tests/studio tests/test_backoff.py tests/test_messages.py tests/test_palette.py tests/test_perception.py
 unit: $(VENV)/.dev
-	$(BIN)/python -m pytest -q -m "not slow and not torch" $(UNIT)
+	$(BIN)/python -m pytest -q -m "not slow and not torch and not process and not realtime" $(UNIT)
 
 check: $(VENV)/.dev
 	$(BIN)/ruff format --check .

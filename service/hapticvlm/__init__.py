@@ -1,3 +1,3 @@
 """HapticVLM: virtual objects feel like what they look like."""
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"

@@ -18,6 +18,8 @@ from hapticvlm.devices.speaker.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
 
+pytestmark = pytest.mark.process
+
 BLOCK = 128
 
 

@@ -23,6 +23,8 @@ from hapticvlm_lab.bench.audio.deadlines import keep
 from hapticvlm_lab.bench.audio.sink import NAME, NEEDED, null_sink, recording
 from hapticvlm_lab.bench.audio.speaker import gaps, late
 
+pytestmark = pytest.mark.process
+
 MISSING = [name for name in NEEDED if shutil.which(name) is None]
 needs_pulseaudio = pytest.mark.skipif(
     bool(MISSING) and not os.environ.get("CI"),

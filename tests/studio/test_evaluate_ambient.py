@@ -29,6 +29,8 @@ from hapticvlm_studio.evaluation.scores import (
     share,
 )
 
+pytestmark = pytest.mark.process
+
 TRUTHS = (-5.0, 2.0, 14.0, 20.0, 22.0, 31.0)
 
 

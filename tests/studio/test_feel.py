@@ -18,6 +18,8 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm_studio.touches.heat import Warmth, heat
 from hapticvlm_studio.touches.sound import sound, spectrum
 
+pytestmark = pytest.mark.process
+
 
 def feel(capsys: pytest.CaptureFixture[str], *arguments: str):
     assert main(["feel", *arguments, "--json"]) == 0

@@ -25,6 +25,8 @@ from hapticvlm_studio.calibration import speaker_response as measured
 from hapticvlm_studio.calibration.output import FADE_S, Sounding
 from hapticvlm_studio.calibration.speaker_response import response, simulated_speaker, sweep
 
+pytestmark = pytest.mark.process
+
 Floats = NDArray[np.float64]
 
 

@@ -26,6 +26,8 @@ from hapticvlm_studio.trials.page_server import Setting, run
 from hapticvlm_studio.trials.player import SILENT, Player
 from hapticvlm_studio.trials.record import Pace
 
+pytestmark = pytest.mark.process
+
 LONG_S = 8.0
 PATIENCE_S = 120.0
 

@@ -11,6 +11,8 @@ from test_server import OBJECTS, frame
 
 from hapticvlm.client.local_service import running
 
+pytestmark = pytest.mark.process
+
 DEADLINE_S = 0.8  # wide, for a busy machine
 MOST_MS = 1000.0 * DEADLINE_S
 TRIES = 3  # a busy machine may let a process wait for longer than any deadline

@@ -36,6 +36,8 @@ from hapticvlm.vision.galleries.user_materials import (
 )
 from hapticvlm.vision.galleries.user_materials import write_material as write
 
+pytestmark = pytest.mark.process
+
 STROKE = Motion(0.3, 1.5)
 OBSIDIAN = """
 like = "glass"

@@ -19,6 +19,8 @@ from tiny_vlm import write_tiny_vlm
 
 from hapticvlm.client.local_service import running
 
+pytestmark = pytest.mark.process
+
 PATIENCE_S = 180.0  # loading takes seconds, on a busy machine many
 WARM = {"3": 0.97, "2": 0.03}, {"1": 0.9, "0": 0.1}
 
