@@ -52,7 +52,7 @@ def installing(packages: str) -> str:
     return f"{python} -m pip install {packages}"
 
 
-def line(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
     """Put an error on one line of bounded length; an OSError names its file."""
     text = str(error)
     if isinstance(error, OSError) and error.filename is not None:

@@ -31,7 +31,7 @@ from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.messages import Frame
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import contact_temperature_c, thermal_contact
-from hapticvlm.session.rendition import grade
+from hapticvlm.session.rendition import choose_rendition
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
@@ -138,7 +138,7 @@ def felt_c(truth: str | None, found: Sequence[Judged]) -> float:
         bulk = MATERIALS[truth].thermal
     else:
         verdict = decide([fuse(one.evidence for one in found)])
-        bulk, _ = grade(verdict, MATERIALS).thermal(ROOM_C, MATERIALS)
+        bulk, _ = choose_rendition(verdict, MATERIALS).thermal(ROOM_C, MATERIALS)
     return NEUTRAL_C if bulk is None else contact_temperature_c(thermal_contact(bulk, ROOM_C))
 
 

@@ -12,16 +12,16 @@ import pytest
 from hapticvlm.client.local_service import running
 from hapticvlm.commands import config_file, serve
 from hapticvlm.server.options import Option
-from hapticvlm.server.settings import GROUPS, OPTIONS, Serving
+from hapticvlm.server.settings import GROUPS, OPTIONS, ServeOptions
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "hapticvlm.toml"
 SECRET = "a-secret-nobody-prints"
 
 
-def settled(*flags: str, **environment: str) -> Serving:
+def settled(*flags: str, **environment: str) -> ServeOptions:
     parser = argparse.ArgumentParser()
     serve.add_flags(parser)
-    return serve.settle(parser.parse_args(flags), environment)
+    return serve.resolve_options(parser.parse_args(flags), environment)
 
 
 def file(folder: Path, text: str) -> Path:
@@ -70,7 +70,7 @@ def test_every_option_means_the_same_as_a_flag_and_in_a_file(option, table, tmp_
 
 
 def test_nothing_stated_is_every_default(tmp_path):
-    assert settled() == Serving() == settled("--config", str(file(tmp_path, "")))
+    assert settled() == ServeOptions() == settled("--config", str(file(tmp_path, "")))
 
 
 def test_every_option_is_in_a_group_that_has_a_title():
@@ -82,7 +82,7 @@ def test_a_flag_wins_over_the_file_and_the_file_over_the_default(tmp_path):
     found = settled("--config", str(path), "--port", "8790", "--allow-origin", "https://b.example")
     assert (found.port, found.level) == (8790, 0.5)
     assert found.allow_origin == ("https://b.example",)
-    assert found.block == Serving().block
+    assert found.block == ServeOptions().block
 
 
 def test_the_secret_may_come_from_the_environment_between_file_and_flag(tmp_path):
@@ -191,7 +191,7 @@ def test_a_wrong_file_is_one_line_and_exit_code_2(tmp_path):
 
 
 def test_the_example_states_only_defaults_but_the_level_and_starts():
-    assert settled("--config", str(EXAMPLE)) == Serving(level=0.8)
+    assert settled("--config", str(EXAMPLE)) == ServeOptions(level=0.8)
     with running(["--config", str(EXAMPLE)]) as service:
         assert service.url
     assert "simulated" in "".join(service.printed)  # lines below the first may be late

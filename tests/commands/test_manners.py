@@ -88,7 +88,7 @@ def test_older_names_of_options_are_taken_and_not_shown(tmp_path):
     file.write_text('[recognition]\ndevice = "auto"\n')
     assert config_file.read(file) == {"encoder_device": "auto"}
     given = PARSER.parse_args(["serve", "--config", str(file)])
-    assert serve.settle(given, {}).encoder_device == "auto"
+    assert serve.resolve_options(given, {}).encoder_device == "auto"
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,8 @@ SLOW = ("scipy.signal", "scipy.stats", "scipy.optimize", "matplotlib")
 PUT_TOGETHER = """
 import sys
 from pathlib import Path
-from hapticvlm.commands import assemble, run_service
+from hapticvlm.commands import run_service
+from hapticvlm.server import assemble
 from hapticvlm.server.settings import Serving
 gallery = Path(sys.argv[1]) if sys.argv[1:] else None
 assemble.make(Serving(gallery=gallery))
@@ -23,7 +24,7 @@ STRUCK = """
 import sys
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.impacts import impact
-from hapticvlm.rendering.vibration import IMPACTS, Motion
+from hapticvlm.rendering.vibration.vibration import IMPACTS, Motion
 from hapticvlm.rendering.vibration.voices import Voices
 Voices(table=MATERIALS)
 for material in MATERIALS.values():

@@ -145,7 +145,7 @@ def test_the_record_it_leaves_runs_again_bit_for_bit(demo):
 
 def test_the_page_it_leaves_holds_every_touch_and_its_sound(demo, touches):
     text = (demo.out / "session.html").read_text(encoding="utf-8")
-    (data,) = re.findall(r'application/json">(\{.*\})</script>', text)
+    (data,) = re.findall(r'id="session">(\{.*\})</script>', text)
     session = json.loads(data)
     assert [touch["name"] for touch in session["touches"]] == [touch.name for touch in touches]
     assert session["frames"]

@@ -17,7 +17,7 @@ from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate import ports
 from hapticvlm.devices.plate import protocol as plate_protocol
 from hapticvlm.devices.plate.framing import Deframer
-from hapticvlm.devices.plate.peltier import GREETING_S, Peltier
+from hapticvlm.devices.plate.peltier import HANDSHAKE_S, Peltier
 from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.plate.ports import READ_S
 from hapticvlm.devices.simulated.plant import Plant
@@ -153,7 +153,7 @@ def test_a_port_that_says_nothing_is_no_plate() -> None:
 
     with pytest.raises(DeviceError, match="no plate answered; cable: "):
         cable.plate()
-    assert cable.clock.now - begin <= GREETING_S + 1.0
+    assert cable.clock.now - begin <= HANDSHAKE_S + 1.0
 
 
 def test_a_port_full_of_garbage_is_no_plate() -> None:

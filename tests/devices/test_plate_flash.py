@@ -15,7 +15,7 @@ import pytest
 from hapticvlm.commands import flash
 from hapticvlm.commands.main import main
 from hapticvlm.devices.plate import peltier
-from hapticvlm.devices.plate.ports import Place
+from hapticvlm.devices.plate.ports import PortInfo
 
 pty = pytest.importorskip("pty", reason="Windows has none, and runs no shell scripts")
 
@@ -76,7 +76,7 @@ def test_a_board_that_does_not_answer_is_written_only_when_its_port_is_named(
 ) -> None:
     called = tmp_path / "called"
     stand_in(tmp_path, monkeypatch, f'echo "$@" > {called}')
-    place = Place(silent_port, "Arduino Uno")
+    place = PortInfo(silent_port, "Arduino Uno")
     monkeypatch.setattr("hapticvlm.devices.plate.ports._seen", lambda: [(place, True)])
 
     assert f"--port {silent_port}" in told(capsys)

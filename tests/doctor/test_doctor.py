@@ -20,8 +20,8 @@ from hapticvlm.client.local_service import running
 from hapticvlm.devices.plate import protocol as line
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.doctor import devices, machine, network
-from hapticvlm.doctor.findings import Finding, Later
-from hapticvlm.server.settings import Serving
+from hapticvlm.doctor.findings import BackgroundCheck, Finding
+from hapticvlm.server.settings import ServeOptions
 
 PATIENCE_S = 120.0
 TOKEN = "a token of a dozen"
@@ -90,8 +90,8 @@ def test_a_service_at_the_port_is_known_with_its_version():
 
     with running(["--token", TOKEN]) as service:
         port = int(service.url.rstrip("/").rpartition(":")[2])
-        known = network.port(Serving(port=port, token=TOKEN))
-        unknown = network.port(Serving(port=port))
+        known = network.port(ServeOptions(port=port, token=TOKEN))
+        unknown = network.port(ServeOptions(port=port))
     assert (known.verdict, unknown.verdict) == ("note", "note")
     assert f"hapticvlm {__version__} runs there" in known.said
     assert "another token" in unknown.said
@@ -116,22 +116,22 @@ def stranger(greeting: bytes) -> Iterator[int]:
 @pytest.mark.parametrize("greeting", [b"", b"220 mail\r\n", b"HTTP/1.1 200 OK\r\n\r\n", b"\x00"])
 def test_another_program_at_the_port_is_wrong(greeting):
     with stranger(greeting) as port:
-        found = network.port(Serving(port=port))
+        found = network.port(ServeOptions(port=port))
     assert found.verdict == "wrong"
     assert "another program" in found.said
     assert "--port" in str(found.cure)
 
 
 def test_an_address_that_is_not_of_this_machine_is_wrong():
-    assert network.port(Serving(host="203.0.113.7", port=free_port())).verdict == "wrong"
+    assert network.port(ServeOptions(host="203.0.113.7", port=free_port())).verdict == "wrong"
 
 
 def test_a_certificate_is_told_with_names_and_days(tmp_path):
     pair = Authority(tmp_path).sign()
-    (found,) = network.address(Serving(tls_cert=pair.cert, tls_key=pair.key))
+    (found,) = network.address(ServeOptions(tls_cert=pair.cert, tls_key=pair.key))
     assert found.verdict == "ok"
     assert "127.0.0.1, localhost" in found.said
-    (wrong,) = network.address(Serving(tls_cert=pair.cert))
+    (wrong,) = network.address(ServeOptions(tls_cert=pair.cert))
     assert wrong.verdict == "wrong"
 
 
@@ -163,20 +163,20 @@ def test_a_port_that_may_not_be_opened_names_its_group(tmp_path):
         return
     port = tmp_path / "port"
     port.touch(0o000)
-    (found,) = devices.plates(Serving(peltier=str(port)))
+    (found,) = devices.plates(ServeOptions(peltier=str(port)))
     assert found.verdict == "wrong"
     assert "usermod -aG" in str(found.cure)
 
 
 def test_an_output_that_is_not_there_is_wrong_and_a_simulated_one_never():
     names = ["Built-in Audio", "USB DAC"]
-    assert devices.found_audio(Serving(speaker="dac"), names).verdict == "ok"
-    assert devices.found_audio(Serving(speaker="default"), names).verdict == "ok"
-    assert devices.found_audio(Serving(speaker="default"), []).verdict == "wrong"
-    absent = devices.found_audio(Serving(speaker="HDMI"), names)
+    assert devices.found_audio(ServeOptions(speaker="dac"), names).verdict == "ok"
+    assert devices.found_audio(ServeOptions(speaker="default"), names).verdict == "ok"
+    assert devices.found_audio(ServeOptions(speaker="default"), []).verdict == "wrong"
+    absent = devices.found_audio(ServeOptions(speaker="HDMI"), names)
     assert absent.verdict == "wrong"
     assert "USB DAC" in absent.said
-    assert devices.found_audio(Serving(), []).verdict == "ok"
+    assert devices.found_audio(ServeOptions(), []).verdict == "ok"
 
 
 def test_packages_that_are_missing_or_old_are_named_and_those_of_extras_do_no_harm():
@@ -205,12 +205,12 @@ def test_a_check_that_hangs_holds_up_nobody():
         ending.wait(PATIENCE_S)
         return []
 
-    (found,) = Later("audio", hang).by(time.monotonic() + 0.05)
+    (found,) = BackgroundCheck("audio", hang).by(time.monotonic() + 0.05)
     ending.set()
     assert (found.about, found.verdict) == ("audio", "note")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="scheduling classes of Linux")
 def test_asking_for_priority_leaves_none_behind():
-    machine.priority(Serving())
+    machine.priority(ServeOptions())
     assert os.sched_getscheduler(0) == os.SCHED_OTHER

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hapticvlm.evidence import ladder
 from hapticvlm.evidence.fusion import CHANGE, MEMORY, Fused, fuse, update
-from hapticvlm.evidence.ladder import Evidence, Verdict, decide, prefer
+from hapticvlm.evidence.ladder import Evidence, Verdict, apply_hysteresis, decide
 from hapticvlm.materials import UNKNOWN
 
 FRAMES = 300
@@ -27,7 +27,7 @@ def felt(looks: list[Evidence], *, fused: bool = True) -> list[str]:
     materials = []
     for look in looks:
         memory = update(memory, look) if fused else Fused(look, 1)
-        verdict = prefer(verdict, decide([memory.evidence]))
+        verdict = apply_hysteresis(verdict, decide([memory.evidence]))
         materials.append(verdict.material)
     return materials
 

@@ -16,11 +16,11 @@ from hapticvlm.evidence.ladder import (
     Evidence,
     Rung,
     Verdict,
+    apply_hysteresis,
     decide,
     fuse,
     is_sure,
     pool,
-    prefer,
     restrict,
 )
 
@@ -140,11 +140,11 @@ def test_a_label_flips_only_with_a_margin() -> None:
     close = decide([says("encoder", metal=0.52, wood=0.45)])
     clear = decide([says("encoder", metal=0.7, wood=0.2)])
     assert close.material == clear.material == "metal"
-    kept = prefer(wood, close)
+    kept = apply_hysteresis(wood, close)
     assert (kept.material, kept.runner_up) == ("wood", "metal")
     assert kept.confidence == pytest.approx(0.45)
     assert kept.evidence == close.evidence
-    assert prefer(wood, clear) is clear
+    assert apply_hysteresis(wood, clear) is clear
 
 
 def test_flicker_around_the_known_threshold_is_held() -> None:
@@ -152,8 +152,8 @@ def test_flicker_around_the_known_threshold_is_held() -> None:
     weaker = decide([says("encoder", wood=KNOWN - 0.05)])
     lost = decide([says("encoder", wood=KNOWN - FLIP_MARGIN - 0.05)])
     assert weaker.material == materials.UNKNOWN
-    assert prefer(wood, weaker).material == "wood"
-    assert prefer(wood, lost).material == materials.UNKNOWN
+    assert apply_hysteresis(wood, weaker).material == "wood"
+    assert apply_hysteresis(wood, lost).material == materials.UNKNOWN
 
 
 def test_an_alternating_encoder_does_not_flicker() -> None:
@@ -162,7 +162,7 @@ def test_an_alternating_encoder_does_not_flicker() -> None:
     for step in range(40):
         lead = 0.04 if step % 2 else -0.04
         new = decide([says("encoder", wood=0.5 + lead, metal=0.5 - lead)])
-        chosen = prefer(felt, new)
+        chosen = apply_hysteresis(felt, new)
         flips += felt is not None and felt.material != chosen.material
         felt = chosen
     assert flips == 0
@@ -172,9 +172,9 @@ def test_the_scene_and_the_first_answer_need_no_margin() -> None:
     wood = decide([says("encoder", wood=0.95)])
     scene = decide([says("scene", metal=1.0)])
     unknown = decide([])
-    assert prefer(None, wood) is wood
-    assert prefer(wood, scene) is scene
-    assert prefer(unknown, wood) is wood
+    assert apply_hysteresis(None, wood) is wood
+    assert apply_hysteresis(wood, scene) is scene
+    assert apply_hysteresis(unknown, wood) is wood
 
 
 def test_views_of_one_object_are_averaged() -> None:
@@ -228,7 +228,7 @@ def test_all_beliefs_are_probabilities_and_leave_room_for_unknown(evidence: list
     assert verdict.material in (*materials.MATERIALS, "obsidian", materials.UNKNOWN)
     assert verdict.runner_up != verdict.material
     assert verdict == decide(evidence)
-    assert prefer(verdict, verdict) is verdict
+    assert apply_hysteresis(verdict, verdict) is verdict
     assert is_sure(evidence) == (verdict.confidence >= SURE)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapticvlm.evidence import names, sub_materials
-from hapticvlm.evidence.sub_materials import PLAIN, SUB_MATERIALS, THICKNESSES, Make
+from hapticvlm.evidence.sub_materials import PLAIN, SUB_MATERIALS, THICKNESSES, MaterialDetail
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
 from hapticvlm_lab.bench.thermal.reference import Stage, skin_surface
@@ -42,7 +42,7 @@ CITED = {
 }
 
 
-def make(name: str) -> Make:
+def make(name: str) -> MaterialDetail:
     return sub_materials.from_name(name, LEXICON)
 
 

@@ -34,7 +34,7 @@ def test_the_container_runs_the_service_without_root_behind_a_token():
     assert last("USER") != "root"
     words = [*yaml.safe_load(last("ENTRYPOINT")), *yaml.safe_load(last("CMD"))]
     given = _parser().parse_args(words[1:])
-    serving = serve.settle(given, {"HAPTICVLM_TOKEN": "choose-a-long-secret"})
+    serving = serve.resolve_options(given, {"HAPTICVLM_TOKEN": "choose-a-long-secret"})
     assert assemble.address(serving).host == "0.0.0.0"
     assert str(serving.port) == last("EXPOSE")
     assert f":{serving.port}/readyz" in last("HEALTHCHECK")

@@ -23,7 +23,13 @@ from hapticvlm.server.budgets import (
     MAX_HELLO_BYTES,
     MAX_SCENES,
 )
-from hapticvlm.server.handshake import CLOSE_PROTOCOL, GUESSES_LOGGED_S, Guesses, Handshake, Offer
+from hapticvlm.server.handshake import (
+    CLOSE_PROTOCOL,
+    GUESSES_LOGGED_S,
+    Guesses,
+    Handshake,
+    ServiceInfo,
+)
 
 SIMULATED = Device(name="simulated", simulated=True)
 TOKEN = "long enough to be given off this machine"
@@ -40,7 +46,7 @@ def gateway():
 
 
 def at_the_door(gateway, address=None, **offered):
-    return Handshake(address or Address(), gateway, Offer(**OFFER | offered), time.monotonic)
+    return Handshake(address or Address(), gateway, ServiceInfo(**OFFER | offered), time.monotonic)
 
 
 def hello(role="scene", **fields):

@@ -25,7 +25,8 @@ from hapticvlm import __version__
 from hapticvlm.client.local_service import Service
 
 ROOT = Path(__file__).parents[2]
-SOURCES = ROOT / "service" / "hapticvlm"
+SOURCES = ROOT / "service"
+HOUSES = ("hapticvlm", "hapticvlm_studio", "hapticvlm_recogniser_app")  # what one wheel holds
 FRAME = ROOT / "examples" / "captures" / "living_room" / "frames" / "0050.jpg"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 BINARY = frozenset({".onnx", ".safetensors", ".npz", ".jpg", ".png"})
@@ -183,8 +184,9 @@ def test_the_wheel_is_the_package_and_nothing_else(built):
         names = archive.namelist()
     metadata = f"hapticvlm-{__version__}.dist-info/"
     packed = {name for name in names if not name.startswith(metadata)}
-    files = (path for path in SOURCES.rglob("*") if path.is_file() and path.suffix != ".pyc")
-    assert packed == {path.relative_to(SOURCES.parent).as_posix() for path in files}
+    files = (path for house in HOUSES for path in (SOURCES / house).rglob("*"))
+    ours = (path for path in files if path.is_file() and path.suffix != ".pyc")
+    assert packed == {path.relative_to(SOURCES).as_posix() for path in ours}
     assert {Path(name).suffix for name in packed} <= BINARY | TEXT
     assert {Path(name).name for name in packed if name.endswith(".hex")} == {PREBUILT}
     assert not [name for name in names if re.search(r"(^|/)(tests?|build|shared)/", name)]
@@ -330,13 +332,16 @@ def test_the_pages_are_in_the_wheel(service):
         page = answer.read().decode()
     for name in re.findall(r'(?:src|href)="/?([\w.]+\.(?:js|css|svg))"', page):
         with urllib.request.urlopen(service.page + name, timeout=ANSWER_S) as answer:
-            assert answer.read() == (SOURCES / "pages" / name).read_bytes()
+            assert answer.read() == (SOURCES / "hapticvlm" / "pages" / name).read_bytes()
     assert "dashboard.js" in page
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the documents' shell is bash")
-def test_every_command_of_the_documents_works_as_it_is_written(installed):
-    """In a clean shell, by the package in the fresh environment."""
+def test_every_command_of_the_documents_works_as_it_is_written(built, installed):
+    """In a clean shell, in the fresh environment, with what the studio draws with."""
+    studio = f"hapticvlm[studio] @ {built.wheel.as_uri()}"
+    constraints = ["-c", str(ROOT / "constraints.txt")]
+    pip("--python", str(installed.python), "install", "--quiet", *constraints, studio)
     script = ROOT / "tests" / "firsttime" / "run_documents.py"
     done = subprocess.run(
         [sys.executable, script, "--programs", installed.python.parent],

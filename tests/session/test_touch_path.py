@@ -26,7 +26,7 @@ from hapticvlm.messages import (
 )
 from hapticvlm.server.access import Address
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.handshake import Offer
+from hapticvlm.server.handshake import ServiceInfo
 from hapticvlm.server.websocket import WebSocketServer
 from hapticvlm.session.actions import Reply
 from hapticvlm.session.session import SceneSession
@@ -75,7 +75,7 @@ def files_of(call):
 async def test_a_touch_passes_at_most_14_files_from_the_socket_to_the_ring():
     """Over a real socket; the audio engine is not started, its ring takes the command."""
     simulated = Device(name="simulated", simulated=True)
-    offer = Offer(Devices(speaker=simulated, peltier=simulated), Models(), MATERIALS)
+    offer = ServiceInfo(Devices(speaker=simulated, peltier=simulated), Models(), MATERIALS)
     speaker, plate = Speaker(AudioSettings()), simulated_plate()
     gateway = Gateway(speaker, plate, RecogniserWorker(RecogniserSettings()))
     edge = WebSocketServer(Address(port=0), gateway, offer, time.monotonic)

@@ -176,7 +176,7 @@ def test_what_the_command_writes_is_taken_as_plate_resistance(tmp_path, capsys):
 
     parser = argparse.ArgumentParser()
     serve.add_flags(parser)
-    serving = serve.settle(parser.parse_args(["--plate-resistance", str(kept)]), {})
+    serving = serve.resolve_options(parser.parse_args(["--plate-resistance", str(kept)]), {})
     assert serving.plate_resistance == told["plate_resistance"]
 
 

@@ -16,7 +16,12 @@ from hapticvlm.vlm.contract import VlmSettings
 from hapticvlm.vlm.remote import RemoteVlm
 from hapticvlm_studio.evaluation.asking import Answered, by_vlm
 from hapticvlm_studio.evaluation.grading import figures, grade
-from hapticvlm_studio.evaluation.pictures import Shot, ShotError, read_picture, read_shots
+from hapticvlm_studio.evaluation.pictures import (
+    LabelledPicture,
+    ShotError,
+    read_picture,
+    read_pictures,
+)
 from hapticvlm_studio.evaluation.scores import (
     LEVELS,
     PAPER,
@@ -66,7 +71,12 @@ def guess(value: float, half: float = 4.0) -> Guess:
 
 def answered(truths: Sequence[float], said: Sequence[float | None]) -> list[Answered]:
     return [
-        Answered(Shot(Path(f"{at}.png"), truth, "a"), None if v is None else guess(v), "down", 0.1)
+        Answered(
+            LabelledPicture(Path(f"{at}.png"), truth, "a"),
+            None if v is None else guess(v),
+            "down",
+            0.1,
+        )
         for at, (truth, v) in enumerate(zip(truths, said, strict=True))
     ]
 
@@ -193,7 +203,7 @@ def test_an_endpoint_that_fails_once_is_waited_for(labelled: Path) -> None:
     with endpoint([says("9"), broken, says("11")]) as served:
         settings = VlmSettings(url=served.url, model="some/vlm", wordings=1, method="text")
         ask = by_vlm(RemoteVlm(settings))
-        picture = read_picture(read_shots(labelled)[0])
+        picture = read_picture(read_pictures(labelled)[0])
         assert ask(picture) == Guess(9.0, 1.0, 17.0)
         with pytest.raises(Exception, match="HTTP 503"):
             ask(picture)
@@ -231,7 +241,7 @@ def test_a_csv_that_cannot_be_used_names_row_and_column(
 ) -> None:
     Image.new("RGB", (8, 8)).save(tmp_path / "a.png")
     with pytest.raises(ShotError) as caught:
-        read_shots(write(tmp_path, lines) if lines else write(tmp_path, [""]))
+        read_pictures(write(tmp_path, lines) if lines else write(tmp_path, [""]))
     assert why in str(caught.value)
 
 
@@ -253,4 +263,4 @@ def test_a_picture_that_is_none_is_named(tmp_path: Path) -> None:
 def test_rows_are_grouped_by_source_or_else_by_folder(tmp_path: Path) -> None:
     Image.new("RGB", (8, 8)).save(tmp_path / "a.png")
     named = write(tmp_path, ["image,temperature_c,source", "a.png,20,street", "a.png,21,"])
-    assert [shot.source for shot in read_shots(named)] == ["street", "truth"]
+    assert [shot.source for shot in read_pictures(named)] == ["street", "truth"]

@@ -15,7 +15,7 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
 from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
-from hapticvlm_studio.touches.heat import Warmth, heat
+from hapticvlm_studio.touches.heat import ThermalInputs, heat
 from hapticvlm_studio.touches.sound import sound, spectrum
 
 pytestmark = pytest.mark.process
@@ -54,7 +54,7 @@ def test_the_setpoint_keeps_the_limits_and_says_which_shaped_it(capsys):
 
 
 def test_the_plate_leads_because_the_hand_approached():
-    found = heat(MATERIALS["wood"], Warmth(None, 22.0), 1.0)
+    found = heat(MATERIALS["wood"], ThermalInputs(None, 22.0), 1.0)
 
     assert found.setpoint_c[0] < found.skin_c[0] - 0.5
     assert found.limited_by[-1] is None

@@ -94,7 +94,7 @@ class Nobody(Conductor):
 
 
 async def test_what_is_no_request_is_refused_in_words_and_the_page_stays() -> None:
-    room = pages.Room(Nobody(), {})
+    room = pages.StudyServer(Nobody(), {})
     async with pages._listening(room, 0) as port, connect(f"ws://127.0.0.1:{port}/") as socket:
         assert [json.loads(await socket.recv()) for _ in range(2)] == [{}, {"phase": "choosing"}]
         for data in ("[" * 4000, "[" * 30_000, "7", "{", b"\xff"):

@@ -64,7 +64,7 @@ def test_serve_takes_the_file_too(tmp_path):
     serve.add_flags(parser)
 
     for given in (str(path), "2e-3"):
-        serving = serve.settle(parser.parse_args(["--contact-resistance", given]), {})
+        serving = serve.resolve_options(parser.parse_args(["--contact-resistance", given]), {})
         assert serving.contact_resistance == 2e-3
 
 

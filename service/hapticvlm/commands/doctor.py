@@ -59,8 +59,8 @@ def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     """Make every check; those that may hang run beside the others."""
     from hapticvlm.commands import serve
     from hapticvlm.doctor import machine
-    from hapticvlm.doctor.findings import Finding, Later
-    from hapticvlm.server.settings import Serving
+    from hapticvlm.doctor.findings import BackgroundCheck, Finding
+    from hapticvlm.server.settings import ServeOptions
 
     first = [machine.python(), *machine.packages()]
     if any(finding.verdict == "wrong" for finding in first):
@@ -68,12 +68,12 @@ def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     from hapticvlm.doctor import devices, network
 
     try:
-        serving = serve.settle(options)
+        serving = serve.resolve_options(options)
     except ValueError as error:
         first.append(Finding("config", "wrong", str(error)))
-        serving = Serving()
-    audio = Later("audio", lambda: devices.audio(serving))
-    plates = Later("plate", lambda: devices.plates(serving))
+        serving = ServeOptions()
+    audio = BackgroundCheck("audio", lambda: devices.audio(serving))
+    plates = BackgroundCheck("plate", lambda: devices.plates(serving))
     now = [machine.clock(), machine.priority(serving), machine.encoder(serving)]
     now += [network.port(serving), *network.address(serving)]
     return [*first, *now, *audio.by(deadline), *plates.by(deadline)]

@@ -18,7 +18,7 @@ from hapticvlm.devices import plate
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate import ports
 from hapticvlm.devices.plate.peltier import Peltier
-from hapticvlm.devices.plate.ports import Place
+from hapticvlm.devices.plate.ports import PortInfo
 from hapticvlm.errors import HapticVLMError, UsageError
 
 SHIPPED = Path(plate.__file__).parent / "firmware" / "plate.hex"
@@ -113,9 +113,9 @@ def program_bytes(text: str) -> int:
     return size
 
 
-def _found(asked: str) -> tuple[Place, str]:
+def _found(asked: str) -> tuple[PortInfo, str]:
     """Return the board's place and what is on it now, in words."""
-    found = ports.places(asked)
+    found = ports.candidate_ports(asked)
     if asked != ports.AUTO:
         _open_once(found[0])  # else silence and no port look alike
         return found[0], _on_it(found[0])
@@ -131,19 +131,19 @@ def _found(asked: str) -> tuple[Place, str]:
     )
 
 
-def _open_once(place: Place) -> None:
+def _open_once(place: PortInfo) -> None:
     try:
         ports.open_port(place.url).close()
     except DeviceError as error:
         raise DeviceError(f"{place.text} {error}") from None
 
 
-def _on_it(place: Place) -> str:
+def _on_it(place: PortInfo) -> str:
     firmware = _firmware(place)
     return "nothing that answers as a plate now" if firmware is None else f"firmware {firmware} now"
 
 
-def _firmware(place: Place) -> str | None:
+def _firmware(place: PortInfo) -> str | None:
     """Return the firmware that answers; None without an answer. No setpoint is sent."""
     plate = Peltier(place.url)
     try:
@@ -155,7 +155,7 @@ def _firmware(place: Place) -> str | None:
     return plate.firmware
 
 
-def _run(avrdude: str, place: Place, image: Image) -> None:
+def _run(avrdude: str, place: PortInfo, image: Image) -> None:
     command = [avrdude, *AVRDUDE, "-P", place.url, "-U", f"flash:w:{image.path}:i"]
     try:
         done = subprocess.run(

@@ -23,7 +23,7 @@ from hapticvlm.commands import (
 )
 from hapticvlm.commands.gallery import command as gallery
 from hapticvlm.commands.parsing import Commands, Parser
-from hapticvlm.errors import HapticVLMError, UsageError, installing, line
+from hapticvlm.errors import HapticVLMError, UsageError, installing, one_line
 
 _MODELS = "torch transformers safetensors"
 # What a command may need beside the core, and the packages that bring it.
@@ -97,7 +97,7 @@ def _guarded(options: argparse.Namespace) -> int:
             raise
         text = f"needs {name}: `{installing(PACKAGES[name])}`"
     except (HapticVLMError, OSError) as error:
-        text = line(error)
+        text = one_line(error)
     else:
         return code
     print(f"{options.program}: {text}", file=sys.stderr)

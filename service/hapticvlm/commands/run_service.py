@@ -19,9 +19,9 @@ from hapticvlm.messages import Devices
 from hapticvlm.processes.model_worker import Answered
 from hapticvlm.server import assemble, log_writer
 from hapticvlm.server.access import Address
-from hapticvlm.server.assemble import Parts
+from hapticvlm.server.assemble import ServiceParts
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.settings import Serving
+from hapticvlm.server.settings import ServeOptions
 from hapticvlm.server.supervision import Supervision
 from hapticvlm.server.web.http import is_loopback
 from hapticvlm.server.web.lan_pages import own_address
@@ -33,14 +33,14 @@ SWITCH_S = 0.001  # a stop passes through the plate's thread, which a busy loop 
 T = TypeVar("T")
 
 
-async def run(serving: Serving, where: Address) -> None:
+async def run(serving: ServeOptions, where: Address) -> None:
     """Run the service until SIGINT, SIGTERM or SIGHUP.
 
     Raises ValueError, OSError, ChildError and DeviceError for what cannot be put together.
     """
     stopping = asyncio.Event()
     _on_signals(asyncio.get_running_loop(), stopping)
-    parts = assemble.make(serving)
+    parts = assemble.build_service(serving)
     gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.vlm)
     gateway.recorder = parts.recorder
     gateway.log = log_writer.take_over()
@@ -74,7 +74,7 @@ async def run(serving: Serving, where: Address) -> None:
     print("hapticvlm stopped, outputs at rest", flush=True)
 
 
-async def _start(parts: Parts, gateway: Gateway) -> None:
+async def _start(parts: ServiceParts, gateway: Gateway) -> None:
     loop = asyncio.get_running_loop()
     # The plate is first: what fails here leaves no child half started.
     await asyncio.to_thread(parts.plate.start)
@@ -88,7 +88,7 @@ async def _start(parts: Parts, gateway: Gateway) -> None:
         parts.vlm.start(partial(_on_loop, loop, gateway.on_reply))
 
 
-async def _close(parts: Parts) -> None:
+async def _close(parts: ServiceParts) -> None:
     parts.plate.close()
     closing = [parts.speaker.close, parts.recogniser.close]
     closing += [part.close for part in (parts.vlm, parts.recorder) if part is not None]
@@ -130,7 +130,7 @@ def _raise_priority() -> bool:
     return False
 
 
-def print_ready(serving: Serving, port: int, devices: Devices, *, has_priority: bool) -> None:
+def print_ready(serving: ServeOptions, port: int, devices: Devices, *, has_priority: bool) -> None:
     """Print where the service listens (on `port`) and what it drives."""
     shown = f"[{serving.host}]" if ":" in serving.host else serving.host
     s = "" if serving.tls_cert is None else "s"
@@ -149,7 +149,7 @@ def print_ready(serving: Serving, port: int, devices: Devices, *, has_priority: 
         print(f"  vlm          {serving.vlm or 'the default'}, loading", flush=True)
 
 
-def _network(serving: Serving, scheme: str, port: int) -> Iterator[str]:
+def _network(serving: ServeOptions, scheme: str, port: int) -> Iterator[str]:
     """Yield what others on the network use, how they see pages, and who can read along."""
     if is_loopback(serving.host):
         return

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from hapticvlm.commands.service_address import port_errors
 from hapticvlm.errors import usage_errors
 from hapticvlm.server.options import Option, check_ranges
-from hapticvlm.server.settings import GROUPS, OPTIONS, Serving
+from hapticvlm.server.settings import GROUPS, OPTIONS, ServeOptions
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -55,7 +55,7 @@ def _serve(options: argparse.Namespace) -> int:
         logging.getLogger("hapticvlm").setLevel(logging.INFO)
     logging.getLogger("websockets").setLevel(logging.WARNING)
     with usage_errors():
-        serving = settle(options)
+        serving = resolve_options(options)
         if sys.stderr.isatty():
             print("hapticvlm serve: starting the outputs and the recogniser ...", file=sys.stderr)
         with port_errors(serving.port):
@@ -89,7 +89,9 @@ def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> 
                     )
 
 
-def settle(given: argparse.Namespace, environment: Mapping[str, str] = os.environ) -> Serving:
+def resolve_options(
+    given: argparse.Namespace, environment: Mapping[str, str] = os.environ
+) -> ServeOptions:
     """Return what is to be run. Raises ValueError, naming the flag or the file and its field."""
     from hapticvlm.commands import config_file
 
@@ -105,7 +107,7 @@ def settle(given: argparse.Namespace, environment: Mapping[str, str] = os.enviro
         if hasattr(given, option.field)
     }
     check_ranges(OPTIONS, flags)
-    return Serving(**_frozen(values | flags))
+    return ServeOptions(**_frozen(values | flags))
 
 
 def _argument(option: Option) -> dict[str, Any]:

@@ -12,14 +12,14 @@ from pathlib import Path
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate import ports
 from hapticvlm.devices.plate.peltier import Peltier
-from hapticvlm.devices.plate.ports import Place
+from hapticvlm.devices.plate.ports import PortInfo
 from hapticvlm.devices.speaker.output import OutputError, choose
 from hapticvlm.devices.speaker.output_list import AUDIO_S, output_names
 from hapticvlm.doctor.findings import Finding, Verdict
-from hapticvlm.server.settings import Serving
+from hapticvlm.server.settings import ServeOptions
 
 
-def audio(serving: Serving) -> list[Finding]:
+def audio(serving: ServeOptions) -> list[Finding]:
     """Find the outputs, and whether the one asked for is among them."""
     try:
         return [found_audio(serving, output_names())]
@@ -29,7 +29,7 @@ def audio(serving: Serving) -> list[Finding]:
         return [Finding("audio", verdict, text, "is a sound server running? try again")]
 
 
-def found_audio(serving: Serving, names: list[str]) -> Finding:
+def found_audio(serving: ServeOptions, names: list[str]) -> Finding:
     """Judge the outputs' names by what was asked for."""
     text = f"outputs: {', '.join(names) or 'none'}"
     if serving.speaker == "simulated":
@@ -43,11 +43,11 @@ def found_audio(serving: Serving, names: list[str]) -> Finding:
     return Finding("audio", "ok", f"{text}; {serving.speaker} is asked for")
 
 
-def plates(serving: Serving) -> list[Finding]:
+def plates(serving: ServeOptions) -> list[Finding]:
     """Find which serial ports may be a plate, whether they may be opened, and which answers."""
     is_asked = serving.peltier != "simulated"
     try:
-        found = ports.places(serving.peltier if is_asked else ports.AUTO)
+        found = ports.candidate_ports(serving.peltier if is_asked else ports.AUTO)
     except DeviceError as error:
         verdict: Verdict = "wrong" if is_asked else "ok"
         return [Finding("plate", verdict, str(error).split("; plug")[0], "or --peltier simulated")]
@@ -59,7 +59,7 @@ def plates(serving: Serving) -> list[Finding]:
     return findings
 
 
-def _judged(place: Place, is_asked: bool) -> Finding:
+def _judged(place: PortInfo, is_asked: bool) -> Finding:
     if Path(place.url).exists() and not os.access(place.url, os.R_OK | os.W_OK):
         verdict: Verdict = "wrong" if is_asked else "note"
         text = f"{place.text}: may not be opened by you"

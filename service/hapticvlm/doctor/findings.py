@@ -21,7 +21,7 @@ class Finding:
     cure: str | None = None
 
 
-class Later:
+class BackgroundCheck:
     """A check that may hang, in a thread that nobody has to wait for."""
 
     def __init__(self, about: str, check: Callable[[], list[Finding]]) -> None:

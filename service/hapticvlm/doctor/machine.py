@@ -16,7 +16,7 @@ from pathlib import Path
 from hapticvlm import __version__
 from hapticvlm.doctor.findings import Finding
 from hapticvlm.errors import installing
-from hapticvlm.server.settings import Serving
+from hapticvlm.server.settings import ServeOptions
 
 NEWEST_UNTRIED = (3, 14)  # the first Python that nobody has tried
 COARSE_SLEEP_S = 0.005  # a tick of the gateway is 20 ms
@@ -120,7 +120,7 @@ def clock() -> Finding:
     return Finding("clock", "ok", text)
 
 
-def priority(serving: Serving) -> Finding:
+def priority(serving: ServeOptions) -> Finding:
     """Check whether real-time priority is permitted; it is given back at once."""
     about = "priority"
     if serving.no_realtime:
@@ -138,7 +138,7 @@ def priority(serving: Serving) -> Finding:
     return Finding(about, "ok", "real-time is permitted")
 
 
-def encoder(serving: Serving) -> Finding:
+def encoder(serving: ServeOptions) -> Finding:
     """Load the encoder and gallery and recognise once. A transformers encoder is skipped: slow."""
     from hapticvlm.vision.encoders.encoder import EncoderError
     from hapticvlm.vision.galleries.storage import GalleryError
@@ -156,7 +156,7 @@ def encoder(serving: Serving) -> Finding:
     return Finding(about, "ok", text)
 
 
-def _inference(serving: Serving) -> tuple[str, float]:
+def _inference(serving: ServeOptions) -> tuple[str, float]:
     """Return the encoder's name and the median time of an inference, ms."""
     import numpy as np
 

@@ -10,14 +10,14 @@ import time
 
 from hapticvlm.client import Refused, connect
 from hapticvlm.doctor.findings import Finding
-from hapticvlm.server.settings import Serving
+from hapticvlm.server.settings import ServeOptions
 
 ASK_S = 1.5
 SOON_DAYS = 14.0
 _ANY = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where to ask, not where to listen
 
 
-def address(serving: Serving) -> list[Finding]:
+def address(serving: ServeOptions) -> list[Finding]:
     """Check whether the service would listen as asked, and how long its certificate lasts."""
     from hapticvlm.server import assemble
 
@@ -34,7 +34,7 @@ def address(serving: Serving) -> list[Finding]:
     return [Finding("certificate", "ok", text)]
 
 
-def port(serving: Serving) -> Finding:
+def port(serving: ServeOptions) -> Finding:
     """Check whether the port is free, or who answers there."""
     address = f"{serving.host}:{serving.port}"
     family = socket.AF_INET6 if ":" in serving.host else socket.AF_INET
@@ -48,7 +48,7 @@ def port(serving: Serving) -> Finding:
         return Finding("port", "wrong", reason, cure)
 
 
-async def _who(serving: Serving, address: str) -> Finding:
+async def _who(serving: ServeOptions, address: str) -> Finding:
     """Connect to what listens at the port, as an observer would."""
     host = _ANY.get(serving.host, serving.host)
     tls = None

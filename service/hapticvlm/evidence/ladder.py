@@ -108,7 +108,7 @@ def decide(evidence: Sequence[Evidence]) -> Verdict:
     return Verdict(best, confidence, runner_up, source, tuple(evidence))
 
 
-def prefer(previous: Verdict | None, new: Verdict) -> Verdict:
+def apply_hysteresis(previous: Verdict | None, new: Verdict) -> Verdict:
     """Hysteresis: the material in use stays unless the new one leads it by FLIP_MARGIN."""
     if previous is None or previous.material == new.material or new.source == "scene":
         return new

@@ -45,7 +45,7 @@ class Thickness:
 
 
 @dataclass(frozen=True, slots=True)
-class Make:
+class MaterialDetail:
     """What a name gives, by the material that the thing may turn out to be."""
 
     sub_materials: Mapping[str, SubMaterial]
@@ -68,10 +68,10 @@ class Make:
         return {**table, **finer}
 
 
-PLAIN = Make(MappingProxyType({}), MappingProxyType({}))
+PLAIN = MaterialDetail(MappingProxyType({}), MappingProxyType({}))
 
 
-def from_name(name: str, lexicon: Lexicon) -> Make:
+def from_name(name: str, lexicon: Lexicon) -> MaterialDetail:
     """Read a name; PLAIN where it gives nothing beyond the material.
 
     Of several sub-materials of a material the first named counts: "brick concrete" is brick.
@@ -85,7 +85,7 @@ def from_name(name: str, lexicon: Lexicon) -> Make:
     metres = {
         name: row.metres for run in ends for row in THICKNESSES.get(run, ()) for name in row.of
     }
-    return Make(kinds, metres) if kinds or metres else PLAIN
+    return MaterialDetail(kinds, metres) if kinds or metres else PLAIN
 
 
 def _runs(words: Sequence[str]) -> Iterator[Run]:

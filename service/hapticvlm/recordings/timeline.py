@@ -51,7 +51,7 @@ class Decided:
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class TouchSpan:
     """One touch: from contact to release."""
 
     hand: str
@@ -76,7 +76,7 @@ class Timeline:
     names: Mapping[str, str]
     pictures: tuple[Picture, ...]
     decisions: tuple[Decided, ...]
-    touches: tuple[Held, ...]
+    touches: tuple[TouchSpan, ...]
     plate: tuple[PlatePoint, ...]
     wave: NDArray[np.float32]
     duration_s: float
@@ -85,7 +85,7 @@ class Timeline:
         """Return the scene's name of an object, else its id."""
         return "the view" if object_id is None else self.names.get(object_id, object_id)
 
-    def touch_at(self, t_s: float) -> Held | None:
+    def touch_at(self, t_s: float) -> TouchSpan | None:
         """Return the newest touch that lasts at this time."""
         held = (touch for touch in reversed(self.touches) if touch.from_s <= t_s <= touch.to_s)
         return next(held, None)
@@ -104,7 +104,7 @@ def read(
     folder: Path, table: Mapping[str, Material], voices: Voices, longest_s: float = math.inf
 ) -> Timeline:
     """Read a session as `record` made it. Raises SessionLogError, also for one that is longer."""
-    gathered = _Gathered(folder)
+    gathered = _TimelineBuilder(folder)
     for line in read_session_log(folder):
         gathered.add(line)
     if gathered.started is None:
@@ -118,7 +118,7 @@ def read(
 
 
 @dataclass(slots=True)
-class _Gathered:
+class _TimelineBuilder:
     """What the lines of a session log have given so far."""
 
     folder: Path
@@ -127,7 +127,7 @@ class _Gathered:
     names: dict[str, str] = field(default_factory=dict)
     pictures: list[Picture] = field(default_factory=list)
     decisions: list[Decided] = field(default_factory=list)
-    touches: list[Held] = field(default_factory=list)
+    touches: list[TouchSpan] = field(default_factory=list)
     plate: list[PlatePoint] = field(default_factory=list)
     open: dict[str, tuple[str | None, float]] = field(default_factory=dict)
 
@@ -149,7 +149,7 @@ class _Gathered:
         started = self.started or 0.0
         wave = waveform(outcome, voices, started)
         for hand, (object_id, from_s) in self.open.items():
-            self.touches.append(Held(hand, object_id, from_s, self.now_s))
+            self.touches.append(TouchSpan(hand, object_id, from_s, self.now_s))
         return Timeline(
             names=self.names,
             pictures=tuple(self.pictures),
@@ -199,7 +199,7 @@ class _Gathered:
         before = self.open.get(hand)
         is_held = message["phase"] in ("contact", "slide")
         if before is not None and (not is_held or before[0] != object_id):
-            self.touches.append(Held(hand, before[0], before[1], self.now_s))
+            self.touches.append(TouchSpan(hand, before[0], before[1], self.now_s))
             del self.open[hand]
         if is_held and hand not in self.open:
             self.open[hand] = (object_id, self.now_s)

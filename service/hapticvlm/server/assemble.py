@@ -20,8 +20,8 @@ from hapticvlm.materials import Material
 from hapticvlm.messages import Device, Devices, Models
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.access import Address
-from hapticvlm.server.handshake import Offer
-from hapticvlm.server.settings import Serving
+from hapticvlm.server.handshake import ServiceInfo
+from hapticvlm.server.settings import ServeOptions
 from hapticvlm.server.web import certificate
 from hapticvlm.server.web import stated_materials as statements
 from hapticvlm.server.web.certificate import Certificate
@@ -34,7 +34,7 @@ from hapticvlm.vlm.worker import VlmWorker
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
+class ServiceParts:
     """What the service is made of; each has to be started and closed."""
 
     speaker: Speaker
@@ -46,7 +46,7 @@ class Parts:
     saved: Mapping[str, str]
 
 
-def address(serving: Serving) -> Address:
+def address(serving: ServeOptions) -> Address:
     """Return where to listen and whom to let in. Raises ValueError."""
     return Address(
         serving.host,
@@ -59,7 +59,7 @@ def address(serving: Serving) -> Address:
     )
 
 
-def make(serving: Serving) -> Parts:
+def build_service(serving: ServeOptions) -> ServiceParts:
     """Make every part, none of it started. Raises ValueError and OSError."""
     vlm = _vlm_worker(serving)  # first: what is refused here leaves nothing half made
     user_materials = read_folder(serving.gallery)
@@ -75,7 +75,7 @@ def make(serving: Serving) -> Parts:
         serving.threads,
         _remote_settings(serving),
     )
-    return Parts(
+    return ServiceParts(
         speaker=Speaker(_audio(serving, table)),
         plate=_plate(serving),
         recogniser=RecogniserWorker(settings),
@@ -86,7 +86,7 @@ def make(serving: Serving) -> Parts:
     )
 
 
-def _certificate(serving: Serving) -> Certificate | None:
+def _certificate(serving: ServeOptions) -> Certificate | None:
     if serving.tls_cert is None and serving.tls_key is None:
         return None
     if serving.tls_cert is None or serving.tls_key is None:
@@ -94,13 +94,13 @@ def _certificate(serving: Serving) -> Certificate | None:
     return certificate.load(serving.tls_cert, serving.tls_key)
 
 
-def _recorder(serving: Serving) -> Recorder | None:
+def _recorder(serving: ServeOptions) -> Recorder | None:
     if serving.record is None:
         return None
     return Recorder(serving.record, frames=serving.record_frames)
 
 
-def _sessions(serving: Serving) -> RecordedSessions | None:
+def _sessions(serving: ServeOptions) -> RecordedSessions | None:
     """Return what shows the recorded sessions: their pages are made as `replay --view` does."""
     if serving.record is None:
         return None
@@ -114,7 +114,7 @@ def _sessions(serving: Serving) -> RecordedSessions | None:
     return RecordedSessions(serving.record, command)
 
 
-def _audio(serving: Serving, table: Mapping[str, Material]) -> AudioSettings:
+def _audio(serving: ServeOptions, table: Mapping[str, Material]) -> AudioSettings:
     files = (serving.speaker_response, serving.patterns)
     correction, patterns = read_speaker_files(*files, table)
     return AudioSettings(
@@ -129,11 +129,11 @@ def _audio(serving: Serving, table: Mapping[str, Material]) -> AudioSettings:
     )
 
 
-def offer(serving: Serving, parts: Parts) -> Offer:
+def offer(serving: ServeOptions, parts: ServiceParts) -> ServiceInfo:
     """Return what `welcome` reports of these parts, once they have started."""
     loaded = parts.recogniser.loaded
     vlm = None if parts.vlm is None else parts.vlm.settings.model
-    return Offer(
+    return ServiceInfo(
         devices(parts),
         Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm),
         parts.table,
@@ -147,7 +147,7 @@ def offer(serving: Serving, parts: Parts) -> Offer:
     )
 
 
-def devices(parts: Parts) -> Devices:
+def devices(parts: ServiceParts) -> Devices:
     """Return the outputs and which of them are simulated."""
     return Devices(
         speaker=Device(name=parts.speaker.name, simulated=parts.speaker.simulated),
@@ -155,14 +155,14 @@ def devices(parts: Parts) -> Devices:
     )
 
 
-def _plate(serving: Serving) -> Peltier:
+def _plate(serving: ServeOptions) -> Peltier:
     realtime = not serving.no_realtime
     if serving.peltier == "simulated":
         return simulated_plate(realtime=realtime)
     return Peltier(serving.peltier, realtime=realtime)
 
 
-def _vlm_worker(serving: Serving) -> VlmWorker | None:
+def _vlm_worker(serving: ServeOptions) -> VlmWorker | None:
     """Make the process that asks a VLM, if one is wanted. Raises ModuleNotFoundError."""
     if serving.vlm is None and serving.vlm_url is None:
         return None
@@ -188,7 +188,7 @@ def _require_models() -> None:
             raise ModuleNotFoundError(name=name)
 
 
-def _remote_settings(serving: Serving) -> RemoteSettings | None:
+def _remote_settings(serving: ServeOptions) -> RemoteSettings | None:
     """Return which shared recogniser is asked, if one is named. Raises LineError."""
     if serving.recogniser_url is None:
         return None

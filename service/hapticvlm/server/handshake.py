@@ -65,7 +65,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
+class ServiceInfo:
     """What `welcome` reports of this service; asks elsewhere = a VLM by url sees frames.
 
     Crops elsewhere = a shared recogniser sees objects. Saved are materials by object id that a
@@ -88,7 +88,7 @@ class Handshake:
     """Admits connections to one gateway, with what `offer` has."""
 
     def __init__(
-        self, address: Address, gateway: Gateway, offer: Offer, clock: Callable[[], float]
+        self, address: Address, gateway: Gateway, offer: ServiceInfo, clock: Callable[[], float]
     ) -> None:
         self._address = address
         self._gateway = gateway

@@ -15,7 +15,7 @@ GROUPS[SURROUNDINGS] = "surroundings, read off frames by a vision-language model
 
 
 @dataclass(frozen=True, slots=True)
-class Serving:
+class ServeOptions:
     """Every setting of the running service."""
 
     record: Annotated[
@@ -246,4 +246,4 @@ class Serving:
     ] = 30.0
 
 
-OPTIONS = options_of(Serving)
+OPTIONS = options_of(ServeOptions)

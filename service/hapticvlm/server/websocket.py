@@ -22,9 +22,9 @@ from hapticvlm.server.connection import Connection, notice_dead_peers
 from hapticvlm.server.entrance import Entrance, LimitedSocket
 from hapticvlm.server.frame_header import require_header
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.handshake import Handshake, Offer
+from hapticvlm.server.handshake import Handshake, ServiceInfo
 from hapticvlm.server.web import http
-from hapticvlm.server.web.local_pages import OwnMachinePages
+from hapticvlm.server.web.local_pages import LoopbackPages
 
 OPEN_S = 5.0
 CLOSE_S = 1.0
@@ -37,14 +37,14 @@ class WebSocketServer:
     """Speaks protocol v1 with each connection and hands messages to its session."""
 
     def __init__(
-        self, address: Address, gateway: Gateway, offer: Offer, clock: Callable[[], float]
+        self, address: Address, gateway: Gateway, offer: ServiceInfo, clock: Callable[[], float]
     ) -> None:
         self._address = address
         self._gateway = gateway
         self._offer = offer
         self._clock = clock
         self._door = address.policy()
-        self._own_machine = OwnMachinePages(self._door, offer.sessions, self._stated)
+        self._own_machine = LoopbackPages(self._door, offer.sessions, self._stated)
         self._entrance = Entrance(gateway.counts)
         self._handshake = Handshake(address, gateway, offer, clock)
 

@@ -11,7 +11,7 @@ from hapticvlm import materials
 from hapticvlm.evidence import surface
 from hapticvlm.evidence.ambient import Ambient
 from hapticvlm.evidence.ladder import Evidence, Verdict
-from hapticvlm.evidence.sub_materials import Make
+from hapticvlm.evidence.sub_materials import MaterialDetail
 from hapticvlm.evidence.surface import Surface, SurfaceFacts
 from hapticvlm.materials import Material, Thermal
 from hapticvlm.messages import Decision, EvidenceItem, SceneObject
@@ -21,7 +21,7 @@ from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import ThermalContact
 from hapticvlm.rendering.heat.limits import PlateLimits
 from hapticvlm.rendering.vibration.vibration import IMPACTS
-from hapticvlm.session.rendition import Grading
+from hapticvlm.session.rendition import Rendition
 
 
 def known(material: str) -> str | None:
@@ -45,7 +45,7 @@ def surface_of(
     )
 
 
-def thickness_m(verdict: Verdict, facts: SceneObject | None, make: Make) -> float | None:
+def thickness_m(verdict: Verdict, facts: SceneObject | None, make: MaterialDetail) -> float | None:
     """Return how thick the object is, m: as the scene states, else as its name; None is thick."""
     stated = facts.thickness_m if facts else None
     return make.thickness_m.get(verdict.material) if stated is None else stated
@@ -76,8 +76,8 @@ class DecisionInputs:
     """What a decision depends on beside the object's name and the material table."""
 
     verdict: Verdict
-    grading: Grading
-    make: Make
+    grading: Rendition
+    make: MaterialDetail
     facts: SceneObject | None
     ambient: Ambient
     thermal_gain: float
@@ -128,7 +128,7 @@ def decide(
     )
 
 
-def touched_as(decision: Decision, interaction: str | None, grading: Grading) -> Decision:
+def touched_as(decision: Decision, interaction: str | None, grading: Rendition) -> Decision:
     """Return the decision with the pattern of this interaction; nothing believed in has none."""
     if interaction is None:
         return decision

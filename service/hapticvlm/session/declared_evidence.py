@@ -33,7 +33,9 @@ def saved_facts(key: object, saved: Mapping[str, str]) -> SceneObject | None:
     return SceneObject(object_id=key, material=saved[key])
 
 
-def gather(key: object, facts: SceneObject | None, lexicon: Lexicon) -> tuple[Evidence, ...]:
+def from_declaration(
+    key: object, facts: SceneObject | None, lexicon: Lexicon
+) -> tuple[Evidence, ...]:
     """Climb the rungs that need no picture and stop at the first that is sure."""
     if facts and facts.material and facts.material != UNKNOWN:
         return (Evidence("scene", ((facts.material, 1.0),)),)

@@ -23,7 +23,7 @@ Vibrating = tuple[str | None, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Grading:
+class Rendition:
     """What a verdict can be rendered as: `named` alone, or between the materials believed in.
 
     `bulk` is what is expected; None where nothing is believed, or probably none of the materials.
@@ -51,14 +51,14 @@ class Grading:
         return self.bulk, "expectation"
 
 
-def grade(verdict: Verdict, table: Mapping[str, Material]) -> Grading:
+def choose_rendition(verdict: Verdict, table: Mapping[str, Material]) -> Rendition:
     """Work out what a verdict can be rendered as; what the scene states is never graded."""
     named = None if verdict.material == UNKNOWN else verdict.material
     believed = ladder.beliefs(verdict.evidence)
     beliefs = {name: belief for name, belief in believed.items() if belief > 0.0 and name in table}
     is_stated = named is not None and verdict.source == "scene"
     if is_stated or sum(beliefs.values()) < LEAST_KNOWN:
-        return Grading(named, verdict.confidence, None, (named, 1.0), (named, 1.0))
+        return Rendition(named, verdict.confidence, None, (named, 1.0), (named, 1.0))
     bulk = expectation.expected_thermal(beliefs, table)
     graded = (expectation.nearest_vibration(beliefs, table), expectation.GRADED_GAIN)
 
@@ -67,7 +67,7 @@ def grade(verdict: Verdict, table: Mapping[str, Material]) -> Grading:
         return (named, 1.0) if named is not None and is_sure else graded
 
     impact, texture = vibrating("strike"), vibrating("slide")
-    return Grading(named, verdict.confidence, bulk, impact, texture)
+    return Rendition(named, verdict.confidence, bulk, impact, texture)
 
 
 def _contact_c(bulk: Thermal, surface_c: float) -> float:

@@ -13,7 +13,7 @@ from hapticvlm.rendering.heat.limits import PlateLimits
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import AskMaterial, RecogniseFrame
 from hapticvlm.session.decisions import DecisionInputs
-from hapticvlm.session.rendition import Grading, grade
+from hapticvlm.session.rendition import Rendition, choose_rendition
 from hapticvlm.session.scene_objects import Key, ObjectState, SceneObjects
 from hapticvlm.session.surroundings import Surroundings
 
@@ -60,12 +60,15 @@ class SceneModel:
         state = self.objects.known.get(key)
         return state is not None and state.verdict is not None
 
-    def grading(self, key: Key) -> Grading:
+    def grading(self, key: Key) -> Rendition:
         """Return what this object can be rendered as, worked out once for each verdict."""
         state = self._state(key)
         assert state.verdict is not None
         if state.grading is None or state.graded_from is not state.verdict:
-            state.grading, state.graded_from = grade(state.verdict, state.table), state.verdict
+            state.grading, state.graded_from = (
+                choose_rendition(state.verdict, state.table),
+                state.verdict,
+            )
         return state.grading
 
     def swung_m(self, key: Key) -> float | None:

@@ -18,12 +18,18 @@ from hapticvlm import materials
 from hapticvlm.evidence import fusion, ladder, names, sub_materials
 from hapticvlm.evidence.fusion import Fused
 from hapticvlm.evidence.ladder import Evidence, Verdict
-from hapticvlm.evidence.sub_materials import Make
+from hapticvlm.evidence.sub_materials import MaterialDetail
 from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, MessageError, Scene, SceneObject
 from hapticvlm.rendering.heat.contact import ThermalContact
-from hapticvlm.session.declared_evidence import NONE_SAVED, gather, name_of, saved_facts, with_saved
-from hapticvlm.session.rendition import Grading
+from hapticvlm.session.declared_evidence import (
+    NONE_SAVED,
+    from_declaration,
+    name_of,
+    saved_facts,
+    with_saved,
+)
+from hapticvlm.session.rendition import Rendition
 
 MAX_KNOWN = 8192
 TAUGHT_VIEWS = 4  # pictures of an object that is sure, as references for the others
@@ -46,14 +52,14 @@ class ObjectState:
 
     facts: SceneObject | None
     given: tuple[Evidence, ...] | None = None
-    make: Make = sub_materials.PLAIN
+    make: MaterialDetail = sub_materials.PLAIN
     table: Mapping[str, Material] = field(default_factory=lambda: materials.MATERIALS)
     recognised: Fused | None = None
     vlm: Evidence | None = None
     asked_at: float | None = None
     taught: int = 0
     verdict: Verdict | None = None
-    grading: Grading | None = None
+    grading: Rendition | None = None
     graded_from: Verdict | None = None
     decision: Decision | None = None
     decided_from: Hashable = None
@@ -190,7 +196,7 @@ class SceneObjects:
         before = None if key is None else known.recognised
         known.recognised = fusion.update(before, ladder.restrict(evidence, self._among))
         new = ladder.decide(self._evidence(key, known))
-        known.verdict = ladder.prefer(known.verdict, new)
+        known.verdict = ladder.apply_hysteresis(known.verdict, new)
         return known.verdict
 
     def wants_question(self, key: Key, now: float) -> bool:
@@ -207,7 +213,9 @@ class SceneObjects:
         """Receive a VLM's evidence on this object."""
         known = self._entry(key)
         known.vlm = ladder.restrict(evidence, self._among)
-        known.verdict = ladder.prefer(known.verdict, ladder.decide(self._evidence(key, known)))
+        known.verdict = ladder.apply_hysteresis(
+            known.verdict, ladder.decide(self._evidence(key, known))
+        )
 
     def _entry(self, key: Key) -> ObjectState:
         known = self.known.get(key)
@@ -231,7 +239,7 @@ class SceneObjects:
 
     def _given(self, key: Key, known: ObjectState) -> tuple[Evidence, ...]:
         if known.given is None:
-            known.given = gather(key, known.facts, self._lexicon)
+            known.given = from_declaration(key, known.facts, self._lexicon)
             name = name_of(key, known.facts)
             if name is not None:
                 known.make = sub_materials.from_name(name, self._lexicon)

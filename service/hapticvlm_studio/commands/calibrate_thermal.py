@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from hapticvlm.commands.parsing import add_json, number_within
 from hapticvlm.errors import UsageError, usage_errors
 from hapticvlm.server.options import plate_resistance
-from hapticvlm.server.settings import Serving
+from hapticvlm.server.settings import ServeOptions
 from hapticvlm_studio.commands import calibrate_plate as plate
 from hapticvlm_studio.commands import calibrate_speaker as speaker
 
@@ -82,7 +82,7 @@ def add(commands: Commands) -> None:
     thermal.add_argument(
         "--plate-resistance",
         type=_between,
-        default=Serving().plate_resistance,
+        default=ServeOptions().plate_resistance,
         metavar="R_OR_FILE",
         help="resistance between palm and plate in m2 K/W that the plate compensates, or a file "
         "that `hapticvlm calibrate plate` wrote (%(default)s)",

@@ -66,10 +66,10 @@ def add(commands: Commands) -> None:
 
 def _evaluate_ambient(options: argparse.Namespace) -> int:
     from hapticvlm_studio.commands.evaluate_ambient import Plan, run
-    from hapticvlm_studio.evaluation.pictures import read_shots
+    from hapticvlm_studio.evaluation.pictures import read_pictures
 
     with usage_errors():
-        read_shots(options.csv)
+        read_pictures(options.csv)
         if options.out is not None:
             import matplotlib  # noqa: F401
         method, ask = _method(options)

@@ -11,7 +11,7 @@ from hapticvlm.evidence.reading import COVERAGE
 from hapticvlm_studio.evaluation import plots
 from hapticvlm_studio.evaluation.asking import Ask, ask_all
 from hapticvlm_studio.evaluation.grading import Outcome, figures, grade
-from hapticvlm_studio.evaluation.pictures import read_shots
+from hapticvlm_studio.evaluation.pictures import read_pictures
 from hapticvlm_studio.evaluation.scores import PAPER, Score, Share, share
 
 NAME = "evaluate-ambient"
@@ -30,7 +30,7 @@ class Plan:
 
 def run(plan: Plan, ask: Ask) -> int:
     """Evaluate; 1 where nothing was answered. Raises ShotError."""
-    answers = ask_all(ask, read_shots(plan.file))
+    answers = ask_all(ask, read_pictures(plan.file))
     outcome = grade(answers)
     files: list[Path] = []
     if plan.out is not None:

@@ -128,7 +128,7 @@ def _jobs(options: argparse.Namespace, table: Mapping[str, Material]) -> Iterato
 def _clip(job: _Job, options: argparse.Namespace, table: Mapping[str, Material]) -> Clip:
     from hapticvlm.rendering.vibration.vibration import Motion
     from hapticvlm_studio.touches.clip import clip
-    from hapticvlm_studio.touches.heat import Warmth, heat
+    from hapticvlm_studio.touches.heat import ThermalInputs, heat
     from hapticvlm_studio.touches.sound import sound
 
     others = {} if options.patterns is None else table  # of which recordings may be, too
@@ -136,7 +136,7 @@ def _clip(job: _Job, options: argparse.Namespace, table: Mapping[str, Material])
     motion = Motion(options.speed, options.force)
     return clip(
         sound(job.material, job.interaction, motion, options.seconds, voices),
-        heat(job.material, Warmth(options.object_c, options.ambient_c), options.seconds),
+        heat(job.material, ThermalInputs(options.object_c, options.ambient_c), options.seconds),
     )
 
 

@@ -19,7 +19,7 @@ from hapticvlm.server.options import contact_resistance
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.materials import Material
-    from hapticvlm_studio.touches.heat import Heat, Warmth
+    from hapticvlm_studio.touches.heat import Heat, ThermalInputs
     from hapticvlm_studio.touches.sound import Sound
 
 SHOWN_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
@@ -141,10 +141,10 @@ def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound
     )
 
 
-def _warmth(options: argparse.Namespace) -> Warmth:
-    from hapticvlm_studio.touches.heat import Warmth
+def _warmth(options: argparse.Namespace) -> ThermalInputs:
+    from hapticvlm_studio.touches.heat import ThermalInputs
 
-    return Warmth(
+    return ThermalInputs(
         options.object_c,
         options.ambient_c,
         options.skin_c,

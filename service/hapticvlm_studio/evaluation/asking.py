@@ -11,7 +11,7 @@ from hapticvlm.evidence.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW_C
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.vlm.contract import Picture, Vlm, VlmError
 from hapticvlm.vlm.remote import RestingError
-from hapticvlm_studio.evaluation.pictures import Shot, read_picture
+from hapticvlm_studio.evaluation.pictures import LabelledPicture, read_picture
 from hapticvlm_studio.evaluation.scores import Guess
 
 Ask = Callable[[Picture], Guess | None]
@@ -23,7 +23,7 @@ PATIENCE_S = 60.0  # waited for an endpoint that rests after a failure, before a
 class Answered:
     """The answer on a shot: a guess, or None and why; and the seconds it took."""
 
-    shot: Shot
+    shot: LabelledPicture
     guess: Guess | None
     why_not: str
     seconds: float
@@ -48,7 +48,7 @@ def guess_of(reading: Reading) -> Guess:
     return Guess(reading.value_c, reading.low_c, reading.high_c)
 
 
-def ask_all(ask: Ask, shots: Sequence[Shot]) -> list[Answered]:
+def ask_all(ask: Ask, shots: Sequence[LabelledPicture]) -> list[Answered]:
     """Ask about every shot, with progress on standard error. Raises ShotError."""
     answers = []
     for count, shot in enumerate(shots, 1):
@@ -57,7 +57,7 @@ def ask_all(ask: Ask, shots: Sequence[Shot]) -> list[Answered]:
     return answers
 
 
-def _answer(ask: Ask, shot: Shot) -> Answered:
+def _answer(ask: Ask, shot: LabelledPicture) -> Answered:
     picture = read_picture(shot)
     started = time.monotonic()
     try:

@@ -27,7 +27,7 @@ class ShotError(HapticVLMError, ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Shot:
+class LabelledPicture:
     """A picture, the air temperature where it was taken in degC, and where it comes from."""
 
     path: Path
@@ -35,7 +35,7 @@ class Shot:
     source: str
 
 
-def read_shots(file: Path) -> list[Shot]:
+def read_pictures(file: Path) -> list[LabelledPicture]:
     """Read a CSV, all of it, before any picture is opened. Raises ShotError."""
     try:
         with file.open(newline="", encoding="utf-8-sig") as lines:
@@ -49,7 +49,7 @@ def read_shots(file: Path) -> list[Shot]:
     return shots
 
 
-def read_picture(shot: Shot) -> Picture:
+def read_picture(shot: LabelledPicture) -> Picture:
     """Decode a shot's picture to (H, W, 3) uint8 RGB, upright. Raises ShotError."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
@@ -69,7 +69,7 @@ def _check_header(file: Path, names: Sequence[str]) -> None:
             raise ShotError(f"{file}: row 1: no column `{column}`, found {found}")
 
 
-def _shot(file: Path, line: int, row: Mapping[str | None, str | None]) -> Shot:
+def _shot(file: Path, line: int, row: Mapping[str | None, str | None]) -> LabelledPicture:
     where = f"{file}: row {line}"
     image, stated = (row["image"] or "").strip(), (row["temperature_c"] or "").strip()
     if not image:
@@ -78,7 +78,7 @@ def _shot(file: Path, line: int, row: Mapping[str | None, str | None]) -> Shot:
     if not path.is_file():
         raise ShotError(f"{where}, column image: no file `{image}` beside the CSV")
     source = (row.get("source") or "").strip() or Path(image).parent.name or file.stem
-    return Shot(path, _temperature(f"{where}, column temperature_c", stated), source)
+    return LabelledPicture(path, _temperature(f"{where}, column temperature_c", stated), source)
 
 
 def _temperature(where: str, stated: str) -> float:

@@ -26,7 +26,7 @@ TICK_S = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Warmth:
+class ThermalInputs:
     """Temperatures of a touch, degC; no object temperature means that of the ambient."""
 
     object_c: float | None
@@ -58,7 +58,7 @@ class Heat:
     limited_by: list[Limit | None]
 
 
-def heat(material: Material, warmth: Warmth, seconds: float) -> Heat:
+def heat(material: Material, warmth: ThermalInputs, seconds: float) -> Heat:
     """Follow a touch of this material for some seconds."""
     contact = _contact(material, warmth)
     real = ThermalTrajectory(lead_s=0.0).touch(contact, material.name, 0.0)
@@ -84,7 +84,7 @@ def heat(material: Material, warmth: Warmth, seconds: float) -> Heat:
     )
 
 
-def _contact(material: Material, warmth: Warmth) -> ThermalContact:
+def _contact(material: Material, warmth: ThermalInputs) -> ThermalContact:
     return thermal_contact(
         material.thermal,
         warmth.ambient_c if warmth.object_c is None else warmth.object_c,

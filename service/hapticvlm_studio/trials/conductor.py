@@ -18,7 +18,7 @@ from typing import Any, Literal
 from hapticvlm import __version__
 from hapticvlm_studio.design.design import Design
 from hapticvlm_studio.design.stimuli import StudyError
-from hapticvlm_studio.trials.player import Player, Trouble
+from hapticvlm_studio.trials.player import Player, PresentationError
 from hapticvlm_studio.trials.progress import Sitting
 from hapticvlm_studio.trials.record import Pace, Record, View
 from hapticvlm_studio.trials.trial import Trials
@@ -219,7 +219,7 @@ class Conductor:
         """Carry out work; what goes wrong with the devices becomes the phase `trouble`."""
         try:
             await work
-        except Trouble as trouble:
+        except PresentationError as trouble:
             self._trouble = str(trouble)
             self._enter("trouble")
         finally:

@@ -51,7 +51,7 @@ class Setting:
     token: str | None = None
 
 
-class Room:
+class StudyServer:
     """The pages that show one study, and what they ask of it."""
 
     def __init__(self, conductor: Conductor, greeting: dict[str, Any]) -> None:
@@ -80,7 +80,7 @@ class Room:
         """Send the speaker's waveform to the participant's pages, which play it."""
         broadcast(self._pages, json.dumps({"waveform": waveform}))
 
-    async def attend(self, socket: ServerConnection) -> None:
+    async def serve_page(self, socket: ServerConnection) -> None:
         """Serve one page until it leaves."""
         is_experimenter = socket.request is not None and socket.request.path == EXPERIMENTER_SOCKET
         pages = self._experimenters if is_experimenter else self._pages
@@ -124,26 +124,26 @@ async def run(design: Design, setting: Setting, ready: Callable[[str], None]) ->
         await player.prepare(design.stimuli)
         _beside(stack, player.listen())
         conductor = Conductor(design, setting.folder, player, setting.pace)
-        room = Room(conductor, greeting)
+        server = StudyServer(conductor, greeting)
         if setting.pace.hear:
             observer = connect(
                 setting.url, name="study, heard", role="observer", token=setting.token
             )
-            _beside(stack, _relay_waveform(await stack.enter_async_context(observer), room))
-        _beside(stack, room.report_outputs())
-        port = await stack.enter_async_context(_listening(room, setting.port))
+            _beside(stack, _relay_waveform(await stack.enter_async_context(observer), server))
+        _beside(stack, server.report_outputs())
+        port = await stack.enter_async_context(_listening(server, setting.port))
         stack.push_async_callback(conductor.leave)
         ready(f"http://{HOST}:{port}{PAGE}")
         await _until_gone(client)
 
 
-async def _relay_waveform(observer: Client, room: Room) -> None:
+async def _relay_waveform(observer: Client, server: StudyServer) -> None:
     """Relay the service's stream of what the speaker plays, as its dashboard has it."""
     await observer.set(watch=["waveform"])
     while True:
         event = await observer.events.get()
         if event["type"] == "view" and event["kind"] == "waveform":
-            room.play({name: event[name] for name in ("start", "samples", "rate_hz")})
+            server.play({name: event[name] for name in ("start", "samples", "rate_hz")})
 
 
 async def _until_gone(client: Client) -> None:
@@ -163,7 +163,7 @@ async def _cancel(task: asyncio.Task[Any]) -> None:
 
 
 @asynccontextmanager
-async def _listening(room: Room, port: int) -> AsyncIterator[int]:
+async def _listening(server: StudyServer, port: int) -> AsyncIterator[int]:
     policy = http.AccessPolicy(HOST, frozenset(), pages=PAGES)
 
     def answer(connection: ServerConnection, request: Request) -> Response | None:
@@ -171,7 +171,7 @@ async def _listening(room: Room, port: int) -> AsyncIterator[int]:
         return http.answer(connection, asked, policy, dict)
 
     async with serve(
-        room.attend,
+        server.serve_page,
         HOST,
         port,
         process_request=answer,
@@ -179,5 +179,5 @@ async def _listening(room: Room, port: int) -> AsyncIterator[int]:
         max_size=MAX_COMMAND_BYTES,
         close_timeout=1,
         server_header=None,
-    ) as server:
-        yield server.sockets[0].getsockname()[1]
+    ) as listening:
+        yield listening.sockets[0].getsockname()[1]

@@ -24,14 +24,17 @@ from hapticvlm_studio.design.stimuli import Part, Stimulus, StudyError, motion, 
 TOUCH_S = 0.06  # between touches: a lease of 0.25 s survives three lost ones
 STROKE_S = 0.02  # between those of a stroke: 20 steps up and down a whoosh
 AMBIENT_C = 22.0
-SPOILING = ("dose", "sink")  # limits under which a warm or cold pattern is not what it should be
+INVALIDATING_LIMITS = (
+    "dose",
+    "sink",
+)  # limits under which a warm or cold pattern is not what it should be
 TELEMETRY_S = 2.0
 SILENT = "the speaker played nothing: see to it and to its level, then go on"
 _STILL = Motion(0.0, 0.0)
 _GONE = (ConnectionError, ConnectionClosed)  # a service that answers no more
 
 
-class Trouble(Exception):
+class PresentationError(Exception):
     """The devices cannot present a pattern now; the text gives the experimenter the reason."""
 
 
@@ -104,11 +107,11 @@ class Player:
             await self._touch("approach", _NEUTRAL)
             while (reason := self._unrest()) or time.monotonic() < begun + rest_s:
                 if reason and time.monotonic() > begun + rest_s + longest_s:
-                    raise Trouble(reason)
+                    raise PresentationError(reason)
                 await self._touch("slide", _NEUTRAL)
                 await asyncio.sleep(TOUCH_S)
         except (Refused, *_GONE) as error:
-            raise Trouble(_cause(error)) from None
+            raise PresentationError(_cause(error)) from None
 
     def _unrest(self) -> str | None:
         """Return why no pattern can be presented now; None if one can."""
@@ -138,11 +141,11 @@ class Player:
             await self.release()
             await self._wait_for_telemetry()
         except (Refused, *_GONE) as error:
-            raise Trouble(_cause(error)) from None
+            raise PresentationError(_cause(error)) from None
         finally:
             await self.release()
         if self._level == 0.0:
-            raise Trouble(SILENT)
+            raise PresentationError(SILENT)
         return Played(
             onset_plate_c,
             plate_c,
@@ -175,11 +178,11 @@ class Player:
 
     def _check(self) -> None:
         """Raise Trouble when the pattern cannot be what it should be."""
-        if self._limited_by in SPOILING:
+        if self._limited_by in INVALIDATING_LIMITS:
             why = "heat for this session is used up" if self._limited_by == "dose" else "sink hot"
-            raise Trouble(f"{why}: let the person and the plate rest, then go on")
+            raise PresentationError(f"{why}: let the person and the plate rest, then go on")
         if self._telemetry.get("faults"):
-            raise Trouble(f"device at fault: {', '.join(self._telemetry['faults'])}")
+            raise PresentationError(f"device at fault: {', '.join(self._telemetry['faults'])}")
 
     async def stop(self) -> None:
         """Bring all outputs to rest at once, and hold them there."""

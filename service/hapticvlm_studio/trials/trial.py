@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from hapticvlm_studio.design.stimuli import StudyError
-from hapticvlm_studio.trials.player import Player, Trouble
+from hapticvlm_studio.trials.player import Player, PresentationError
 from hapticvlm_studio.trials.progress import Event, Sitting
 from hapticvlm_studio.trials.record import Record
 
@@ -51,13 +51,13 @@ class Trials:
             both: set[asyncio.Future[Any]] = {playing, asked.answered}
             await asyncio.wait(both, return_when=asyncio.FIRST_EXCEPTION)
             self._record.note({"event": "played", **head, **asdict(playing.result())})
-        except (asyncio.CancelledError, Trouble) as error:
+        except (asyncio.CancelledError, PresentationError) as error:
             self._record.note({"event": "spoiled", **head, "why": str(error) or "interrupted"})
             raise
         finally:
             self._asked = None
             playing.cancel()
-            with contextlib.suppress(asyncio.CancelledError, Trouble):
+            with contextlib.suppress(asyncio.CancelledError, PresentationError):
                 await playing
 
     def answer(self, trial: int, name: str, seen_ms: object) -> None:

@@ -15,13 +15,13 @@ from collections.abc import Callable
 from hapticvlm.devices import faults
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate import ports
-from hapticvlm.devices.plate.ports import Place, Port
+from hapticvlm.devices.plate.ports import Port, PortInfo
 from hapticvlm.devices.plate.protocol import Answer
 from hapticvlm.devices.plate.session import PlateSession
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.heat.limits import PlateReading
 
-GREETING_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
+HANDSHAKE_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
 READ_BYTES = 256
 PAUSES_S = (0.25, 0.5, 1.0, 2.0, 5.0)  # before each try to open the port again, then the last
 FAREWELL_S, JOIN_S = 0.5, 2.0
@@ -56,7 +56,7 @@ class Peltier:
         self._lock = threading.Lock()  # held for computing only, never over a read or write
         self._port: Port | None = None
         self._trouble = ""  # why the port was closed last
-        self._place: Place | None = None
+        self._place: PortInfo | None = None
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -75,7 +75,7 @@ class Peltier:
     def connect(self) -> None:
         """Open the port and wait for the board's answer. Raises DeviceError, naming each port."""
         failures = []
-        for place in ports.places(self._asked):
+        for place in ports.candidate_ports(self._asked):
             try:
                 self._open(place)
                 self._handshake()
@@ -157,7 +157,7 @@ class Peltier:
                 return
         self._part()
 
-    def _open(self, place: Place) -> None:
+    def _open(self, place: PortInfo) -> None:
         self._port = self._open_port(place.url)
         self._place = place
         with self._lock:
@@ -165,7 +165,7 @@ class Peltier:
 
     def _handshake(self) -> None:
         """Turn until the board has answered. Raises DeviceError, with the port closed."""
-        until = self._clock() + GREETING_S
+        until = self._clock() + HANDSHAKE_S
         while self._port is not None and self._clock() < until:
             self.turn()
             if self._session.refusal is not None:
@@ -173,7 +173,7 @@ class Peltier:
             if self._session.is_ready and self._session.telemetry is not None:
                 self._name()
                 return
-        trouble = self._session.refusal or self._trouble or f"no answer within {GREETING_S:g} s"
+        trouble = self._session.refusal or self._trouble or f"no answer within {HANDSHAKE_S:g} s"
         self._lose(trouble)
         self._session = PlateSession()
         raise DeviceError(trouble)
@@ -211,7 +211,7 @@ class Peltier:
         """Try one port that may be the same plate; which one goes round."""
         known = None if self._place is None else self._place.usb
         try:
-            found = [place for place in ports.places(self._asked) if place.usb == known]
+            found = [place for place in ports.candidate_ports(self._asked) if place.usb == known]
             if found:
                 self._open(found[tries % len(found)])
         except (DeviceError, OSError) as error:

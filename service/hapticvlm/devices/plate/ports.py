@@ -39,7 +39,7 @@ class Port(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class PortInfo:
     """A port by name or pyserial URL, its description by the system, its USB identity if any."""
 
     url: str
@@ -52,13 +52,13 @@ class Place:
         return f"{self.url} ({self.label})" if self.label else self.url
 
 
-def places(asked: str) -> list[Place]:
+def candidate_ports(asked: str) -> list[PortInfo]:
     """Return the port asked for, or with `auto` those that may lead to a plate, likeliest first.
 
     Raises DeviceError, naming every port there is, when `auto` finds none.
     """
     if asked != AUTO:
-        return [Place(asked, "")]
+        return [PortInfo(asked, "")]
     seen = _seen()
     likely = [place for place, is_likely in seen if is_likely]
     if not likely:
@@ -93,17 +93,17 @@ def _reason(error: Exception) -> str:
     return os.strerror(number) if number else str(error)
 
 
-def _seen() -> list[tuple[Place, bool]]:
+def _seen() -> list[tuple[PortInfo, bool]]:
     from serial.tools import list_ports
 
     return [(_place(info), _is_likely(info)) for info in sorted(list_ports.comports())]
 
 
-def _place(info: Any) -> Place:  # noqa: ANN401 - pyserial has no types
+def _place(info: Any) -> PortInfo:  # noqa: ANN401 - pyserial has no types
     label = info.description if info.description not in (None, "n/a") else ""
     if info.vid is None:
-        return Place(info.device, label)
-    return Place(
+        return PortInfo(info.device, label)
+    return PortInfo(
         info.device,
         f"{label} {info.vid:04x}:{info.pid:04x}".strip(),
         (info.vid, info.pid, info.serial_number or ""),
@@ -115,5 +115,5 @@ def _is_likely(info: Any) -> bool:  # noqa: ANN401
     return info.vid in _VENDORS or any(word in words for word in _WORDS)
 
 
-def _listed(found: list[Place]) -> str:
+def _listed(found: list[PortInfo]) -> str:
     return ", ".join(place.text for place in found) or "none"

@@ -23,7 +23,7 @@ SESSIONS, STATED = "/sessions", "/stated.json"
 PIECE = 64 * 1024
 
 
-class OwnMachinePages:
+class LoopbackPages:
     """Recorded sessions, if there are any, and the materials that a person stated."""
 
     def __init__(

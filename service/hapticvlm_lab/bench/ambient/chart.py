@@ -22,7 +22,7 @@ from hapticvlm_lab.bench.ambient import chart_plot, methods
 from hapticvlm_lab.bench.ambient.rows import Row, print_rows
 from hapticvlm_lab.bench.ambient.timing import measure
 from hapticvlm_lab.bench.printing import made_with, publish
-from hapticvlm_studio.evaluation.pictures import read_picture, read_shots
+from hapticvlm_studio.evaluation.pictures import read_picture, read_pictures
 from hapticvlm_studio.evaluation.scores import Guess, Score, constant, score
 
 NAME = "chart-ambient"
@@ -72,7 +72,7 @@ def run(plan: Plan) -> int:
 def _pictures(data: Path | None) -> tuple[list[Picture], list[float] | None]:
     """Read labelled pictures, or draw some whose temperature nobody knows."""
     if data is not None:
-        shots = read_shots(data)[:MOST]
+        shots = read_pictures(data)[:MOST]
         return [read_picture(shot) for shot in shots], [shot.truth_c for shot in shots]
     rng = np.random.default_rng(3)
     blocks = rng.integers(0, 256, (SYNTHETIC, SIDE // 16, SIDE // 16, 3), dtype=np.uint8)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageChops, ImageDraw, ImageFilter, ImageFont
 
 from hapticvlm.demo.show import confidence_text, degrees
-from hapticvlm.recordings.timeline import Held, Timeline
+from hapticvlm.recordings.timeline import Timeline, TouchSpan
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 WIDTH, HEIGHT = 960, 540
@@ -75,7 +75,9 @@ def _warmth(celsius: float) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _draw_frame(sheet: Image.Image, timeline: Timeline, t_s: float, touch: Held | None) -> None:
+def _draw_frame(
+    sheet: Image.Image, timeline: Timeline, t_s: float, touch: TouchSpan | None
+) -> None:
     shown = [picture for picture in timeline.pictures if picture.t_s <= t_s]
     if not shown:
         return
@@ -101,7 +103,7 @@ def _is_object(value: int) -> int:
 
 
 def _draw_decision(
-    draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float, touch: Held | None
+    draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float, touch: TouchSpan | None
 ) -> None:
     if touch is None:
         draw.text((_LEFT, 24), "nothing is touched", SOFT, _font(18))
