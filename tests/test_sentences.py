@@ -1,4 +1,4 @@
-"""What a user reads is short: the README, the pages of docs, the clients' READMEs."""
+"""What a person reads is short: README, CHANGELOG, CONTRIBUTING, docs, the clients' READMEs."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ README = ROOT / "README.md"
 FOR_DEVELOPERS = {"MEASURED.md", "physics.md"}  # tables of figures, with their conditions
 PAGES = [
     README,
-    ROOT / "SECURITY.md",
+    *(ROOT / name for name in ("SECURITY.md", "CHANGELOG.md", "CONTRIBUTING.md")),
     *(page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in FOR_DEVELOPERS),
     *sorted((ROOT / "examples").glob("*/README.md")),
     ROOT / "unity_client/README.md",
