@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture
 def silent_port(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """A port that opens and never answers, as an Uno with another program."""
-    monkeypatch.setattr(peltier, "GREETING_S", 0.1)
+    monkeypatch.setattr(peltier, "HANDSHAKE_S", 0.1)
     ours, theirs = pty.openpty()
     yield os.ttyname(theirs)
     os.close(theirs)

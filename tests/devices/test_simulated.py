@@ -19,7 +19,13 @@ from hapticvlm.devices.simulated.plant import (
     Plant,
 )
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
-from hapticvlm.rendering.heat.limits import SETPOINT_MAX_C, SINK_TRIP_C, PlateReading
+from hapticvlm.rendering.heat.limits import (
+    COOL_SLEW_C_PER_S,
+    HEAT_SLEW_C_PER_S,
+    SETPOINT_MAX_C,
+    SINK_TRIP_C,
+    PlateReading,
+)
 
 TICK_S = 0.02
 
@@ -244,7 +250,10 @@ def test_the_setpoint_itself_moves_no_faster_than_the_slew_limit() -> None:
     readings = hold(SimulatedPlate(), 20.0, 2.0)
     steps = [a.setpoint_c - b.setpoint_c for a, b in itertools.pairwise(readings)]
 
-    assert max(steps) <= 5.0 * TICK_S + 1e-9
+    assert 5.0 * TICK_S < max(steps) <= COOL_SLEW_C_PER_S * TICK_S + 1e-9
+    warmed = hold(SimulatedPlate(), 40.0, 2.0)
+    rises = [b.setpoint_c - a.setpoint_c for a, b in itertools.pairwise(warmed)]
+    assert max(rises) <= HEAT_SLEW_C_PER_S * TICK_S + 1e-9
 
 
 def test_a_lapsed_lease_returns_to_neutral_and_opens_the_bridge() -> None:
@@ -372,7 +381,9 @@ def test_a_command_after_a_gap_holds_from_now_on() -> None:
 
     assert plate_c(plate.advance(4.0)) == pytest.approx(drifted_c, abs=0.01)
     assert drifted_c < 31.0
-    assert plate.advance(4.2).setpoint_c == pytest.approx(drifted_c - 1.0, abs=0.05)
+    assert plate.advance(4.2).setpoint_c == pytest.approx(
+        drifted_c - 0.2 * COOL_SLEW_C_PER_S, abs=0.05
+    )
 
 
 def test_heated_time_counts_heat_only() -> None:
