@@ -27,7 +27,7 @@ from hapticvlm.messages import (
 )
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.expectation import GRADED_GAIN
-from hapticvlm.rendering.heat.limits import PlateReading
+from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S, HEAT_SLEW_C_PER_S, PlateReading
 from hapticvlm.session.actions import (
     DrivePlate,
     HoldOutputs,
@@ -308,7 +308,8 @@ def test_the_setpoint_never_moves_faster_than_the_slew_limit():
         session.receive(touch(), now)
         now += 0.02
         for heat in only(session.tick(now, READING), DrivePlate):
-            assert abs(heat.setpoint_c - before) <= 5.0 * 0.02 + 1e-9
+            slew = COOL_SLEW_C_PER_S if heat.setpoint_c < before else HEAT_SLEW_C_PER_S
+            assert abs(heat.setpoint_c - before) <= slew * 0.02 + 1e-9
             assert 18.0 <= heat.setpoint_c <= 40.0
             before = heat.setpoint_c
     assert before < 25.0
