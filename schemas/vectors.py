@@ -108,6 +108,7 @@ def client_messages() -> Iterator[tuple[str, Json]]:
     yield "set watch", {"type": "set", "id": 3, "watch": ["frames", "waveform", "log"]}
     forms = {"left": "amplitude", "right": "parametric"}
     yield "set feel", {"type": "set", "id": 3, "feel": forms}
+    yield "set ownership", {"type": "set", "id": 3, "ownership": "give"}
     yield "set feel of no hand", {"type": "set", "id": 3, "feel": {}}
     for scope in ("all", "speaker", "peltier"):
         yield f"stop {scope}", {"type": "stop", "id": 4, "scope": scope}

@@ -51,7 +51,7 @@ def test_a_refused_vector_gives_its_code_path_and_id(vector):
 @pytest.mark.parametrize(
     ("message", "words"),
     [
-        ({"type": "set", "ownership": "borrow"}, "`ownership` is one of take, end"),
+        ({"type": "set", "ownership": "borrow"}, "`ownership` is one of take, give, end"),
         ({"type": "stop", "scope": "none"}, "`scope` is one of all, speaker, peltier"),
         ({"type": "shout"}, "`type` is one of hello, scene, frame, touch, set, stop"),
     ],

@@ -189,8 +189,9 @@ class Set(Wire, frozen=True, tag="set", tag_field="type"):
     """Settings of this connection's session; `feel` and gains are the owner's alone.
 
     `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
-    nothing for 30 s; anybody may end the owner's connection. The event `ownership` says when the
-    outputs are free. Gains, `feel` and the touch are sent again after they were taken.
+    nothing for 30 s, and its owner may give them up, as a tool that only shows pictures does;
+    anybody may end the owner's connection. The event `ownership` says when the outputs are free.
+    Gains, `feel` and the touch are sent again after they were taken.
     """
 
     id: RequestId
@@ -199,7 +200,7 @@ class Set(Wire, frozen=True, tag="set", tag_field="type"):
     thermal_gain: Share | None = None
     watch: Annotated[list[Literal["frames", "waveform", "log"]], Meta(max_length=3)] | None = None
     feel: Feel | None = None
-    ownership: Literal["take", "end"] | None = None
+    ownership: Literal["take", "give", "end"] | None = None
 
 
 class Stop(Wire, frozen=True, tag="stop", tag_field="type"):

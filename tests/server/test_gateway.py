@@ -100,6 +100,20 @@ def test_free_outputs_are_offered_to_every_scene_and_go_to_the_first_that_asks(g
         gateway.change_owner(third, wish("take"), gateway.ownership.leased_at)
 
 
+def test_an_owner_that_gives_the_outputs_up_stays_and_may_take_them_again(gateway):
+    first, second = join(gateway), join(gateway)
+    now = gateway.ownership.leased_at
+    gateway.change_owner(second, wish("give"), now)  # they are not its own: nothing changes
+    assert gateway.owner is first
+    gateway.change_owner(first, wish("give"), now)
+    assert gateway.owner is None
+    assert ownership_notes(second) == [(False, True)]
+    with pytest.raises(MessageError, match="owns"):
+        first.session.receive(touch(), now)
+    gateway.change_owner(first, wish("take"), now)
+    assert gateway.owner is first
+
+
 def test_a_closing_owner_leaves_the_outputs_to_the_scene_that_says_hello(gateway):
     peer = Peer()
     first = join(gateway, peer=peer)

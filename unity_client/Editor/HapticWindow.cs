@@ -24,12 +24,14 @@ namespace HapticVLM.Editor
         void OnEnable()
         {
             EditorApplication.update += Pump;
+            EditorApplication.playModeStateChanged += OnPlayMode;
             Connect();
         }
 
         void OnDisable()
         {
             EditorApplication.update -= Pump;
+            EditorApplication.playModeStateChanged -= OnPlayMode;
             if (scan != null) scan.End();
             Disconnect();
         }
@@ -110,6 +112,12 @@ namespace HapticVLM.Editor
             if (scan == null || scan.IsDone) return;
             scan.Step();
             Repaint();
+        }
+
+        /// <summary>The scan is of the scene as it is edited: it ends before the scene plays.</summary>
+        void OnPlayMode(PlayModeStateChange change)
+        {
+            if (change == PlayModeStateChange.ExitingEditMode && scan != null) scan.End();
         }
 
         void Connect()

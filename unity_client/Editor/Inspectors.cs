@@ -20,8 +20,7 @@ namespace HapticVLM.Editor
             DrawDefaultInspector();
             if (!Application.isPlaying) return;
             var client = (HapticClient)target;
-            bool isFelt = client.State == LinkState.Ready && client.Connection.Welcome.Owner;
-            EditorGUILayout.HelpBox(client.Status, isFelt ? MessageType.Info : MessageType.Warning);
+            EditorGUILayout.HelpBox(client.Status, client.IsOwner ? MessageType.Info : MessageType.Warning);
         }
 
         public override bool RequiresConstantRepaint()

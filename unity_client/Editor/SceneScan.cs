@@ -31,7 +31,7 @@ namespace HapticVLM.Editor
             objects = among.FindAll(shown => shown.StatedMaterial == null);
             pipe = new FramePipe(SizePx, JpegQuality);
             capture = new CaptureCamera(pipe.Target);
-            connection = new HapticConnection(new ConnectionSettings { Url = url, Token = token, ClientName = "unity scan" });
+            connection = new HapticConnection(new ConnectionSettings { Url = url, Token = token, ClientName = "unity scan", WantsOutputs = false });
             connection.Arrivals.Decided += OnDecided;
             foreach (HapticObject shown in objects) Register(shown);
             connection.Open();
@@ -57,7 +57,7 @@ namespace HapticVLM.Editor
             if (IsDone) return;
             connection.Pump();
             if (connection.State != LinkState.Ready || !pipe.IsIdle || connection.Outbox.Frames.IsFull) return;
-            scanner.Follow(connection.Openings, ViewsEach);
+            scanner.Follow(connection.Session, ViewsEach);
             HapticObject shown;
             int view;
             if (!scanner.Next(objects, out shown, out view)) EndWhenQuiet();

@@ -58,20 +58,36 @@ class OutputOwnership:
         its old connection is still being taken apart then, and what arrived on it drives nothing.
         """
         if self.owner is not None and not self.owner.is_open:
-            self.owner.session.set_owner(owner=False)
-            self.owner.session.rest()
-            self._free()
+            self._give(self.owner)
 
     def change(self, requester: Connection, wanted: Set, now: float) -> None:
-        """Assign the outputs to the scene that asks, or end their owner. Raises MessageError."""
-        if wanted.ownership == "end":
-            if self.owner is None:
-                raise MessageError("message", "nobody owns the outputs", path=PATH, id=wanted.id)
-            logger.warning("%s ended by %s", self.owner.name, requester.name)
-            self._counts["owners ended"] += 1
-            self._outputs.rest()
-            self.owner.end("ended by an observer")
-            return
+        """Assign the outputs as a client asks. Raises MessageError."""
+        match wanted.ownership:
+            case "end":
+                self._end(requester, wanted)
+            case "give":
+                self._give(requester)
+            case _:
+                self._take(requester, wanted, now)
+
+    def _end(self, requester: Connection, wanted: Set) -> None:
+        """Close the owner's connection, whoever asks."""
+        if self.owner is None:
+            raise MessageError("message", "nobody owns the outputs", path=PATH, id=wanted.id)
+        logger.warning("%s ended by %s", self.owner.name, requester.name)
+        self._counts["owners ended"] += 1
+        self._outputs.rest()
+        self.owner.end("ended by an observer")
+
+    def _give(self, requester: Connection) -> None:
+        """Free the outputs if they are the requester's; it has given them up in any case."""
+        if self.owner is requester:
+            requester.session.set_owner(owner=False)
+            requester.session.rest()
+            self._free()
+
+    def _take(self, requester: Connection, wanted: Set, now: float) -> None:
+        """Assign the outputs to a scene, if nobody owns them or their owner is idle."""
         if requester.session.observer:
             text = "an observer owns no outputs: connect as scene"
             raise MessageError("not_owner", text, path=PATH, id=wanted.id)

@@ -45,6 +45,7 @@ public static class Components
         Moves.Run(program, url);
         Reports.Run(program, url);
         Pictures.Run(program, url);
+        Owners.Run(program, url);
         EditMode.Run(program, url);
         return Finish();
     }
@@ -242,7 +243,7 @@ public static class Components
         EndOfThreads();
     }
 
-    static FrameStreamer Streamer(bool isContinuous)
+    public static FrameStreamer Streamer(bool isContinuous)
     {
         var holder = new GameObject("streamer");
         holder.SetActive(false);

@@ -108,8 +108,14 @@ namespace UnityEditor
         public void Repaint() { Repaints++; }
     }
 
+    public enum PlayModeStateChange { EnteredEditMode, ExitingEditMode, EnteredPlayMode, ExitingPlayMode }
+
     public static class EditorApplication
     {
+        public static event Action<PlayModeStateChange> playModeStateChanged;
+
+        public static void Change(PlayModeStateChange change) { if (playModeStateChanged != null) playModeStateChanged(change); }
+
         public delegate void CallbackFunction();
 
         public static CallbackFunction update;

@@ -21,6 +21,14 @@ namespace UnityEngine
             Player.Destroy(dead);
         }
 
+        public static readonly System.Collections.Generic.List<Object> Kept = new System.Collections.Generic.List<Object>();
+
+        public static void DontDestroyOnLoad(Object target)
+        {
+            if (((GameObject)target).Parent != null) Debug.LogError("DontDestroyOnLoad only works for root GameObjects", target);
+            Kept.Add(target);
+        }
+
         public static void DestroyImmediate(Object dead)
         {
             Player.Destroy(dead);

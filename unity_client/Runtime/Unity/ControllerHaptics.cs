@@ -71,7 +71,7 @@ namespace HapticVLM
             {
                 if (client == null) return "the scene has no active Haptic Client: choose GameObject > HapticVLM > Set Up Scene";
                 if (client.State != LinkState.Ready) return client.Status;
-                if (!client.Connection.Welcome.Owner) return "another scene owns the outputs";
+                if (!client.IsOwner) return "another scene owns the outputs";
                 if (gain <= 0f) return "Gain is 0";
                 if (IsSpeakerFelt) return "the service plays on the speaker '" + client.Connection.Welcome.Devices.Speaker.Name
                     + "' and Silent With Speaker is ticked: untick it unless this hand rests on a palm speaker";
@@ -152,7 +152,7 @@ namespace HapticVLM
 
         bool IsWanted
         {
-            get { return client != null && client.State == LinkState.Ready && !IsSpeakerFelt; }
+            get { return client != null && client.IsOwner && !IsSpeakerFelt; }
         }
 
         bool IsSpeakerFelt

@@ -84,7 +84,7 @@ namespace HapticVLM
         {
             HapticConnection to = HapticClient.Active == null ? null : HapticClient.Active.Connection;
             if (pipe == null || to == null || to.State != LinkState.Ready || !pipe.IsIdle || to.Outbox.Frames.IsFull) return;
-            if (scansObjects) scanner.Follow(to.Openings, viewsPerObject);
+            if (scansObjects) scanner.Follow(to.Session, viewsPerObject);
             if (isWanted || (isContinuous && Time.unscaledTime >= dueAt)) TakeView(to);
             else if (scansObjects && Time.unscaledTime >= dueAt) TakeScan(to);
         }

@@ -6,9 +6,10 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// The scene's connection to `hapticvlm serve`. One per scene. Connects and reconnects by itself,
-    /// sends the service every HapticObject, and raises its answers on the main thread. What an
-    /// event carries is used again for the next one: copy what you keep.
+    /// The scene's connection to `hapticvlm serve`. Connects and reconnects by itself, sends the service
+    /// every HapticObject, and raises its answers on the main thread. What an event carries is used
+    /// again for the next one: copy what you keep. Of several, as in scenes loaded beside each other,
+    /// the first connects for all; when it is gone the next one does.
     /// </summary>
     [DefaultExecutionOrder(-100), DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Client")]
     public sealed class HapticClient : MonoBehaviour
@@ -18,6 +19,9 @@ namespace HapticVLM
 
         [SerializeField, Tooltip("Needed when the service runs on another machine; empty otherwise.")]
         string token = "";
+
+        [SerializeField, Tooltip("Stay when another scene is loaded: one connection for the whole game.")]
+        bool keepBetweenScenes;
 
         [SerializeField, Tooltip("Whether the scene states its ambient temperature.")]
         bool statesAmbient = true;
@@ -38,17 +42,22 @@ namespace HapticVLM
         [SerializeField] TelemetryEvent onTelemetry = new TelemetryEvent();
         [SerializeField] LinkEvent onLinkChanged = new LinkEvent();
 
+        static readonly List<HapticClient> All = new List<HapticClient>();
+
         readonly Dictionary<string, HapticObject> objects = new Dictionary<string, HapticObject>();
         HapticConnection connection;
         bool awaitsStop;
         readonly StateLog log = new StateLog();
 
-        /// <summary>The client of the scene that runs; null when there is none.</summary>
-        public static HapticClient Active { get; private set; }
+        /// <summary>The client that connects: the first that was enabled; null when there is none.</summary>
+        public static HapticClient Active { get { return All.Count == 0 ? null : All[0]; } }
 
         public event Action<Decision> Decided;
         public event Action<Telemetry> Measured;
         public event Action<LinkState> LinkChanged;
+
+        /// <summary>This scene is felt from now on, or no longer: one scene owns the outputs of a service.</summary>
+        public event Action<bool> OwnershipChanged;
 
         /// <summary>What a hand feels from now on, where a Controller Haptics asked for it.</summary>
         public event Action<Vibration> Vibrated;
@@ -57,7 +66,10 @@ namespace HapticVLM
         public HapticConnection Connection { get { return connection; } }
 
         /// <summary>How the link stands and what to do about it, in words for a person.</summary>
-        public string Status { get { return log.Status(connection, url); } }
+        public string Status { get { return Active == this ? log.Status(connection, url) : Waiting; } }
+
+        /// <summary>Whether this scene is felt.</summary>
+        public bool IsOwner { get { return connection != null && connection.IsOwner; } }
 
         public LinkState State { get { return connection == null ? LinkState.Closed : connection.State; } }
 
@@ -76,7 +88,7 @@ namespace HapticVLM
             url = toUrl;
             token = withToken;
             Disconnect();
-            if (isActiveAndEnabled) Connect();
+            if (isActiveAndEnabled && Active == this) Connect();
         }
 
         /// <summary>Ends the threads at once; the editor calls this before it reloads the scripts.</summary>
@@ -90,9 +102,8 @@ namespace HapticVLM
         {
             objects[target.ObjectId] = target;
             if (connection == null) return;
-            SceneObject stated = target.Describe();
-            if (!connection.Outbox.Scene.IsKnown(stated.Material)) WarnOfMaterial(target, stated.Material);
-            connection.Outbox.Scene.Put(stated);
+            UnknownMaterials.Warn(target, connection);
+            connection.Outbox.Scene.Put(target.Describe());
             connection.Outbox.Wake();
         }
 
@@ -109,26 +120,40 @@ namespace HapticVLM
         [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.SubsystemRegistration)]
         static void ForgetLastPlay()
         {
-            Active = null; // without domain reload it would still name the client of the last play
+            All.Clear(); // without domain reload they would still be those of the last play
         }
 
         void OnEnable()
         {
-            if (Active != null && Active != this) Debug.LogWarning("HapticVLM: two Haptic Clients are active; the later one is used.", this);
-            Active = this;
-            Connect();
+            All.Add(this);
+            if (Active == this) Connect();
+            else if (!Active.keepBetweenScenes) Debug.LogWarning("HapticVLM: " + Waiting + ".", this);
+        }
+
+        void Start()
+        {
+            if (!keepBetweenScenes || !Application.isPlaying) return;
+            transform.SetParent(null, true); // only what is at the top of a scene can be kept
+            DontDestroyOnLoad(gameObject);
         }
 
         void OnDisable()
         {
-            if (Active == this) Active = null;
+            bool wasActive = Active == this;
+            All.Remove(this);
             Disconnect();
+            if (wasActive && Active != null) Active.Connect();
+        }
+
+        string Waiting
+        {
+            get { return "the Haptic Client '" + Active.name + "' connects for all scenes; '" + name + "' waits until it is gone"; }
         }
 
         void OnApplicationPause(bool isPaused)
         {
             if (isPaused) Disconnect();
-            else if (isActiveAndEnabled && connection == null) Connect();
+            else if (isActiveAndEnabled && Active == this && connection == null) Connect();
         }
 
         void OnValidate()
@@ -165,6 +190,7 @@ namespace HapticVLM
             connection.Arrivals.Refused += OnRefused;
             connection.Arrivals.Failed += OnFailed;
             connection.Arrivals.StateChanged += OnStateChanged;
+            connection.Arrivals.OwnershipChanged += OnOwnershipChanged;
             log.Restart();
             TellSettings();
             objects.Clear();
@@ -232,27 +258,18 @@ namespace HapticVLM
 
         void OnStateChanged(LinkState state)
         {
-            if (state == LinkState.Ready) WarnOfMaterials();
+            if (state == LinkState.Ready) UnknownMaterials.Warn(objects.Values, connection);
             else ControllerHaptics.SilenceAll();
             awaitsStop = false;
             if (LinkChanged != null) LinkChanged(state);
             onLinkChanged.Invoke(state);
         }
 
-        void WarnOfMaterials()
+        void OnOwnershipChanged(bool isOwner)
         {
-            foreach (HapticObject target in objects.Values)
-            {
-                string material = target.StatedMaterial;
-                if (!connection.Outbox.Scene.IsKnown(material)) WarnOfMaterial(target, material);
-            }
-        }
-
-        void WarnOfMaterial(HapticObject target, string material)
-        {
-            Welcome welcome = connection.Welcome;
-            string known = welcome == null ? "" : "; it knows " + string.Join(", ", welcome.Materials.ToArray());
-            Debug.LogWarning("HapticVLM: the service knows no material '" + material + "'" + known, target);
+            if (!isOwner) ControllerHaptics.SilenceAll();
+            log.Owned(isOwner, this);
+            if (OwnershipChanged != null) OwnershipChanged(isOwner);
         }
     }
 }

@@ -9,18 +9,18 @@ namespace HapticVLM
         const double SureFrom = 0.6; // confidence of a decision that needs no more views
 
         readonly Dictionary<string, int> views = new Dictionary<string, int>();
-        int openings = -1;
+        int session;
         int viewsEach;
 
         /// <summary>Whether no object is left to show, as of the last Next.</summary>
         public bool IsDone { get; private set; }
 
         /// <summary>Starts over when the link is new: a new session knows nothing.</summary>
-        public void Follow(int nowOpenings, int nowViewsEach)
+        public void Follow(int nowSession, int nowViewsEach)
         {
             viewsEach = nowViewsEach;
-            if (nowOpenings == openings) return;
-            openings = nowOpenings;
+            if (nowSession == session) return;
+            session = nowSession;
             views.Clear();
             IsDone = false;
         }

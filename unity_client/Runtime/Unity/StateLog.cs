@@ -12,10 +12,12 @@ namespace HapticVLM
     internal sealed class StateLog
     {
         const int MostKept = 32;
+        const string NotFelt = "This one is felt as soon as the other is closed, or has touched nothing for 30 s when a hand of this one touches.";
 
         readonly HashSet<string> refused = new HashSet<string>();
         string reported;
         int openings;
+        bool isToldFelt;
 
         public void Restart()
         {
@@ -32,13 +34,22 @@ namespace HapticVLM
                 openings = connection.Openings;
                 reported = null;
                 refused.Clear();
-                Opened(connection.Welcome, url, client);
+                Opened(connection, url, client);
             }
             else if (connection.State == LinkState.Waiting && connection.LastError != reported)
             {
                 reported = connection.LastError;
                 Debug.LogWarning("HapticVLM: " + reported + ". It tries again by itself.", client);
             }
+        }
+
+        /// <summary>What changes after the welcome; that one is told with it.</summary>
+        public void Owned(bool isOwner, HapticClient client)
+        {
+            if (openings == 0 || isOwner == isToldFelt) return;
+            isToldFelt = isOwner;
+            if (isOwner) Debug.Log("HapticVLM: this scene owns the outputs now and is felt.", client);
+            else if (client.State == LinkState.Ready) Debug.LogWarning("HapticVLM: another scene took the outputs. " + NotFelt, client);
         }
 
         public void Refused(string text, HapticClient client)
@@ -56,24 +67,24 @@ namespace HapticVLM
         public string Status(HapticConnection connection, string url)
         {
             if (connection == null) return "not connected";
-            if (connection.State == LinkState.Ready) return Welcomed(connection.Welcome, url);
+            if (connection.State == LinkState.Ready) return Welcomed(connection, url);
             string why = connection.LastError;
             return "connecting to " + url + (why.Length > 0 ? ": " + why : "");
         }
 
-        static void Opened(Welcome welcome, string url, HapticClient client)
+        void Opened(HapticConnection connection, string url, HapticClient client)
         {
-            if (welcome.Owner) Debug.Log("HapticVLM: " + Welcomed(welcome, url), client);
-            else Debug.LogWarning("HapticVLM: " + Welcomed(welcome, url), client);
+            isToldFelt = connection.IsOwner;
+            if (isToldFelt) Debug.Log("HapticVLM: " + Welcomed(connection, url), client);
+            else Debug.LogWarning("HapticVLM: " + Welcomed(connection, url), client);
         }
 
-        static string Welcomed(Welcome welcome, string url)
+        static string Welcomed(HapticConnection connection, string url)
         {
+            Welcome welcome = connection.Welcome;
             string devices = "speaker " + Named(welcome.Devices.Speaker) + ", plate " + Named(welcome.Devices.Peltier);
             string state = "connected to " + url + ", " + devices;
-            if (welcome.Owner) return state;
-            return state + ". Another scene owns the outputs, so this one is decided but not felt: close the other, "
-                + "then disable and enable the Haptic Client.";
+            return connection.IsOwner ? state : state + ". Another scene owns the outputs. " + NotFelt;
         }
 
         static string Named(Device device)

@@ -319,13 +319,14 @@ namespace HapticVLM.Wire
         }
     }
 
-    public enum SetOwnership { Other, End, Take }
+    public enum SetOwnership { Other, End, Give, Take }
 
     internal static class SetOwnershipWire
     {
         static readonly byte[][] Texts =
         {
             MsgPackWriter.Encoded("end"),
+            MsgPackWriter.Encoded("give"),
             MsgPackWriter.Encoded("take"),
         };
 

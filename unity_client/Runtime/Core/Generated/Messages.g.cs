@@ -1862,8 +1862,9 @@ namespace HapticVLM.Wire
     /// <summary>Settings of this connection's session; `feel` and gains are the owner's alone.
     ///
     /// `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
-    /// nothing for 30 s; anybody may end the owner's connection. The event `ownership` says when the
-    /// outputs are free. Gains, `feel` and the touch are sent again after they were taken.</summary>
+    /// nothing for 30 s, and its owner may give them up, as a tool that only shows pictures does;
+    /// anybody may end the owner's connection. The event `ownership` says when the outputs are free.
+    /// Gains, `feel` and the touch are sent again after they were taken.</summary>
     public struct Set
     {
         public long Id;

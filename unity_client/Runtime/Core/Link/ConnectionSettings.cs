@@ -11,6 +11,9 @@ namespace HapticVLM
         public string ClientName = "unity";
         public string ClientVersion = "0.2.0";
         public HelloRole Role = HelloRole.Scene;
+
+        /// <summary>Whether this scene wants to be felt; a tool that only shows pictures gives the outputs up.</summary>
+        public bool WantsOutputs = true;
         public int ConnectTimeoutMs = 3000;
         public int SendTimeoutMs = 5000;
 

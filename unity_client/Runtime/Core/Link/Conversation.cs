@@ -192,6 +192,8 @@ namespace HapticVLM
                 Kind asked = outbox.Requests.Answered(id, now);
                 if (asked == Kind.Frame) outbox.Wake();
                 if (welcome == null) TakeGreeting(message, kind);
+                else if (kind == Kind.Ownership) TakeOwnership(message);
+                else if (asked == Kind.Set) TakeAnswer(kind);
                 else dispatcher.Add(message, kind);
             }
             catch (WireException)
@@ -217,6 +219,21 @@ namespace HapticVLM
                 lostBecause = said.Text;
                 greeted.Set();
             }
+        }
+
+        void TakeOwnership(ArraySegment<byte> message)
+        {
+            var reader = new MsgPackReader(message);
+            var said = new Ownership();
+            said.Read(ref reader, new StringPool());
+            outbox.Ownership.Follow(said.Owner, said.Free);
+            outbox.Wake();
+        }
+
+        /// <summary>A refusal needs no report: another scene was quicker, and the next event will come.</summary>
+        void TakeAnswer(Kind kind)
+        {
+            if (kind == Kind.Ok) outbox.OwnershipGranted();
         }
 
         void Heard()

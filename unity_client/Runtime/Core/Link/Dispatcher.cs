@@ -15,6 +15,7 @@ namespace HapticVLM
         readonly Error error = new Error();
         readonly Vibration vibration = new Vibration();
         LinkState told = LinkState.Closed;
+        bool wasOwner;
         long unreadable;
         Exception failure;
 
@@ -34,6 +35,9 @@ namespace HapticVLM
         public event Action<Error> Refused;
 
         public event Action<LinkState> StateChanged;
+
+        /// <summary>This scene is felt from now on, or no longer.</summary>
+        public event Action<bool> OwnershipChanged;
 
         /// <summary>Something could not be sent because of an error of this client; the link goes on or starts over.</summary>
         public event Action<Exception> Failed;
@@ -59,13 +63,18 @@ namespace HapticVLM
             if (kind != Kind.Ok && kind != Kind.Other && kind != Kind.View) inbox.Add(message, kind);
         }
 
-        internal void Pump(LinkState state, double budgetS)
+        internal void Pump(LinkState state, bool isOwner, double budgetS)
         {
             double until = Clock.Now + budgetS;
             if (state != told)
             {
                 told = state;
                 if (StateChanged != null) StateChanged(state);
+            }
+            if (isOwner != wasOwner)
+            {
+                wasOwner = isOwner;
+                if (OwnershipChanged != null) OwnershipChanged(isOwner);
             }
             Exception failed = Interlocked.Exchange(ref failure, null);
             if (failed != null && Failed != null) Failed(failed);

@@ -6,7 +6,7 @@ namespace HapticVLM
     /// <summary>
     /// Turns what the colliders of one hand meet into touches: contact at the first, slide to renew
     /// the lease and to change target, release after the last; approach before. After a reconnect it
-    /// sends again what the hand touches. A contact is known by who met it (a finger) and what it met
+    /// sends again what the hand touches, and so it does when the outputs become this scene's. A contact is known by who met it (a finger) and what it met
     /// (a collider), so all fingers of a hand are one touch.
     /// </summary>
     public sealed class HandTouches
@@ -44,7 +44,7 @@ namespace HapticVLM
         double freeSpeedMps;
         int count;
         double dueAt;
-        int openings;
+        int epoch;
 
         public HandTouches(HandName hand, double renewalsPerS)
         {
@@ -158,9 +158,10 @@ namespace HapticVLM
         public void Tick(double now, HapticConnection to)
         {
             if (to == null || to.State != LinkState.Ready) return;
-            bool isNewLink = openings != to.Openings;
-            openings = to.Openings;
-            if (count > 0 && isNewLink) Send(Phase.Contact, gesture ?? ByContact(contacts[count - 1].SpeedMps), to);
+            bool isNew = epoch != to.Outbox.Ownership.Epoch;
+            epoch = to.Outbox.Ownership.Epoch;
+            if (count > 0 && isNew) Send(Phase.Contact, gesture ?? ByContact(contacts[count - 1].SpeedMps), to);
+            else if (isNew) Release(to); // a stop holds until a hand lets go, whatever session it was in
             else if (now < dueAt) return;
             else if (count > 0) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
             else if (gesture == Interaction.Swing || near.ObjectId != null) Send(Phase.Approach, Approaching, to);

@@ -14,6 +14,7 @@ namespace HapticVLM
         const int CloseTimeoutMs = 500;
 
         static int threads;
+        static int sessions;
 
         readonly ConnectionSettings settings;
         readonly ManualResetEvent closing = new ManualResetEvent(false);
@@ -25,13 +26,15 @@ namespace HapticVLM
         volatile string lastError = "";
         volatile int state;
         volatile int openings;
+        volatile int session;
         long touchesRefused;
 
-        public readonly Outbox Outbox = new Outbox();
+        public readonly Outbox Outbox;
 
         public HapticConnection(ConnectionSettings settings)
         {
             this.settings = settings;
+            Outbox = new Outbox(settings.WantsOutputs);
             backoff = new Backoff(settings.FirstRetryS, settings.LongestRetryS, GetHashCode() ^ Environment.TickCount);
         }
 
@@ -43,13 +46,22 @@ namespace HapticVLM
         /// <summary>How often a link was made and welcomed.</summary>
         public int Openings { get { return openings; } }
 
+        /// <summary>
+        /// Number of the session, from 1: another with every welcome, and no two connections of this
+        /// process share one. A new session knows no object and no picture.
+        /// </summary>
+        public int Session { get { return session; } }
+
+        /// <summary>Whether this scene is felt: one scene owns the outputs of a service.</summary>
+        public bool IsOwner { get { return State == LinkState.Ready && Outbox.Ownership.IsOwner; } }
+
         /// <summary>Why the last link ended or could not be made; empty if none did.</summary>
         public string LastError { get { return lastError; } }
 
         /// <summary>What the service last said of itself; null before the first welcome.</summary>
         public Welcome Welcome { get { return welcome; } }
 
-        /// <summary>Touches given while there was no link, and not sent.</summary>
+        /// <summary>Touches given while there was no link or another scene owned the outputs, and not sent.</summary>
         public long TouchesRefused { get { return Interlocked.Read(ref touchesRefused); } }
 
         /// <summary>What arrived: events and counts.</summary>
@@ -81,22 +93,24 @@ namespace HapticVLM
         /// <summary>Raises the events of what arrived, for at most this long. Main thread.</summary>
         public void Pump(double budgetS = 0.001)
         {
-            dispatcher.Pump(State, budgetS);
+            dispatcher.Pump(State, IsOwner, budgetS);
         }
 
         /// <summary>
-        /// Sends a touch, whose captured_at is of Clock; false if there is no link. A touch of the past
-        /// is of no use, so none is kept for later. A ring full of contacts and releases means that
-        /// the link is dead: it is given up. Throws WireException when it names no hand or no phase.
+        /// Sends a touch, whose captured_at is of Clock; false if there is no link, or another scene owns
+        /// the outputs, which are then asked for. A touch of the past is of no use, so none is kept for
+        /// later. A ring full of contacts and releases means that the link is dead: it is given up. Throws WireException when it names no hand or no phase.
         /// </summary>
         public bool Send(ref Touch touch)
         {
             if (touch.Hand == HandName.Other || touch.Phase == Phase.Other)
                 throw new WireException("a touch has a hand, left or right, and a phase");
             Conversation with = conversation;
-            if (with == null)
+            if (with == null || !Outbox.Ownership.IsOwner)
             {
+                if (touch.Phase == Phase.Contact || touch.Phase == Phase.Slide) Outbox.Ownership.AskForTouch(Clock.Now);
                 Interlocked.Increment(ref touchesRefused);
+                Flush();
                 return false;
             }
             touch.ObjectId = WireText.Within(touch.ObjectId, Touch.ObjectIdMaxLength);
@@ -181,6 +195,7 @@ namespace HapticVLM
             welcome = with.Greet(closing);
             Outbox.Restart(welcome);
             conversation = with;
+            session = Interlocked.Increment(ref sessions);
             state = (int)LinkState.Ready;
             openings++;
             backoff.Reset();

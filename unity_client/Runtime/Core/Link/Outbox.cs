@@ -5,7 +5,7 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// Everything that waits to be sent, in order of urgency: stop, settings, scene, touch, frame.
+    /// Everything that waits to be sent, in order of urgency: stop, ownership, settings, scene, touch, frame.
     /// The scene goes before touches, so that no touch meets an object the service does not know.
     /// </summary>
     public sealed class Outbox
@@ -16,6 +16,8 @@ namespace HapticVLM
         public readonly Requests Requests = new Requests();
         public readonly RequestIds Ids = new RequestIds();
 
+        public readonly OutputOwnership Ownership;
+
         readonly AutoResetEvent somethingNew = new AutoResetEvent(false);
         readonly MsgPackWriter writer = new MsgPackWriter(4096);
         readonly object gate = new object();
@@ -25,6 +27,11 @@ namespace HapticVLM
         bool feelChanged;
         Scope stop;
 
+        public Outbox(bool wantsOutputs = true)
+        {
+            Ownership = new OutputOwnership(wantsOutputs);
+        }
+
         /// <summary>Asks for rest; of several scopes not sent yet all are meant.</summary>
         public void Stop(Scope scope)
         {
@@ -32,7 +39,7 @@ namespace HapticVLM
             Wake();
         }
 
-        /// <summary>Gains, 0..1; they are told again after a reconnect.</summary>
+        /// <summary>Gains, 0..1; they are told again whenever the outputs become this scene's.</summary>
         public void SetGains(double vibration, double thermal)
         {
             lock (gate)
@@ -46,7 +53,7 @@ namespace HapticVLM
 
         /// <summary>
         /// Which hands' vibration to send, and in which form; null for none. A message of its own, since
-        /// a service of before refuses it. It goes out again after a reconnect.
+        /// a service of before refuses it. It goes out again whenever the outputs become this scene's.
         /// </summary>
         public void SetFeel(FeelForm? left, FeelForm? right)
         {
@@ -78,10 +85,24 @@ namespace HapticVLM
             Frames.Clear();
             Requests.Restart();
             Scene.Restart(welcome.Materials);
+            Ownership.Restart(welcome.Owner);
+            TellSettingsAgain();
+        }
+
+        /// <summary>The service did as was asked: the outputs are this scene's, or given up.</summary>
+        internal void OwnershipGranted()
+        {
+            Ownership.Granted();
+            TellSettingsAgain();
+            Wake();
+        }
+
+        void TellSettingsAgain()
+        {
             lock (gate)
             {
-                settingsChanged = welcome.Owner && settings.VibrationGain != null;
-                feelChanged = welcome.Owner && (feel.Left != null || feel.Right != null);
+                settingsChanged = settings.VibrationGain != null;
+                feelChanged = feel.Left != null || feel.Right != null;
             }
         }
 
@@ -89,7 +110,7 @@ namespace HapticVLM
         public MsgPackWriter Next(double now)
         {
             writer.Reset();
-            if (WriteStop() || WriteSettings() || WriteFeel() || Scene.Write(writer, Ids) || WriteTouch()) return writer;
+            if (WriteStop() || WriteOwnership() || WriteSettings() || WriteFeel() || Scene.Write(writer, Ids) || WriteTouch()) return writer;
             return Requests.MaySendFrame(now) ? TakeFrame(now) : null;
         }
 
@@ -105,11 +126,21 @@ namespace HapticVLM
             }
         }
 
+        bool WriteOwnership()
+        {
+            SetOwnership wanted = Ownership.Next();
+            if (wanted == SetOwnership.Other) return false;
+            var message = new Set { Id = Ids.Next(), Ownership = wanted };
+            message.Write(writer);
+            Requests.Sent(message.Id, Kind.Set, Clock.Now);
+            return true;
+        }
+
         bool WriteSettings()
         {
             lock (gate)
             {
-                if (!settingsChanged) return false;
+                if (!settingsChanged || !Ownership.IsOwner) return false;
                 settingsChanged = false;
                 settings.Id = Ids.Next();
                 settings.Write(writer);
@@ -121,7 +152,7 @@ namespace HapticVLM
         {
             lock (gate)
             {
-                if (!feelChanged) return false;
+                if (!feelChanged || !Ownership.IsOwner) return false;
                 feelChanged = false;
                 new Set { Id = Ids.Next(), Feel = feel }.Write(writer);
                 return true;

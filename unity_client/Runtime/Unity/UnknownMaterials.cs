@@ -1,0 +1,24 @@
+using System.Collections.Generic;
+using HapticVLM.Wire;
+using UnityEngine;
+
+namespace HapticVLM
+{
+    /// <summary>Says in the console which stated materials the service does not know.</summary>
+    internal static class UnknownMaterials
+    {
+        public static void Warn(ICollection<HapticObject> objects, HapticConnection connection)
+        {
+            foreach (HapticObject target in objects) Warn(target, connection);
+        }
+
+        public static void Warn(HapticObject target, HapticConnection connection)
+        {
+            string material = target.StatedMaterial;
+            if (connection.Outbox.Scene.IsKnown(material)) return;
+            Welcome welcome = connection.Welcome;
+            string known = welcome == null ? "" : "; it knows " + string.Join(", ", welcome.Materials.ToArray());
+            Debug.LogWarning("HapticVLM: the service knows no material '" + material + "'" + known, target);
+        }
+    }
+}
