@@ -60,6 +60,20 @@ def test_meta_s_parametric_haptics_are_streamed_as_its_page_asks(build):
     assert (stop[0], stop[3]) == ("0", "0.00")
 
 
+def test_every_assembly_is_there_on_every_platform_of_those_that_refer_to_it():
+    definitions = {
+        each["name"]: each
+        for each in (json.loads(path.read_text()) for path in PACKAGE.rglob("*.asmdef"))
+    }
+    assert len(definitions) >= 8
+    for definition in definitions.values():
+        for name in set(definition["references"]) & set(definitions):
+            referred = definitions[name]
+            assert not referred["excludePlatforms"], f"{name} is missing for its users there"
+            only = referred["includePlatforms"]
+            assert not only or definition["includePlatforms"] == only, (definition["name"], name)
+
+
 def test_every_meta_file_is_current():
     script = PACKAGE / "Tools~" / "metas.py"
     subprocess.run([sys.executable, str(script), "--check"], check=True, timeout=60)

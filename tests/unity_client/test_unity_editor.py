@@ -38,7 +38,16 @@ def test_inspectors_warn_and_offer_materials_beside_free_text(build):
     assert "Warning: Not felt: it has no collider, so no hand can touch it" in said
     assert "Warning: Not felt: it has no collider: add a Sphere Collider" in said
     assert "chosen metal" in said
-    assert said.rstrip().endswith("Material: [another ...]")  # what the list does not have
+    assert "Material: [another ...]" in said  # what the list does not have
+    assert "several True looked at metal 15 chosen wood 30" in said
+
+
+def test_the_window_of_10_000_objects_draws_the_rows_in_sight(build):
+    found = re.search(
+        r"rows (\d+) last True Scene: 10001", build.run("components.exe", "large-scene", NOBODY)
+    )
+    assert found
+    assert 10 < int(found.group(1)) < 30
 
 
 def test_the_editor_offers_the_materials_of_the_service():

@@ -8,12 +8,15 @@ namespace HapticVLM.Editor
     /// <summary>Window > HapticVLM: the connection, live decisions, the plate, and a stop button.</summary>
     public sealed class HapticWindow : EditorWindow
     {
+        const float ListHeight = 300f;
+
         [SerializeField] string url = "ws://127.0.0.1:8790/";
         [SerializeField] string token = "";
 
         Observer observer;
         SceneScan scan;
         Vector2 scroll, listScroll;
+        List<HapticObject> objects; // null: to be looked for again
 
         [MenuItem("Window/HapticVLM")]
         static void Open()
@@ -25,6 +28,8 @@ namespace HapticVLM.Editor
         {
             EditorApplication.update += Pump;
             EditorApplication.playModeStateChanged += OnPlayMode;
+            EditorApplication.hierarchyChanged += LookAgain;
+            LookAgain();
             Connect();
         }
 
@@ -32,6 +37,7 @@ namespace HapticVLM.Editor
         {
             EditorApplication.update -= Pump;
             EditorApplication.playModeStateChanged -= OnPlayMode;
+            EditorApplication.hierarchyChanged -= LookAgain;
             if (scan != null) scan.End();
             Disconnect();
         }
@@ -51,15 +57,31 @@ namespace HapticVLM.Editor
 
         void ShowScene()
         {
-            List<HapticObject> objects = SceneParts.All<HapticObject>();
+            if (objects == null) objects = SceneParts.All<HapticObject>();
+            objects.RemoveAll(shown => shown == null);
             EditorGUILayout.LabelField("Scene: " + objects.Count + " Haptic Objects", EditorStyles.boldLabel);
             if (objects.Count == 0) EditorGUILayout.HelpBox("None yet: choose GameObject > HapticVLM > Set Up Scene.", MessageType.Info);
             if (scan != null) EditorGUILayout.LabelField("Scan", scan.Status);
             if (!Application.isPlaying && GUILayout.Button("Scan scene")) Scan(objects);
             if (!Application.isPlaying && GUILayout.Button("Forget the scan")) Forget(objects);
-            listScroll = EditorGUILayout.BeginScrollView(listScroll);
-            foreach (HapticObject shown in objects) ScanRow.Show(shown);
+            ShowRows();
+        }
+
+        /// <summary>Draws the rows in sight alone: this is called many times a second, whatever the size of the scene.</summary>
+        void ShowRows()
+        {
+            listScroll = EditorGUILayout.BeginScrollView(listScroll, GUILayout.Height(ListHeight));
+            int first = Math.Max(0, Math.Min((int)(listScroll.y / ScanRow.Height), objects.Count - 1));
+            int end = Math.Min(objects.Count, first + (int)(ListHeight / ScanRow.Height) + 2);
+            GUILayout.Space(first * ScanRow.Height);
+            for (int i = first; i < end; i++) ScanRow.Show(objects[i]);
+            GUILayout.Space((objects.Count - end) * ScanRow.Height);
             EditorGUILayout.EndScrollView();
+        }
+
+        void LookAgain()
+        {
+            objects = null;
         }
 
         void Scan(List<HapticObject> objects)
@@ -71,12 +93,7 @@ namespace HapticVLM.Editor
 
         static void Forget(List<HapticObject> objects)
         {
-            foreach (HapticObject shown in objects)
-            {
-                Undo.RecordObject(shown, "Forget the scan");
-                shown.KeepScan("", "", 0.0);
-                EditorUtility.SetDirty(shown);
-            }
+            foreach (HapticObject shown in objects) Kept.Change(shown, "Forget the scan", () => shown.KeepScan("", "", 0.0));
         }
 
         void ShowConnection()

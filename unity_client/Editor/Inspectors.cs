@@ -29,7 +29,7 @@ namespace HapticVLM.Editor
         }
     }
 
-    [CustomEditor(typeof(HapticHand))]
+    [CustomEditor(typeof(HapticHand)), CanEditMultipleObjects]
     internal sealed class HapticHandInspector : UnityEditor.Editor
     {
         public override void OnInspectorGUI()
@@ -87,20 +87,29 @@ namespace HapticVLM.Editor
         }
     }
 
-    [CustomEditor(typeof(HapticObject))]
+    [CustomEditor(typeof(HapticObject)), CanEditMultipleObjects]
     internal sealed class HapticObjectInspector : UnityEditor.Editor
     {
         public override void OnInspectorGUI()
         {
             var shown = (HapticObject)target;
             serializedObject.Update();
-            SerializedProperty material = serializedObject.FindProperty("material");
-            material.stringValue = MaterialNames.Field("Material", material.stringValue);
+            ShowMaterial(serializedObject.FindProperty("material"));
             DrawPropertiesExcluding(serializedObject, "m_Script", "material");
             serializedObject.ApplyModifiedProperties();
+            if (targets.Length > 1) return;
             Notes.Problem(shown.Problem);
             if (shown.ScannedMaterial.Length > 0) EditorGUILayout.LabelField("Scanned", ScanRow.Describe(shown));
             if (shown.Material != null) EditorGUILayout.LabelField("Decided", shown.Material + ", by " + shown.Source + ", " + shown.Confidence.ToString("P0"));
+        }
+
+        /// <summary>Of several objects only a choice changes the materials: looking at them must not make all one.</summary>
+        static void ShowMaterial(SerializedProperty material)
+        {
+            EditorGUI.showMixedValue = material.hasMultipleDifferentValues;
+            string before = material.stringValue, chosen = MaterialNames.Field("Material", before);
+            EditorGUI.showMixedValue = false;
+            if (chosen != before) material.stringValue = chosen;
         }
     }
 }

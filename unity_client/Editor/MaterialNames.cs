@@ -12,26 +12,38 @@ namespace HapticVLM.Editor
 
         static readonly string[] Shipped = { "wood", "glass", "fabric", "metal", "plastic", "stone", "ceramic", "paper", "leather", "rubber", "foliage" };
 
-        static string[] known = Shipped;
+        static string[] options = Options(Shipped);
 
         public static void Take(List<string> named)
         {
-            if (named.Count > 0) known = named.ToArray();
+            if (named.Count > 0 && named.Count + 2 != options.Length) options = Options(named);
+            for (int i = 0; i < named.Count; i++)
+            {
+                if (named[i] == options[i + 1]) continue;
+                options = Options(named);
+                return;
+            }
         }
 
         /// <summary>A drop-down with free text for what it does not list; returns what was chosen.</summary>
         public static string Field(string label, string material)
         {
             material = material ?? "";
-            var options = new List<string> { ByService };
-            options.AddRange(known);
-            options.Add(Another);
-            int at = material.Length == 0 ? 0 : options.IndexOf(material);
-            int chosen = EditorGUILayout.Popup(label, at < 0 ? options.Count - 1 : at, options.ToArray());
+            int another = options.Length - 1;
+            int at = material.Length == 0 ? 0 : Array.IndexOf(options, material);
+            int chosen = EditorGUILayout.Popup(label, at < 0 ? another : at, options);
             if (chosen == 0) return "";
-            if (chosen < options.Count - 1) return options[chosen];
+            if (chosen < another) return options[chosen];
             string typed = EditorGUILayout.TextField(" ", at > 0 ? " " : material);
             return typed.Length > 0 ? typed : " "; // a space keeps the field open until something is typed
+        }
+
+        static string[] Options(ICollection<string> named)
+        {
+            var all = new List<string> { ByService };
+            all.AddRange(named);
+            all.Add(Another);
+            return all.ToArray();
         }
     }
 }

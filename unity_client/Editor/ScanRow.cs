@@ -1,10 +1,10 @@
-using UnityEditor;
-
 namespace HapticVLM.Editor
 {
     /// <summary>One object in the list of the scene: what a scan found, and what a person makes of it.</summary>
     internal static class ScanRow
     {
+        public const float Height = 20f; // a popup and its margin
+
         public static string Describe(HapticObject shown)
         {
             return shown.ScannedMaterial + ", by " + shown.ScannedBy + ", " + shown.ScannedConfidence.ToString("P0");
@@ -16,9 +16,7 @@ namespace HapticVLM.Editor
             string label = shown.ScannedMaterial.Length > 0 ? shown.name + ": " + Describe(shown) : shown.name + ": not scanned";
             string chosen = MaterialNames.Field(label, before);
             if (chosen == before) return;
-            Undo.RecordObject(shown, "Choose material");
-            shown.ChosenMaterial = chosen;
-            EditorUtility.SetDirty(shown);
+            Kept.Change(shown, "Choose material", () => shown.ChosenMaterial = chosen);
         }
     }
 }

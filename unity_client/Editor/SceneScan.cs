@@ -1,7 +1,6 @@
 using System;
 using System.Collections.Generic;
 using HapticVLM.Wire;
-using UnityEditor;
 using UnityEditor.SceneManagement;
 
 namespace HapticVLM.Editor
@@ -77,8 +76,7 @@ namespace HapticVLM.Editor
         {
             if (string.IsNullOrEmpty(shown.ObjectId) || byId.ContainsKey(shown.ObjectId))
             {
-                Undo.RecordObject(shown, "Renew id"); // a duplicated object has the id of its original
-                shown.RenewId();
+                Kept.Change(shown, "Renew id", shown.RenewId); // a duplicated object has the id of its original
             }
             byId[shown.ObjectId] = shown;
             connection.Outbox.Scene.Put(shown.Describe());
@@ -104,9 +102,7 @@ namespace HapticVLM.Editor
             shown.Take(decision);
             if (decision.Source == Rung.Unknown || decision.Source == Rung.Other) return;
             if (shown.ScannedMaterial.Length == 0) Tagged++;
-            Undo.RecordObject(shown, "Scan scene");
-            shown.KeepScan(decision.Material, decision.Source.ToString(), decision.Confidence);
-            EditorUtility.SetDirty(shown);
+            Kept.Change(shown, "Scan scene", () => shown.KeepScan(decision.Material, decision.Source.ToString(), decision.Confidence));
             EditorSceneManager.MarkSceneDirty(shown.gameObject.scene);
         }
     }

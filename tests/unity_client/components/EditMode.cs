@@ -20,6 +20,7 @@ public static class EditMode
             case "setup-camera": SetUp(null); break;
             case "inspectors": Inspectors(); break;
             case "scene-scan": Scan(url); break;
+            case "large-scene": LargeScene(); break;
         }
     }
 
@@ -124,6 +125,48 @@ public static class EditMode
         mug.State("unobtainium");
         Show("HapticObjectInspector", mug);
         foreach (string line in EditorGUILayout.Shown) Components.Say(line);
+        Several();
+    }
+
+    // Thirty chairs of several materials: looking changes nothing, a choice changes all.
+    static void Several()
+    {
+        var chairs = new UnityEngine.Object[30];
+        for (int i = 0; i < chairs.Length; i++)
+        {
+            var chair = Box("Chair" + i).AddComponent<HapticObject>();
+            if (i % 2 == 1) chair.State("metal");
+            chairs[i] = chair;
+        }
+        var shown = (UnityEditor.Editor)Activator.CreateInstance(typeof(HapticWindow).Assembly.GetType("HapticVLM.Editor.HapticObjectInspector"));
+        bool takesSeveral = Attribute.IsDefined(shown.GetType(), typeof(CanEditMultipleObjects));
+        shown.targets = chairs;
+        shown.OnInspectorGUI();
+        int metal = Array.FindAll(chairs, chair => ((HapticObject)chair).StatedMaterial == "metal").Length;
+        EditorGUILayout.Chosen = "wood";
+        EditorGUILayout.ChosenFor = "Material";
+        shown.OnInspectorGUI();
+        int wood = Array.FindAll(chairs, chair => ((HapticObject)chair).StatedMaterial == "wood").Length;
+        Components.Say("several " + takesSeveral + " looked at metal " + metal + " chosen wood " + wood);
+    }
+
+    // The window of a scene of 10,000 objects draws the rows in sight, and finds one that was added.
+    static void LargeScene()
+    {
+        for (int i = 0; i < 10000; i++) Child(null, "Thing" + i).AddComponent<HapticObject>();
+        var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
+        Call(window, "OnEnable");
+        Call(window, "OnGUI");
+        int rows = EditorGUILayout.Shown.FindAll(line => line.Contains("not scanned")).Count;
+        Components.Private(window, "listScroll", new Vector2(0f, 200000f));
+        EditorGUILayout.Shown.Clear();
+        Call(window, "OnGUI");
+        bool hasLast = EditorGUILayout.Shown.Exists(line => line.StartsWith("Thing9999:"));
+        Child(null, "Added").AddComponent<HapticObject>();
+        EditorApplication.ChangeHierarchy();
+        Call(window, "OnGUI");
+        Components.Say("rows " + rows + " last " + hasLast + " " + EditorGUILayout.Shown.Find(line => line.Contains("10001 Haptic Objects")));
+        Call(window, "OnDisable");
     }
 
     static void Show(string inspector, MonoBehaviour target)
@@ -139,6 +182,7 @@ public static class EditMode
         HapticObject oak = Tagged("OakPlanks"), kettle = Tagged("SteelKettle"), stated = Tagged("Thing");
         Components.Private(kettle, "objectId", oak.ObjectId);
         Components.Private(stated, "material", "glass");
+        foreach (HapticObject part in new[] { oak, kettle, stated }) PrefabUtility.MakeInstance(part);
         var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
         Components.Private(window, "url", url);
         Call(window, "OnEnable");
@@ -150,12 +194,14 @@ public static class EditMode
             Player.Tick();
             Thread.Sleep(3);
         }
+        PrefabUtility.SaveAndReload();
         foreach (string line in EditorGUILayout.Shown.FindAll(line => line.Contains("tagged") || line.Contains(", by "))) Components.Say(line);
         Components.Say("ids_differ " + (oak.ObjectId != kettle.ObjectId) + " stated " + oak.StatedMaterial + " " + kettle.StatedMaterial + " " + stated.StatedMaterial
             + " saved " + (EditorUtility.Dirty > 0 && UnityEditor.SceneManagement.EditorSceneManager.Marked > 0) + " exceptions " + Debug.Exceptions + " errors " + Debug.Errors);
         EditorGUILayout.Chosen = "fabric";
         EditorGUILayout.ChosenFor = "OakPlanks";
         Call(window, "OnGUI");
+        PrefabUtility.SaveAndReload();
         Components.Say("after review " + oak.StatedMaterial);
         Call(window, "OnDisable");
         Components.Say("left textures " + RenderTexture.Live);

@@ -108,7 +108,7 @@ public static class Owners
         holder.SetActive(true);
         Components.RunFor(2);
         HapticClient next = Components.Client(url);
-        Components.Say("kept " + Object.Kept.Contains(holder) + " of next " + (HapticClient.Active == kept) + " " + next.State + " warnings " + Debug.Warnings);
+        Components.Say("kept " + Object.KeptAcrossScenes.Contains(holder) + " of next " + (HapticClient.Active == kept) + " " + next.State + " warnings " + Debug.Warnings);
         Object.Destroy(next.gameObject);
         Object.Destroy(holder);
     }

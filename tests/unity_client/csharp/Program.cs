@@ -11,6 +11,7 @@ public static class Program
             case "fuzz": return Golden.Fuzz(Console.In, int.Parse(arguments[1]), int.Parse(arguments[2]));
             case "round-trips": return Scenes.RoundTrips(arguments[1], int.Parse(arguments[2]));
             case "allocations": return Allocations.PerFrame(int.Parse(arguments[1]));
+            case "large": return Large.Build(int.Parse(arguments[1]));
             case "refused": return Scenes.Refused(arguments[1]);
             case "restarts": return Scenes.Restarts(arguments[1], int.Parse(arguments[2]));
             case "bare": return Bare.Soak(arguments[1], arguments[2], int.Parse(arguments[3]), double.Parse(arguments[4]));

@@ -58,6 +58,38 @@ namespace UnityEditor
         public static GameObject[] gameObjects { get; set; } = new GameObject[0];
     }
 
+    // An instance of a prefab keeps what was recorded as different from it; a reload loses the rest.
+    public static class PrefabUtility
+    {
+        static readonly Dictionary<UnityEngine.Object, Dictionary<System.Reflection.FieldInfo, object>> Saved = new Dictionary<UnityEngine.Object, Dictionary<System.Reflection.FieldInfo, object>>();
+
+        public static void MakeInstance(UnityEngine.Object part)
+        {
+            Saved[part] = null;
+            RecordPrefabInstancePropertyModifications(part);
+        }
+
+        public static void RecordPrefabInstancePropertyModifications(UnityEngine.Object targetObject)
+        {
+            if (!Saved.ContainsKey(targetObject)) return;
+            var values = new Dictionary<System.Reflection.FieldInfo, object>();
+            const System.Reflection.BindingFlags Inner = System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic;
+            foreach (System.Reflection.FieldInfo field in targetObject.GetType().GetFields(Inner))
+            {
+                if (Attribute.IsDefined(field, typeof(SerializeField))) values[field] = field.GetValue(targetObject);
+            }
+            Saved[targetObject] = values;
+        }
+
+        public static void SaveAndReload()
+        {
+            foreach (var part in Saved)
+            {
+                foreach (var value in part.Value) value.Key.SetValue(part.Key, value.Value);
+            }
+        }
+    }
+
     public static class EditorUtility
     {
         public static int Dirty;
@@ -65,17 +97,24 @@ namespace UnityEditor
         public static void SetDirty(UnityEngine.Object target) { Dirty++; }
     }
 
+    // Of several objects the first one's value is read, and all are written.
     public class SerializedProperty
     {
-        internal object Of;
+        internal UnityEngine.Object[] Of;
         internal System.Reflection.FieldInfo Field;
 
-        public string stringValue { get { return (string)Field.GetValue(Of); } set { Field.SetValue(Of, value); } }
+        public string stringValue
+        {
+            get { return (string)Field.GetValue(Of[0]); }
+            set { foreach (UnityEngine.Object one in Of) Field.SetValue(one, value); }
+        }
+
+        public bool hasMultipleDifferentValues { get { return Array.Exists(Of, one => !Equals(Field.GetValue(one), Field.GetValue(Of[0]))); } }
     }
 
     public class SerializedObject
     {
-        internal object Of;
+        internal UnityEngine.Object[] Of;
 
         public void Update() { }
         public bool ApplyModifiedProperties() { return true; }
@@ -83,14 +122,15 @@ namespace UnityEditor
         public SerializedProperty FindProperty(string propertyPath)
         {
             const System.Reflection.BindingFlags Inner = System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic;
-            return new SerializedProperty { Of = Of, Field = Of.GetType().GetField(propertyPath, Inner) };
+            return new SerializedProperty { Of = Of, Field = Of[0].GetType().GetField(propertyPath, Inner) };
         }
     }
 
     public class Editor : ScriptableObject
     {
-        public UnityEngine.Object target { get; set; }
-        public SerializedObject serializedObject { get { return new SerializedObject { Of = target }; } }
+        public UnityEngine.Object target { get { return targets[0]; } set { targets = new[] { value }; } }
+        public UnityEngine.Object[] targets { get; set; }
+        public SerializedObject serializedObject { get { return new SerializedObject { Of = targets }; } }
 
         public virtual void OnInspectorGUI() { }
         public virtual bool RequiresConstantRepaint() { return false; }
@@ -113,6 +153,9 @@ namespace UnityEditor
     public static class EditorApplication
     {
         public static event Action<PlayModeStateChange> playModeStateChanged;
+        public static event Action hierarchyChanged;
+
+        public static void ChangeHierarchy() { if (hierarchyChanged != null) hierarchyChanged(); }
 
         public static void Change(PlayModeStateChange change) { if (playModeStateChanged != null) playModeStateChanged(change); }
 
@@ -151,6 +194,11 @@ namespace UnityEditor
     public static class EditorStyles
     {
         public static GUIStyle boldLabel { get { return null; } }
+    }
+
+    public static class EditorGUI
+    {
+        public static bool showMixedValue { get; set; }
     }
 
     public static class EditorGUILayout

@@ -16,6 +16,7 @@ namespace UnityEngine
         public static readonly System.Collections.Generic.List<string> Labels = new System.Collections.Generic.List<string>();
 
         public static void Label(string text, params GUILayoutOption[] options) { Labels.Add(text); }
+        public static void Space(float pixels) { }
         public static GUILayoutOption Height(float height) { return null; }
 
         public static bool Button(string text, params GUILayoutOption[] options)

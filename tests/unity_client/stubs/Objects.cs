@@ -21,12 +21,12 @@ namespace UnityEngine
             Player.Destroy(dead);
         }
 
-        public static readonly System.Collections.Generic.List<Object> Kept = new System.Collections.Generic.List<Object>();
+        public static readonly System.Collections.Generic.List<Object> KeptAcrossScenes = new System.Collections.Generic.List<Object>();
 
         public static void DontDestroyOnLoad(Object target)
         {
             if (((GameObject)target).Parent != null) Debug.LogError("DontDestroyOnLoad only works for root GameObjects", target);
-            Kept.Add(target);
+            KeptAcrossScenes.Add(target);
         }
 
         public static void DestroyImmediate(Object dead)

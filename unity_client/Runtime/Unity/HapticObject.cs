@@ -39,6 +39,8 @@ namespace HapticVLM
 
         [SerializeField] DecisionEvent onDecision = new DecisionEvent();
 
+        int place; // in All, so that leaving it costs the same in a scene of any size
+
         internal static readonly List<HapticObject> All = new List<HapticObject>();
         static readonly Dictionary<string, HapticObject> Ids = new Dictionary<string, HapticObject>();
 
@@ -157,6 +159,7 @@ namespace HapticVLM
         {
             MakeIdUnique();
             Ids[objectId] = this;
+            place = All.Count;
             All.Add(this);
             if (HapticClient.Active != null) HapticClient.Active.Put(this);
         }
@@ -170,7 +173,10 @@ namespace HapticVLM
         void OnDisable()
         {
             if (HapticClient.Active != null) HapticClient.Active.Remove(this);
-            All.Remove(this);
+            HapticObject last = All[All.Count - 1];
+            All[place] = last;
+            last.place = place;
+            All.RemoveAt(All.Count - 1);
             Ids.Remove(objectId);
         }
 

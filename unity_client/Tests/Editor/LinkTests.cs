@@ -146,6 +146,45 @@ namespace HapticVLM.Tests
         }
 
         [Test]
+        public void WhatIsGoneIsForgottenByItsIdAndNothingElseIsToldAnew()
+        {
+            var book = new SceneBook();
+            foreach (string id in new[] { "a", "b", "c" }) book.Put(new SceneObject { ObjectId = id });
+            Told(book);
+            book.Remove("b");
+            book.Remove("never there");
+            Scene told = Told(book);
+            Assert.IsFalse(told.Replace);
+            Assert.AreEqual(0, told.Objects.Count);
+            CollectionAssert.AreEqual(new[] { "b" }, told.Forget);
+            Assert.IsFalse(book.Write(new MsgPackWriter(), new RequestIds()));
+        }
+
+        [Test]
+        public void WhatIsGoneAndComesBackBetweenTwoMessagesIsTold()
+        {
+            var book = new SceneBook();
+            book.Put(new SceneObject { ObjectId = "a" });
+            Told(book);
+            book.Remove("a");
+            book.Put(new SceneObject { ObjectId = "a", Name = "again" });
+            CollectionAssert.AreEqual(new[] { "a" }, Told(book).Forget);
+            Assert.AreEqual("again", Told(book).Objects[0].Name);
+            Assert.IsFalse(book.Write(new MsgPackWriter(), new RequestIds()));
+        }
+
+        [Test]
+        public void AnObjectThatChangesOftenIsToldOnce()
+        {
+            var book = new SceneBook();
+            Told(book);
+            for (int i = 0; i < 5; i++) book.Put(new SceneObject { ObjectId = "a", Name = "name " + i });
+            Scene told = Told(book);
+            Assert.AreEqual(1, told.Objects.Count);
+            Assert.AreEqual("name 4", told.Objects[0].Name);
+        }
+
+        [Test]
         public void AnUnknownMaterialDoesNotKeepTheOtherObjectsFromBeingTold()
         {
             var book = new SceneBook();

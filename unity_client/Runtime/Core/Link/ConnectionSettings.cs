@@ -9,7 +9,7 @@ namespace HapticVLM
         public Uri Url = new Uri("ws://127.0.0.1:8790/");
         public string Token;
         public string ClientName = "unity";
-        public string ClientVersion = "0.2.0";
+        public string ClientVersion = "0.3.0";
         public HelloRole Role = HelloRole.Scene;
 
         /// <summary>Whether this scene wants to be felt; a tool that only shows pictures gives the outputs up.</summary>

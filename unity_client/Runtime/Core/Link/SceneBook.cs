@@ -1,3 +1,4 @@
+using System;
 using System.Collections.Generic;
 using HapticVLM.Wire;
 
@@ -6,7 +7,8 @@ namespace HapticVLM
     /// <summary>
     /// What the scene consists of, and what of it the service was not told yet. Changes go out
     /// together; after a reconnect everything does. A material the service does not know is left out,
-    /// because one such word would have it refuse the whole message.
+    /// because one such word would have it refuse the whole message. What is gone goes out as a list of
+    /// ids in a message of its own, which a service of before refuses without losing anything else.
     /// </summary>
     public sealed class SceneBook
     {
@@ -15,7 +17,10 @@ namespace HapticVLM
 
         readonly object gate = new object();
         readonly Dictionary<string, SceneObject> objects = new Dictionary<string, SceneObject>();
-        readonly List<string> changed = new List<string>();
+        readonly List<string> changed = new List<string>(); // oldest first, each once
+        readonly HashSet<string> isChanged = new HashSet<string>();
+        readonly List<string> gone = new List<string>();
+        readonly List<string> forgotten = new List<string>();
         readonly List<SceneObject> batch = new List<SceneObject>();
         readonly HashSet<string> materials = new HashSet<string>();
         readonly List<string> among = new List<string>();
@@ -35,7 +40,7 @@ namespace HapticVLM
             lock (gate)
             {
                 objects[stated.ObjectId] = stated;
-                if (!startsAfresh && !changed.Contains(stated.ObjectId)) changed.Add(stated.ObjectId);
+                if (!startsAfresh && isChanged.Add(stated.ObjectId)) changed.Add(stated.ObjectId);
             }
         }
 
@@ -43,7 +48,7 @@ namespace HapticVLM
         {
             lock (gate)
             {
-                if (objects.Remove(objectId)) startsAfresh = true;
+                if (objects.Remove(objectId) && !startsAfresh) gone.Add(objectId);
             }
         }
 
@@ -94,12 +99,9 @@ namespace HapticVLM
         {
             lock (gate)
             {
-                if (!startsAfresh && changed.Count == 0) return false;
-                if (startsAfresh)
-                {
-                    changed.Clear();
-                    changed.AddRange(objects.Keys);
-                }
+                if (startsAfresh) Restart();
+                else if (gone.Count > 0) return WriteGone(writer, ids);
+                else if (changed.Count == 0) return false;
                 FillBatch();
                 var scene = new Scene { Id = ids.Next(), Objects = batch, Replace = startsAfresh, AmbientC = ambientC };
                 if (startsAfresh) scene.Materials = Admitted();
@@ -107,6 +109,32 @@ namespace HapticVLM
                 scene.Write(writer);
                 return true;
             }
+        }
+
+        /// <summary>All are told anew, in place of what the service knew.</summary>
+        void Restart()
+        {
+            gone.Clear();
+            changed.Clear();
+            changed.AddRange(objects.Keys);
+            isChanged.Clear();
+            isChanged.UnionWith(changed);
+        }
+
+        /// <summary>The latest that are gone; one that has come back goes out anew after it.</summary>
+        bool WriteGone(MsgPackWriter writer, RequestIds ids)
+        {
+            int from = Math.Max(0, gone.Count - MostPerMessage);
+            forgotten.Clear();
+            for (int i = from; i < gone.Count; i++)
+            {
+                forgotten.Add(gone[i]);
+                if (objects.ContainsKey(gone[i]) && isChanged.Add(gone[i])) changed.Add(gone[i]);
+            }
+            gone.RemoveRange(from, gone.Count - from);
+            batch.Clear();
+            new Scene { Id = ids.Next(), Objects = batch, Replace = false, Forget = forgotten }.Write(writer);
+            return true;
         }
 
         List<string> Admitted()
@@ -127,6 +155,7 @@ namespace HapticVLM
             for (int i = from; i < changed.Count; i++)
             {
                 SceneObject stated;
+                isChanged.Remove(changed[i]);
                 if (!objects.TryGetValue(changed[i], out stated)) continue;
                 if (!IsKnown(stated.Material)) stated.Material = null;
                 batch.Add(stated);
