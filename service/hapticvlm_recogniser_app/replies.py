@@ -49,7 +49,7 @@ def identify(encoder: Encoder, gallery: Gallery, name: str) -> Identity:
     """
     revision = encoder.revision if isinstance(encoder, OnnxEncoder | NetworkEncoder) else ""
     model = [encoder.name, revision, encoder.side, encoder.dimension]
-    rest = [gallery.pictures, sorted(gallery.parents.items())]
+    rest = sorted(gallery.parents.items())
     digest = hashlib.sha256(json.dumps([model, rest]).encode())
     digest.update(gallery_bytes(gallery))
     return Identity(

@@ -38,7 +38,7 @@ def test_a_deployments_gain_is_by_its_own_core_seconds():
 def test_an_answer_is_right_only_for_the_gallery_it_names():
     encoder = load_encoder()
     gallery = load_gallery(encoder=encoder)
-    unsure = replace(gallery, calibration=replace(gallery.calibration, renders=0.3))
+    unsure = replace(gallery, calibration=replace(gallery.calibration, scale=0.3))
     named = [Named(identify(encoder, one, "arcade"), one) for one in (gallery, unsure)]
     crops = recorded(Path("examples/captures/living_room"), encoder)
     embedding = encoder.embed(crops[:1])[0]

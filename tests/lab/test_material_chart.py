@@ -1,6 +1,5 @@
 """The material chart: held out by object, honest intervals, and the same pictures for all."""
 
-import csv
 import json
 import os
 import subprocess
@@ -24,7 +23,7 @@ from hapticvlm_lab.bench import labels as chart_labels
 from hapticvlm_lab.bench.material import logistic
 from hapticvlm_lab.bench.material.answers import answer, embed
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, standardised_on
-from hapticvlm_lab.bench.material.belief_chart import COURSE, coverage
+from hapticvlm_lab.bench.material.belief_chart import coverage
 from hapticvlm_lab.bench.material.data import FOUR, Source, Stated, View, Where, crops, thin
 from hapticvlm_lab.bench.material.methods import GalleryHead, Method
 from hapticvlm_lab.bench.material.protocols import (
@@ -483,10 +482,3 @@ def test_the_surest_are_said_first_and_the_last_point_says_all():
     curve = coverage(beliefs, np.array([0, 1, 1, 0] * 6))  # the surer half is right
     assert curve[0] == (0.5, 1.0)
     assert curve[-1] == (1.0, 0.5)
-
-
-def test_the_course_of_training_is_there_and_ends_with_what_ships():
-    rows = list(csv.DictReader((COURSE).read_text().splitlines()))
-    samples = [int(row["samples"]) for row in rows]
-    assert samples == sorted(samples)
-    assert rows[-1]["cooled"] == "1"

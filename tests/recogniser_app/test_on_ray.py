@@ -134,9 +134,9 @@ def test_only_its_token_lets_in_and_its_health_is_open(app):
 
 def test_what_comes_together_is_embedded_together(app):
     rng = np.random.default_rng(0)
-    pixels = rng.integers(0, 255, (16, 128, 128, 3), np.uint8)
+    pixels = rng.integers(0, 255, (16, 224, 224, 3), np.uint8)
     bodies = [
-        contract.write_request([Crop(one, central_mask(128))], wait_ms=60_000.0) for one in pixels
+        contract.write_request([Crop(one, central_mask(224))], wait_ms=60_000.0) for one in pixels
     ]
     identity = contract.read_identity(app.ask("GET", contract.IDENTITY)[1])
     with ThreadPoolExecutor(16) as pool:

@@ -338,15 +338,16 @@ def test_too_few_pictures_calibrate_nothing() -> None:
         assert calibrate(own).sharpness == FEW.sharpness
 
 
-def test_a_linear_layer_adds_to_the_references_and_its_scale_hangs_on_the_kind_of_picture() -> None:
+def test_a_linear_layer_adds_to_the_references_and_its_scale_says_how_sure_it_is() -> None:
     weights = np.zeros((64, 3), np.float32)
     layer = LinearLayer(weights, np.array([0.0, 3.0, 0.0], np.float32))
-    sure = Calibration(12.0, 1.0, -1000.0, 0.0, 1.0, 0.2)
+    sure = Calibration(12.0, 1.0, -1000.0, 0.0, 1.0)
     gallery = replace(small(), calibration=sure, layer=layer)
     evidence = gallery.match(unit(5, 1)[0])
     assert evidence.material == "glass"
     assert evidence.confidence == pytest.approx(np.exp(3) / (np.exp(3) + 2), rel=1e-6)
-    shown = replace(gallery, pictures="photographs").match(unit(5, 1)[0])
+    humble = replace(gallery, calibration=replace(sure, scale=0.2))
+    shown = humble.match(unit(5, 1)[0])
     assert shown.confidence == pytest.approx(np.exp(0.6) / (np.exp(0.6) + 2), rel=1e-6)
 
 

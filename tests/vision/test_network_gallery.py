@@ -1,5 +1,6 @@
 """The gallery that a named network gets on first use, from the shipped reference pictures."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,18 @@ def test_other_weights_are_fitted_anew(encoder: NetworkEncoder, tmp_path: Path) 
     (tmp_path / "other").mkdir()
     other = load_encoder(str(write_classifier(tmp_path / "other" / "tiny.onnx", seed=5)))
     assert isinstance(other, NetworkEncoder)
+    kept = network_gallery.cached_gallery
+    assert kept(other) != kept(encoder)
+
+
+def test_other_colours_beside_the_same_file_are_fitted_anew(
+    encoder: NetworkEncoder, tmp_path: Path
+) -> None:
+    colours = {"size": encoder.side, "image_mean": [0.4] * 3, "image_std": [0.3] * 3}
+    (tmp_path / "preprocessor_config.json").write_text(json.dumps(colours))
+    other = load_encoder(str(tmp_path / "tiny.onnx"))
+    assert isinstance(other, NetworkEncoder)
+    assert other.name == encoder.name
     kept = network_gallery.cached_gallery
     assert kept(other) != kept(encoder)
 

@@ -15,6 +15,7 @@ from hapticvlm.vision.remote.settings import RemoteSettings
 
 DEADLINE_S = 0.8  # wide, for a busy machine
 PATIENCE_S = 30.0
+SIDE = 224  # px, of the shipped encoder
 SLACK_S = 0.2  # of a busy machine
 NOTHING_S = 0.05
 FAULTS = ["hangs", "closes", "garbage", "fails", "wrong hash", "dribbles"]
@@ -27,8 +28,8 @@ def shared() -> Iterator[Shared]:
 
 
 def crop(seed: int = 0) -> Crop:
-    pixels = np.random.default_rng(seed).integers(0, 255, (128, 128, 3), np.uint8)
-    return Crop(pixels, central_mask(128))
+    pixels = np.random.default_rng(seed).integers(0, 255, (SIDE, SIDE, 3), np.uint8)
+    return Crop(pixels, central_mask(SIDE))
 
 
 def remote(served: Shared, **settings: object) -> RemoteRecogniser:

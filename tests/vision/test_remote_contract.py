@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hapticvlm.evidence.ladder import Evidence
-from hapticvlm.vision.encoders.encoder import SHIPPED
+from hapticvlm.vision.encoders.encoder import DEFAULT, SHIPPED
 from hapticvlm.vision.encoders.onnx_encoder import load_onnx_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.pictures import Crop, central_mask
@@ -137,7 +137,7 @@ def test_a_newer_contract_and_no_identity_are_refused() -> None:
 
 
 def test_the_hash_tells_galleries_and_encoders_apart_and_not_their_names() -> None:
-    encoder = load_onnx_encoder(SHIPPED)
+    encoder = load_onnx_encoder(SHIPPED / DEFAULT)
     gallery = load_gallery(encoder=encoder)
     shipped = identify(encoder, gallery, "shipped")
     assert identify(encoder, load_gallery(encoder=encoder), "other").hash == shipped.hash

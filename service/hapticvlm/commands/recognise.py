@@ -73,12 +73,6 @@ def add(commands: Commands) -> None:
         help="consider only these, e.g. wood,glass,metal (all materials of the gallery)",
     )
     recognise.add_argument(
-        "--pictures",
-        choices=("renders", "photographs"),
-        default="renders",
-        help="what the pictures are; confidences are calibrated for each kind (%(default)s)",
-    )
-    recognise.add_argument(
         "--encoder", metavar="NAME_OR_FILE", help="image network, as in `serve` (the shipped one)"
     )
     recognise.add_argument(
@@ -103,7 +97,7 @@ def _recognise(options: argparse.Namespace) -> int:
             f"{first}no picture found; name JPEG, PNG or WebP files, or folders of them"
         )
     encoder = load_encoder(options.encoder)
-    gallery = load_gallery(options.gallery, encoder=encoder, pictures=options.pictures)
+    gallery = load_gallery(options.gallery, encoder=encoder)
     among = None if options.among is None else _among(options.among, gallery.candidates)
     recogniser = FrameRecogniser(encoder, gallery)
     for stream in (sys.stdout, sys.stderr):

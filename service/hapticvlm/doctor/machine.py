@@ -11,7 +11,6 @@ import sys
 import time
 from collections.abc import Sequence
 from importlib import metadata
-from pathlib import Path
 
 from hapticvlm import __version__
 from hapticvlm.doctor.findings import Finding
@@ -141,10 +140,11 @@ def priority(serving: ServeOptions) -> Finding:
 def encoder(serving: ServeOptions) -> Finding:
     """Load the encoder and gallery and recognise once. A transformers encoder is skipped: slow."""
     from hapticvlm.vision.encoders.encoder import EncoderError
+    from hapticvlm.vision.encoders.loading import is_quick
     from hapticvlm.vision.galleries.storage import GalleryError
 
     about = "encoder"
-    if serving.encoder is not None and not (Path(serving.encoder) / "encoder.json").is_file():
+    if not is_quick(serving.encoder):
         return Finding(about, "ok", f"{serving.encoder}: not tried here", "hapticvlm recognise")
     try:
         name, took_ms = _inference(serving)

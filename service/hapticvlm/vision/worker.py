@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame
 from hapticvlm.processes.model_worker import (
     Answered,
@@ -27,6 +28,7 @@ from hapticvlm.processes.model_worker import (
 )
 from hapticvlm.processes.supervised import START_S, Started
 from hapticvlm.vision import pictures
+from hapticvlm.vision.encoders.encoder import EncoderError
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.frame_recogniser import FrameRecogniser, Recognition, Shown
 from hapticvlm.vision.galleries.storage import load_gallery
@@ -169,10 +171,30 @@ def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection
     serve_requests(slot, control, load)
 
 
+class Blind:
+    """Stands in where the shipped encoder's network is not installed: it finds nothing.
+
+    What the scene states, names and shaders still decide.
+    """
+
+    def recognise(
+        self, _data: bytes, _subject: str, waited_ms: float, *, anew: bool, shown: Shown | None
+    ) -> Recognition:
+        """Return evidence of nothing, whatever is shown."""
+        del anew, shown
+        return Recognition(Evidence("encoder", ()), {"queue": waited_ms})
+
+
 def _load(
     settings: RecogniserSettings,
-) -> tuple[FrameRecogniser, str, RemoteRecogniser | None]:
-    encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
+) -> tuple[FrameRecogniser | Blind, str, RemoteRecogniser | None]:
+    try:
+        encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
+    except EncoderError as error:
+        if settings.encoder is not None:  # who names one wants that one
+            raise
+        logger.warning("pictures are not recognised: %s", error)
+        return Blind(), Loaded().encoder, None
     remote = None
     if settings.remote is not None:
         from hapticvlm.vision.remote.client import RemoteRecogniser
@@ -184,7 +206,7 @@ def _load(
     return recogniser, encoder.name, remote
 
 
-def _recognise(recogniser: FrameRecogniser, data: bytes, *details: Any) -> Recognised:
+def _recognise(recogniser: FrameRecogniser | Blind, data: bytes, *details: Any) -> Recognised:
     subject, requested_at, anew, shrink, shown_object = details
     waited_ms = (time.monotonic() - requested_at) * 1000.0
     try:

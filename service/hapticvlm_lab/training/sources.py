@@ -7,26 +7,24 @@ to the data folder (labels.csv, README.md).
 
 from __future__ import annotations
 
+import csv
+from collections.abc import Iterator
+from pathlib import Path
 from zlib import crc32
 
 from hapticvlm import materials
 
 # Labelled pictures that teach the probes and galleries of the bench.
 LABELLED = ("ambientcg_tiles", "trashnet", "clothing", "woodboards")
-# Crops of each picture of a source that teaches the student: rarer sources give more.
-ROUNDS = {
-    "unlabelled_caltech101": 6,
-    "unlabelled_mini_imagenet": 4,
-    "imagenet_small": 6,
-    "ccp_garments": 3,
-    "clothing": 6,
-    "clothing_full": 3,
-    "trashnet": 5,
-    "ambientcg_tiles": 8,
-    "woodboards": 6,
-    "coins": 3,
-    "glass_vessels_matsim": 8,
-}
+# Photographs that teach the head; unlabelled_caltech101 gives its living things beside them.
+TEACHING = (
+    *LABELLED,
+    "imagenet_small",
+    "ccp_garments",
+    "clothing_full",
+    "coins",
+    "glass_vessels_matsim",
+)
 TEXTURES = frozenset({"ambientcg_tiles", "woodboards"})  # fill the picture
 ON_BOARD = "trashnet"  # objects on a plain board
 # Choose and calibrate; report on: no gradient sees either.
@@ -80,3 +78,12 @@ def is_tile_held_back(path: str) -> bool:
 def is_calibration_shard(stem: str) -> bool:
     """Whether a shard of renders, by its name without suffix, calibrates and does not teach."""
     return stem.endswith("9")
+
+
+def labelled(data: Path, source: str) -> Iterator[tuple[Path, str]]:
+    """Yield every picture of a source that is there, with its class in labels.csv."""
+    with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            path = data / row["path"]
+            if row["path"].startswith(f"{source}/") and path.suffix == ".jpg" and path.is_file():
+                yield path, row["class"]

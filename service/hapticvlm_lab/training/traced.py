@@ -44,14 +44,21 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="number of the first shard")
     parser.add_argument("--shards", type=int, required=True, help=f"{OBJECTS_A_SHARD} objects each")
     chosen = parser.parse_args()
-    chosen.out.mkdir(parents=True, exist_ok=True)
-    catalogue = read_catalogue(chosen.data, teaches=True)
-    sys.stderr.write(f"Mitsuba {renderer.start()}\n")
-    for number in range(chosen.first, chosen.first + chosen.shards):
-        path = chosen.out / f"shard_{number:05d}.npz"
-        if not path.exists():
-            _write(path, number, catalogue)
+    draw(chosen.data, chosen.out, range(chosen.first, chosen.first + chosen.shards))
     return 0
+
+
+def draw(data: Path, out: Path, numbers: range) -> None:
+    """Write these shards where they are not there yet."""
+    out.mkdir(parents=True, exist_ok=True)
+    paths = [(number, out / f"shard_{number:05d}.npz") for number in numbers]
+    missing = [(number, path) for number, path in paths if not path.exists()]
+    if not missing:
+        return
+    catalogue = read_catalogue(data, teaches=True)
+    sys.stderr.write(f"Mitsuba {renderer.start()}\n")
+    for number, path in missing:
+        _write(path, number, catalogue)
 
 
 def plan(number: int) -> Plan:

@@ -33,6 +33,7 @@ from hapticvlm.vision.galleries.storage import (
     SHIPPED,
     GalleryError,
     file_of,
+    is_shipped,
     load_gallery,
     read_gallery,
     require_encoder,
@@ -136,24 +137,23 @@ def _origin(user_gallery: Gallery, encoder: Encoder) -> str:
         )
         return f"fitted on these {count} pictures left out in turn; few make it rough"
     needed = "to fit one takes two materials with two pictures each"
-    if read_gallery(SHIPPED).encoder != encoder.name:
+    if not is_shipped(encoder):
         text = f"no calibration is known for encoder `{encoder.name}` and"
         raise EnrolError(f"{text} {needed}; add pictures")
     return f"a rough one for few pictures; {needed}"
 
 
 def _require_shipped(encoder: Encoder) -> Gallery:
-    gallery = read_gallery(SHIPPED)
-    if gallery.encoder != encoder.name:
-        text = f"the shipped references are of `{gallery.encoder}`, not `{encoder.name}`"
+    if not is_shipped(encoder):
+        text = f"no references ship for encoder `{encoder.name}`"
         raise GalleryError(f"--base shipped: {text}; leave --base out")
-    return gallery
+    return load_gallery(encoder=encoder)
 
 
 def _base_of(folder: Path, encoder: Encoder) -> Gallery:
     """Read the gallery that a folder is, or will be with one more material."""
     path = folder if folder.is_dir() else None
-    if file_of(path) == SHIPPED and read_gallery(SHIPPED).encoder != encoder.name:
+    if file_of(path) == SHIPPED and not is_shipped(encoder):
         text = f"has no {FILE_NAME} for encoder `{encoder.name}`; make one first:"
         raise GalleryError(f"{folder}: {text} gallery build PICTURES -o {folder} --encoder ...")
     return load_gallery(path, encoder=encoder)

@@ -22,7 +22,8 @@ from hapticvlm.vision.pictures import Crop
 Floats = NDArray[np.float32]
 Pixels = NDArray[np.uint8]
 
-SHIPPED = Path(__file__).parents[1] / "shipped"
+SHIPPED = Path(__file__).parents[1] / "shipped"  # a folder for each encoder that ships
+DEFAULT = "lite0"
 CARD = "encoder.json"  # lies in the folder of every encoder that runs on onnxruntime
 BATCH = 8  # crops a pass: bounds memory; more are no faster on one thread (measured: zepto, 128 px)
 UNIT_ERROR = 1e-3  # of an embedding's norm
@@ -57,7 +58,7 @@ class NetworkEncoder(Encoder, Protocol):
 
     @property
     def revision(self) -> str:
-        """What distinguishes its weights from others of the same name."""
+        """What distinguishes its weights, and how crops are prepared, from others of its name."""
 
     @property
     def beliefs(self) -> bool:

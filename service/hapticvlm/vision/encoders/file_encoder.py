@@ -108,7 +108,8 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
     width = _width(features.get_partial_shape())
     name = f"{path.stem}-{digest} ({'classes' if beliefs else 'features'})"
     dimension = width + two_parts.ADDED * beliefs
-    return FileEncoder(name, digest, dimension, beliefs, layout, preprocessing, network)
+    revision = f"{digest} {preprocessing}"  # prepared otherwise, it is another network
+    return FileEncoder(name, revision, dimension, beliefs, layout, preprocessing, network)
 
 
 def _fingerprint(path: Path) -> str:

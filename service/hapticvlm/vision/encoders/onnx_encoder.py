@@ -2,8 +2,9 @@
 
 The graph holds the preprocessing: it takes "crops" (N, S, S, 4) uint8, RGB and mask (0 or 255), and
 gives "embeddings" (N, D) float32 of unit norm. encoder.json gives name, side, dimension and the
-SHA-256 of each file. One thread that does not spin while it waits, so that a busy recogniser leaves
-the other cores to touch. Knows no gallery.
+SHA-256 of each file, and where its weights are published if the graph has none. One thread that
+does not spin while it waits, so that a busy recogniser leaves the other cores to touch. Knows no
+gallery.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from hapticvlm.vision.encoders.encoder import CARD, SHIPPED, EncoderError, Floats, Pixels, embed_all
+from hapticvlm.vision.encoders.packaged_weights import Array, Source, load_weights
 from hapticvlm.vision.pictures import Crop
 
 GRAPH = "encoder.onnx"
@@ -33,6 +35,7 @@ class Card:
     side: int
     dimension: int
     sha256: Mapping[str, str]
+    weights: Source | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +62,8 @@ class OnnxEncoder:
 def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:
     """Load the encoder of a folder, its file checked against encoder.json. Raises EncoderError."""
     card = read_card(folder)
-    session = _open(_read_graph(folder, card), folder, threads)
+    weights = {} if card.weights is None else load_weights(card.weights)
+    session = _open(_read_graph(folder, card), folder, threads, weights)
     _require_fit(session, card, folder)
     return OnnxEncoder(card.name, card.side, card.dimension, session, card.sha256[GRAPH])
 
@@ -69,7 +73,8 @@ def read_card(folder: Path) -> Card:
     path = folder / CARD
     try:
         given = json.loads(path.read_bytes())
-        card = Card(given["name"], given["side"], given["dimension"], given["sha256"])
+        weights = Source(**given["weights"]) if "weights" in given else None
+        card = Card(given["name"], given["side"], given["dimension"], given["sha256"], weights)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise EncoderError(f"{path} cannot be read ({error!r}); {_cure(folder)}") from None
     fits = isinstance(card.name, str) and isinstance(card.sha256, dict) and GRAPH in card.sha256
@@ -91,7 +96,8 @@ def _read_graph(folder: Path, card: Card) -> bytes:
     return data
 
 
-def _open(graph: bytes, folder: Path, threads: int) -> Any:  # noqa: ANN401 - onnxruntime is untyped
+def open_session(graph: bytes, threads: int, weights: Mapping[str, Array]) -> Any:  # noqa: ANN401
+    """Open a graph on the cpu; `weights` are the tensors that it names and does not hold."""
     import onnxruntime
 
     onnxruntime.set_default_logger_severity(SILENT)
@@ -102,8 +108,16 @@ def _open(graph: bytes, folder: Path, threads: int) -> Any:  # noqa: ANN401 - on
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.add_session_config_entry("session.inter_op.allow_spinning", "0")
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_ALL
+    values = [onnxruntime.OrtValue.ortvalue_from_numpy(array) for array in weights.values()]
+    options.add_external_initializers(list(weights), values)
+    return onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
+
+
+def _open(graph: bytes, folder: Path, threads: int, weights: Mapping[str, Array]) -> Any:  # noqa: ANN401
+    import onnxruntime
+
     try:
-        return onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
+        return open_session(graph, threads, weights)
     except Exception as error:  # noqa: BLE001 - onnxruntime's errors share no base of their own
         text = f"{folder / GRAPH}: onnxruntime {onnxruntime.__version__} cannot load it"
         raise EncoderError(f"{text} ({_line(error)}); {_cure(folder)}") from None
@@ -136,7 +150,11 @@ def _fits(found: Sequence[object], wanted: tuple[int, ...]) -> bool:
 
 
 def _cure(folder: Path) -> str:
-    return "reinstall hapticvlm" if folder == SHIPPED else "export or copy the folder again, whole"
+    return (
+        "reinstall hapticvlm"
+        if folder.parent == SHIPPED
+        else "export or copy the folder again, whole"
+    )
 
 
 def _line(error: Exception) -> str:

@@ -99,9 +99,8 @@ def load_transformers_encoder(name: str, device: str, threads: int) -> Transform
     words, dimension = _try(name, network, preprocessing.input_side, place)
     kind = "" if network.kind == "features" else f", {network.kind}"
     label = f"{networks.label(source)} (transformers{kind})"
-    return TransformersEncoder(
-        label, network.revision, dimension, preprocessing, network, words, place
-    )
+    revision = f"{network.revision} {preprocessing}"  # prepared otherwise, it is another network
+    return TransformersEncoder(label, revision, dimension, preprocessing, network, words, place)
 
 
 def describe(network: Network, words: Any, images: Tensor, masks: Tensor) -> Floats:  # noqa: ANN401

@@ -26,7 +26,7 @@ ADDED = BELIEFS + 1  # numbers that an embedding has beyond its features: the le
 SHARE = 0.5  # s: both parts alike, our choice
 FLOOR = 1e-3  # e: less belief than this is no evidence, our choice
 _SHORTEST = 1e-12
-_SCALE = math.sqrt(SHARE / BELIEFS) / -math.log(FLOOR)  # of log p in the embedding
+SCALE = math.sqrt(SHARE / BELIEFS) / -math.log(FLOOR)  # of log p in the embedding
 
 
 def join(features: Floats, beliefs: Floats | None) -> Floats:
@@ -40,7 +40,7 @@ def join(features: Floats, beliefs: Floats | None) -> Floats:
     if beliefs is None:
         return np.asarray(unit, np.float32)
     logs = np.log(np.clip(beliefs.astype(np.float64), 0.0, 1.0 - FLOOR) + FLOOR)
-    levels = _SCALE * (logs - math.log(FLOOR))
+    levels = SCALE * (logs - math.log(FLOOR))
     rest = np.sqrt(np.maximum(SHARE - (levels**2).sum(axis=1, keepdims=True), 0.0))
     parts = [math.sqrt(1.0 - SHARE) * unit, levels, rest]
     return np.concatenate(parts, axis=1).astype(np.float32)
@@ -53,7 +53,7 @@ def features_of(embeddings: Floats) -> Floats:
 
 def log_beliefs(embeddings: Floats) -> Floats:
     """Return log(p + e) of joined embeddings: (N, BELIEFS)."""
-    return np.asarray(embeddings[:, -ADDED:-1] / _SCALE + math.log(FLOOR), np.float32)
+    return np.asarray(embeddings[:, -ADDED:-1] / SCALE + math.log(FLOOR), np.float32)
 
 
 def layer_of(weights: Floats, exponent: float) -> Floats:
@@ -61,6 +61,6 @@ def layer_of(weights: Floats, exponent: float) -> Floats:
 
     weights (F, BELIEFS) of unit features; returns (F + ADDED, BELIEFS).
     """
-    reading = np.eye(BELIEFS, dtype=np.float32) * np.float32(exponent / _SCALE)
+    reading = np.eye(BELIEFS, dtype=np.float32) * np.float32(exponent / SCALE)
     nothing = np.zeros((1, BELIEFS), np.float32)
     return np.vstack([weights / np.float32(math.sqrt(1.0 - SHARE)), reading, nothing])

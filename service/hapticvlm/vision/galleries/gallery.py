@@ -6,7 +6,7 @@ layer, l_c = weight k s_c + W_c x + b_c, and its belief is
 
     p(known) softmax(scale l)_c,   p(known) = 1 / (1 + exp(-slope (max s - threshold))).
 
-The scale, and the weight of the references, are others for renders than for photographs. Own
+Renders and photographs have one scale. Own
 references, a user's, are a gallery of their own with a calibration of their own; beside them the
 shipped beliefs in the same materials count with the exponent `share`, and what they do not know is
 left to the shipped gallery and all its materials. All numbers were fitted for one encoder.
@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +27,6 @@ from hapticvlm.materials import UNKNOWN
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
-Pictures = Literal["renders", "photographs"]
 
 SHIPPED_SHARE = 0.3  # exponent of the shipped beliefs beside own references, unless fitted
 MAX_SHARPNESS = 64.0  # exp(64) still leaves room for the sum of any gallery in float32
@@ -43,18 +41,8 @@ class Calibration:
     slope: float
     threshold: float
     weight: float = 1.0
-    renders: float = 1.0
-    photographs: float = 1.0
+    scale: float = 1.0
     share: float = SHIPPED_SHARE
-    photographs_weight: float = 1.0  # of the references for photographs, times `weight`
-
-    def references_weight(self, pictures: Pictures) -> float:
-        """Return the weight of the references for this kind of picture."""
-        return self.weight * (1.0 if pictures == "renders" else self.photographs_weight)
-
-    def scale(self, pictures: Pictures) -> float:
-        """Return the scale of the logits for this kind of picture."""
-        return self.renders if pictures == "renders" else self.photographs
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +71,6 @@ class Gallery:
     layer: LinearLayer | None = None
     own: Gallery | None = None
     parents: Mapping[str, str] = field(default_factory=dict)
-    pictures: Pictures = "renders"
     places: Indices | None = None
 
     @property
@@ -107,7 +94,7 @@ class Gallery:
     def beliefs(self, embeddings: Floats) -> Doubles:
         """Beliefs in the candidates, of (N, D) embeddings: (N, C); a row lacks unknown to 1."""
         scores = self.scores(embeddings)
-        logits = self.calibration.scale(self.pictures) * self._logits(embeddings, scores)
+        logits = self.calibration.scale * self._logits(embeddings, scores)
         if self.own is not None:
             return self._with_own(embeddings, logits)
         believed = known(scores, self.calibration)[:, None] * softmax(logits)
@@ -121,8 +108,7 @@ class Gallery:
         return np.asarray(np.log(np.maximum(means.astype(np.float64), _LEAST)) / sharpness)
 
     def _logits(self, embeddings: Floats, scores: Doubles) -> Doubles:
-        weight = self.calibration.references_weight(self.pictures)
-        logits = weight * self.calibration.sharpness * scores
+        logits = self.calibration.weight * self.calibration.sharpness * scores
         if self.layer is not None:
             logits = logits + (embeddings @ self.layer.weights + self.layer.bias)
         return np.asarray(logits)
@@ -142,7 +128,7 @@ class Gallery:
     def shipped_logits(self, embeddings: Floats, names: Sequence[str]) -> Doubles:
         """Logits (N, C) of these materials without the own references."""
         logits = self._logits(embeddings, self.scores(embeddings))
-        return self._columns(self.calibration.scale(self.pictures) * logits, names)
+        return self._columns(self.calibration.scale * logits, names)
 
     def parent(self, name: str) -> str | None:
         """Return the material that represents this one: itself, its class, or None."""

@@ -3,7 +3,7 @@
 The shipped reference pictures, crops of our own rendered rooms, are embedded once. A strongly
 regularised linear layer is fitted to their features; what the network's own classes or words
 believe counts beside it. Gain of the layer and scale of the logits are those under which pictures
-left out, a fold in turn, are least surprising. PENALTY, EXPONENT and PHOTOGRAPHS were chosen once,
+left out, a fold in turn, are least surprising. PENALTY and EXPONENT were chosen once,
 with two small networks of ImageNet, on rooms and on pictures that are reported nowhere
 (hapticvlm_lab/training/LOG.md).
 """
@@ -36,13 +36,12 @@ REFERENCES = SHIPPED / "references"  # NAME.jpg and NAME.mask.png: sheets of COL
 COLUMNS = 8
 PENALTY = 0.003  # of the squared weights of unit features
 EXPONENT = 0.5  # of what the network's own classes believe, beside the layer
-PHOTOGRAPHS = 0.7  # scale of the logits of photographs over that of renders
 FOLDS = 4
 GAINS = (1.0, 2.0, 4.0, 8.0)  # of the layer beside the classes
 SCALES = tuple(np.geomspace(0.25, 4.0, 13).tolist())
 BLANK_LEVELS = (0, 64, 127, 191, 255)  # what shows nothing is unknown
 KNOWN = Calibration(16.0, 1.0, -1000.0, 0.0)  # unknown is a class of its own, so p(known) is 1
-VERSION = 1  # of what is fitted here: another is fitted anew
+VERSION = 2  # of what is fitted here: another is fitted anew
 
 
 def cached_gallery(encoder: NetworkEncoder) -> Path:
@@ -87,9 +86,7 @@ def fit(name: str, embeddings: Floats, labels: Indices, *, has_beliefs: bool) ->
     folds = _folds(labels)
     gain, scale = _calibrate(embeddings, labels, folds, has_beliefs=has_beliefs)
     layer = _layer(embeddings, labels, gain, has_beliefs=has_beliefs)
-    calibration = Calibration(
-        KNOWN.sharpness, KNOWN.slope, KNOWN.threshold, 0.0, scale, scale * PHOTOGRAPHS
-    )
+    calibration = Calibration(KNOWN.sharpness, KNOWN.slope, KNOWN.threshold, 0.0, scale)
     return Gallery(name, NAMES, embeddings, labels, calibration, layer)
 
 

@@ -23,13 +23,14 @@ from numpy.typing import NDArray
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import UNKNOWN
+from hapticvlm.vision.encoders import encoder as encoders
 from hapticvlm.vision.encoders.encoder import Encoder, NetworkEncoder
+from hapticvlm.vision.encoders.loading import shipped_folder
 from hapticvlm.vision.galleries.gallery import (
     MAX_SHARPNESS,
     Calibration,
     Gallery,
     LinearLayer,
-    Pictures,
 )
 from hapticvlm.vision.galleries.network_gallery import cached_gallery, make_gallery
 from hapticvlm.vision.galleries.user_materials import (
@@ -41,8 +42,8 @@ from hapticvlm.vision.galleries.user_materials import (
     with_user_materials,
 )
 
-SHIPPED = Path(__file__).parents[1] / "shipped" / "gallery.npz"
 FILE_NAME = "gallery.npz"  # in a gallery folder
+SHIPPED = encoders.SHIPPED / encoders.DEFAULT / FILE_NAME
 _OWN = "own_"
 
 MAX_FILE_BYTES, MAX_UNFOLDED_BYTES = 512 * documents.MIB, 1024 * documents.MIB
@@ -87,18 +88,17 @@ def load_gallery(
     *,
     encoder: Encoder,
     own: Sequence[UserMaterial] | None = None,
-    pictures: Pictures = "renders",
 ) -> Gallery:
     """Read a gallery (None: the shipped one) for one encoder; raises GalleryError, MaterialError.
 
     A folder holds gallery.npz (without it the shipped one counts) and the user's own materials;
     `own` are those if they have been read before. A network that the user named gets a gallery of
-    its own (network_gallery) in place of the shipped one. `pictures` is the kind it will be shown.
+    its own (network_gallery) in place of the shipped one.
     """
     base = file_of(path)
     gallery = read_gallery(base)
-    if base == SHIPPED and gallery.encoder != encoder.name and isinstance(encoder, NetworkEncoder):
-        gallery = network_gallery(encoder)
+    if base == SHIPPED and gallery.encoder != encoder.name:
+        gallery = shipped_gallery(encoder) or gallery
     require_encoder(base, gallery.encoder, encoder)
     _require_dimension(base, gallery.references, encoder)
     user_materials = read_folder(path) if own is None else own
@@ -112,7 +112,27 @@ def load_gallery(
             file = (path or SHIPPED.parent) / f"{material.material.name}.toml"
             require_encoder(file, material.encoder, encoder)
             _require_dimension(file, material.references, encoder)
-    return replace(with_user_materials(gallery, user_materials), pictures=pictures)
+    return with_user_materials(gallery, user_materials)
+
+
+def shipped_gallery(encoder: Encoder) -> Gallery | None:
+    """Return the gallery that stands for the shipped one with this encoder; None for none.
+
+    Each encoder that ships has one; a network that the user named gets one of its own.
+    """
+    if (shipped := _shipped_file(encoder)) is not None:
+        return read_gallery(shipped)
+    return network_gallery(encoder) if isinstance(encoder, NetworkEncoder) else None
+
+
+def is_shipped(encoder: Encoder) -> bool:
+    """Whether references ship for an encoder."""
+    return _shipped_file(encoder) is not None
+
+
+def _shipped_file(encoder: Encoder) -> Path | None:
+    folder = shipped_folder(encoder.name)
+    return None if folder is None else folder / FILE_NAME
 
 
 def network_gallery(encoder: NetworkEncoder) -> Gallery:

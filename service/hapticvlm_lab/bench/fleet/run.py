@@ -103,7 +103,7 @@ def run(load: Load, *, as_json: bool) -> int:
 def _galleries(folder: Path) -> tuple[Path, Path]:
     """Write the shipped gallery, and one that is less sure of everything: another, made here."""
     gallery = load_gallery(encoder=load_encoder())
-    calibration = replace(gallery.calibration, renders=0.5 * gallery.calibration.renders)
+    calibration = replace(gallery.calibration, scale=0.5 * gallery.calibration.scale)
     paths = folder / "old.npz", folder / "new.npz"
     save_gallery(gallery, paths[0])
     save_gallery(replace(gallery, calibration=calibration), paths[1])

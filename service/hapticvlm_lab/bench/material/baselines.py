@@ -1,23 +1,21 @@
 """What a material encoder must beat: colours, textures, nothing learned.
 
 All are encoders like ours (crops in, unit embeddings out), so that every method goes through the
-same protocol. A network that lives elsewhere (torch, the teacher) is handed in by the caller.
+same protocol.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.vision.encoders.encoder import embed_all
 from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.bench.material.texture import LENGTH, describe
 
 Floats = NDArray[np.float32]
-Bytes = NDArray[np.uint8]
 
 CLIP = 4.0  # standard deviations
 
@@ -49,20 +47,6 @@ class TextureStatistics:
         """Embed N crops: (N, F) float32, each of unit norm."""
         raw = (np.stack([describe(crop) for crop in crops]) - self.centre) / self.scale
         return _unit(np.clip(raw, -CLIP, CLIP))
-
-
-@dataclass(frozen=True, slots=True)
-class Network:
-    """A network run as it is, e.g. by torch: (N, S, S, 4) uint8 to (N, D) unit embeddings."""
-
-    name: str
-    side: int
-    dimension: int
-    forward: Callable[[Bytes], Floats]
-
-    def embed(self, crops: Sequence[Crop]) -> Floats:
-        """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
-        return embed_all(crops, self, self.forward)
 
 
 def standardised_on(crops: Sequence[Crop], side: int) -> TextureStatistics:

@@ -1,14 +1,12 @@
 """`hapticvlm chart beliefs`: what beliefs from pictures are worth, as a picture.
 
-Three panels: how much is named against how much of it is right, as the belief asked for rises; the
-mean error of the contact temperature rendered when nothing, the best guess or a graded feel is
-rendered; and what more training brought on the sets that choose. Sets and enrolment as `hapticvlm
-measure beliefs` has them.
+Two panels: how much is named against how much of it is right, as the belief asked for rises; and
+the mean error of the contact temperature rendered when nothing, the best guess or a graded feel is
+rendered. Sets and enrolment as `hapticvlm measure beliefs` has them.
 """
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,15 +22,13 @@ from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material import belief_sets, beliefs
 from hapticvlm_lab.bench.material.data import FOUR
-from hapticvlm_lab.bench.material.torch_networks import TRAINED
 from hapticvlm_lab.bench.printing import publish
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 NAME = "chart-beliefs"
-SIZE_IN = (12.0, 4.4)
-COURSE = TRAINED / "course.csv"  # of the shipped encoder's training: samples and accuracies
+SIZE_IN = (9.0, 4.4)
 LEAST_COUNT = 12  # pictures: a share of fewer means nothing
 REFERENCES = 5
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
@@ -59,18 +55,13 @@ def run(data: Path | None, out: Path, *, as_json: bool) -> int:
     """
     encoder = load_encoder()
     found = []
+    gallery = load_gallery(encoder=encoder)
     for source, kind in belief_sets.sources_of(data):
-        gallery = load_gallery(encoder=encoder, pictures=kind)
         found.append(worth(belief_sets.embed(encoder, source.keep(FOUR), kind), gallery))
-    with COURSE.open(newline="", encoding="utf-8") as file:
-        course = [
-            {name: float(value) for name, value in row.items()} for row in csv.DictReader(file)
-        ]
-    written = draw(found, course, encoder.name, out / NAME)
+    written = draw(found, encoder.name, out / NAME)
     results = {
         "encoder": encoder.name,
         "sets": [_as_json(each) for each in found],
-        "course": course,
         "files": [str(path) for path in written],
     }
     return publish(out / f"{NAME}.json", results, as_json=as_json, show=lambda: None)
@@ -102,15 +93,12 @@ def coverage(found: Doubles, truth: NDArray[np.int64]) -> Curve:
     return [(float(counts[at] / len(right)), float(shares[at])) for at in steps]
 
 
-def draw(
-    found: list[Worth], course: list[dict[str, float]], encoder: str, stem: Path
-) -> list[Path]:
+def draw(found: list[Worth], encoder: str, stem: Path) -> list[Path]:
     """Draw the panels into `stem`.png and .svg; return both."""
-    with figures.figure(stem, SIZE_IN, 3) as (drawn, (said, felt, learned)):
+    with figures.figure(stem, SIZE_IN, 2) as (drawn, (said, felt)):
         figures.title(drawn, f"{encoder}: wood, glass, fabric or metal?")
         _draw_coverage(said, found)
         _draw_error(felt, found)
-        _draw_course(learned, course)
     return figures.files(stem)
 
 
@@ -137,19 +125,6 @@ def _draw_error(axes: Axes, found: list[Worth]) -> None:
     axes.set_xticks(places, [result.name.replace("/", "/\n") for result in found], fontsize=7)
     axes.set(ylabel="mean error of contact temperature, degC", ylim=(0, None))
     axes.set_title("Felt, zero-shot: skin 33, room 22 degC")
-    axes.legend()
-
-
-def _draw_course(axes: Axes, course: list[dict[str, float]]) -> None:
-    samples = [row["samples"] / 1000 for row in course]
-    names = [name for name in course[0] if name not in ("samples", "cooled")]
-    for name, colour in zip(names, COLOURS, strict=False):
-        axes.plot(samples, [row[name] for row in course], "o-", color=colour, label=name)
-    cooled = [row for row in course if row["cooled"]]
-    for row in cooled:
-        axes.axvline(row["samples"] / 1000, color=INK, linewidth=0.8, linestyle=":")
-    axes.set(xlabel="thousand samples", ylabel="forced choice of four right, %", ylim=(25, 100))
-    axes.set_title("Sets to choose on; dotted: rate at zero")
     axes.legend()
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +16,14 @@ from numpy.typing import NDArray
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.galleries import calibration, enrol
-from hapticvlm.vision.galleries.gallery import Gallery, Pictures
+from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm_lab.bench.material.data import FOUR, Source
 from hapticvlm_lab.bench.material.reading import default_captures, read_capture, read_pictures
 
 DRAWS = 20
 SEED = 7
+
+Kind = Literal["renders", "photographs"]
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -31,7 +34,7 @@ class Seen:
     """Pictures of the four materials: truth (N,) indices of FOUR, objects (N,), views of each."""
 
     name: str
-    pictures: Pictures
+    pictures: Kind
     truth: NDArray[np.int64]
     objects: NDArray[np.str_]
     views: tuple[Floats, ...]
@@ -42,9 +45,9 @@ class Seen:
         return np.stack([rows[0] for rows in self.views])
 
 
-def sources_of(data: Path | None) -> list[tuple[Source, Pictures]]:
+def sources_of(data: Path | None) -> list[tuple[Source, Kind]]:
     """Read the sets that only report."""
-    found: list[tuple[Source, Pictures]] = [
+    found: list[tuple[Source, Kind]] = [
         (read_capture(path), "renders") for path in default_captures()
     ]
     for name in ("caltech101", "report_web") if data is not None else ():
@@ -55,7 +58,7 @@ def sources_of(data: Path | None) -> list[tuple[Source, Pictures]]:
     return found
 
 
-def embed(encoder: Encoder, source: Source, kind: Pictures) -> Seen:
+def embed(encoder: Encoder, source: Source, kind: Kind) -> Seen:
     """Embed pictures of FOUR, each as it is and varied as enrolment does."""
     views = []
     for view in source.views:

@@ -51,8 +51,8 @@ def run(data: Path | None, encoder_name: str | None, path: Path | None, *, as_js
     """
     encoder = load_encoder(encoder_name)
     found: dict[str, object] = {"encoder": encoder.name}
+    gallery = load_gallery(path, encoder=encoder)
     for source, kind in sources_of(data):
-        gallery = load_gallery(path, encoder=encoder, pictures=kind)
         found[source.name] = judge(embed(encoder, source.keep(FOUR), kind), gallery)
         if not as_json:
             _print(source.name, found[source.name])

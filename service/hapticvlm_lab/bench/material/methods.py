@@ -21,13 +21,13 @@ from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm.vision.galleries.storage import GalleryError, load_gallery
-from hapticvlm_lab.bench.material import logistic, torch_networks
+from hapticvlm_lab.bench.material import logistic
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, standardised_on
 from hapticvlm_lab.bench.material.data import Cut, Source, crops
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
-Family = Literal["guess", "stated", "plain", "named", "untrained", "ours", "ladder"]
+Family = Literal["guess", "stated", "plain", "named", "ours", "ladder"]
 
 NEAREST = Calibration(64.0, 0.0, 0.0)  # so sharp that the nearest reference decides; uncalibrated
 TEXTURES = "textures, logistic"
@@ -139,18 +139,17 @@ def assemble(named: Sequence[str], teaching: Source | None) -> tuple[list[Method
         except (EncoderError, GalleryError, OSError) as error:
             skipped.append(f"{name}: {error}")
 
-    attempt("untrained", partial(_untrained, teaching))
     for name in named:
         attempt(name, partial(_named, name))
     found += _combinations(ours)
-    attempt("ours, torch eager", lambda: _eager(ours))
     whole = [_as_whole(m) for m in found if _is_seen(m)]
     return found + whole, skipped
 
 
 def networks(data: Path | None) -> list[str]:
-    """List the ImageNet networks of the data folder."""
-    return [] if data is None else sorted(map(str, data.glob("teacher/*.tflite")))
+    """List the other encoders that ship, and the ImageNet networks of the data folder."""
+    others = ["lite2"]
+    return others + ([] if data is None else sorted(map(str, data.glob("teacher/*.tflite"))))
 
 
 def for_source(methods: Sequence[Method], source: Source) -> list[Method]:
@@ -211,15 +210,6 @@ def _named(name: str) -> Method:
 
 def _taught(name: str, family: Family, encoder: Encoder, teaching: Source | None) -> Method:
     return Method(name, family, encoder, reference_head(teaching, encoder), references="teaching")
-
-
-def _untrained(teaching: Source | None) -> Method:
-    return _taught("untrained", "untrained", torch_networks.untrained(), teaching)
-
-
-def _eager(like: Method) -> Method:
-    name = f"{like.name}, torch eager"
-    return replace(like, name=name, encoder=torch_networks.eager(), is_default=False)
 
 
 def _as_whole(method: Method) -> Method:

@@ -40,19 +40,26 @@ def main() -> int:
     parser.add_argument("--frames", type=int, default=0, help="whole frames with ids")
     parser.add_argument("--sheet", type=int, default=0, help="a contact sheet of so many crops")
     chosen = parser.parse_args()
-    chosen.out.mkdir(parents=True, exist_ok=True)
-    numbers = range(chosen.first, chosen.first + chosen.shards)
     try:
-        for start in range(0, max(1, chosen.shards), SHARDS_A_PAGE):
+        draw(chosen.data, chosen.out, range(chosen.first, chosen.first + chosen.shards))
+        if chosen.frames or chosen.sheet:
             with opened(chosen.data) as rooms:
-                for number in track(numbers[start : start + SHARDS_A_PAGE], "shards"):
-                    _shard(rooms, number, chosen.out / f"shard_{number:05d}.npz")
                 _frames(rooms, chosen.frames, chosen.first, chosen.out)
                 _sheet(rooms, chosen.sheet, chosen.first, chosen.out / "sheet.png")
     except RoomsError as error:
         sys.stderr.write(f"rooms: {error}\n")
         return 2
     return 0
+
+
+def draw(data: Path, out: Path, numbers: range) -> None:
+    """Write these shards where they are not there yet. Raises RoomsError."""
+    out.mkdir(parents=True, exist_ok=True)
+    missing = [number for number in numbers if not _path(out, number).exists()]
+    for start in range(0, len(missing), SHARDS_A_PAGE):
+        with opened(data) as rooms:
+            for number in track(missing[start : start + SHARDS_A_PAGE], "shards of rooms"):
+                _shard(rooms, number, _path(out, number))
 
 
 def cut(picture: Picture) -> NDArray[np.uint8]:
@@ -67,6 +74,10 @@ def cut(picture: Picture) -> NDArray[np.uint8]:
     return np.dstack([crop.image, crop.mask])
 
 
+def _path(out: Path, number: int) -> Path:
+    return out / f"shard_{number:05d}.npz"
+
+
 def _crops(rooms: Rooms, seeds: Iterable[int], most: int) -> Iterator[Crop]:
     found = (picture for seed in seeds for picture in rooms.crops(seed))
     large = (p for p in found if p.things and (p.ids == p.things[0].id).mean() >= LEAST)
@@ -75,9 +86,7 @@ def _crops(rooms: Rooms, seeds: Iterable[int], most: int) -> Iterator[Crop]:
 
 
 def _shard(rooms: Rooms, number: int, path: Path) -> None:
-    """Write a shard if it is not there: big (N, 224, 224, 4) RGB and mask, label, source."""
-    if path.exists():
-        return
+    """Write a shard: big (N, 224, 224, 4) RGB and mask, label, source."""
     seeds = range(number * ROOMS_A_SHARD, (number + 1) * ROOMS_A_SHARD)
     crops = list(_crops(rooms, seeds, PER_SHARD))
     order = np.random.default_rng(number).permutation(len(crops))

@@ -1,0 +1,163 @@
+"""What the packaged network sees of the pictures that teach, choose and calibrate.
+
+Crops are described by the int8 graph that ships, so that a head learns from exactly what it will
+be given. Descriptions are kept in a folder, one file a set, since they take ten times as long as
+the fit. Which picture may do what is decided in `sources` alone.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from onnx import ModelProto
+from PIL import Image
+from rich.progress import track
+
+from hapticvlm import materials
+from hapticvlm.vision import files, pictures
+from hapticvlm.vision.encoders.onnx_encoder import open_session
+from hapticvlm.vision.galleries.network_gallery import read_references
+from hapticvlm.vision.pictures import Crop
+from hapticvlm_lab.training import pool, sources
+
+NAMES = (*materials.MATERIALS, materials.UNKNOWN)
+RENDERS = ("rooms", "traced")
+SEED = 20261122
+# Crops of one source and class, by round: the second round adds to the sources that show most.
+MOST = ({"imagenet_small": 150}, {"imagenet_small": 500})
+OTHERS = (60, 150)
+
+Floats = NDArray[np.float32]
+Pixels = NDArray[np.uint8]
+Labelled = tuple[Crop, str, str]  # crop, label, source
+
+
+@dataclass(frozen=True, slots=True)
+class Described:
+    """features (N, F) and scores (N, 1000) float16; labels (N,) places in NAMES; sources (N,)."""
+
+    features: NDArray[np.float16]
+    scores: NDArray[np.float16]
+    labels: NDArray[np.int64]
+    sources: NDArray[np.str_]
+
+
+def describe_all(
+    model: ModelProto, weights: Mapping[str, Any], sets: Mapping[str, Iterable[Labelled]], at: Path
+) -> dict[str, Described]:
+    """Describe every set that has no file in the folder `at` yet, and read all of them."""
+    session = open_session(model.SerializeToString(), 1, weights)
+    at.mkdir(parents=True, exist_ok=True)
+    for name, crops in sets.items():
+        path = at / f"{name}.npz"
+        if not path.exists():
+            _write(session, track(crops, name), path)
+    return {name: _read(at / f"{name}.npz") for name in sets}
+
+
+def _write(session: Any, crops: Iterable[Labelled], path: Path) -> None:  # noqa: ANN401
+    features, scores, labels, named = [], [], [], []
+    for crop, label, source in crops:
+        found = session.run(["features", "_fc"], {"crops": _pixels(crop)[None]})
+        features.append(found[0][0].astype(np.float16))
+        scores.append(found[1][0].astype(np.float16))
+        labels.append(NAMES.index(label))
+        named.append(source)
+    part = path.with_suffix(".part")
+    with part.open("wb") as file:
+        np.savez(file, features=features, scores=scores, labels=labels, sources=named)
+    part.replace(path)
+
+
+def _read(path: Path) -> Described:
+    with np.load(path, allow_pickle=False) as file:
+        return Described(
+            file["features"], file["scores"], file["labels"].astype(np.int64), file["sources"]
+        )
+
+
+def teaching(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelled]]:
+    """Name every set of crops that may teach: references, photographs, renders."""
+    found: dict[str, Iterable[Labelled]] = {"references": _references(side)}
+    found |= {f"photographs_{turn}": _photographs(data, side, turn) for turn in range(len(MOST))}
+    for name in RENDERS:
+        found[name] = _renders(renders / name, side, calibrates=False)
+    return found
+
+
+def judging(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelled]]:
+    """Name the sets that choose and calibrate: renders of other rooms, and sources.CHOICE."""
+    found: dict[str, Iterable[Labelled]] = {sources.CHOICE: _chosen(data, side)}
+    for name in RENDERS:
+        shown = _renders(renders / name, side, calibrates=True)
+        found[f"{name}_left_out"] = shown
+    return found
+
+
+def calibrating(data: Path, renders: Path, side: int, count: int) -> list[Pixels]:
+    """Take crops (S, S, 4) that ranges of activations are taken of: no label is read."""
+    folder = data / sources.UNLABELLED[0]
+    barred = sources.SAME_AS_HELD_BACK | sources.LIVING_HELD_BACK
+    paths = [path for path in sorted(folder.rglob("*.jpg")) if path.parent.name not in barred]
+    chosen = np.random.default_rng(SEED).choice(len(paths), count, replace=False)
+    whole = np.full((side, side), 255, np.uint8)
+    found = [_pixels(Crop(_resized(pool.read(paths[at]), side), whole)) for at in chosen]
+    rooms = _renders(renders / RENDERS[0], side, calibrates=False)
+    found += [_pixels(crop) for (crop, _, _), _ in zip(rooms, range(count), strict=False)]
+    return found
+
+
+def _references(side: int) -> Iterator[Labelled]:
+    crops, labels = read_references(side)
+    for crop, label in zip(crops, labels.tolist(), strict=True):
+        yield crop, NAMES[label], "references"
+
+
+def _photographs(data: Path, side: int, turn: int) -> Iterator[Labelled]:
+    """Cut photographs that teach, at most MOST of each source and class, another part a turn."""
+    every = pool.pictures(data)
+    order = np.random.default_rng(SEED + turn).permutation(len(every))
+    taken: Counter[tuple[str, str]] = Counter()
+    for place in order:
+        picture = every[place]
+        cell = (picture.source, picture.label)
+        if taken[cell] < MOST[turn].get(picture.source, OTHERS[turn]):
+            taken[cell] += 1
+            yield pool.cut(data, picture, turn, every, side), picture.label, picture.source
+
+
+def _renders(folder: Path, side: int, *, calibrates: bool) -> Iterator[Labelled]:
+    for path in sorted(folder.glob("*.npz")):
+        if sources.is_calibration_shard(path.stem) != calibrates:
+            continue
+        with np.load(path, allow_pickle=False) as file:
+            shown, labels = file["big"], file["label"].tolist()
+        for crop, label in zip(shown, labels, strict=True):
+            yield Crop(_resized(crop[..., :3], side), _mask(crop[..., 3], side)), label, folder.name
+
+
+def _chosen(data: Path, side: int) -> Iterator[Labelled]:
+    """Show sources.CHOICE as the service sees pictures without a mask: their central half."""
+    for path, label in sources.labelled(data, sources.CHOICE):
+        crop = pictures.crop(files.read_frame(path), side)
+        yield crop, sources.material_of(label), sources.CHOICE
+
+
+def _pixels(crop: Crop) -> Pixels:
+    return np.dstack([crop.image, np.where(crop.mask > 0, 255, 0).astype(np.uint8)])
+
+
+def _resized(pixels: Pixels, side: int) -> Pixels:
+    image = Image.fromarray(np.ascontiguousarray(pixels))
+    return np.asarray(image.resize((side, side), Image.Resampling.BILINEAR))
+
+
+def _mask(mask: Pixels, side: int) -> Pixels:
+    image = Image.fromarray(np.ascontiguousarray(mask))
+    return np.asarray(image.resize((side, side), Image.Resampling.NEAREST))

@@ -1,0 +1,128 @@
+"""Writes an ONNX graph node by node, quantised where ranges of its activations are known.
+
+Weights are named and left out: the product reads them from their own package. An activation is
+quantised to uint8 over the range that pictures gave it; a node between two quantised tensors is
+what onnxruntime computes in whole numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from onnx import ModelProto, TensorProto, helper, numpy_helper
+
+OPSET, IR_VERSION = 17, 8
+LEVELS = 255
+LEAST_RANGE = 1e-6
+
+Ranges = Mapping[str, tuple[float, float]]  # least and greatest value of a tensor, by its name
+
+
+@dataclass(slots=True)
+class GraphWriter:
+    """The nodes and constants so far.
+
+    ranges: None for a graph of floats. `watched` are the tensors that a quantised graph needs the
+    ranges of; `scales` the step of each layer's input.
+    """
+
+    ranges: Ranges | None = None
+    watched: list[str] = field(default_factory=list)
+    scales: dict[str, float] = field(default_factory=dict)
+    _nodes: list[Any] = field(default_factory=list)
+    _constants: dict[str, Any] = field(default_factory=dict)
+    _steps: dict[str, float] = field(default_factory=dict)
+
+    def add(self, kind: str, inputs: Sequence[str], name: str, **attributes: Any) -> str:
+        """Add a node with one output of its own name; return that."""
+        self._nodes.append(helper.make_node(kind, inputs, [name], name=name, **attributes))
+        return name
+
+    def has(self, name: str) -> bool:
+        """Whether a node of that name is there."""
+        return any(node.name == name for node in self._nodes)
+
+    def constant(self, name: str, value: ArrayLike) -> str:
+        """Add a constant once; return its name."""
+        self._constants.setdefault(name, numpy_helper.from_array(np.asarray(value), name))
+        return name
+
+    def folded(self, name: str, value: ArrayLike) -> str:
+        """Add a constant that takes few bytes, as the float32 that it is once the graph is open."""
+        stored = self.constant(f"{name}.stored", value)
+        return self.add("Cast", [stored], name, to=TensorProto.FLOAT)
+
+    def dequantised(self, x: str, name: str, step: float, zero: int) -> str:
+        """Read uint8 as floats: (x - zero) step."""
+        scale = self.constant(f"{name}.step", np.float32(step))
+        origin = self.constant(f"{name}.zero", np.uint8(zero))
+        self._steps[name] = float(np.float32(step))
+        return self.add("DequantizeLinear", [x, scale, origin], name)
+
+    def rounded(self, x: str, most: float | None = None) -> str:
+        """Quantise an activation over its range, which begins at 0 where `most` is given.
+
+        Saturation is then the rectifier: what is below 0 or above `most` becomes these.
+        """
+        self.watched.append(x)
+        if self.ranges is None:
+            return x
+        low, high = self.ranges[x]
+        if most is not None:
+            low, high = 0.0, min(high, most)
+        low, high = min(low, 0.0), max(high, LEAST_RANGE)
+        step = float(np.float32((high - low) / LEVELS))
+        scale = self.constant(f"{x}.rounded.step", np.float32(step))
+        zero = round(-low / step)
+        origin = self.constant(f"{x}.rounded.zero", np.uint8(zero))
+        whole = self.add("QuantizeLinear", [x, scale, origin], f"{x}.whole")
+        return self.dequantised(whole, f"{x}.rounded", step, zero)
+
+    def layer(self, kind: str, x: str, name: str, shape: Sequence[int], **attributes: Any) -> str:
+        """Add a convolution or a product whose weights (O, ...) and bias (O,) are left out."""
+        if self.ranges is None:
+            parts = [
+                self._outside(f"{name}.weights", TensorProto.FLOAT, shape),
+                self._outside(f"{name}.bias", TensorProto.FLOAT, shape[:1]),
+            ]
+            return self.add(kind, [x, *parts], name, **attributes)
+        self.scales[name] = self._steps[x]
+        weights = self._outside(f"{name}.weights", TensorProto.INT8, shape)
+        bias = self._outside(f"{name}.bias", TensorProto.INT32, shape[:1])
+        steps = self._outside(f"{name}.steps", TensorProto.FLOAT, shape[:1])
+        unit = self._outside(f"{name}.unit", TensorProto.FLOAT, shape[:1])
+        zeros = np.zeros(shape[0])
+        whole = self.constant(f"zeros8.{shape[0]}", zeros.astype(np.int8))
+        wide = self.constant(f"zeros32.{shape[0]}", zeros.astype(np.int32))
+        parts = [
+            self.add("DequantizeLinear", [weights, steps, whole], f"{weights}.floats", axis=0),
+            self.add("DequantizeLinear", [bias, unit, wide], f"{bias}.floats", axis=0),
+        ]
+        return self.add(kind, [x, *parts], name, **attributes)
+
+    def model(
+        self, side: int, outputs: Mapping[str, Sequence[int | str | None] | None]
+    ) -> ModelProto:
+        """Close the graph: crops (N, S, S, 4) uint8 to these float outputs, by name with shape."""
+        shape: list[int | str | None] = ["N", side, side, 4]
+        given = helper.make_tensor_value_info("crops", TensorProto.UINT8, shape)
+        made = [
+            helper.make_tensor_value_info(name, TensorProto.FLOAT, sizes)
+            for name, sizes in outputs.items()
+        ]
+        constants = list(self._constants.values())
+        graph = helper.make_graph(self._nodes, "encoder", [given], made, constants)
+        opsets = [helper.make_opsetid("", OPSET)]
+        return helper.make_model(graph, opset_imports=opsets, ir_version=IR_VERSION)
+
+    def _outside(self, name: str, kind: int, shape: Sequence[int]) -> str:
+        tensor = TensorProto(name=name, data_type=kind, dims=shape)
+        tensor.data_location = TensorProto.EXTERNAL
+        entry = tensor.external_data.add()
+        entry.key, entry.value = "location", "weights"
+        self._constants[name] = tensor
+        return name

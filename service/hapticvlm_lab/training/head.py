@@ -1,0 +1,135 @@
+"""The head of the shipped encoder: one hidden layer on what a frozen network sees, by a fixed seed.
+
+Classes count alike; within a class renders and photographs do, and within these their sources, so
+that the largest set does not become the material. The layer's activation of unit norm is the
+embedding; the linear layer of the gallery reads the materials off it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch.nn import functional
+
+from hapticvlm.vision.encoders import imagenet, two_parts
+from hapticvlm.vision.galleries.gallery import LinearLayer
+from hapticvlm_lab.training.describing import NAMES, RENDERS, Described
+from hapticvlm_lab.training.lite_graph import Head, Network
+
+WIDTH = 256  # of the hidden layer
+EPOCHS, BATCH = 10, 256
+RATE, DECAY, SMOOTHING = 2e-3, 0.05, 0.05
+DROPPED_FEATURES, DROPPED = 0.2, 0.5
+GAIN, HIDDEN_GAIN = 16.0, 8.0  # of the unit features, and of the unit activation
+LAST_WEIGHT = 3.0  # of the last map beside a stage; a review's choice, kept
+LEAST_DEVIATION = 1e-3  # of the largest: what hardly varies is not blown up
+ROOMS_WEIGHT = 3.0  # of the rooms beside another source of renders
+RARE_SOURCE, RARE_KIND = 50, 60  # pictures from which a source, or a kind, counts in full
+LEVELS = 127  # of the hidden weights
+
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A head, and the layer (W, C) that reads the materials of NAMES off its activation."""
+
+    head: Head
+    layer: LinearLayer
+
+    def activation(self, features: NDArray[np.float16]) -> Floats:
+        """Return the unit activation (N, W) of features (N, F), as the graph does."""
+        head = self.head
+        unit = _unit((features.astype(np.float32) - head.mean) * head.scale)
+        made = unit @ (head.weights * head.steps) + head.bias
+        return _unit(np.maximum(made, 0.0))
+
+    def embed(self, described: Described) -> Floats:
+        """Return the embeddings (N, D) of described crops, as the graph does."""
+        beliefs = imagenet.material_beliefs(described.scores.astype(np.float32))
+        return two_parts.join(self.activation(described.features), beliefs)
+
+
+def fit(sets: Sequence[Described], network: Network, seed: int) -> Fitted:
+    """Fit a head; the same sets and seed give the same bytes on one machine."""
+    labels = np.concatenate([found.labels for found in sets])
+    weights = weigh(labels, np.concatenate([found.sources for found in sets]))
+    features = np.concatenate([found.features for found in sets]).astype(np.float32)
+    mean, scale = _standard(features, weights, network)
+    rows = torch.from_numpy(_unit((features - mean) * scale) * np.float32(GAIN))
+    hidden, last = _train(rows, torch.from_numpy(labels), weights, seed)
+    wide = hidden.weight.detach().numpy().T * np.float32(GAIN)
+    steps = np.asarray(np.abs(wide).max(axis=0) / LEVELS, np.float32)
+    whole = np.rint(wide / steps).astype(np.int8)
+    head = Head(mean, scale, whole, steps, hidden.bias.detach().numpy())
+    read = last.weight.detach().numpy().T * np.float32(HIDDEN_GAIN)
+    return Fitted(head, LinearLayer(read, last.bias.detach().numpy()))
+
+
+def weigh(labels: NDArray[np.int64], sources_of: NDArray[np.str_]) -> Doubles:
+    """Weights (N,), which sum to 1, by which classes, kinds and sources count alike."""
+    weights = np.zeros(len(labels))
+    is_render = np.isin(sources_of, (*RENDERS, "references"))
+    for label in np.unique(labels):
+        for kind in (is_render, ~is_render):
+            _weigh_kind(weights, (labels == label) & kind, sources_of)
+        weights[labels == label] /= weights[labels == label].sum()
+    return np.asarray(weights / weights.sum())
+
+
+def _weigh_kind(weights: Doubles, chosen: NDArray[np.bool_], sources_of: NDArray[np.str_]) -> None:
+    if not chosen.any():
+        return
+    for source in np.unique(sources_of[chosen]):
+        rows = chosen & (sources_of == source)
+        share = ROOMS_WEIGHT if source == RENDERS[0] else min(1.0, rows.sum() / RARE_SOURCE)
+        weights[rows] = share / rows.sum()
+    weights[chosen] *= min(1.0, chosen.sum() / RARE_KIND) / weights[chosen].sum()
+
+
+def _standard(features: Floats, weights: Doubles, network: Network) -> tuple[Floats, Floats]:
+    """Return mean and scale by which each stage's numbers count alike, the last map's more."""
+    groups = [width for width in network.widths[1:] for _ in range(2)]
+    last = network.features - sum(groups)
+    share = [np.full(width, width**-0.5) for width in groups] + [np.full(last, last**-0.5)]
+    share[-1] *= LAST_WEIGHT
+    mean = weights @ features
+    deviation = np.sqrt(weights @ (features - mean) ** 2)
+    scale = np.concatenate(share) / np.maximum(deviation, LEAST_DEVIATION * deviation.max())
+    return mean.astype(np.float32), scale.astype(np.float32)
+
+
+def _train(
+    rows: torch.Tensor, labels: torch.Tensor, weights: Doubles, seed: int
+) -> tuple[torch.nn.Linear, torch.nn.Linear]:
+    """Train hidden and last layer on unit features times GAIN; on one thread, so deterministic."""
+    torch.set_num_threads(1)
+    torch.manual_seed(seed)
+    hidden, last = torch.nn.Linear(rows.shape[1], WIDTH), torch.nn.Linear(WIDTH, len(NAMES))
+    costs = torch.from_numpy((weights * len(weights)).astype(np.float32))
+    optimiser = torch.optim.AdamW([*hidden.parameters(), *last.parameters()], weight_decay=DECAY)
+    steps = len(rows) // BATCH
+    rate = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, EPOCHS * steps)
+    for _ in range(EPOCHS):
+        for batch in torch.randperm(len(rows))[: steps * BATCH].reshape(steps, BATCH):
+            seen = functional.dropout(rows[batch], DROPPED_FEATURES)
+            active = HIDDEN_GAIN * functional.normalize(torch.relu(hidden(seen)), dim=1)
+            found = last(functional.dropout(active, DROPPED))
+            surprise = functional.cross_entropy(
+                found, labels[batch], reduction="none", label_smoothing=SMOOTHING
+            )
+            optimiser.zero_grad()
+            (costs[batch] * surprise).mean().backward()  # type: ignore[no-untyped-call]
+            optimiser.step()
+            rate.step()
+    return hidden, last
+
+
+def _unit(rows: Floats) -> Floats:
+    raised = rows + np.float32(1e-6)
+    return np.asarray(raised / np.linalg.norm(raised, axis=1, keepdims=True), np.float32)

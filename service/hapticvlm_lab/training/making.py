@@ -1,0 +1,153 @@
+"""Makes the folder of an encoder: its graph without weights, its card and its gallery.
+
+The scale of the logits, one for all pictures, is chosen on renders of other rooms and objects and
+on sources.CHOICE, by the mean surprise with the four main candidates and with all materials. No
+picture that is reported on is read here.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from onnx import ModelProto
+
+from hapticvlm import materials
+from hapticvlm.vision.encoders import packaged_weights
+from hapticvlm.vision.encoders.encoder import CARD
+from hapticvlm.vision.encoders.onnx_encoder import GRAPH, open_session
+from hapticvlm.vision.encoders.two_parts import layer_of
+from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
+from hapticvlm.vision.galleries.network_gallery import EXPONENT
+from hapticvlm.vision.galleries.storage import FILE_NAME, save_gallery
+from hapticvlm_lab.training import describing, head, lite_graph, sources
+from hapticvlm_lab.training.centres import choose_references
+from hapticvlm_lab.training.describing import NAMES, Described
+from hapticvlm_lab.training.graph_writer import Ranges
+from hapticvlm_lab.training.head import Fitted
+from hapticvlm_lab.training.packages import SOURCES
+
+VERSION = 1  # of the heads: galleries made with another do not fit
+CALIBRATING = 60  # pictures, and as many rooms, that ranges of activations are taken of
+SHARPNESS = 16.0  # of the shipped references, which teach a user's own ones what is none of them
+SEEDS = (0, 1, 2)  # of the fit; the one is kept that is least surprised by what taught nothing
+FOUR = ("wood", "glass", "fabric", "metal")
+SCALES = tuple(np.geomspace(0.2, 4.0, 40).tolist())
+
+Doubles = NDArray[np.float64]
+
+
+def make(network: str, data: Path, work: Path, out: Path) -> str:
+    """Write the folder of an encoder; return what was chosen, in a line."""
+    layout, source = lite_graph.NETWORKS[network], SOURCES[network]
+    layers = packaged_weights.fold(packaged_weights.read_source(source))
+    ranges = _ranges(network, layers, data, work)
+    model, graph = lite_graph.describing(layout, ranges)
+    weights = packaged_weights.quantise(layers, graph.scales)
+    teaching = describing.teaching(data, work, layout.side)
+    judging = describing.judging(data, work, layout.side)
+    found = describing.describe_all(model, weights, teaching | judging, work / network)
+    taught = [found[name] for name in teaching]
+    judged = {name: found[name] for name in judging if len(found[name].labels)}
+    fits = [head.fit(taught, layout, seed) for seed in SEEDS]
+    galleries = [make_gallery(network, each, taught, judged) for each in fits]
+    (gallery, surprise), fitted = min(
+        zip(galleries, fits, strict=True), key=lambda found: found[0][1]
+    )
+    shipped, last = lite_graph.embedding(layout, ranges, fitted.head)
+    made = packaged_weights.quantise(layers, last.scales)
+    card = {"name": f"{network}-{VERSION}", "side": layout.side}
+    _write(out, shipped, card | _card(source, last.scales, made, fitted.head))
+    save_gallery(gallery, out / FILE_NAME)
+    pictures = sum(len(found[name].labels) for name in teaching)
+    surprises = ", ".join(f"{found:.3f}" for _, found in galleries)
+    chosen = f"scale {gallery.calibration.scale:.2f}, surprise {surprise:.3f} of {surprises}"
+    return f"{network}: {pictures} crops, {chosen}"
+
+
+def make_gallery(
+    network: str, fitted: Fitted, taught: Sequence[Described], judged: Mapping[str, Described]
+) -> tuple[Gallery, float]:
+    """Make references, the layer of all materials, and its scale; with its surprise."""
+    rows = np.concatenate([fitted.embed(found) for found in taught])
+    labels = np.concatenate([found.labels for found in taught])
+    named = np.concatenate([found.sources for found in taught])
+    cells = [f"{source}/{label}" for source, label in zip(named, labels, strict=True)]
+    _, numbers = np.unique(cells, return_inverse=True)
+    references, of = choose_references(rows, labels, numbers, VERSION)
+    layer = LinearLayer(layer_of(fitted.layer.weights, EXPONENT), fitted.layer.bias)
+    surprise, scale = min((_surprise(fitted, layer, judged, trial), trial) for trial in SCALES)
+    calibration = Calibration(SHARPNESS, 1.0, -1000.0, weight=0.0, scale=scale)
+    return Gallery(f"{network}-{VERSION}", NAMES, references, of, calibration, layer), surprise
+
+
+def _surprise(
+    fitted: Fitted, layer: LinearLayer, judged: Mapping[str, Described], scale: float
+) -> float:
+    """Mean surprise at a scale: photographs and renders alike, four candidates and all alike."""
+    total = 0.0
+    for name, found in judged.items():
+        share = 1.0 if name == sources.CHOICE else 1.0 / (len(judged) - 1)
+        logits = scale * (fitted.embed(found) @ layer.weights + layer.bias).astype(np.float64)
+        total += share * (_among(logits, found.labels, FOUR) + _among(logits, found.labels, NAMES))
+    return total
+
+
+def _among(logits: Doubles, labels: NDArray[np.int64], admitted: Sequence[str]) -> float:
+    """Mean surprise of those of some materials, unknown beside them, classes alike."""
+    columns = [NAMES.index(name) for name in dict.fromkeys((*admitted, materials.UNKNOWN))]
+    rows = np.isin(labels, [NAMES.index(name) for name in admitted])
+    truth = np.array([columns.index(label) for label in labels[rows]])
+    right = log_softmax(logits[rows][:, columns])[np.arange(len(truth)), truth]
+    return -float(np.mean([right[truth == value].mean() for value in np.unique(truth)]))
+
+
+def _ranges(network: str, layers: Mapping[str, Any], data: Path, work: Path) -> Ranges:
+    """Take the ranges of all activations of pictures without labels; kept in the work folder."""
+    path = work / network / "ranges.json"
+    if path.exists():
+        return {name: (low, high) for name, (low, high) in json.loads(path.read_bytes()).items()}
+    layout = lite_graph.NETWORKS[network]
+    model, graph = lite_graph.describing(layout, None)
+    session = open_session(model.SerializeToString(), 1, packaged_weights.floats(layers))
+    found: dict[str, tuple[float, float]] = {}
+    for crop in describing.calibrating(data, work, layout.side, CALIBRATING):
+        seen = session.run(graph.watched, {"crops": crop[None]})
+        for name, values in zip(graph.watched, seen, strict=True):
+            low, high = found.get(name, (np.inf, -np.inf))
+            found[name] = (min(low, float(values.min())), max(high, float(values.max())))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(found))
+    return found
+
+
+def _card(
+    source: packaged_weights.Source,
+    scales: Mapping[str, float],
+    made: Mapping[str, packaged_weights.Array],
+    head: lite_graph.Head,
+) -> dict[str, Any]:
+    """Describe an encoder; `made` is a digest of its rounded weights, for tests."""
+    digest = hashlib.sha256()
+    for tensor in sorted(made):
+        digest.update(made[tensor].tobytes())
+    return {
+        "dimension": head.dimension,
+        "weights": {**asdict(source), "scales": dict(scales)},
+        "made": digest.hexdigest(),
+    }
+
+
+def _write(out: Path, model: ModelProto, card: Mapping[str, Any]) -> None:
+    out.mkdir(parents=True, exist_ok=True)
+    data = model.SerializeToString()
+    (out / GRAPH).write_bytes(data)
+    digest = {GRAPH: hashlib.sha256(data).hexdigest()}
+    text = json.dumps({**card, "sha256": digest}, indent=2)
+    (out / CARD).write_text(text + "\n", encoding="utf-8")
