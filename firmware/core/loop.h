@@ -9,6 +9,7 @@ struct Loop {
     float target_c;    // what the plate follows now: the goal after slew
     float integral_a;
     float current_a;   // applied, positive heats
+    float slope_c_s;   // of the target, a short mean
     float held_a;      // what flowed before a test pulse began
     float owed;        // counts that rounding kept back, given in a later step
     int16_t counts;

@@ -222,7 +222,10 @@ class Board:
     def _step(self) -> None:
         bridge = self._look(restart=True)
         self.duty = bridge.heat - bridge.cool
-        conducts = not self.cut_out.is_open and self._is_started
+        conducts = not self.cut_out.is_open
+        if not self._is_started:  # the plant's time begins with the cut-out's
+            self._sense()
+            return
         emf_v = SEEBECK * (self.plant.plate_c - self.plant.sink_c)
         self._live(self.driver.current_a(self.duty, emf_v) if conducts else 0.0, STEP_S)
         self.limited_s += STEP_S * (conducts and self.driver.is_limiting(self.duty))

@@ -280,8 +280,8 @@ MUTATIONS = (
     Mutation(
         "slew limit dropped",
         LOOP,
-        "    if (away_c <= SLEW_HEAT_C_STEP && away_c >= -SLEW_COOL_C_STEP) {\n",
-        "    if (fabsf(away_c) <= 100.0f) {\n",
+        "step_c = clamp(away_c, -SLEW_COOL_C_STEP, SLEW_HEAT_C_STEP);",
+        "step_c = away_c;",
         "the target never cools faster than 8 degC/s nor heats faster than 5*",
     ),
     Mutation(
@@ -515,8 +515,8 @@ MUTATIONS = (
     Mutation(
         "heat as fast as cold",
         LOOP,
-        "away_c > 0.0f ? SLEW_HEAT_C_STEP : -SLEW_COOL_C_STEP",
-        "away_c > 0.0f ? SLEW_COOL_C_STEP : -SLEW_COOL_C_STEP",
+        "clamp(away_c, -SLEW_COOL_C_STEP, SLEW_HEAT_C_STEP)",
+        "clamp(away_c, -SLEW_COOL_C_STEP, SLEW_COOL_C_STEP)",
         "the target never cools faster than 8 degC/s nor heats faster than 5*",
     ),
     Mutation(
@@ -544,7 +544,7 @@ MUTATIONS = (
         "the serial line set once",
         PORT,
         "            keep_serial();\n",
-        "",
+        "            if (tx_head == TX_ROOM) keep_serial();\n",
         chip=f"{_RENEWED}[UBRR0L]",
     ),
 )

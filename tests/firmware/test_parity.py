@@ -8,6 +8,7 @@ import math
 
 import pytest
 
+from hapticvlm.devices.simulated.plant import PALM_RESISTANCE
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 
@@ -116,7 +117,7 @@ def test_the_simulated_plate_is_driven_like_the_firmware_drives_it(
     board = chip.board(room_c)
     board.plant._state_c[0] = sink_c
     board.driver.is_ideal = True
-    plate = SimulatedPlate(room_c)
+    plate = SimulatedPlate(room_c, palm_resistance=PALM_RESISTANCE)
     plate._plant._state_c[0] = sink_c
     host = RawHost(board)
     host.greet()
@@ -135,5 +136,5 @@ def test_the_simulated_plate_is_driven_like_the_firmware_drives_it(
     board.close()
 
     rms_a = math.sqrt(sum(a * a for a in apart_a) / len(apart_a))
-    assert rms_a < 0.02 * FULL_SCALE_A, "of full duty: noise at the limit, and test pulses"
+    assert rms_a < 0.03 * FULL_SCALE_A, "of full duty: noise at the limit, and test pulses"
     assert max(apart_c) < 0.35

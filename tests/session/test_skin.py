@@ -9,7 +9,7 @@ from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.heat.contact import thermal_contact
+from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
 from hapticvlm.rendering.heat.limits import (
     AT_REST,
     COOL_SLEW_C_PER_S,
@@ -19,6 +19,7 @@ from hapticvlm.rendering.heat.limits import (
 )
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.session.actions import DrivePlate
+from hapticvlm.session.hands import Hand
 from hapticvlm.session.session import SceneSession
 
 TICK_S = 0.02
@@ -170,7 +171,72 @@ def test_a_contact_after_a_real_approach_is_as_good_as_one_long_awaited(material
     assert abs(real[-1] - awaited[-1]) < 0.1
 
 
-def test_an_older_clients_approach_leads_and_then_fades():
+def test_an_older_clients_approach_leads_by_a_quarter_and_then_fades():
     skin_c = skin(palm("metal", 22.0, 2e-4, [("approach", 10.0, {})]))
-    assert min(skin_c[:60]) < NEUTRAL_C - 0.3
+    assert 0.15 < NEUTRAL_C - min(skin_c[:60]) < 1.3
     assert abs(skin_c[-1] - skin_c[0]) < 0.3
+
+
+def sways(seconds):
+    """A hand that sways by 5 mm rms at 2 cm, as the client tells it."""
+    for step in range(round(seconds / 0.1)):
+        phase = 2.0 * math.pi * step * 0.1
+        told = {"distance_m": 0.02 + 0.007 * math.sin(phase)}
+        yield "approach", 0.1, told | {"closing_mps": -0.044 * math.cos(phase)}
+
+
+@pytest.mark.parametrize(
+    "phases",
+    [[*sways(20.0)], [("approach", 0.5, {}), ("release", 0.5, {})] * 20],
+    ids=["sways", "an older client, in and out of reach"],
+)
+def test_a_hand_that_hovers_without_touching_is_not_cold_on_average(phases):
+    skin_c = skin(palm("metal", 22.0, 2e-4, phases))
+    assert abs(sum(skin_c) / len(skin_c) - skin_c[0]) < 0.3
+
+
+def test_a_lead_in_vain_is_followed_by_none_for_two_seconds_unless_the_hand_comes_nearer():
+    def touch(distance_m):
+        given: dict[str, Any] = {"hand": "left", "object_id": "a", "speed_mps": 0.0, "force_n": 0.0}
+        given |= {"captured_at": 0.0, "distance_m": distance_m, "closing_mps": 0.5}
+        return Touch(id=1, phase="approach", **given)
+
+    hand = Hand(0)
+    hand.update(touch(0.1), 0.0)
+    assert hand.lead(0.1) == 1.0
+    hand.update(touch(0.4), 0.2)
+    hand.update(touch(0.1), 0.4)
+    assert hand.lead(0.5) == 0.0
+    hand.update(touch(0.05), 0.6)
+    assert hand.lead(0.6) == 1.0
+    hand.update(touch(0.4), 0.7)
+    hand.update(touch(0.1), 2.8)
+    assert hand.lead(2.8) == 0.0, "the second in vain: four seconds"
+    hand.update(touch(0.1), 4.8)
+    assert hand.lead(4.8) == 1.0
+
+
+@pytest.mark.parametrize(("material", "at_a_quarter", "at_one"), [("metal", 0.5, 0.85)])
+def test_cold_arrives_in_the_first_half_second(material, at_a_quarter, at_one):
+    metal, glass = (first_second(name) for name in (material, "glass"))
+    for share, of, ours in ((at_a_quarter, 0.25, metal[0.25]), (at_one, 1.0, metal[1.0])):
+        assert ours >= share * real_change(material, of)
+    assert abs(metal[1.0] - glass[1.0]) >= 1.2
+
+
+def first_second(material):
+    """Change of the skin 0.25 and 1 s after contact on 5e-4, after 0.4 s of real approach, degC."""
+    near = [
+        ("approach", 0.02, {"distance_m": 0.02 * n, "closing_mps": 1.0}) for n in range(20, 0, -1)
+    ]
+    phases = [("approach", 1.0, {"distance_m": 0.9, "closing_mps": 0.0}), *near]
+    moments = palm(material, 22.0, 5e-4, [*phases, ("contact", 2.0, {"interaction": "press"})])
+    begun = len(moments) - round(2.0 / TICK_S)
+    rested_c = moments[0].skin_c
+    return {at: rested_c - moments[begun + round(at / TICK_S)].skin_c for at in (0.25, 1.0)}
+
+
+def real_change(material, at_s):
+    """Change of the skin on the object itself, in the world, degC."""
+    contact = thermal_contact(MATERIALS[material].thermal, 22.0)
+    return NEUTRAL_C - skin_surface_c(contact, at_s)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
+from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.server.options import Flag, contact_resistance, options_of, plate_resistance
 
 CONNECTIONS, OUTPUTS, RECOGNITION = "connections", "outputs", "recognition"
@@ -131,7 +132,7 @@ class ServeOptions:
             range=(0.0, 0.005),
             read=plate_resistance,
         ),
-    ] = 2e-4
+    ] = PLATE_RESISTANCE
     no_realtime: Annotated[bool, Flag(OUTPUTS, "do not ask for real-time priority")] = False
     encoder: Annotated[
         str | None,

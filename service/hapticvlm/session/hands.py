@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -16,6 +17,12 @@ NAMES: tuple[HandName, ...] = ("left", "right")
 OUTPUTS: tuple[Output, ...] = ("speaker", "peltier")
 LEAD_WITHIN_S = 0.4  # to contact, from when the plate leads (physics.md 1.3); our choice
 LONGEST_LEAD_S = 0.6  # without a contact, then the plate goes back to neutral; our choice
+# A lead that no contact followed was a mistake, and the next one soon after it most likely is too:
+# a hand that sways over cold metal would be cold without ever touching. Only one that comes nearer
+# than it ever was leads again at once.
+AGAIN_S, LONGEST_AGAIN_S = 2.0, 16.0  # doubled by each lead in vain until a contact; our choice
+# A client that tells no distance means anything from a reach to a touch; our choice.
+UNKNOWN_DISTANCE_LEAD = 0.25
 STILL = Motion(speed_mps=0.0, force_n=0.0)
 
 
@@ -32,6 +39,9 @@ class Hand:
     motion: Motion = STILL
     rubs: bool = False
     near_since: float | None = None
+    nearest_m: float | None = None  # of the lead that goes on or ended last, where it was told
+    in_vain: int = 0  # leads that ended without a contact, since the last contact
+    in_vain_at: float = -math.inf  # when the last of them ended
 
     @property
     def key(self) -> Key:
@@ -65,9 +75,14 @@ class Hand:
         """Whether this hand vibrates: in contact, or swinging."""
         return self.is_active and (self.contact_at is not None or self.interaction == "swing")
 
-    def leads(self, now: float) -> bool:
-        """Whether the plate should lead this approach: contact is near, and not long awaited."""
-        return self.near_since is not None and 0.0 <= now - self.near_since <= LONGEST_LEAD_S
+    def lead(self, now: float) -> float:
+        """Return how far the plate should lead this approach, 0..1.
+
+        It leads while contact is near and not long awaited.
+        """
+        if self.near_since is None or not 0.0 <= now - self.near_since <= LONGEST_LEAD_S:
+            return 0.0
+        return UNKNOWN_DISTANCE_LEAD if self.nearest_m is None else 1.0
 
     def update(self, touch: Touch, now: float) -> bool:
         """Receive a touch that is no release; return whether it is an onset."""
@@ -90,14 +105,39 @@ class Hand:
 
     def _approach(self, touch: Touch, now: float) -> None:
         """Note since when a contact with this object has been near."""
+        if touch.phase != "approach":
+            self.near_since = self.nearest_m = None
+            self.in_vain = 0
+            self.in_vain_at = -math.inf
+            return
+        if not _is_near(touch):
+            self._end_lead(now)
+            return
         is_other = (touch.object_id, touch.region) != (self.object_id, self.region)
-        if touch.phase != "approach" or not _is_near(touch):
-            self.near_since = None
-        elif self.near_since is None or is_other:
-            self.near_since = now
+        if self.near_since is None or is_other:
+            self._begin_lead(touch.distance_m, now)
+        elif touch.distance_m is not None and self.nearest_m is not None:
+            self.nearest_m = min(self.nearest_m, touch.distance_m)
 
-    def release(self) -> None:
-        """End the lease and the contact."""
+    def _begin_lead(self, distance_m: float | None, now: float) -> None:
+        before_m = self.nearest_m
+        comes_nearer = distance_m is not None and before_m is not None and distance_m < before_m
+        again_s = min(AGAIN_S * 2.0 ** (self.in_vain - 1), LONGEST_AGAIN_S)
+        if now - self.in_vain_at < again_s and not comes_nearer:
+            return
+        self.near_since, self.nearest_m = now, distance_m
+
+    def _end_lead(self, now: float) -> None:
+        """Note a lead that ended without a contact."""
+        if self.near_since is not None:
+            self.in_vain += 1
+            self.in_vain_at = min(now, self.near_since + LONGEST_LEAD_S)
+        self.near_since = None
+
+    def release(self, now: float | None = None) -> None:
+        """End the lease and the contact; `now` where a lead in vain is to be remembered."""
+        if now is not None:
+            self._end_lead(now)
         self.near_since = None
         self.lease_until = self.contact_at = None
         self.object_id = self.region = self.interaction = None
@@ -148,7 +188,7 @@ class Hands:
         """End the leases that were not renewed; return whose they were."""
         late = [hand for hand in self if hand.lease_until is not None and hand.lease_until < now]
         for hand in late:
-            hand.release()
+            hand.release(now)
         return late
 
     def release(self) -> None:

@@ -54,7 +54,8 @@ class PlateTarget:
     ) -> list[Action]:
         """Go on with what this hand does now; None = no hand holds a lease."""
         self._trajectory = self._after(hand, contact, now)
-        wanted = self._trajectory.wanted_c(now, self.gain)
+        lead = hand.lead(now) if hand is not None and not hand.is_touching else 1.0
+        wanted = self._trajectory.wanted_c(now, self.gain * lead)
         if not self._is_driving and self.reading.plate_c is not None:
             low, high = plate_limits.SETPOINT_MIN_C, plate_limits.SETPOINT_MAX_C
             self._setpoint_c = min(max(self.reading.plate_c, low), high)
@@ -73,6 +74,6 @@ class PlateTarget:
         if hand is None:
             return self._trajectory.release(now)
         if not hand.is_touching:
-            return self._trajectory.approach(contact, now, leads=hand.leads(now))
+            return self._trajectory.approach(contact, now, leads=hand.lead(now) > 0.0)
         bulk = contact.thermal if contact and isinstance(hand.key, tuple) else None
         return self._trajectory.touch(contact, (hand.name, hand.key, bulk), now)

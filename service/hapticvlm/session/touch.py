@@ -49,7 +49,7 @@ class TouchTracker:
         self._hold.update(touch)
         hand = self.hands[touch.hand]
         if touch.phase == "release":
-            hand.release()
+            hand.release(now)
             return [ReleaseHand(hand.number), Reply(Ok(id=touch.id))]
         if self._hold.holds_all(touch.hand):
             text = "outputs are held by stop: send release, then a new approach or contact"

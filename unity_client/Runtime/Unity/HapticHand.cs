@@ -21,7 +21,7 @@ namespace HapticVLM
         HandGesture gesture;
 
         [SerializeField, Range(0f, 0.5f), Tooltip("An object this near is about to be touched, m; 0: never.")]
-        float approachM = 0.25f;
+        float approachM = 0.4f;
 
         [SerializeField, Tooltip("Layers of what can be felt.")]
         LayerMask touchableLayers = ~0;

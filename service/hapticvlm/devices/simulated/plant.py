@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE, SKIN
+from hapticvlm.rendering.heat.contact import SKIN
 
 SEEBECK, RESISTANCE, CONDUCTANCE = 0.01267, 0.367, 0.173  # V/K, ohm, W/K (physics.md 2.1)
 FACE_J_PER_K, SINK_J_PER_K = 1.0, 50.0  # physics.md 2.1; sink with 2 K/W: 100 s
 AREA_M2 = 4e-4  # 20 x 20 mm
-PALM_RESISTANCE = PLATE_RESISTANCE  # m2 K/W, palm resting on the ceramic face
+PALM_RESISTANCE = 2e-4  # m2 K/W, palm lying well on the ceramic face: what harms it most
 AMBIENT_C, SINK_K_PER_W, CORE_C = 23.0, 2.0, 35.0
 _CELLS_M = 5e-5 * 1.55 ** np.arange(8.0)  # 2.9 mm in all: reproduces physics.md 2.2 and 2.3
 _LONGEST_STEP_S, _KELVIN = 0.01, 273.15

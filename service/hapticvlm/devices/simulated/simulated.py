@@ -6,9 +6,10 @@ import math
 
 from hapticvlm.devices.plate.dose import REST_S
 from hapticvlm.devices.plate.protocol import State
-from hapticvlm.devices.simulated.plant import AMBIENT_C, PALM_RESISTANCE, SINK_K_PER_W, Plant
+from hapticvlm.devices.simulated.plant import AMBIENT_C, SINK_K_PER_W, Plant
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering.heat import limits as plate_limits
+from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import PlateReading, sink_share
 
 HEAT_LIMIT_A, COOL_LIMIT_A = (
@@ -16,6 +17,9 @@ HEAT_LIMIT_A, COOL_LIMIT_A = (
     2.0,
 )  # heat stuck on stays below 43 degC at 23 (docs/physics.md 3.3)
 _HEAT_GAINS, _COOL_GAINS = (1.5, 0.6), (2.5, 1.5)  # A/K and A/(K s)
+_FORWARD_A_S_K = 0.26  # the face holds 1 J/K, an ampere moves 3.86 W
+_FORWARD_FROM_C_S = 4.0  # a touch of something cold; slower courses do without
+_FORWARD_S = 0.06  # over which the slope is averaged
 _LEAD_C = 0.4  # how far the target may be ahead of a plate at its current limit
 _TICK_S = 0.02
 _LONGEST_GAP_S = 5.0  # s of a longer silence are lived through, the rest is not
@@ -32,7 +36,7 @@ class SimulatedPlate:
         self,
         ambient_c: float = AMBIENT_C,
         stuck_sensor_c: float | None = None,
-        palm_resistance: float = PALM_RESISTANCE,
+        palm_resistance: float = PLATE_RESISTANCE,
     ) -> None:
         self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance)
         self._stuck_sensor_c = stuck_sensor_c
@@ -41,6 +45,7 @@ class SimulatedPlate:
         self._returning_s: float | None = None  # since the return to neutral began
         self._on = False
         self._target_c, self._current_a, self._integral_a = NEUTRAL_C, 0.0, 0.0
+        self._slope_c_s = 0.0  # of the target, a short mean
         self._saturated = 0  # 1 wants more heat than the limit, -1 more cold
         self._dose_cem43, self._heated_s, self._rested_s = 0.0, 0.0, 0.0
         self._faults: tuple[str, ...] = ()
@@ -132,6 +137,8 @@ class SimulatedPlate:
         if self._on:
             reading = self._reading()
             limited = plate_limits.limit(self._asked_c, self._target_c, dt_s, reading)
+            slope_c_s = (limited.setpoint_c - self._target_c) / dt_s
+            self._slope_c_s += min(dt_s / _FORWARD_S, 1.0) * (slope_c_s - self._slope_c_s)
             if not self._must_wait(limited.setpoint_c):
                 self._target_c = limited.setpoint_c
             self._control(self._sensed_c(), dt_s)
@@ -168,6 +175,7 @@ class SimulatedPlate:
         self._on, self._returning_s, self._asked_c = False, None, NEUTRAL_C
         self._current_a = self._integral_a = 0.0
         self._saturated, self._target_c = 0, NEUTRAL_C
+        self._slope_c_s = 0.0
 
     def _must_wait(self, target_c: float) -> bool:
         """Return whether a target that the current cannot reach would run ahead of the plate."""
@@ -178,16 +186,20 @@ class SimulatedPlate:
     def _control(self, sensed_c: float, dt_s: float) -> None:
         """PI with gains per direction; the integral waits while more of it would change nothing.
 
+        What the face alone needs to cool so fast is fed forward.
         The hotter the sink, the less it may be cooled, as more current would warm the plate.
         """
         error_c = self._target_c - sensed_c
         proportional, integral = _COOL_GAINS if self._current_a < 0.0 else _HEAT_GAINS
-        wanted_a = proportional * error_c + self._integral_a
+        wanted_a = proportional * error_c + self._integral_a + self._forward_a()
         most_cool_a = COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
         self._current_a = min(max(wanted_a, -most_cool_a), HEAT_LIMIT_A)
         self._saturated = (wanted_a > self._current_a) - (wanted_a < self._current_a)
         if not self._saturated or (error_c > 0.0) != (wanted_a > 0.0):
             self._integral_a += integral * error_c * dt_s
+
+    def _forward_a(self) -> float:
+        return _FORWARD_A_S_K * self._slope_c_s if self._slope_c_s < -_FORWARD_FROM_C_S else 0.0
 
     def _account(self, dt_s: float) -> None:
         skin_c = self._plant.skin_c

@@ -27,7 +27,9 @@ from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 
 LEAD_S = 0.25  # s, heat before vibration is felt as simultaneous: 242 ms best (physics.md 1.3)
 
-PLATE_RESISTANCE = 2e-4  # m2 K/W, between a resting palm and the plate (physics.md 2.1)
+# m2 K/W, what is assumed between palm and plate until `calibrate plate` measured it. Palms lie
+# between 2e-4 and 1e-3; a guess that is too high errs the livelier way (physics.md 2.1).
+PLATE_RESISTANCE = 4e-4
 
 SKIN = Thermal(0.37, 1000, 3770)  # e 1181, inside the published 1090-1281 (physics.md 1.1)
 _SMALLEST = 1e-300  # keeps a vanishing thickness from dividing by zero
