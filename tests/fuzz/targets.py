@@ -27,6 +27,7 @@ from hapticvlm.recordings.session_log import SessionLogError
 from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.session.actions import DrivePlate, PlayVibration
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 from hapticvlm.vision import decoding, pictures
 from hapticvlm.vision.galleries.storage import GalleryError, read_gallery
 from hapticvlm.vision.galleries.user_materials import read_material
@@ -45,12 +46,12 @@ class _Sessions:
 
     def __init__(self) -> None:
         self._clock = itertools.count()
-        self._session = SceneSession(owner=True)
+        self._session = SceneSession(SessionSettings(owner=True))
 
     def __call__(self, data: bytes, _: Path) -> None:
         turn = next(self._clock)
         if turn % 500 == 0:
-            self._session = SceneSession(owner=True)
+            self._session = SceneSession(SessionSettings(owner=True))
         now = turn * 0.02
         try:
             text = data.decode() if turn % 2 else None
@@ -152,6 +153,5 @@ def head() -> Any:
     """Return the first line of a session log."""
     from hapticvlm.recordings import recorded_session as recorded
 
-    given = {"owner": True, "can_ask": False, "contact_resistance": None, "reading": AT_REST}
-    line = {"line": 0, "head": recorded.head({**given, "table": MATERIALS})}
+    line = {"line": 0, "head": recorded.head(SessionSettings(owner=True))}
     return json.loads(json.dumps(line))

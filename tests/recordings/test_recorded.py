@@ -5,12 +5,15 @@ from typing import Any
 from hapticvlm.messages import Scene, SceneObject, Stop, Touch
 from hapticvlm.recordings.recorded_session import RecordedSession
 from hapticvlm.rendering.heat.limits import AT_REST
+from hapticvlm.session.settings import SessionSettings
 
 
 def test_the_names_in_a_session_log_are_those_of_older_logs():
     lines = []
     given: dict[str, Any] = {"captured_at": 1.0, "hand": "right", "speed_mps": 0.3, "force_n": 1.0}
-    session = RecordedSession(write_line=lambda line, _: lines.append(line), owner=True)
+    session = RecordedSession(
+        SessionSettings(owner=True), None, write_line=lambda line, _: lines.append(line)
+    )
     table = SceneObject(object_id="table", material="wood")
     session.receive(Scene(id=1, objects=[table], replace=True), 0.0)
     session.receive(Touch(id=2, phase="contact", object_id="table", **given), 1.0)

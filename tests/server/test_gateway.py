@@ -13,8 +13,9 @@ from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.ownership import IDLE_OWNER_S
 from hapticvlm.server.recognition_queue import RecognitionQueue
-from hapticvlm.session.actions import RecogniseFrame
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.targets import RecognitionRequest, RequestId, of_object
 
 PEER: Any = Peer()
 
@@ -167,11 +168,11 @@ def look(key, purpose="live", size=10, id=1):
     image = bytes(size)
     given: dict[str, Any] = {"format": "rgb8", "width": 1, "height": 1, "origin": "top"}
     frame = Frame(id=id, image=image, purpose=purpose, object_id=key, captured_at=0.0, **given)
-    return RecogniseFrame(frame, key, 0)
+    return RecognitionRequest(of_object(key), frame, RequestId(id))
 
 
 def scene(name, *, owner=False):
-    session = SceneSession(owner=owner)
+    session = SceneSession(SessionSettings(owner=owner))
     return Connection(PEER, name, session, as_text=False)
 
 

@@ -10,9 +10,10 @@ from hapticvlm.evidence.reading import Reading
 from hapticvlm.messages import Decision, SceneObject
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S, HEAT_SLEW_C_PER_S
-from hapticvlm.session.actions import AskAmbient, AskMaterial, DrivePlate, RecogniseFrame
-from hapticvlm.session.frames import SURROUNDINGS
+from hapticvlm.session.actions import AskAmbient, AskMaterial, DrivePlate
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.targets import SURROUNDINGS, RecognitionRequest
 
 BLOB = SceneObject(object_id="blob", name="Object_07")
 SUNNY = ("shade", "sun")
@@ -30,14 +31,14 @@ def reading(value_c, half_c=3.0):
 
 
 def asking(*objects, can_ask=True, **stated):
-    session = SceneSession(owner=True, can_ask=can_ask)
+    session = SceneSession(SessionSettings(owner=True, can_ask=can_ask))
     session.receive(scene(*objects, **stated), 0.0)
     return session
 
 
 def looks(session, message, now):
-    found = only(session.receive(message, now), RecogniseFrame)
-    return {look.key == SURROUNDINGS: look for look in found}
+    found = only(session.receive(message, now), RecognitionRequest)
+    return {look.target == SURROUNDINGS: look for look in found}
 
 
 def asked_ambient(session, now=1.0, seed=0):
@@ -49,8 +50,8 @@ def asked_ambient(session, now=1.0, seed=0):
 
 def test_a_live_frame_is_also_looked_at_as_a_whole_only_when_somebody_can_be_asked():
     whole = looks(asking(TABLE), frame(mask=None), 1.0)[True]
-    assert (whole.frame.object_id, whole.frame.id) == (None, 0)
-    assert (whole.frame.region.w, whole.frame.region.h) == (1.0, 1.0)
+    assert (whole.picture.object_id, whole.waits) == (None, None)
+    assert (whole.picture.region.w, whole.picture.region.h) == (1.0, 1.0)
     assert True not in looks(asking(TABLE, can_ask=False), frame(), 1.0)
     assert True not in looks(asking(TABLE, ambient_c=20.0), frame(), 1.0)
     assert True not in looks(asking(TABLE), frame(purpose="enrol"), 1.0)
@@ -100,7 +101,7 @@ def unknown_look(session, now=1.0):
 def test_an_object_the_encoder_leaves_unknown_is_asked_about_and_the_answer_is_a_rung():
     session = asking(BLOB)
     (ask,) = unknown_look(session)
-    assert ask.frame.object_id == "blob"
+    assert ask.picture.object_id == "blob"
     assert unknown_look(session, 2.0) == []
     session.answered(ask, GLASS, 3.0)
     (decision,) = replies(session.receive(touch(object_id="blob"), 4.0), Decision)

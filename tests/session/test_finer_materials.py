@@ -11,11 +11,12 @@ from hapticvlm.rendering.heat.contact import contact_temperature_c, thermal_cont
 from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.session.actions import Reply
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 
 
 def decided(table=MATERIALS, object_id="thing", **fields) -> Decision:
     """Return the decision on one object that is touched in a room of 22 degC."""
-    session = SceneSession(owner=True, reading=AT_REST, table=table)
+    session = SceneSession(SessionSettings(owner=True, reading=AT_REST, table=table))
     thing = SceneObject(object_id=object_id, **fields)
     session.receive(Scene(id=1, objects=[thing], replace=True, ambient_c=22.0), 0.0)
     given: dict[str, Any] = {"hand": "right", "speed_mps": 0.0, "force_n": 1.0, "captured_at": 0.1}
@@ -56,7 +57,7 @@ def test_a_thing_that_is_never_thick_has_a_thickness_and_the_scenes_own_wins():
 
 def test_a_thin_thing_is_felt_less_on_the_plate_as_it_warms_up():
     def setpoint_c(**fields) -> float:
-        session = SceneSession(owner=True, reading=AT_REST)
+        session = SceneSession(SessionSettings(owner=True, reading=AT_REST))
         thing = SceneObject(object_id="thing", material="metal", temperature_c=22.0, **fields)
         session.receive(Scene(id=1, objects=[thing], replace=True), 0.0)
         given: dict[str, Any] = {

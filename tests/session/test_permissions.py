@@ -7,6 +7,7 @@ from hapticvlm.messages import Decision, MessageError, Ok, Scene, SceneObject, T
 from hapticvlm.session.actions import Reply
 from hapticvlm.session.permissions import with_materials
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 
 MUG = SceneObject(object_id="mug", name="TeaMug_01", temperature_c=45.0)
 KNOWN = {"mug": MUG, "shown": SceneObject(object_id="shown")}
@@ -51,7 +52,7 @@ def test_anything_else_is_refused_with_its_path(objects, more, path):
 
 
 def test_a_new_statement_on_an_object_that_was_decided_is_decided_at_once():
-    session = SceneSession(owner=True)
+    session = SceneSession(SessionSettings(owner=True))
     session.receive(scene({"object_id": "shown"}, {"object_id": "other"}), 0.0)
     touch = Touch(
         id=8,

@@ -32,7 +32,6 @@ from hapticvlm.session.actions import (
     DrivePlate,
     HoldOutputs,
     PlayVibration,
-    RecogniseFrame,
     ReleaseHand,
     Reply,
     RestPlate,
@@ -42,6 +41,8 @@ from hapticvlm.session.hands import LEASE_S, Hold
 from hapticvlm.session.plate_target import NEUTRAL_HOLD_S
 from hapticvlm.session.scene_objects import TAUGHT_VIEWS
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, RecognitionRequest, RequestId
 
 READING = PlateReading(
     plate_c=NEUTRAL_C,
@@ -75,7 +76,7 @@ def scene(*objects, replace=True, **fields):
 
 
 def owner(*objects, **fields):
-    session = SceneSession(owner=True)
+    session = SceneSession(SessionSettings(owner=True))
     session.receive(scene(*objects, **fields), 0.0)
     return session
 
@@ -90,7 +91,7 @@ def replies(actions, kind):
 
 def looked(session, message, evidence, now=1.1, stages=None):
     """Send a frame, take the look it asks for, and return what its answer leads to."""
-    look = only(session.receive(message, now), RecogniseFrame)[-1]
+    look = only(session.receive(message, now), RecognitionRequest)[-1]
     return session.recognised(look, evidence, stages or {}, now)
 
 
@@ -267,7 +268,7 @@ def test_a_slide_to_another_object_takes_the_cold_of_the_first_along():
 
 def test_a_calibrated_contact_resistance_shapes_every_touch():
     def setpoint_c(contact_resistance: float | None) -> float:
-        session = SceneSession(owner=True, contact_resistance=contact_resistance)
+        session = SceneSession(SessionSettings(owner=True, contact_resistance=contact_resistance))
         table = SceneObject(object_id="table", material="metal")
         session.receive(Scene(id=1, objects=[table], replace=True), 0.0)
         reached_c = NEUTRAL_C
@@ -290,8 +291,8 @@ def test_another_material_under_the_hand_in_a_frame_is_another_object():
             now = 1.0 + 0.02 * step
             session.receive(touch("slide", None, region=region), now)
             if step == 0 or step >= 50:
-                looks = only(session.receive(frame(id=0, object_id=None), now), RecogniseFrame)
-                (look,) = [one for one in looks if one.key is not None]
+                looks = only(session.receive(frame(object_id=None), now), RecognitionRequest)
+                (look,) = [one for one in looks if one.target != WHOLE_VIEW]
                 session.recognised(look, first if step < 50 else WOOD, {}, now)
             (heat,) = only(session.tick(now, READING), DrivePlate)
             reached_c = heat.setpoint_c
@@ -330,7 +331,7 @@ def test_a_scene_at_skin_temperature_carries_no_thermal_cue():
 
 
 def test_only_the_owner_touches():
-    session = SceneSession(owner=False)
+    session = SceneSession(SessionSettings(owner=False))
     with pytest.raises(MessageError) as refused:
         session.receive(touch(), 1.0)
     assert refused.value.code == "not_owner"
@@ -345,7 +346,7 @@ def test_a_touch_without_a_target_is_refused_with_its_path():
 
 def test_stop_holds_until_release_and_a_new_contact():
     hold = Hold()
-    session = SceneSession(owner=True, hold=hold)
+    session = SceneSession(SessionSettings(owner=True), hold)
     session.receive(scene(TABLE), 0.0)
     session.receive(touch(), 1.0)
     assert only(session.receive(Stop(id=3, scope="all"), 1.1), HoldOutputs)
@@ -361,7 +362,7 @@ def test_stop_holds_until_release_and_a_new_contact():
 
 def test_a_held_speaker_leaves_the_plate_working():
     hold = Hold()
-    session = SceneSession(owner=True, hold=hold)
+    session = SceneSession(SessionSettings(owner=True), hold)
     session.receive(scene(SceneObject(object_id="table", material="metal")), 0.0)
     hold.stop("speaker")
     assert not only(session.receive(touch(), 1.0), PlayVibration)
@@ -370,7 +371,7 @@ def test_a_held_speaker_leaves_the_plate_working():
 
 def test_a_held_plate_rests_while_the_hand_keeps_touching():
     hold = Hold()
-    session = SceneSession(owner=True, hold=hold)
+    session = SceneSession(SessionSettings(owner=True), hold)
     session.receive(scene(SceneObject(object_id="table", material="metal")), 0.0)
     session.receive(touch(), 1.0)
     session.tick(1.02, READING)
@@ -385,8 +386,9 @@ def test_a_frame_of_an_object_the_scene_has_named_is_answered_at_once_and_teache
     actions = session.receive(frame(object_id="table"), 1.0)
     (decision,) = replies(actions, Decision)
     assert (decision.id, decision.material, decision.source) == (5, "wood", "scene")
-    (taught,) = only(actions, RecogniseFrame)
-    assert (taught.teaches, taught.key, taught.frame.id) == ("wood", "table", 0)
+    (taught,) = only(actions, RecognitionRequest)
+    assert (taught.teaches, taught.target) == ("wood", ObjectTarget("table"))
+    assert taught.waits is None
     assert session.recognised(taught, GLASS, {}, 1.1) == []
 
 
@@ -394,16 +396,16 @@ def test_some_pictures_of_an_object_are_enough_unless_one_is_sent_to_be_enrolled
     session = owner(TABLE)
     for number in range(10):
         actions = session.receive(frame(object_id="table"), 1.0 + number)
-        assert len(only(actions, RecogniseFrame)) == (number < TAUGHT_VIEWS)
+        assert len(only(actions, RecognitionRequest)) == (number < TAUGHT_VIEWS)
     enrolled = session.receive(frame(object_id="table", purpose="enrol"), 20.0)
-    assert only(enrolled, RecogniseFrame)[0].teaches == "wood"
+    assert only(enrolled, RecognitionRequest)[0].teaches == "wood"
 
 
 def test_what_is_taught_belongs_to_the_scene_that_taught_it():
     session = owner(TABLE, BLOB)
-    (before,) = only(session.receive(frame(object_id="blob"), 1.0), RecogniseFrame)
+    (before,) = only(session.receive(frame(object_id="blob"), 1.0), RecognitionRequest)
     session.receive(scene(TABLE, BLOB), 2.0)
-    (after,) = only(session.receive(frame(object_id="blob"), 3.0), RecogniseFrame)
+    (after,) = only(session.receive(frame(object_id="blob"), 3.0), RecognitionRequest)
     assert before.scene != after.scene
     assert before.teaches is after.teaches is None
 
@@ -488,8 +490,8 @@ def test_a_touched_region_has_the_newest_frame_looked_at():
     session.receive(frame(object_id=None), 1.0)
     region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
     actions = session.receive(touch(object_id=None, region=region), 1.1)
-    (look,) = only(actions, RecogniseFrame)
-    assert (look.frame.id, look.frame.region) == (0, region)
+    (look,) = only(actions, RecognitionRequest)
+    assert (look.waits, look.picture.region) == (None, region)
     assert session.wants_anew(look)
     assert replies(session.recognised(look, GLASS, {}, 1.2), Decision)[0].id == 0
     (feel,) = only(session.receive(touch("slide", None, region=region), 1.25), PlayVibration)
@@ -552,7 +554,7 @@ def test_forget_takes_single_objects_out_and_leaves_the_others():
 
 def test_a_recognition_of_an_object_that_was_forgotten_is_not_believed():
     session = owner(SceneObject(object_id="x"))
-    (action,) = only(session.receive(frame(object_id="x"), 1.0), RecogniseFrame)
+    (action,) = only(session.receive(frame(object_id="x"), 1.0), RecognitionRequest)
     session.receive(scene(replace=False, forget=["x"]), 1.1)
     session.receive(scene(SceneObject(object_id="x"), replace=False), 1.2)
     (answer,) = replies(session.recognised(action, WOOD, {}, 1.3), Skipped)
@@ -568,7 +570,7 @@ def test_what_debris_leaves_behind_is_bounded():
     objects = session._model.objects
     assert not objects.known
     assert len(objects._forgotten) <= 8192
-    assert objects.generation("shard 0 0") > 0
+    assert objects.generation(ObjectTarget("shard 0 0")) > 0
 
 
 def test_a_new_scene_changes_what_a_touching_hand_feels():
@@ -588,7 +590,7 @@ def test_a_shader_alone_can_decide():
 
 
 def test_observers_send_no_frames_and_no_scenes():
-    session = SceneSession(owner=False, observer=True)
+    session = SceneSession(SessionSettings(owner=False, observer=True))
     for message in (frame(), scene(TABLE)):
         with pytest.raises(MessageError) as refused:
             session.receive(message, 1.0)
@@ -599,7 +601,7 @@ def test_only_observers_watch_and_only_the_owner_sets_gains():
     with pytest.raises(MessageError):
         owner().receive(Set(id=3, watch=["log"]), 1.0)
     with pytest.raises(MessageError) as refused:
-        SceneSession(owner=False).receive(Set(id=3, thermal_gain=0.5), 1.0)
+        SceneSession(SessionSettings(owner=False)).receive(Set(id=3, thermal_gain=0.5), 1.0)
     assert refused.value.code == "not_owner"
 
 
@@ -676,7 +678,7 @@ def test_the_first_contact_is_not_called_cached_and_names_how_it_is_touched():
 
 def test_a_stop_is_not_undone_by_the_other_hand():
     hold = Hold()
-    session = SceneSession(owner=True, hold=hold)
+    session = SceneSession(SessionSettings(owner=True), hold)
     session.receive(scene(TABLE), 0.0)
     session.receive(touch(hand="left"), 1.0)
     session.receive(touch(hand="right"), 1.0)
@@ -729,11 +731,11 @@ def test_the_regions_of_two_hands_are_decided_apart_and_from_other_frames():
     looks = []
     for hand, region in zip(("left", "right"), regions, strict=True):
         answers = session.receive(touch(object_id=None, region=region, hand=hand), 1.1)
-        looks += only(answers, RecogniseFrame)
-    assert looks[0].key != looks[1].key
+        looks += only(answers, RecognitionRequest)
+    assert looks[0].target != looks[1].target
     session.recognised(looks[0], WOOD, {}, 1.15)
     whole = session.receive(frame(id=9, object_id=None), 1.16)
-    session.recognised(only(whole, RecogniseFrame)[-1], GLASS, {}, 1.17)
+    session.recognised(only(whole, RecognitionRequest)[-1], GLASS, {}, 1.17)
     for hand, region, expected in zip(("left", "right"), regions, ("wood", None), strict=True):
         again = touch("slide", None, region=region, hand=hand)
         (feel,) = only(session.receive(again, 1.2), PlayVibration)
@@ -743,14 +745,14 @@ def test_the_regions_of_two_hands_are_decided_apart_and_from_other_frames():
 def test_a_touched_region_is_looked_at_again_in_every_newer_frame():
     session = owner()
     region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
-    assert not only(session.receive(touch(object_id=None, region=region), 1.0), RecogniseFrame)
-    looks = only(session.receive(frame(object_id=None), 1.1), RecogniseFrame)
-    assert [look.frame.id for look in looks] == [0, 5]
+    assert not only(session.receive(touch(object_id=None, region=region), 1.0), RecognitionRequest)
+    looks = only(session.receive(frame(object_id=None), 1.1), RecognitionRequest)
+    assert [look.waits for look in looks] == [None, RequestId(5)]
 
 
 def test_an_answer_for_a_scene_since_replaced_is_not_believed():
     session = owner(BLOB)
-    (look,) = only(session.receive(frame(object_id="blob"), 1.0), RecogniseFrame)
+    (look,) = only(session.receive(frame(object_id="blob"), 1.0), RecognitionRequest)
     session.receive(scene(BLOB), 1.05)
     (answer,) = replies(session.recognised(look, WOOD, {}, 1.1), Skipped)
     assert answer.reason == "superseded"
@@ -761,9 +763,13 @@ def test_an_answer_for_the_region_of_a_contact_since_ended_is_not_believed():
     session = owner()
     session.receive(frame(object_id=None), 1.0)
     regions = [Region(x=x, y=0.1, w=0.2, h=0.2) for x in (0.1, 0.7)]
-    (early,) = only(session.receive(touch(object_id=None, region=regions[0]), 1.1), RecogniseFrame)
+    (early,) = only(
+        session.receive(touch(object_id=None, region=regions[0]), 1.1), RecognitionRequest
+    )
     session.receive(touch("release"), 1.15)
-    (look,) = only(session.receive(touch(object_id=None, region=regions[1]), 1.2), RecogniseFrame)
+    (look,) = only(
+        session.receive(touch(object_id=None, region=regions[1]), 1.2), RecognitionRequest
+    )
     assert session.recognised(early, METAL, {}, 1.25) == []
     session.recognised(look, WOOD, {}, 1.3)
     (feel,) = only(session.receive(touch("slide", None, region=regions[1]), 1.35), PlayVibration)
@@ -790,13 +796,15 @@ def test_restating_the_same_objects_is_no_overflow_and_declared_ones_are_never_f
     for number in range(5000):
         session.receive(touch("slide", f"undeclared{number}"), 1.0)
     session.receive(scene(*many, replace=False), 1.1)
-    assert session._model.objects.state("o0").facts is not None
+    assert session._model.objects.state(ObjectTarget("o0")).facts is not None
     assert len(session._model.objects.known) <= 8192
 
 
 def test_observers_set_no_ambient():
     with pytest.raises(MessageError) as refused:
-        SceneSession(owner=False, observer=True).receive(Set(id=3, ambient_c=20.0), 1.0)
+        SceneSession(SessionSettings(owner=False, observer=True)).receive(
+            Set(id=3, ambient_c=20.0), 1.0
+        )
     assert refused.value.path == "$.ambient_c"
 
 

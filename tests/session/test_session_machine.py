@@ -45,16 +45,16 @@ from hapticvlm.session.actions import (
     DrivePlate,
     HoldOutputs,
     PlayVibration,
-    RecogniseFrame,
     ReleaseHand,
     Reply,
     RestPlate,
     SetGain,
 )
-from hapticvlm.session.frames import SURROUNDINGS
 from hapticvlm.session.hands import LEASE_S, NAMES, OUTPUTS, Hold
 from hapticvlm.session.plate_target import NEUTRAL_HOLD_S
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.targets import SURROUNDINGS, RecognitionRequest, RequestId
 
 TICK_S = 0.02
 STALL_S = 0.1  # s, the longest pause between ticks that may earn slew
@@ -165,10 +165,10 @@ class Scenes(RuleBasedStateMachine):
         self.now = 1000.0
         self.hold = Hold()
         self.reading = AT_REST
-        self.owner = SceneSession(owner=True, hold=self.hold, can_ask=True)
-        self.other = SceneSession(owner=False, hold=self.hold, can_ask=True)
-        self.watcher = SceneSession(owner=False, observer=True, hold=self.hold)
-        self.looks: list[tuple[SceneSession, RecogniseFrame]] = []
+        self.owner = SceneSession(SessionSettings(owner=True, can_ask=True), self.hold)
+        self.other = SceneSession(SessionSettings(owner=False, can_ask=True), self.hold)
+        self.watcher = SceneSession(SessionSettings(owner=False, observer=True), self.hold)
+        self.looks: list[tuple[SceneSession, RecognitionRequest]] = []
         self.asks: list[tuple[SceneSession, AskAmbient | AskMaterial]] = []
         self.voices: dict[int, float] = {}
         self.stopped: set[tuple[str, str]] = set()  # until that hand was released
@@ -220,11 +220,11 @@ class Scenes(RuleBasedStateMachine):
     ) -> None:
         session, look = self.looks.pop(which % len(self.looks))
         self.now += late_s
-        if look.key == SURROUNDINGS:
+        if look.target == SURROUNDINGS:
             actions = session.scene_view_received(look, sight, self.now)
         else:
             actions = session.recognised(look, seen, {"encode": 1.0}, self.now)
-        self.carry_out(session, actions, look.frame.id)
+        self.carry_out(session, actions, 0 if look.waits is None else look.waits.value)
 
     @precondition(lambda self: self.asks)
     @rule(which=st.integers(0, 50), answer=answers, seen=evidence)
@@ -248,7 +248,9 @@ class Scenes(RuleBasedStateMachine):
         self.looks = [(who, look) for who, look in self.looks if who is not self.owner]
         self.asks = [(who, ask) for who, ask in self.asks if who is not self.owner]
         self.touched_at, self.ticked_at = -math.inf, None
-        self.owner = SceneSession(owner=True, hold=self.hold, reading=self.reading, can_ask=True)
+        self.owner = SceneSession(
+            SessionSettings(owner=True, reading=self.reading, can_ask=True), self.hold
+        )
 
     @invariant()
     def a_voice_that_sounds_is_of_a_hand_with_a_lease(self) -> None:
@@ -276,8 +278,8 @@ class Scenes(RuleBasedStateMachine):
             return False
         if isinstance(message, Touch) and message.phase == "release":
             self.stopped -= {(output, message.hand) for output in OUTPUTS}
-        later = [action for action in only(actions, RecogniseFrame) if action.frame.id]
-        assert all(action.frame.id == message.id for action in later)
+        later = [action for action in only(actions, RecognitionRequest) if action.waits]
+        assert all(action.waits == RequestId(message.id) for action in later)
         self.carry_out(session, actions, 0 if later else message.id, may_answer=not later)
         assert len(later) <= 1
         return True
@@ -295,7 +297,7 @@ class Scenes(RuleBasedStateMachine):
 
     def do(self, session: SceneSession, action: Action) -> None:
         match action:
-            case RecogniseFrame():
+            case RecognitionRequest():
                 self.looks.append((session, action))
             case AskAmbient() | AskMaterial():
                 self.asks.append((session, action))

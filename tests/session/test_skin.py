@@ -21,6 +21,7 @@ from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.session.actions import DrivePlate
 from hapticvlm.session.hands import Hand
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 
 TICK_S = 0.02
 
@@ -40,7 +41,7 @@ def palm(material, room_c, resistance, phases, *, known=True):
     """Skin on the plate each tick while a hand goes through (phase, seconds, fields)."""
     plate = SimulatedPlate(room_c, palm_resistance=resistance)
     session = SceneSession(
-        owner=True, reading=AT_REST, plate_resistance=resistance if known else 0.0
+        SessionSettings(owner=True, reading=AT_REST, plate_resistance=resistance if known else 0.0)
     )
     thing = SceneObject(object_id="thing", material=material)
     session.receive(Scene(id=1, objects=[thing], replace=True, ambient_c=room_c), 0.0)

@@ -9,13 +9,14 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import PlayVibration
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 
 BLOCK, SPEED_MPS = 480, 3.0
 
 
 def swung(thickness_m):
     """Swing an object of this thickness for a second; what the palm speaker would play, (N,)."""
-    session, ring, voices = SceneSession(owner=True), Ring.create(), Voices()
+    session, ring, voices = SceneSession(SessionSettings(owner=True)), Ring.create(), Voices()
     thing = SceneObject(object_id="rod", material="metal", thickness_m=thickness_m)
     session.receive(Scene(id=1, objects=[thing], replace=True), 0.0)
     blocks, taken = [], 0

@@ -30,6 +30,7 @@ from hapticvlm.server.handshake import ServiceInfo
 from hapticvlm.server.websocket import WebSocketServer
 from hapticvlm.session.actions import Reply
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
 
 MOST_FILES = 14
@@ -44,7 +45,7 @@ def touch(phase="slide", **fields):
 
 
 def touched():
-    session = SceneSession(owner=True)
+    session = SceneSession(SessionSettings(owner=True))
     session.receive(Scene(id=1, objects=[TABLE], replace=True), 0.0)
     session.receive(touch("contact"), 1.0)
     return session

@@ -17,6 +17,7 @@ from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
 
 
@@ -58,7 +59,9 @@ def join(gateway: Gateway, *, observer: bool = False, peer: Peer | None = None) 
     """Let a client in, past its hello; the first scene is the owner."""
     is_owner = not observer and gateway.owner is None
     session = SceneSession(
-        owner=is_owner, observer=observer, thermal_gain=gateway.outputs.thermal_gain
+        SessionSettings(
+            owner=is_owner, observer=observer, thermal_gain=gateway.outputs.thermal_gain
+        )
     )
     socket = cast("ServerConnection", peer or Peer())
     connection = Connection(socket, "test", session, as_text=False)

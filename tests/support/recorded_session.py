@@ -6,11 +6,11 @@ import msgspec
 from PIL import Image
 
 from hapticvlm import messages
-from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings import recorded_session as recorded
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.session.hands import Hold
+from hapticvlm.session.settings import SessionSettings
 
 BEGAN = 500.0  # s of the session's own clock
 READING = PlateReading(31.0, 25.0, 32.0, 0.0, False, 0.0, 0.0, ())
@@ -41,16 +41,9 @@ def frame():
 def record(folder):
     """Record 2 s into a folder: a mug is stated, seen, held for a second and let go."""
     recorder = Recorder(folder, frames=True)
-    given = {
-        "owner": True,
-        "hold": Hold(),
-        "reading": READING,
-        "table": MATERIALS,
-        "can_ask": False,
-        "contact_resistance": None,
-    }
-    write = recorder.begin(recorded.head(given))
-    running = recorded.RecordedSession(write_line=write, **given)
+    settings = SessionSettings(owner=True, reading=READING)
+    write = recorder.begin(recorded.head(settings))
+    running = recorded.RecordedSession(settings, Hold(), write_line=write)
     stated = [{"object_id": "mug", "name": "TeaMug_01", "temperature_c": 45.0}]
     said = [(0.0, {"type": "scene", "objects": stated, "replace": True}), (0.1, frame())]
     said += [(0.5, touch("contact"))] + [(0.5 + 0.1 * n, touch("slide")) for n in range(1, 11)]

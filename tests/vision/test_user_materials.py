@@ -25,6 +25,7 @@ from hapticvlm.rendering.vibration.vibration import IMPACTS, TEXTURES, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import PlayVibration, Reply
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.enrol import enrol, list_pictures
 from hapticvlm.vision.galleries.user_materials import (
@@ -264,7 +265,7 @@ def test_a_word_of_two_materials_is_shared(tmp_path: Path) -> None:
 
 
 def session_with(table: dict[str, Any], **facts: Any) -> tuple[SceneSession, list[Any]]:
-    session = SceneSession(owner=True, table=table)
+    session = SceneSession(SessionSettings(owner=True, table=table))
     objects = [SceneObject(object_id="thing", **facts)]
     actions = session.receive(Scene(id=1, objects=objects, replace=True, ambient_c=20.0), 0.0)
     touch = Touch(

@@ -13,8 +13,9 @@ from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.recordings.log_player import Replayed
-    from hapticvlm.vision.frame_recogniser import FrameRecogniser
+    from hapticvlm.evidence.ladder import Evidence
+    from hapticvlm.messages import Frame
+    from hapticvlm.recordings.log_player import Recognise, Replayed
 
 
 def add(commands: Commands) -> None:
@@ -127,13 +128,26 @@ def _view(options: argparse.Namespace) -> int:
     return 0
 
 
-def _recogniser(options: argparse.Namespace) -> FrameRecogniser:
+def _recogniser(options: argparse.Namespace) -> Recognise:
+    """Load an encoder and a gallery; return what recognises a picture of a record by them."""
+    import msgspec
+
+    from hapticvlm.recordings.session_log import SessionLogError
     from hapticvlm.vision.encoders.loading import load_encoder
     from hapticvlm.vision.frame_recogniser import FrameRecogniser
     from hapticvlm.vision.galleries.storage import load_gallery
 
     encoder = load_encoder(options.encoder)
-    return FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
+    recogniser = FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
+
+    def recognise(picture: Frame, subject: str) -> Evidence:
+        found = recogniser.recognise(msgspec.msgpack.encode(picture), subject, 0.0, anew=True)
+        if found.evidence is None:
+            text = f"{options.folder}: {found.error}; --recognise needs the frames kept"
+            raise SessionLogError(text)
+        return found.evidence
+
+    return recognise
 
 
 def _print(outcome: Replayed, *, recognised: bool) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,8 +21,9 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import Material
 from hapticvlm.messages import ClientMessage, Frame, MessageError
-from hapticvlm.recordings.recorded_session import RecordedSession
-from hapticvlm.recordings.session_log import Line, SessionLogError, blank_picture
+from hapticvlm.recordings.lines import Input, Key, Line
+from hapticvlm.recordings.recorded_session import RecordedSession, settings_of
+from hapticvlm.recordings.session_log import blank_picture
 from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session.actions import (
@@ -30,12 +31,14 @@ from hapticvlm.session.actions import (
     AskAmbient,
     AskMaterial,
     PlayVibration,
-    RecogniseFrame,
     ReleaseHand,
     SetGain,
 )
 from hapticvlm.session.hands import Hold
-from hapticvlm.vision.frame_recogniser import FrameRecogniser
+from hapticvlm.session.targets import RecognitionRequest, name_of
+
+# Recognises a picture anew under a name of what it shows. Raises SessionLogError.
+Recognise = Callable[[Frame, str], Evidence]
 
 
 @dataclass(slots=True)
@@ -64,25 +67,18 @@ class LogPlayer:
         folder: Path,
         head: Line,
         table: Mapping[str, Material],
-        recogniser: FrameRecogniser | None,
+        recognise: Recognise | None,
     ) -> None:
         self._folder = folder
-        self._recogniser = recogniser
+        self._recognise = recognise
         self._hold = Hold()
         self._written: list[Line] = []
         self._session = RecordedSession(
+            settings_of(head, table),
+            self._hold,
             write_line=lambda line, _: self._written.append(line),
-            owner=head["owner"],
-            hold=self._hold,
-            reading=msgspec.convert(head["reading"], PlateReading),
-            table=table,
-            saved=head.get("saved", {}),
-            can_ask=head["can_ask"],
-            contact_resistance=head["contact_resistance"],
-            plate_resistance=head.get("plate_resistance", 0.0),  # older logs took skin for plate
-            thermal_gain=head.get("thermal_gain", 1.0),
         )
-        self._recognitions: dict[int, RecogniseFrame] = {}
+        self._recognitions: dict[int, RecognitionRequest] = {}
         self._blanks: set[bytes] = set()  # that stand for pictures which were not kept
         self._asks: dict[int, AskAmbient | AskMaterial] = {}
         self._outputs: list[Line] = []
@@ -92,25 +88,24 @@ class LogPlayer:
 
     def play(self, line: Line) -> None:
         """Feed one line, or compare one line of outputs with what just came out."""
-        self.outcome.missing += line["line"] - self._next_line
-        self._next_line = line["line"] + 1
+        self.outcome.missing += line[Key.LINE] - self._next_line
+        self._next_line = line[Key.LINE] + 1
         self.outcome.lines += 1
-        if "out" in line:
+        if Key.OUT in line:
             self._compare(line)
             return
         self._finish(line)
-        self._now = line.get("now", self._now)
-        self.outcome.counts[line["in"]] += 1
-        play = getattr(self, f"_play_{line['in']}")
-        self._apply(play(line))
+        self._now = line.get(Key.NOW, self._now)
+        self.outcome.counts[line[Key.IN]] += 1
+        self._apply(self._play(Input(line[Key.IN]), line))
 
     def _apply(self, actions: list[Action]) -> None:
-        outs = [line["out"] for line in self._written if "out" in line]
+        outs = [line[Key.OUT] for line in self._written if Key.OUT in line]
         self._written.clear()
         self._outputs = outs[0] if outs else []
         for action in actions:
             match action:
-                case RecogniseFrame():
+                case RecognitionRequest():
                     self._recognitions[action.number] = action
                 case AskAmbient() | AskMaterial():
                     self._asks[action.number] = action
@@ -120,7 +115,7 @@ class LogPlayer:
                     self.outcome.sounds.append((self._now, action))
 
     def _compare(self, line: Line) -> None:
-        recorded, self._outputs, outputs = line["out"], [], self._outputs
+        recorded, self._outputs, outputs = line[Key.OUT], [], self._outputs
         self.outcome.outputs += len(recorded)
         if recorded != msgspec.json.decode(msgspec.json.encode(outputs)):
             self._differ(line, f"recorded {_short(recorded)}, now {_short(outputs)}")
@@ -134,61 +129,75 @@ class LogPlayer:
     def _differ(self, line: Line, difference: str) -> None:
         self.outcome.differing += 1
         if self.outcome.first_difference is None:
-            self.outcome.first_difference = f"line {line['line']}: {difference}"
+            self.outcome.first_difference = f"line {line[Key.LINE]}: {difference}"
+
+    def _play(self, kind: Input, line: Line) -> list[Action]:
+        match kind:
+            case Input.MESSAGE:
+                return self._play_message(line)
+            case Input.RECOGNITION:
+                return self._play_recognition(line)
+            case Input.SCENE_VIEW:
+                return self._play_scene_view(line)
+            case Input.ANSWER:
+                return self._play_answer(line)
+            case Input.TICK:
+                reading = msgspec.convert(line[Key.READING], PlateReading)
+                return self._session.tick(line[Key.NOW], reading)
+            case _:
+                self._play_order(kind, line)
+                return []
+
+    def _play_order(self, kind: Input, line: Line) -> None:
+        """Give the session an order from outside, which it answers by no action."""
+        match kind:
+            case Input.REST:
+                self._session.rest()
+            case Input.OWNER:
+                gain = line.get(Key.THERMAL_GAIN)
+                self._session.set_owner(owner=line[Key.OWNER], thermal_gain=gain)
+            case Input.HELD:
+                self._hold.stop(line[Key.SCOPE])
 
     def _play_message(self, line: Line) -> list[Action]:
         message = self._message(line)
         try:
-            return self._session.receive(message, line["now"])
+            return self._session.receive(message, line[Key.NOW])
         except MessageError:
             return []
 
-    def _play_look(self, line: Line) -> list[Action]:
-        request = self._recognitions.pop(line["number"])
+    def _play_recognition(self, line: Line) -> list[Action]:
+        request = self._recognitions.pop(line[Key.NUMBER])
         evidence = None
-        if line["evidence"] is not None:
-            evidence = msgspec.convert(line["evidence"], Evidence)
-        if self._recogniser is not None and evidence is not None:
+        if line[Key.EVIDENCE] is not None:
+            evidence = msgspec.convert(line[Key.EVIDENCE], Evidence)
+        if self._recognise is not None and evidence is not None:
             evidence = self._recognise_anew(request, evidence)
-        return self._session.recognised(request, evidence, line["stages_ms"], line["now"])
+        stages_ms = line[Key.STAGES_MS]
+        return self._session.recognised(request, evidence, stages_ms, line[Key.NOW])
 
-    def _play_sight(self, line: Line) -> list[Action]:
-        request, seen = self._recognitions.pop(line["number"]), line["sight"]
+    def _play_scene_view(self, line: Line) -> list[Action]:
+        request, seen = self._recognitions.pop(line[Key.NUMBER]), line[Key.SIGHT]
         view = None
         if seen is not None:
-            view = SceneView(np.array(seen["embedding"], np.float32), seen["brightness"])
-        return self._session.scene_view_received(request, view, line["now"])
+            embedding = np.array(seen[Key.EMBEDDING], np.float32)
+            view = SceneView(embedding, seen[Key.BRIGHTNESS])
+        return self._session.scene_view_received(request, view, line[Key.NOW])
 
     def _play_answer(self, line: Line) -> list[Action]:
-        ask, kinds = self._asks.pop(line["number"]), {"reading": Reading, "evidence": Evidence}
-        kind = line["kind"]
-        answer = None if kind is None else msgspec.convert(line["answer"], kinds[kind])
-        return self._session.answered(ask, answer, line["now"])
-
-    def _play_tick(self, line: Line) -> list[Action]:
-        reading = msgspec.convert(line["reading"], PlateReading)
-        return self._session.tick(line["now"], reading)
-
-    def _play_rest(self, _: Line) -> list[Action]:
-        self._session.rest()
-        return []
-
-    def _play_owner(self, line: Line) -> list[Action]:
-        self._session.set_owner(owner=line["owner"], thermal_gain=line.get("thermal_gain"))
-        return []
-
-    def _play_held(self, line: Line) -> list[Action]:
-        self._hold.stop(line["scope"])
-        return []
+        ask, kinds = self._asks.pop(line[Key.NUMBER]), {"reading": Reading, "evidence": Evidence}
+        kind = line[Key.KIND]
+        answer = None if kind is None else msgspec.convert(line[Key.ANSWER], kinds[kind])
+        return self._session.answered(ask, answer, line[Key.NOW])
 
     def _message(self, line: Line) -> ClientMessage:
-        fields = dict(line["message"])
+        fields = dict(line[Key.MESSAGE])
         if fields["type"] == "frame":
             has_mask = fields.pop("mask")
             size = fields["width"], fields["height"]
-            fields["image"] = self._kept(line.get("file"), fields["format"], *size)
+            fields["image"] = self._kept(line.get(Key.FILE), fields["format"], *size)
             if has_mask:
-                fields["mask"] = self._kept(line.get("mask_file"), "png", *size)
+                fields["mask"] = self._kept(line.get(Key.MASK_FILE), "png", *size)
         return messages.decode(msgspec.msgpack.encode(fields))
 
     def _kept(self, name: str | None, kind: str, width: int, height: int) -> bytes:
@@ -199,22 +208,15 @@ class LogPlayer:
         self._blanks.add(blank)
         return blank
 
-    def _recognise_anew(self, request: RecogniseFrame, before: Evidence) -> Evidence:
-        assert self._recogniser is not None
-        if request.frame.image in self._blanks:
+    def _recognise_anew(self, request: RecognitionRequest, before: Evidence) -> Evidence:
+        assert self._recognise is not None
+        if request.picture.image in self._blanks:
             self.outcome.counts["picture not kept"] += 1
             return before
-        frame: Frame = msgspec.structs.replace(request.frame, id=1)
-        seen = self._recogniser.recognise(
-            msgspec.msgpack.encode(frame), str(request.key), 0.0, anew=True
-        )
-        if seen.evidence is None:
-            raise SessionLogError(
-                f"{self._folder}: {seen.error}; --recognise needs the frames kept"
-            )
+        found = self._recognise(request.picture, name_of(request.target))
         self.outcome.counts["recognised anew"] += 1
-        self.outcome.counts["recognised differently"] += seen.evidence.material != before.material
-        return seen.evidence
+        self.outcome.counts["recognised differently"] += found.material != before.material
+        return found
 
 
 def _short(outputs: list[Line]) -> str:

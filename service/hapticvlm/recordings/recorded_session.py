@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
@@ -19,8 +19,9 @@ from hapticvlm import __version__, messages
 from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
+from hapticvlm.materials import Material
 from hapticvlm.messages import ClientMessage, Frame, Hello, Scope
-from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
+from hapticvlm.recordings.lines import Input, Key, Line, Output
 from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session.actions import (
@@ -31,21 +32,22 @@ from hapticvlm.session.actions import (
     DrivePlate,
     HoldOutputs,
     PlayVibration,
-    RecogniseFrame,
     ReleaseHand,
     Reply,
     RestPlate,
     SetGain,
 )
+from hapticvlm.session.hands import Hold
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.targets import RecognitionRequest
 
-Line = dict[str, Any]
-_NAMES: dict[type, str] = {
-    ReleaseHand: "LetGo",
-    SetGain: "SetGain",
-    DrivePlate: "Heat",
-    RestPlate: "RestPlate",
-    HoldOutputs: "HoldAtRest",
+_NAMES: dict[type, Output] = {
+    ReleaseHand: Output.RELEASE,
+    SetGain: Output.GAIN,
+    DrivePlate: Output.SETPOINT,
+    RestPlate: Output.REST_PLATE,
+    HoldOutputs: Output.HOLD,
 }
 WriteLine = Callable[[Line, Frame | None], None]
 
@@ -56,97 +58,116 @@ class RecordedSession(SceneSession):
     `write_line` is called for every input with a line that JSON can hold, and the frame if any.
     """
 
-    def __init__(self, *, write_line: WriteLine, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(
+        self, settings: SessionSettings, hold: Hold | None, *, write_line: WriteLine
+    ) -> None:
+        super().__init__(settings, hold)
         self._write_line = write_line
         self._numbers = itertools.count(1)
 
     def receive(self, message: ClientMessage, now: float) -> list[Action]:
         """Receive one message; a refused one is written too, as it may be refused again."""
         frame = message if isinstance(message, Frame) else None
-        self._write_line({"now": now, "in": "message", "message": _bare(message)}, frame)
+        self._write_line({Key.NOW: now, Key.IN: Input.MESSAGE, Key.MESSAGE: _bare(message)}, frame)
         return self._logged(super().receive(message, now))
 
     def recognised(
         self,
-        action: RecogniseFrame,
+        request: RecognitionRequest,
         evidence: Evidence | None,
         stages_ms: dict[str, float],
         now: float,
     ) -> list[Action]:
         """Receive what a recognition gave; what only taught the recogniser is no input."""
-        if action.teaches is not None:
-            return super().recognised(action, evidence, stages_ms, now)
-        line = {"now": now, "in": "look", "number": action.number, "stages_ms": stages_ms}
-        self._write_line({**line, "evidence": _plain(evidence)}, None)
-        return self._logged(super().recognised(action, evidence, stages_ms, now))
+        if request.teaches is not None:
+            return super().recognised(request, evidence, stages_ms, now)
+        line: Line = {Key.NOW: now, Key.IN: Input.RECOGNITION, Key.NUMBER: request.number}
+        line |= {Key.STAGES_MS: stages_ms, Key.EVIDENCE: _plain(evidence)}
+        self._write_line(line, None)
+        return self._logged(super().recognised(request, evidence, stages_ms, now))
 
     def scene_view_received(
-        self, action: RecogniseFrame, scene_view: SceneView | None, now: float
+        self, request: RecognitionRequest, scene_view: SceneView | None, now: float
     ) -> list[Action]:
         """Receive the scene view."""
         seen = None
         if scene_view is not None:
             embedding = scene_view.embedding.tolist()
-            seen = {"embedding": embedding, "brightness": scene_view.brightness}
-        self._write_line({"now": now, "in": "sight", "number": action.number, "sight": seen}, None)
-        return self._logged(super().scene_view_received(action, scene_view, now))
+            seen = {Key.EMBEDDING: embedding, Key.BRIGHTNESS: scene_view.brightness}
+        line: Line = {Key.NOW: now, Key.IN: Input.SCENE_VIEW, Key.NUMBER: request.number}
+        self._write_line({**line, Key.SIGHT: seen}, None)
+        return self._logged(super().scene_view_received(request, scene_view, now))
 
     def answered(self, ask: Ask, answer: Reading | Evidence | None, now: float) -> list[Action]:
         """Receive what a VLM answered."""
-        line = {"now": now, "in": "answer", "number": ask.number}
+        line: Line = {Key.NOW: now, Key.IN: Input.ANSWER, Key.NUMBER: ask.number}
         kind = None if answer is None else type(answer).__name__.lower()
-        self._write_line({**line, "kind": kind, "answer": _plain(answer)}, None)
+        self._write_line({**line, Key.KIND: kind, Key.ANSWER: _plain(answer)}, None)
         return self._logged(super().answered(ask, answer, now))
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
         """Advance the time."""
-        self._write_line({"now": now, "in": "tick", "reading": _plain(reading)}, None)
+        self._write_line({Key.NOW: now, Key.IN: Input.TICK, Key.READING: _plain(reading)}, None)
         return self._logged(super().tick(now, reading))
 
     def set_owner(self, *, owner: bool, thermal_gain: float | None = None) -> None:
         """Set whether this scene may drive the outputs from now on, and the gain it finds set."""
-        self._write_line({"in": "owner", "owner": owner, "thermal_gain": thermal_gain}, None)
+        line: Line = {Key.IN: Input.OWNER, Key.OWNER: owner, Key.THERMAL_GAIN: thermal_gain}
+        self._write_line(line, None)
         super().set_owner(owner=owner, thermal_gain=thermal_gain)
 
     def rest(self) -> None:
         """Drop every lease."""
-        self._write_line({"in": "rest"}, None)
+        self._write_line({Key.IN: Input.REST}, None)
         super().rest()
 
     def held(self, scope: Scope) -> None:
         """Note that outputs were stopped."""
-        self._write_line({"in": "held", "scope": scope}, None)
+        self._write_line({Key.IN: Input.HELD, Key.SCOPE: scope}, None)
         super().held(scope)
 
     def _logged(self, actions: list[Action]) -> list[Action]:
         """Write what the outputs are to do; recognitions and questions get numbers."""
         numbered = [self._numbered(action) for action in actions]
         if done := outputs(numbered):
-            self._write_line({"out": done}, None)
+            self._write_line({Key.OUT: done}, None)
         return numbered
 
     def _numbered(self, action: Action) -> Action:
-        if isinstance(action, RecogniseFrame) and action.teaches is not None:
+        if isinstance(action, RecognitionRequest) and action.teaches is not None:
             return action
-        if isinstance(action, RecogniseFrame | AskAmbient | AskMaterial):
+        if isinstance(action, RecognitionRequest | AskAmbient | AskMaterial):
             return dataclasses.replace(action, number=next(self._numbers))
         return action
 
 
-def head(given: dict[str, Any]) -> Line:
-    """Write what a session begins with, from the arguments it was made with."""
+def head(settings: SessionSettings) -> Line:
+    """Write what a session begins with."""
     return {
-        "hapticvlm": __version__,
-        "owner": given["owner"],
-        "can_ask": given["can_ask"],
-        "contact_resistance": given["contact_resistance"],
-        "plate_resistance": given.get("plate_resistance", PLATE_RESISTANCE),
-        "thermal_gain": given.get("thermal_gain", 1.0),
-        "reading": _plain(given["reading"]),
-        "materials": list(given["table"]),
-        "saved": dict(given.get("saved", {})),
+        Key.VERSION: __version__,
+        Key.OWNER: settings.owner,
+        Key.CAN_ASK: settings.can_ask,
+        Key.CONTACT_RESISTANCE: settings.contact_resistance,
+        Key.PLATE_RESISTANCE: settings.plate_resistance,
+        Key.THERMAL_GAIN: settings.thermal_gain,
+        Key.READING: _plain(settings.reading),
+        Key.MATERIALS: list(settings.table),
+        Key.SAVED: dict(settings.saved),
     }
+
+
+def settings_of(head: Line, table: Mapping[str, Material]) -> SessionSettings:
+    """Read what a session began with; older logs lack some of it."""
+    return SessionSettings(
+        owner=head[Key.OWNER],
+        reading=msgspec.convert(head[Key.READING], PlateReading),
+        table=table,
+        saved=head.get(Key.SAVED, {}),
+        can_ask=head[Key.CAN_ASK],
+        contact_resistance=head[Key.CONTACT_RESISTANCE],
+        plate_resistance=head.get(Key.PLATE_RESISTANCE, 0.0),  # older logs took skin for plate
+        thermal_gain=head.get(Key.THERMAL_GAIN, 1.0),
+    )
 
 
 def outputs(actions: list[Action]) -> list[Line]:
@@ -155,11 +176,11 @@ def outputs(actions: list[Action]) -> list[Line]:
     for action in actions:
         if isinstance(action, Reply):
             if isinstance(action.message, messages.Decision):
-                lines.append({"do": "say", **_decision(action.message)})
+                lines.append({Key.DO: Output.DECISION, **_decision(action.message)})
         elif isinstance(action, PlayVibration):
-            lines.append({"do": "Feel", "command": _command(action.command)})
+            lines.append({Key.DO: Output.VIBRATION, Key.COMMAND: _command(action.command)})
         elif (name := _NAMES.get(type(action))) is not None:
-            lines.append({"do": name, **_plain(action)})
+            lines.append({Key.DO: name, **_plain(action)})
     return lines
 
 

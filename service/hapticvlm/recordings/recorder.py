@@ -21,7 +21,7 @@ from typing import Any
 
 from hapticvlm.captures import LINES
 from hapticvlm.messages import Frame
-from hapticvlm.recordings.recorded_session import Line
+from hapticvlm.recordings.lines import Input, Key, Line, Output
 
 SESSION_LOG, DECISIONS = "tape.jsonl", "decisions.jsonl"
 FRAMES = "frames"  # the folder of the pictures, where they are kept
@@ -136,7 +136,7 @@ class _Record:
     def open(self, head: Line) -> int:
         """Make the folder and write the first line."""
         self._folder = _new_folder(self._folder)
-        size = self._append(SESSION_LOG, {"line": 0, "head": head})
+        size = self._append(SESSION_LOG, {Key.LINE: 0, Key.HEAD: head})
         self._is_open = True
         return size
 
@@ -149,16 +149,16 @@ class _Record:
         extras: dict[str, Any] = {}
         if frame is not None:
             size, extras = self._keep(frame)
-        size += self._append(SESSION_LOG, {"line": number, **line, **extras})
-        if line.get("in") == "message":
-            size += self._append_message(line["message"], extras)
-        for done in line.get("out", ()):
-            if done["do"] == "say":
+        size += self._append(SESSION_LOG, {Key.LINE: number, **line, **extras})
+        if line.get(Key.IN) == Input.MESSAGE:
+            size += self._append_message(line[Key.MESSAGE], extras)
+        for done in line.get(Key.OUT, ()):
+            if done[Key.DO] == Output.DECISION:
                 size += self._append(DECISIONS, {"t_s": self._at_s, **done})
         return size
 
     def _follow(self, line: Line) -> None:
-        now = line.get("now")
+        now = line.get(Key.NOW)
         if now is not None:
             self._started = now if self._started is None else self._started
             self._at_s = round(now - self._started, 6)
@@ -175,10 +175,10 @@ class _Record:
         (self._folder / FRAMES).mkdir(mode=0o700, exist_ok=True)
         name = f"{FRAMES}/{self._frames:06}.{SUFFIX[frame.format]}"
         self._write(name, frame.image)
-        extras = {"file": name}
+        extras: dict[str, Any] = {Key.FILE: name}
         if frame.mask is not None:
-            extras["mask_file"] = f"{FRAMES}/{self._frames:06}-mask.png"
-            self._write(extras["mask_file"], frame.mask)
+            extras[Key.MASK_FILE] = f"{FRAMES}/{self._frames:06}-mask.png"
+            self._write(extras[Key.MASK_FILE], frame.mask)
         return len(frame.image) + len(frame.mask or b""), extras
 
     def _write(self, name: str, data: bytes) -> None:

@@ -10,33 +10,33 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
 from hapticvlm.messages import MessageError
-from hapticvlm.recordings.log_player import LogPlayer, Replayed
+from hapticvlm.recordings.lines import Key
+from hapticvlm.recordings.log_player import LogPlayer, Recognise, Replayed
 from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.session_log import SessionLogError, read_session_log
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import ReleaseHand, SetGain
-from hapticvlm.vision.frame_recogniser import FrameRecogniser
 
 BLOCK = 128
 
 
 def replay(
-    folder: Path, table: Mapping[str, Material], recogniser: FrameRecogniser | None = None
+    folder: Path, table: Mapping[str, Material], recognise: Recognise | None = None
 ) -> Replayed:
-    """Run a record again with these materials; a recogniser recognises anew.
+    """Run a record again with these materials; `recognise` recognises its pictures anew.
 
     Raises SessionLogError.
     """
     lines = read_session_log(folder)
-    head = next(lines, {}).get("head")
+    head = next(lines, {}).get(Key.HEAD)
     if not isinstance(head, dict):
         raise SessionLogError(
             f"{folder / SESSION_LOG}:1: no head; name a folder that `record` made"
         )
     try:
-        missing = [name for name in head["materials"] if name not in table]
-        player = None if missing else LogPlayer(folder, head, table, recogniser)
+        missing = [name for name in head[Key.MATERIALS] if name not in table]
+        player = None if missing else LogPlayer(folder, head, table, recognise)
     except (KeyError, TypeError, ValueError) as error:
         raise SessionLogError(
             f"{folder / SESSION_LOG}:1: not a head of a session log ({error})"
@@ -49,11 +49,11 @@ def replay(
         try:
             player.play(line)
         except KeyError as error:
-            place = f"{folder / SESSION_LOG}:{line.get('line', '?')}"
+            place = f"{folder / SESSION_LOG}:{line.get(Key.LINE, '?')}"
             text = f"{error} is missing: not a line of a complete session log"
             raise SessionLogError(f"{place}: {text}") from None
         except (AttributeError, TypeError, ValueError, MessageError) as error:
-            place = f"{folder / SESSION_LOG}:{line.get('line', '?')}"
+            place = f"{folder / SESSION_LOG}:{line.get(Key.LINE, '?')}"
             raise SessionLogError(f"{place}: not a line of a session log ({error!r})") from None
     counts = player.outcome.counts
     if counts["picture not kept"] and not counts["recognised anew"]:

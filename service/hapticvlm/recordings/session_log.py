@@ -5,13 +5,11 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
+from hapticvlm.recordings.lines import Line
 from hapticvlm.recordings.recorder import SESSION_LOG
-
-Line = dict[str, Any]
 
 
 class SessionLogError(HapticVLMError):

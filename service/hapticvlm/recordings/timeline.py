@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
+from hapticvlm.recordings.lines import Input, Key, Output
 from hapticvlm.recordings.log_player import Replayed
 from hapticvlm.recordings.replay import replay, waveform
 from hapticvlm.recordings.session_log import SessionLogError, read_session_log
@@ -132,17 +133,17 @@ class _TimelineBuilder:
     open: dict[str, tuple[str | None, float]] = field(default_factory=dict)
 
     def add(self, line: Mapping[str, Any]) -> None:
-        now = line.get("now")
+        now = line.get(Key.NOW)
         if now is not None:
-            if self.started is None and line["in"] == "message":
+            if self.started is None and line[Key.IN] == Input.MESSAGE:
                 self.started = now
             self.now_s = 0.0 if self.started is None else now - self.started
-        if line.get("in") == "message":
+        if line.get(Key.IN) == Input.MESSAGE:
             self._message(line)
-        elif line.get("in") == "tick" and self.started is not None:
-            self._reading(line["reading"])
-        for done in line.get("out", ()):
-            if done["do"] == "say":
+        elif line.get(Key.IN) == Input.TICK and self.started is not None:
+            self._reading(line[Key.READING])
+        for done in line.get(Key.OUT, ()):
+            if done[Key.DO] == Output.DECISION:
                 self.decisions.append(Decided(self.now_s, _without_do(done)))
 
     def timeline(self, outcome: Replayed, voices: Voices) -> Timeline:
@@ -161,7 +162,7 @@ class _TimelineBuilder:
         )
 
     def _message(self, line: Mapping[str, Any]) -> None:
-        message = line["message"]
+        message = line[Key.MESSAGE]
         match message["type"]:
             case "scene":
                 stated = {
@@ -174,13 +175,13 @@ class _TimelineBuilder:
                 self._touch(message)
 
     def _frame(self, message: Mapping[str, Any], line: Mapping[str, Any]) -> None:
-        if line.get("file") is None or message["format"] not in ("jpeg", "png"):
+        if line.get(Key.FILE) is None or message["format"] not in ("jpeg", "png"):
             return
-        mask = line.get("mask_file")
+        mask = line.get(Key.MASK_FILE)
         self.pictures.append(
             Picture(
                 self.now_s,
-                self._picture(line["file"]),
+                self._picture(line[Key.FILE]),
                 None if mask is None else self._picture(mask),
                 message.get("object_id"),
                 message.get("region"),
@@ -211,4 +212,4 @@ class _TimelineBuilder:
 
 
 def _without_do(done: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in done.items() if name != "do"}
+    return {name: value for name, value in done.items() if name != Key.DO}

@@ -43,11 +43,11 @@ from hapticvlm.session.actions import (
     AskAmbient,
     AskMaterial,
     HoldOutputs,
-    RecogniseFrame,
     Reply,
     SendVibration,
     Watch,
 )
+from hapticvlm.session.targets import RecognitionRequest
 from hapticvlm.vision.worker import RecogniserWorker
 from hapticvlm.vlm.worker import VlmReply, VlmWorker
 
@@ -136,7 +136,7 @@ class Gateway:
                 case Reply():
                     replies.append(action.message)
                     self._show(connection, action.message)
-                case RecogniseFrame():
+                case RecognitionRequest():
                     replies += self.recognition.put(connection, action)
                 case AskAmbient() | AskMaterial():
                     self._ask(connection, action)

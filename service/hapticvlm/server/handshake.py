@@ -9,7 +9,6 @@ import logging
 import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 
@@ -56,6 +55,7 @@ from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.web import http
 from hapticvlm.server.web.recorded_sessions import RecordedSessions
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 
 CLOSE_PROTOCOL = 4000
 HELLO_S = 10.0
@@ -183,21 +183,22 @@ class Handshake:
     def _session(self, *, observer: bool) -> SceneSession:
         """Begin a session; a scene's is recorded when sessions are kept."""
         self._gateway.ownership.free_if_owner_closes()
-        given: dict[str, Any] = {
-            "owner": not observer and self._gateway.owner is None,
-            "observer": observer,
-            "hold": self._gateway.outputs.hold,
-            "reading": self._gateway.outputs.reading,
-            "table": self._offer.table,
-            "saved": self._offer.saved,
-            "can_ask": self._offer.models.vlm is not None,
-            "contact_resistance": self._offer.contact_resistance,
-            "plate_resistance": self._offer.plate_resistance,
-            "thermal_gain": self._gateway.outputs.thermal_gain,
-        }
+        outputs = self._gateway.outputs
+        settings = SessionSettings(
+            owner=not observer and self._gateway.owner is None,
+            observer=observer,
+            reading=outputs.reading,
+            table=self._offer.table,
+            saved=self._offer.saved,
+            can_ask=self._offer.models.vlm is not None,
+            contact_resistance=self._offer.contact_resistance,
+            plate_resistance=self._offer.plate_resistance,
+            thermal_gain=outputs.thermal_gain,
+        )
         if self._offer.recorder is None or observer:
-            return SceneSession(**given)
-        return RecordedSession(write_line=self._offer.recorder.begin(recorded.head(given)), **given)
+            return SceneSession(settings, outputs.hold)
+        write_line = self._offer.recorder.begin(recorded.head(settings))
+        return RecordedSession(settings, outputs.hold, write_line=write_line)
 
     def _welcome_message(self, hello: Hello, session: SceneSession) -> Welcome:
         return Welcome(

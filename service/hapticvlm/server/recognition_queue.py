@@ -16,12 +16,19 @@ from hapticvlm.processes.model_worker import Answered
 from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.mailbox import Mailbox, QueueFull
-from hapticvlm.session.actions import Action, RecogniseFrame, Reply
-from hapticvlm.session.frames import SURROUNDINGS
+from hapticvlm.session.actions import Action, Reply
+from hapticvlm.session.targets import (
+    HandRegion,
+    ObjectTarget,
+    RecognitionRequest,
+    Surroundings,
+    name_of,
+)
 from hapticvlm.vision.frame_recogniser import Shown
 from hapticvlm.vision.pictures import Shrunk
 from hapticvlm.vision.worker import SHOWN_PX, Recognised, RecogniserWorker
 
+SCENE_SLOT = "scene"  # beside those of the hands: the newest view of the surroundings waits there
 VIEW_S = 0.5
 MOST_VIEWED = 256
 SHOWN_BYTES = 256 * 1024  # text observers get a third more, and all of it in one go
@@ -30,11 +37,11 @@ Deliver = Callable[[Connection, list[Action]], None]
 
 
 @dataclass(frozen=True, slots=True)
-class _Request:
+class _UnderWay:
     """What the recogniser works on, for whom, and whether observers see it."""
 
     connection: Connection
-    action: RecogniseFrame
+    request: RecognitionRequest
     is_shown: bool
 
 
@@ -47,8 +54,10 @@ class RecognitionQueue:
         self._recogniser = recogniser
         self._counts = counts
         self._deliver = deliver
-        self._mailboxes: dict[Connection, Mailbox[RecogniseFrame]] = {}  # in order of their turns
-        self._under_way: _Request | None = None
+        self._mailboxes: dict[
+            Connection, Mailbox[RecognitionRequest]
+        ] = {}  # in order of their turns
+        self._under_way: _UnderWay | None = None
         self._shown_at: dict[tuple[Connection, str | None], float] = {}  # by object
 
     def join(self, connection: Connection) -> None:
@@ -61,28 +70,21 @@ class RecognitionQueue:
         for shown in [shown for shown in self._shown_at if shown[0] is connection]:
             del self._shown_at[shown]
 
-    def put(self, connection: Connection, action: RecogniseFrame) -> list[ServiceMessage]:
+    def put(self, connection: Connection, request: RecognitionRequest) -> list[ServiceMessage]:
         """Queue what a session wants recognised; return what to answer at once."""
-        frame, mailbox = action.frame, self._mailboxes[connection]
-        superseded: RecogniseFrame | None = None
         try:
-            if isinstance(action.key, tuple):
-                superseded = mailbox.put_touch(action, action.key[1])
-            elif frame.purpose == "enrol":
-                self._put_enrol(mailbox, action)
-            else:
-                superseded = mailbox.put_live(action)
+            superseded = self._queue(self._mailboxes[connection], request)
         except QueueFull:
             self._counts["refused: overload"] += 1
-            if action.teaches is not None:  # nobody waits for it; another picture will teach
+            if request.waits is None:  # it would only have taught; another picture will
                 return []
             text = "too many enrol frames wait: send more when some of these are decided"
-            return [Error(id=frame.id, code="overload", text=text, path="$.purpose")]
+            return [Error(id=request.waits.value, code="overload", text=text, path="$.purpose")]
         answers: list[ServiceMessage] = []
         if superseded is not None:
             self._counts["frames superseded"] += 1
-            if superseded.frame.id:
-                answers.append(Skipped(id=superseded.frame.id, reason="superseded"))
+            if superseded.waits is not None:
+                answers.append(Skipped(id=superseded.waits.value, reason="superseded"))
         self.feed()
         return answers
 
@@ -92,11 +94,11 @@ class RecognitionQueue:
             return
         now = time.monotonic()
         for connection in self._turns():
-            action = self._next_of(connection, now)
-            if action is None:
+            request = self._next_of(connection, now)
+            if request is None:
                 continue
             self._mailboxes[connection] = self._mailboxes.pop(connection)  # behind all others
-            self._begin(connection, action, now)
+            self._begin(connection, request, now)
             return
 
     def accept(self, answered: Answered[Recognised]) -> None:
@@ -106,83 +108,99 @@ class RecognitionQueue:
             self._counts["late answers dropped"] += 1
             return
         self._recogniser.note(answered.value.remote)
-        request, self._under_way = self._under_way, None
-        if request is not None and request.connection in self._mailboxes:
-            if request.is_shown:
-                self._show(request, answered.value.shown)
-            self._deliver(request.connection, self._actions(request, answered.value, now))
+        under_way, self._under_way = self._under_way, None
+        if under_way is not None and under_way.connection in self._mailboxes:
+            if under_way.is_shown:
+                self._show(under_way, answered.value.shown)
+            self._deliver(under_way.connection, self._actions(under_way, answered.value, now))
         self.feed()
 
     def fail(self, text: str) -> None:
         """Answer the waiting client that the recogniser was restarted, and go on."""
-        request, self._under_way = self._under_way, None
-        if (
-            request is not None
-            and request.action.frame.id
-            and request.connection in self._mailboxes
-        ):
-            request.connection.post(Error(id=request.action.frame.id, code="model", text=text))
+        under_way, self._under_way = self._under_way, None
+        if under_way is not None and under_way.connection in self._mailboxes:
+            waits = under_way.request.waits
+            if waits is not None:
+                under_way.connection.post(Error(id=waits.value, code="model", text=text))
         self.feed()
 
-    def _put_enrol(self, mailbox: Mailbox[RecogniseFrame], action: RecogniseFrame) -> None:
+    def _queue(
+        self, mailbox: Mailbox[RecognitionRequest], request: RecognitionRequest
+    ) -> RecognitionRequest | None:
+        """Put a request where its kind waits; return the one it supersedes. Raises QueueFull."""
+        match request.target:
+            case HandRegion(hand):
+                return mailbox.put_touch(request, hand)
+            case Surroundings():
+                return mailbox.put_touch(request, SCENE_SLOT)
+            case _ if request.picture.purpose == "enrol" or request.teaches is not None:
+                self._put_enrol(mailbox, request)
+                return None
+            case _:
+                return mailbox.put_live(request)
+
+    def _put_enrol(self, mailbox: Mailbox[RecognitionRequest], request: RecognitionRequest) -> None:
         """Queue a view of an object. Raises QueueFull."""
-        size = len(action.frame.image) + len(action.frame.mask or b"")
+        picture = request.picture
+        size = len(picture.image) + len(picture.mask or b"")
         waiting = sum(other.enrol_bytes for other in self._mailboxes.values())
         if waiting + size > ENROL_BYTES:
             raise QueueFull
-        mailbox.put_enrol(action, action.frame.object_id, size)
+        mailbox.put_enrol(request, picture.object_id, size)
 
     def _turns(self) -> list[Connection]:
         """All connections, the owner of the outputs first."""
         return sorted(self._mailboxes, key=lambda connection: not connection.session.owner)
 
-    def _begin(self, connection: Connection, action: RecogniseFrame, now: float) -> None:
-        is_due = now - self._shown_at.get((connection, action.frame.object_id), -VIEW_S) >= VIEW_S
-        is_shown = is_due and any(True for _ in self._observers())
-        self._under_way = _Request(connection, action, is_shown)
+    def _begin(self, connection: Connection, request: RecognitionRequest, now: float) -> None:
+        picture = request.picture
+        shown_at = self._shown_at.get((connection, picture.object_id), -VIEW_S)
+        is_shown = now - shown_at >= VIEW_S and any(True for _ in self._observers())
+        self._under_way = _UnderWay(connection, request, is_shown)
         self._recogniser.recognise(
-            action.frame,
-            f"{connection.name}/{action.key}",
+            picture,
+            f"{connection.name}/{name_of(request.target)}",
             now,
-            anew=action.teaches is not None or connection.session.wants_anew(action),
-            shrink=is_shown and not _is_small(action.frame),
-            shown=_shown(connection, action),
+            anew=request.teaches is not None or connection.session.wants_anew(request),
+            shrink=is_shown and not _is_small(picture),
+            shown=_shown(connection, request),
         )
 
-    def _next_of(self, connection: Connection, now: float) -> RecogniseFrame | None:
-        while (action := self._mailboxes[connection].take()) is not None:
-            if not connection.session.is_stale(action.frame, now):
-                return action
+    def _next_of(self, connection: Connection, now: float) -> RecognitionRequest | None:
+        while (request := self._mailboxes[connection].take()) is not None:
+            if not connection.session.is_stale(request.picture, now):
+                return request
             self._counts["frames stale"] += 1
-            if action.frame.id:
-                connection.post(Skipped(id=action.frame.id, reason="stale"))
+            if request.waits is not None:
+                connection.post(Skipped(id=request.waits.value, reason="stale"))
         return None
 
-    def _actions(self, request: _Request, answer: Recognised, now: float) -> list[Action]:
-        action, session, found = request.action, request.connection.session, answer.recognition
+    def _actions(self, under_way: _UnderWay, answer: Recognised, now: float) -> list[Action]:
+        request, session = under_way.request, under_way.connection.session
+        found = answer.recognition
         if found.error is None:
             self._counts["recognitions"] += 1
-            if action.key == SURROUNDINGS:
-                return session.scene_view_received(action, found.scene_view, now)
-            return session.recognised(action, found.evidence, found.stages_ms, now)
+            if isinstance(request.target, Surroundings):
+                return session.scene_view_received(request, found.scene_view, now)
+            return session.recognised(request, found.evidence, found.stages_ms, now)
         code: ErrorCode = "model" if found.is_our_fault else "message"
         self._counts[f"refused: {code}"] += 1
-        if not action.frame.id:
+        if request.waits is None:
             return []
         path = found.error_path or "$.image"
-        return [Reply(Error(id=action.frame.id, code=code, text=found.error, path=path))]
+        return [Reply(Error(id=request.waits.value, code=code, text=found.error, path=path))]
 
     def _observers(self) -> Iterable[Connection]:
         return (other for other in self._mailboxes if "frames" in other.watches)
 
-    def _show(self, request: _Request, shrunk: Shrunk | None) -> None:
+    def _show(self, under_way: _UnderWay, shrunk: Shrunk | None) -> None:
         """Show the frame to the observers that watch frames, encoded once for all of them."""
-        frame = request.action.frame
+        frame = under_way.request.picture
         if shrunk is None and not _is_small(frame):
             return
         if len(self._shown_at) >= MOST_VIEWED:
             self._shown_at.clear()
-        self._shown_at[request.connection, frame.object_id] = time.monotonic()
+        self._shown_at[under_way.connection, frame.object_id] = time.monotonic()
         view = View(
             id=0,
             kind="frames",
@@ -205,9 +223,13 @@ def _is_small(frame: Frame) -> bool:
     return is_compressed and max(frame.width, frame.height) <= SHOWN_PX and size <= SHOWN_BYTES
 
 
-def _shown(connection: Connection, action: RecogniseFrame) -> Shown | None:
+def _shown(connection: Connection, request: RecognitionRequest) -> Shown | None:
     """Name the object and its scene; None for the surroundings, which are no object."""
-    if action.key == SURROUNDINGS:
-        return None
-    object_id = action.key if isinstance(action.key, str) else None
-    return Shown(f"{connection.name}/{action.scene}", object_id, action.teaches)
+    scene = f"{connection.name}/{request.scene}"
+    match request.target:
+        case Surroundings():
+            return None
+        case ObjectTarget(object_id):
+            return Shown(scene, object_id, request.teaches)
+        case _:
+            return Shown(scene, None, request.teaches)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from hapticvlm.processes.model_worker import Answered
 from hapticvlm.server.connection import Connection
 from hapticvlm.session.actions import Action, Ask, AskAmbient, AskMaterial
-from hapticvlm.session.scene_objects import Key
+from hapticvlm.session.targets import ObjectTarget
 from hapticvlm.vlm.worker import Question, VlmReply, VlmWorker
 
 MAX_OBJECTS = 8
@@ -30,7 +30,7 @@ class VlmQueue:
         self._counts = counts
         self._deliver = deliver
         self._ambient: OrderedDict[Connection, tuple[AskAmbient, float]] = OrderedDict()
-        self._material: OrderedDict[tuple[Connection, Key], tuple[AskMaterial, float]] = (
+        self._material: OrderedDict[tuple[Connection, ObjectTarget], tuple[AskMaterial, float]] = (
             OrderedDict()
         )
         self._under_way: tuple[Connection, Ask] | None = None
@@ -65,7 +65,7 @@ class VlmQueue:
                 continue
             self._under_way = (connection, ask)
             names = () if isinstance(ask, AskAmbient) else connection.session.materials
-            self.worker.ask(Question(ask.frame, names), now)
+            self.worker.ask(Question(ask.picture, names), now)
 
     def accept(self, answered: Answered[VlmReply], now: float) -> None:
         """Deliver a reply; one to a question that was given up is dropped."""
@@ -108,8 +108,8 @@ class VlmQueue:
     def _put_material(
         self, connection: Connection, ask: AskMaterial, now: float
     ) -> tuple[Connection, Ask] | None:
-        before = self._material.pop((connection, ask.key), None)
-        self._material[connection, ask.key] = (ask, now)
+        before = self._material.pop((connection, ask.target), None)
+        self._material[connection, ask.target] = (ask, now)
         if before is not None:
             return connection, before[0]
         if len(self._material) <= MAX_OBJECTS:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hapticvlm.messages import FeelForm, Frame, Scope, ServiceMessage
 from hapticvlm.rendering.vibration.voices import Command
-from hapticvlm.session.scene_objects import Key
+from hapticvlm.session.targets import ObjectTarget, RecognitionRequest
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,37 +17,20 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
-class RecogniseFrame:
-    """Recognise this frame; id 0 means nobody waits for an answer.
-
-    `key` is what it shows (an object's id, or the region a hand touches); `generation` is that of
-    the key, so that an answer for a scene or a contact since replaced is not believed. `scene`
-    numbers the scene; `teaches` is the material of an object that is sure: nobody waits for that.
-    """
-
-    frame: Frame
-    key: Key
-    generation: int
-    number: int = 0
-    scene: int = 0
-    teaches: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class AskAmbient:
-    """Ask a VLM for the ambient temperature in this frame; `view` numbers what it shows."""
+    """Ask a VLM for the ambient temperature in this picture; `view` numbers what it shows."""
 
-    frame: Frame
+    picture: Frame
     view: int
     number: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class AskMaterial:
-    """Ask a VLM what the object in this frame is made of; the last rung."""
+    """Ask a VLM what the object in this picture is made of; the last rung."""
 
-    frame: Frame
-    key: Key
+    picture: Frame
+    target: ObjectTarget
     generation: int
     number: int = 0
 
@@ -119,7 +102,7 @@ class Watch:
 
 Action = (
     Reply
-    | RecogniseFrame
+    | RecognitionRequest
     | Ask
     | PlayVibration
     | ReleaseHand

@@ -14,6 +14,7 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.names import Lexicon
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.messages import SceneObject
+from hapticvlm.session.targets import ObjectTarget, Target
 
 NONE_SAVED: Mapping[str, str] = {}
 
@@ -26,21 +27,21 @@ def with_saved(given: SceneObject, saved: Mapping[str, str]) -> SceneObject:
     return msgspec.structs.replace(given, material=material)
 
 
-def saved_facts(key: object, saved: Mapping[str, str]) -> SceneObject | None:
+def saved_facts(target: Target, saved: Mapping[str, str]) -> SceneObject | None:
     """Return what was saved of an object that the scene has not declared, if anything was."""
-    if not isinstance(key, str) or key not in saved:
+    if not isinstance(target, ObjectTarget) or target.object_id not in saved:
         return None
-    return SceneObject(object_id=key, material=saved[key])
+    return SceneObject(object_id=target.object_id, material=saved[target.object_id])
 
 
 def from_declaration(
-    key: object, facts: SceneObject | None, lexicon: Lexicon
+    target: Target, facts: SceneObject | None, lexicon: Lexicon
 ) -> tuple[Evidence, ...]:
     """Climb the rungs that need no picture and stop at the first that is sure."""
     if facts and facts.material and facts.material != UNKNOWN:
         return (Evidence("scene", ((facts.material, 1.0),)),)
     found: list[Evidence] = []
-    name = name_of(key, facts)
+    name = name_of(target, facts)
     named = names.from_name(name, lexicon) if name else None
     if named:
         found.append(named)
@@ -54,6 +55,8 @@ def from_declaration(
     return tuple(found)
 
 
-def name_of(key: object, facts: SceneObject | None) -> str | None:
+def name_of(target: Target, facts: SceneObject | None) -> str | None:
     """Return the name an object goes by: the one given, else its id."""
-    return (facts.name if facts else None) or (key if isinstance(key, str) else None)
+    return (facts.name if facts else None) or (
+        target.object_id if isinstance(target, ObjectTarget) else None
+    )

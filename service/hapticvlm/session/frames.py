@@ -12,16 +12,14 @@ from collections import deque
 import msgspec
 
 from hapticvlm.messages import FRAMES_PER_S, Frame, Region, Touch
-from hapticvlm.session.actions import RecogniseFrame
 from hapticvlm.session.hands import LEASE_S, Hand
-from hapticvlm.session.scene_objects import Key
+from hapticvlm.session.targets import SURROUNDINGS, HandRegion, RecognitionRequest
 
 WINDOW_S = 10.0
 
 LATE_S = LEASE_S  # a contact captured longer ago lapsed in transit; nobody takes it for its cause
 BACK_S = {"touch": LATE_S, "frame": 60.0}  # as old as a frame may be; touches come in order
 WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
-SURROUNDINGS: Key = ("scene", "scene")
 
 
 class ClockOffset:
@@ -108,14 +106,12 @@ class Frames:
         """Whether a lease would have ended while this touch was in transit."""
         return self._clock.runs and self._clock.age_s(touch.captured_at, now) > LATE_S
 
-    def recognise_region(self, hand: Hand, generation: int, scene: int) -> list[RecogniseFrame]:
-        """Recognise the region a hand touches in the newest frame."""
-        if not isinstance(hand.key, tuple) or self._newest is None:
+    def recognise_region(self, hand: Hand, generation: int, scene: int) -> list[RecognitionRequest]:
+        """Recognise the region a hand touches in the newest frame; nobody waits for the answer."""
+        if not isinstance(hand.target, HandRegion) or self._newest is None:
             return []
-        touched = msgspec.structs.replace(
-            self._newest, id=0, object_id=None, region=hand.region, mask=None, purpose="live"
-        )
-        return [RecogniseFrame(touched, hand.key, generation, scene=scene)]
+        picture = part_of(self._newest, hand.region)
+        return [RecognitionRequest(hand.target, picture, None, generation, scene=scene)]
 
     def _observe(self, kind: str, captured_at: float, now: float) -> None:
         """Receive a capture time; one that goes far back means that the clock was set."""
@@ -125,7 +121,11 @@ class Frames:
         self._clock.observe(captured_at, now)
 
 
-def recognise_scene(frame: Frame) -> RecogniseFrame:
-    """Recognise the whole frame for its scene view."""
-    whole = msgspec.structs.replace(frame, id=0, object_id=None, region=WHOLE, mask=None)
-    return RecogniseFrame(whole, SURROUNDINGS, 0)
+def recognise_scene(frame: Frame) -> RecognitionRequest:
+    """Recognise the whole frame for its scene view; nobody waits for the answer."""
+    return RecognitionRequest(SURROUNDINGS, part_of(frame, WHOLE), None)
+
+
+def part_of(frame: Frame, region: Region | None) -> Frame:
+    """Return the same picture with another region to look at, and without the object's mask."""
+    return msgspec.structs.replace(frame, object_id=None, region=region, mask=None)

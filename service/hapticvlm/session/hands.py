@@ -9,7 +9,13 @@ from typing import Literal
 
 from hapticvlm.messages import LEASE_MS, HandName, Interaction, Region, Scope, Touch
 from hapticvlm.rendering.vibration.vibration import TEXTURES, Motion
-from hapticvlm.session.scene_objects import Key
+from hapticvlm.session.targets import (
+    WHOLE_VIEW,
+    HandRegion,
+    ObjectTarget,
+    ThingTarget,
+    of_object,
+)
 
 Output = Literal["speaker", "peltier"]
 LEASE_S = LEASE_MS / 1000.0
@@ -33,7 +39,7 @@ class Hand:
     number: int
     lease_until: float | None = None
     contact_at: float | None = None
-    object_id: str | None = None
+    target: ThingTarget = WHOLE_VIEW
     region: Region | None = None
     interaction: Interaction | None = None
     motion: Motion = STILL
@@ -42,11 +48,6 @@ class Hand:
     nearest_m: float | None = None  # of the lead that goes on or ended last, where it was told
     in_vain: int = 0  # leads that ended without a contact, since the last contact
     in_vain_at: float = -math.inf  # when the last of them ended
-
-    @property
-    def key(self) -> Key:
-        """What this hand touches: an object's id, or a region of its own."""
-        return self.object_id if self.region is None or self.object_id else ("region", self.name)
 
     @property
     def name(self) -> HandName:
@@ -89,7 +90,8 @@ class Hand:
         begins = self.contact_at is None
         self._approach(touch, now)
         self.lease_until = now + LEASE_S
-        self.object_id, self.region = touch.object_id, touch.region
+        self.target = self._target_of(touch)
+        self.region = touch.region
         self.motion = Motion(touch.speed_mps, touch.force_n)
         self.interaction = touch.interaction
         if touch.phase == "approach":
@@ -113,7 +115,7 @@ class Hand:
         if not _is_near(touch):
             self._end_lead(now)
             return
-        is_other = (touch.object_id, touch.region) != (self.object_id, self.region)
+        is_other = (self._target_of(touch), touch.region) != (self.target, self.region)
         if self.near_since is None or is_other:
             self._begin_lead(touch.distance_m, now)
         elif touch.distance_m is not None and self.nearest_m is not None:
@@ -134,13 +136,23 @@ class Hand:
             self.in_vain_at = min(now, self.near_since + LONGEST_LEAD_S)
         self.near_since = None
 
+    def _target_of(self, touch: Touch) -> ThingTarget:
+        """Return what this touch is on: the object it names, else the region it names."""
+        if touch.object_id is None and touch.region is not None:
+            return HandRegion(self.name)
+        if isinstance(self.target, ObjectTarget) and self.target.object_id == touch.object_id:
+            return self.target  # a renewal makes nothing anew
+        return of_object(touch.object_id)
+
     def release(self, now: float | None = None) -> None:
         """End the lease and the contact; `now` where a lead in vain is to be remembered."""
         if now is not None:
             self._end_lead(now)
         self.near_since = None
         self.lease_until = self.contact_at = None
-        self.object_id = self.region = self.interaction = None
+        self.target = WHOLE_VIEW
+        self.region = None
+        self.interaction = None
         self.rubs = False
         self.motion = STILL
 
@@ -179,9 +191,9 @@ class Hands:
             return max(touching, key=lambda hand: hand.contact_at or 0.0)
         return next((hand for hand in self if hand.is_active), None)
 
-    def interaction_on(self, key: Key) -> str | None:
-        """Return how what lies under this key is touched, if it is."""
-        touching = (hand for hand in self if hand.is_active and hand.key == key)
+    def interaction_on(self, target: ThingTarget) -> str | None:
+        """Return how this is touched, if it is."""
+        touching = (hand for hand in self if hand.is_active and hand.target == target)
         return next((hand.interaction_name for hand in touching), None)
 
     def lapse(self, now: float) -> list[Hand]:

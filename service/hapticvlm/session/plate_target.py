@@ -12,6 +12,7 @@ from hapticvlm.rendering.heat.limits import AT_REST, PlateReading, limits_of
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.session.actions import Action, DrivePlate, RestPlate
 from hapticvlm.session.hands import LEASE_S, Hand
+from hapticvlm.session.targets import HandRegion
 
 NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
 
@@ -75,5 +76,5 @@ class PlateTarget:
             return self._trajectory.release(now)
         if not hand.is_touching:
             return self._trajectory.approach(contact, now, leads=hand.lead(now) > 0.0)
-        bulk = contact.thermal if contact and isinstance(hand.key, tuple) else None
-        return self._trajectory.touch(contact, (hand.name, hand.key, bulk), now)
+        bulk = contact.thermal if contact and isinstance(hand.target, HandRegion) else None
+        return self._trajectory.touch(contact, (hand.name, hand.target, bulk), now)

@@ -2,38 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable
 
-import msgspec
-
-from hapticvlm.materials import Material
 from hapticvlm.messages import Decision, Frame, MessageError, Scene
 from hapticvlm.rendering.heat.contact import ThermalContact
 from hapticvlm.rendering.heat.limits import PlateLimits
 from hapticvlm.session import decisions
-from hapticvlm.session.actions import AskMaterial, RecogniseFrame
+from hapticvlm.session.actions import AskMaterial
 from hapticvlm.session.decisions import DecisionInputs
 from hapticvlm.session.rendition import Rendition, choose_rendition
-from hapticvlm.session.scene_objects import Key, ObjectState, SceneObjects
+from hapticvlm.session.scene_objects import ObjectState, SceneObjects
+from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.surroundings import Surroundings
+from hapticvlm.session.targets import ObjectTarget, RecognitionRequest, ThingTarget
 
 
 class SceneModel:
-    """Objects and surroundings of one scene; can_ask = a VLM answers questions on both."""
+    """Objects and surroundings of one scene."""
 
-    def __init__(
-        self,
-        table: Mapping[str, Material],
-        saved: Mapping[str, str],
-        *,
-        can_ask: bool,
-        contact_resistance: float | None,
-    ) -> None:
-        self.objects = SceneObjects(table, saved)
-        self.surroundings = Surroundings(can_ask=can_ask)
-        self._table = table
-        self._can_ask = can_ask
-        self._contact_resistance = contact_resistance
+    def __init__(self, settings: SessionSettings) -> None:
+        self.objects = SceneObjects(settings.table, settings.saved)
+        self.surroundings = Surroundings(can_ask=settings.can_ask)
+        self._table = settings.table
+        self._can_ask = settings.can_ask
+        self._contact_resistance = settings.contact_resistance
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -50,19 +42,21 @@ class SceneModel:
         if scene.ambient_c is not None:
             self.surroundings.scene_c = scene.ambient_c
 
-    def announced(self, keys: Iterable[Key]) -> dict[Key, Hashable]:
+    def announced(self, keys: Iterable[ThingTarget]) -> dict[ThingTarget, Hashable]:
         """Return what was last announced of each of these objects, if anything was."""
-        known = {key: self.objects.known.get(key) for key in keys}
-        return {key: state.announced for key, state in known.items() if state and state.announced}
+        known = {target: self.objects.known.get(target) for target in keys}
+        return {
+            target: state.announced for target, state in known.items() if state and state.announced
+        }
 
-    def has_verdict(self, key: Key) -> bool:
+    def has_verdict(self, target: ThingTarget) -> bool:
         """Whether a verdict on this object is at hand."""
-        state = self.objects.known.get(key)
+        state = self.objects.known.get(target)
         return state is not None and state.verdict is not None
 
-    def grading(self, key: Key) -> Rendition:
+    def grading(self, target: ThingTarget) -> Rendition:
         """Return what this object can be rendered as, worked out once for each verdict."""
-        state = self._state(key)
+        state = self._state(target)
         assert state.verdict is not None
         if state.grading is None or state.graded_from is not state.verdict:
             state.grading, state.graded_from = (
@@ -71,20 +65,20 @@ class SceneModel:
             )
         return state.grading
 
-    def swung_m(self, key: Key) -> float | None:
+    def swung_m(self, target: ThingTarget) -> float | None:
         """Return the thickness the scene states for this object, m; None where it states none."""
-        facts = self._state(key).facts
+        facts = self._state(target).facts
         return None if facts is None else facts.thickness_m
 
-    def contact(self, key: Key) -> ThermalContact | None:
+    def contact(self, target: ThingTarget) -> ThermalContact | None:
         """Return the thermal contact of skin and this object; None where there is none to feel."""
-        state, ambient = self._state(key), self.surroundings.ambient
+        state, ambient = self._state(target), self.surroundings.ambient
         verdict = state.verdict
         assert verdict is not None
         inputs = (verdict, state.facts, ambient)
         if state.met_from != inputs:
-            surface = decisions.surface_of(_name(key), verdict, state.facts, ambient)
-            bulk, _ = self.grading(key).thermal(surface.value_c, state.table)
+            surface = decisions.surface_of(_name(target), verdict, state.facts, ambient)
+            bulk, _ = self.grading(target).thermal(surface.value_c, state.table)
             thickness_m = decisions.thickness_m(verdict, state.facts, state.make)
             state.contact = decisions.contact(
                 bulk, thickness_m, surface.value_c, self._contact_resistance
@@ -92,56 +86,64 @@ class SceneModel:
             state.met_from = inputs
         return state.contact
 
-    def decision(self, key: Key, gain: float, limits: PlateLimits) -> Decision:
+    def decision(self, target: ThingTarget, gain: float, limits: PlateLimits) -> Decision:
         """Return the decision on this object, made anew only if its inputs have changed."""
-        state, ambient = self._state(key), self.surroundings.ambient
+        state, ambient = self._state(target), self.surroundings.ambient
         assert state.verdict is not None
         inputs = (state.verdict, state.facts, ambient, gain, limits)
         if state.decision is None or state.decided_from != inputs:
-            given = DecisionInputs(inputs[0], self.grading(key), state.make, *inputs[1:])
-            state.decision = decisions.decide(_name(key), given, state.table)
+            given = DecisionInputs(inputs[0], self.grading(target), state.make, *inputs[1:])
+            state.decision = decisions.decide(_name(target), given, state.table)
             state.decided_from = inputs
         return state.decision
 
-    def changed_decision(self, key: Key, gain: float, limits: PlateLimits) -> Decision | None:
+    def changed_decision(
+        self, target: ThingTarget, gain: float, limits: PlateLimits
+    ) -> Decision | None:
         """Return the decision if it differs from the one last announced, else None.
 
         Compares before it makes anything: a touch that only renews its lease ends here.
         """
-        state, ambient = self._state(key), self.surroundings.ambient
+        state, ambient = self._state(target), self.surroundings.ambient
         inputs = (state.verdict, state.facts, ambient, gain, limits)
         if state.compared_from == inputs:
             return None
-        decision = self.decision(key, gain, limits)
+        decision = self.decision(target, gain, limits)
         change = decisions.change_key(decision)
         before, state.announced, state.compared_from = state.announced, change, inputs
         return decision if change != before else None
 
-    def teaching(self, frame: Frame, key: str) -> list[RecogniseFrame]:
+    def teaching(self, frame: Frame, target: ObjectTarget) -> list[RecognitionRequest]:
         """Teach the scene from some pictures of an object that is sure."""
         objects = self.objects
-        material = objects.teaches(key, always=frame.purpose == "enrol")
+        material = objects.teaches(target, always=frame.purpose == "enrol")
         if material is None:
             return []
-        quiet = msgspec.structs.replace(frame, id=0, purpose="enrol")
-        generation = objects.generation(key)
         return [
-            RecogniseFrame(quiet, key, generation, scene=objects.scene_number, teaches=material)
+            RecognitionRequest(
+                target,
+                frame,
+                None,
+                objects.generation(target),
+                scene=objects.scene_number,
+                teaches=material,
+            )
         ]
 
-    def question(self, action: RecogniseFrame, now: float) -> list[AskMaterial]:
+    def question(self, request: RecognitionRequest, now: float) -> list[AskMaterial]:
         """Ask a VLM what a named object is made of that the encoder leaves unknown."""
-        if not self._can_ask or not isinstance(action.key, str):
+        asked = request.target
+        if not self._can_ask or not isinstance(asked, ObjectTarget):
             return []
-        if not self.objects.wants_question(action.key, now):
+        if not self.objects.wants_question(asked, now):
             return []
-        return [AskMaterial(action.frame, action.key, action.generation)]
+        return [AskMaterial(request.picture, asked, request.generation)]
 
-    def _state(self, key: Key) -> ObjectState:
+    def _state(self, target: ThingTarget) -> ObjectState:
         """Return what is known of an object: at once where there is a verdict on it."""
-        state = self.objects.known.get(key)
-        return self.objects.state(key) if state is None or state.verdict is None else state
+        state = self.objects.known.get(target)
+        return self.objects.state(target) if state is None or state.verdict is None else state
 
 
-def _name(key: Key) -> str | None:
-    return key if isinstance(key, str) else None
+def _name(target: ThingTarget) -> str | None:
+    return target.object_id if isinstance(target, ObjectTarget) else None

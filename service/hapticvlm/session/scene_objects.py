@@ -2,9 +2,8 @@
 
 Evidence is gathered in the ladder's order and only as far as needed: what the scene gives, the
 name, the shader; the encoder's is added when a frame was recognised. Names are read on first need.
-The recognitions of one object are fused, live frames and frames to enrol alike. The key ("region",
-hand) stands for what that hand touches in the newest frame, None for what a frame without an object
-id shows: that may be several objects, so there each recognition stands alone.
+The recognitions of one object are fused, live frames and frames to enrol alike. What a frame
+without an object id shows may be several objects, so there each recognition stands alone.
 """
 
 from __future__ import annotations
@@ -30,14 +29,11 @@ from hapticvlm.session.declared_evidence import (
     with_saved,
 )
 from hapticvlm.session.rendition import Rendition
+from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, ThingTarget
 
 MAX_KNOWN = 8192
 TAUGHT_VIEWS = 4  # pictures of an object that is sure, as references for the others
 ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
-
-Key = str | tuple[str, str] | None
-
-_NOBODY = ("nobody", "")
 
 
 @dataclass(slots=True)
@@ -83,30 +79,35 @@ class SceneObjects:
         self._table = table
         self._saved = saved
         self._lexicon = names.read_lexicon(table)
-        self.known: dict[Key, ObjectState] = {}
+        self.known: dict[ThingTarget, ObjectState] = {}
+        self._declared: set[ThingTarget] = set()  # those that the scene declared; the rest were met
         self._among: frozenset[str] | None = None
         self._replaced = 0
-        self._forgotten: Counter[Key] = Counter()
+        self._forgotten: Counter[ThingTarget] = Counter()
         self._forgotten_before = 0
 
-    def generation(self, key: Key) -> int:
-        """Return a number that grows when this key comes to stand for another object."""
-        return self._replaced + self._forgotten_before + self._forgotten.get(key, 0)
+    def generation(self, target: ThingTarget) -> int:
+        """Return a number that grows when this target comes to stand for another object."""
+        return self._replaced + self._forgotten_before + self._forgotten.get(target, 0)
 
     def declare(self, scene: Scene) -> None:
         """Receive the scene's objects. Raises MessageError and changes nothing if wrong."""
         self._check(scene)
         if scene.replace:
             self.known.clear()
+            self._declared.clear()
             self._replaced += 1
             self._among = None
-        for gone in self.known.keys() & set(scene.forget or ()):
-            self.forget(gone)
+        for gone in map(ObjectTarget, scene.forget or ()):
+            if gone in self.known:
+                self.forget(gone)
         if scene.materials is not None:
             self._among = frozenset(scene.materials)
         for given in scene.objects:
-            known = self.known.get(given.object_id)
-            state = self.known[given.object_id] = ObjectState(with_saved(given, self._saved))
+            target = ObjectTarget(given.object_id)
+            known = self.known.get(target)
+            state = self.known[target] = ObjectState(with_saved(given, self._saved))
+            self._declared.add(target)
             if known is not None:
                 state.recognised = known.recognised
                 state.vlm = known.vlm
@@ -117,36 +118,46 @@ class SceneObjects:
             _check_material(given.material, self._table, f"$.objects[{index}].material")
         for index, name in enumerate(scene.materials or ()):
             _check_material(name, self._table, f"$.materials[{index}]")
-        declared = {key for key, known in self.known.items() if known.facts and not scene.replace}
-        declared -= set(scene.forget or ())
-        if len(declared | {given.object_id for given in scene.objects}) > MAX_KNOWN:
+        if self._count_after(scene) > MAX_KNOWN:
             text = f"$.objects: more than {MAX_KNOWN}; send `replace` true with those in use"
             raise MessageError("limit", text, path="$.objects")
 
-    def state(self, key: Key) -> ObjectState:
+    def _count_after(self, scene: Scene) -> int:
+        """Return how many objects would be declared after this message.
+
+        Only what the message names is counted, so that to change one of thousands of objects costs
+        as little as to change the only one.
+        """
+        given = {ObjectTarget(given.object_id) for given in scene.objects}
+        if scene.replace:
+            return len(given)
+        gone = set(map(ObjectTarget, scene.forget or ())) - given
+        return len(self._declared) - len(gone & self._declared) + len(given - self._declared)
+
+    def state(self, target: ThingTarget) -> ObjectState:
         """Return what is known of this object, its verdict included."""
-        known = self.known.get(key)
+        known = self.known.get(target)
         if known is None:
-            known = self._new(key)
+            known = self._new(target)
         if known.verdict is None:
-            known.verdict = ladder.decide(self._evidence(key, known))
+            known.verdict = ladder.decide(self._evidence(target, known))
         return known
 
-    def facts(self, key: Key) -> SceneObject | None:
+    def facts(self, target: ThingTarget) -> SceneObject | None:
         """Return what the scene gives of this object, if anything."""
-        known = self.known.get(key)
+        known = self.known.get(target)
         return known.facts if known else None
 
     def given(self, object_id: str) -> SceneObject | None:
         """Return what the scene gives of an object it has shown or declared; None of any other."""
-        known = self.known.get(object_id)
+        known = self.known.get(ObjectTarget(object_id))
         if known is None:
             return None
         return known.facts or SceneObject(object_id=object_id)
 
-    def is_recognised(self, key: Key) -> bool:
+    def is_recognised(self, target: ThingTarget) -> bool:
         """Whether a recognition of this object is kept."""
-        known = self.known.get(key)
+        known = self.known.get(target)
         return known is not None and known.recognised is not None
 
     @property
@@ -154,12 +165,12 @@ class SceneObjects:
         """How often the scene was replaced: what it taught is forgotten with it."""
         return self._replaced
 
-    def teaches(self, key: Key, *, always: bool) -> str | None:
+    def teaches(self, target: ThingTarget, *, always: bool) -> str | None:
         """Return the material that a picture of this object is a reference of, if it is wanted.
 
         Some pictures of each object are enough, unless one was sent to be enrolled.
         """
-        state = self.state(key)
+        state = self.state(target)
         assert state.verdict is not None
         is_wanted = always or state.taught < TAUGHT_VIEWS
         if not is_wanted or state.verdict.material == materials.UNKNOWN:
@@ -167,80 +178,81 @@ class SceneObjects:
         state.taught += 1
         return state.verdict.material
 
-    def forget(self, key: Key) -> None:
-        """Forget what was recognised under this key, and what is still being recognised.
+    def forget(self, target: ThingTarget) -> None:
+        """Forget what was recognised under this target, and what is still being recognised.
 
         A scene of debris forgets new ids for ever, and their counts must not pile up. So from time
         to time all are dropped and every generation grows past them; what is being recognised just
         then is looked at again.
         """
-        self.known.pop(key, None)
-        self._forgotten[key] += 1
+        self.known.pop(target, None)
+        self._declared.discard(target)
+        self._forgotten[target] += 1
         if len(self._forgotten) > MAX_KNOWN:
             self._forgotten_before += max(self._forgotten.values())
             self._forgotten.clear()
 
-    def verdict(self, key: Key) -> Verdict:
+    def verdict(self, target: ThingTarget) -> Verdict:
         """Return what this object is, from the cache or from what is known so far."""
-        verdict = self.state(key).verdict
+        verdict = self.state(target).verdict
         assert verdict is not None
         return verdict
 
-    def needs_recognition(self, key: Key) -> bool:
+    def needs_recognition(self, target: ThingTarget) -> bool:
         """Whether a picture of this object could still change its verdict."""
-        return not ladder.is_sure(self._given(key, self._entry(key)))
+        return not ladder.is_sure(self._given(target, self._entry(target)))
 
-    def add_recognition(self, key: Key, evidence: Evidence) -> Verdict:
+    def add_recognition(self, target: ThingTarget, evidence: Evidence) -> Verdict:
         """Receive the encoder's evidence of a new picture and return the verdict."""
-        known = self._entry(key)
-        before = None if key is None else known.recognised
+        known = self._entry(target)
+        before = None if target == WHOLE_VIEW else known.recognised
         known.recognised = fusion.update(before, ladder.restrict(evidence, self._among))
-        new = ladder.decide(self._evidence(key, known))
+        new = ladder.decide(self._evidence(target, known))
         known.verdict = ladder.apply_hysteresis(known.verdict, new)
         return known.verdict
 
-    def wants_question(self, key: Key, now: float) -> bool:
+    def wants_question(self, target: ThingTarget, now: float) -> bool:
         """Whether a VLM should be asked what this object is made of; it then counts as asked."""
-        known = self._entry(key)
-        if known.vlm is not None or self.verdict(key).material != materials.UNKNOWN:
+        known = self._entry(target)
+        if known.vlm is not None or self.verdict(target).material != materials.UNKNOWN:
             return False
         if known.asked_at is not None and 0.0 <= now - known.asked_at < ASK_AGAIN_S:
             return False
         known.asked_at = now
         return True
 
-    def add_reply(self, key: Key, evidence: Evidence) -> None:
+    def add_reply(self, target: ThingTarget, evidence: Evidence) -> None:
         """Receive a VLM's evidence on this object."""
-        known = self._entry(key)
+        known = self._entry(target)
         known.vlm = ladder.restrict(evidence, self._among)
         known.verdict = ladder.apply_hysteresis(
-            known.verdict, ladder.decide(self._evidence(key, known))
+            known.verdict, ladder.decide(self._evidence(target, known))
         )
 
-    def _entry(self, key: Key) -> ObjectState:
-        known = self.known.get(key)
-        return self._new(key) if known is None else known
+    def _entry(self, target: ThingTarget) -> ObjectState:
+        known = self.known.get(target)
+        return self._new(target) if known is None else known
 
-    def _new(self, key: Key) -> ObjectState:
-        known = ObjectState(saved_facts(key, self._saved))
+    def _new(self, target: ThingTarget) -> ObjectState:
+        known = ObjectState(saved_facts(target, self._saved))
         if len(self.known) < MAX_KNOWN or self._has_made_room():
-            self.known[key] = known
+            self.known[target] = known
         return known
 
     def _has_made_room(self) -> bool:
         """Forget the oldest undeclared object, if there is one."""
-        undeclared = next((k for k, known in self.known.items() if known.facts is None), _NOBODY)
-        return self.known.pop(undeclared, None) is not None
+        undeclared = next((target for target in self.known if target not in self._declared), None)
+        return undeclared is not None and self.known.pop(undeclared, None) is not None
 
-    def _evidence(self, key: Key, known: ObjectState) -> tuple[Evidence, ...]:
+    def _evidence(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
         recognised = () if known.recognised is None else (known.recognised.evidence,)
         reply = () if known.vlm is None else (known.vlm,)
-        return (*self._given(key, known), *recognised, *reply)
+        return (*self._given(target, known), *recognised, *reply)
 
-    def _given(self, key: Key, known: ObjectState) -> tuple[Evidence, ...]:
+    def _given(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
         if known.given is None:
-            known.given = from_declaration(key, known.facts, self._lexicon)
-            name = name_of(key, known.facts)
+            known.given = from_declaration(target, known.facts, self._lexicon)
+            name = name_of(target, known.facts)
             if name is not None:
                 known.make = sub_materials.from_name(name, self._lexicon)
             known.table = known.make.refine(self._table)

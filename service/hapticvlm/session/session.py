@@ -6,14 +6,11 @@ What is wrong, or not its sender's to say, raises MessageError before anything h
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import msgspec
 
 from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
-from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.messages import (
     ClientMessage,
     Frame,
@@ -28,8 +25,7 @@ from hapticvlm.messages import (
     Stop,
     Touch,
 )
-from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
-from hapticvlm.rendering.heat.limits import AT_REST, PlateReading
+from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.session.actions import (
     Action,
     Ask,
@@ -37,45 +33,37 @@ from hapticvlm.session.actions import (
     AskMaterial,
     HoldOutputs,
     KeepThermalGain,
-    RecogniseFrame,
     Reply,
     SendVibration,
     SetGain,
     Watch,
 )
-from hapticvlm.session.declared_evidence import NONE_SAVED
-from hapticvlm.session.frames import SURROUNDINGS, Frames, recognise_scene
+from hapticvlm.session.frames import Frames, recognise_scene
 from hapticvlm.session.hands import Hold
 from hapticvlm.session.permissions import check_describes, check_set, with_materials
 from hapticvlm.session.plate_target import PlateTarget
 from hapticvlm.session.scene_model import SceneModel
+from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.targets import (
+    ObjectTarget,
+    RecognitionRequest,
+    RequestId,
+    Surroundings,
+    of_object,
+)
 from hapticvlm.session.touch import TouchTracker, check_touch
 
 
 class SceneSession:
     """One connection's scene: what it is believed to be, and the hands that touch it."""
 
-    def __init__(
-        self,
-        *,
-        owner: bool,
-        observer: bool = False,
-        hold: Hold | None = None,
-        reading: PlateReading = AT_REST,
-        table: Mapping[str, Material] = MATERIALS,
-        saved: Mapping[str, str] = NONE_SAVED,
-        can_ask: bool = False,
-        contact_resistance: float | None = None,
-        plate_resistance: float = PLATE_RESISTANCE,
-        thermal_gain: float = 1.0,
-    ) -> None:
-        self.owner = owner
-        self.observer = observer
-        self._model = SceneModel(
-            table, saved, can_ask=can_ask, contact_resistance=contact_resistance
-        )
+    def __init__(self, settings: SessionSettings, hold: Hold | None = None) -> None:
+        """Begin; `hold` is shared by all sessions of a service, so that none undoes a stop."""
+        self.owner = settings.owner
+        self.observer = settings.observer
+        self._model = SceneModel(settings)
         self._frames = Frames()
-        plate = PlateTarget(reading, plate_resistance, thermal_gain)
+        plate = PlateTarget(settings.reading, settings.plate_resistance, settings.thermal_gain)
         self._touches = TouchTracker(self._model, self._frames, hold or Hold(), plate)
 
     @property
@@ -85,7 +73,7 @@ class SceneSession:
 
     def name(self, object_id: str | None) -> str | None:
         """Return what the scene calls this object, if it gave it a name."""
-        facts = None if object_id is None else self._model.objects.facts(object_id)
+        facts = None if object_id is None else self._model.objects.facts(ObjectTarget(object_id))
         return None if facts is None else facts.name
 
     def with_materials(self, scene: Scene) -> Scene:
@@ -123,13 +111,13 @@ class SceneSession:
                 raise MessageError("protocol", text, path="$.type", id=message.id)
 
     def scene_view_received(
-        self, action: RecogniseFrame, scene_view: SceneView | None, now: float
+        self, request: RecognitionRequest, scene_view: SceneView | None, now: float
     ) -> list[Action]:
         """Receive the scene view; None means it has not changed."""
         if scene_view is None:
             return []
         view = self._model.surroundings.update_view(scene_view, now)
-        return [] if view is None else [AskAmbient(action.frame, view)]
+        return [] if view is None else [AskAmbient(request.picture, view)]
 
     def answered(self, ask: Ask, answer: Reading | Evidence | None, now: float) -> list[Action]:
         """Receive what a VLM answered; None means it has no answer."""
@@ -140,49 +128,49 @@ class SceneSession:
                 surroundings.add_reading(ask.view, answer, now)
             case AskAmbient(), _:
                 surroundings.fail(ask.view)
-            case AskMaterial(), Evidence() if ask.generation == objects.generation(ask.key):
-                objects.add_reply(ask.key, answer)
+            case AskMaterial(), Evidence() if ask.generation == objects.generation(ask.target):
+                objects.add_reply(ask.target, answer)
         return self._touches.refresh()
 
     def recognised(
         self,
-        action: RecogniseFrame,
+        request: RecognitionRequest,
         evidence: Evidence | None,
         stages_ms: dict[str, float],
         now: float,
     ) -> list[Action]:
         """Receive what a recognition gave; None means its picture has not changed."""
-        frame, key = action.frame, action.key
-        if action.teaches is not None:
+        target = request.target
+        if request.teaches is not None or isinstance(target, Surroundings):
             return []
-        if action.generation != self._model.objects.generation(key):
-            return self.skipped(frame, "superseded")
+        if request.generation != self._model.objects.generation(target):
+            return skipped(request.waits, "superseded")
         if evidence is None:
-            return self.skipped(frame, "unchanged")
-        self._model.objects.add_recognition(key, evidence)
-        has_changed = self._touches.changed_decision(key) is not None
+            return skipped(request.waits, "unchanged")
+        self._model.objects.add_recognition(target, evidence)
+        has_changed = self._touches.changed_decision(target) is not None
         actions: list[Action] = []
-        if frame.id or has_changed:
+        if request.waits is not None or has_changed:
             answer = msgspec.structs.replace(
-                self._touches.decision(key),
-                id=frame.id,
+                self._touches.decision(target),
+                id=0 if request.waits is None else request.waits.value,
                 stages_ms=stages_ms,
-                frame_age_ms=self._frames.age_s(frame, now) * 1000.0,
+                frame_age_ms=self._frames.age_s(request.picture, now) * 1000.0,
             )
             actions.append(Reply(answer))
-        return [*actions, *self._touches.refresh_texture(key), *self._model.question(action, now)]
-
-    def skipped(self, frame: Frame, reason: SkipReason) -> list[Action]:
-        """Answer that `frame` was not recognised."""
-        return [Reply(Skipped(id=frame.id, reason=reason))] if frame.id else []
+        texture = self._touches.refresh_texture(target)
+        return [*actions, *texture, *self._model.question(request, now)]
 
     def is_stale(self, frame: Frame, now: float) -> bool:
         """Whether the frame has outlived its own `max_age_ms`."""
         return self._frames.is_stale(frame, now)
 
-    def wants_anew(self, action: RecogniseFrame) -> bool:
+    def wants_anew(self, request: RecognitionRequest) -> bool:
         """Whether to recognise even an unchanged picture: nothing is kept of what it shows."""
-        return action.key != SURROUNDINGS and not self._model.objects.is_recognised(action.key)
+        target = request.target
+        return not isinstance(target, Surroundings) and not self._model.objects.is_recognised(
+            target
+        )
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
         """End leases that lapsed and move the plate; call at 50 Hz or so while owner."""
@@ -205,7 +193,7 @@ class SceneSession:
     def _frame(self, frame: Frame, now: float) -> list[Action]:
         check_describes(frame, observer=self.observer)
         if not self._frames.admits(frame, now):
-            return self.skipped(frame, "rate")
+            return skipped(RequestId(frame.id), "rate")
         touched: list[Action] = []
         if frame.purpose == "live":
             touched = self._touches.recognise_again()
@@ -215,20 +203,21 @@ class SceneSession:
 
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
         """Answer at once what needs no recognition, else recognise the frame."""
-        key, objects = frame.object_id, self._model.objects
-        if key is None or objects.needs_recognition(key):
-            generation = objects.generation(key)
-            return [RecogniseFrame(frame, key, generation, scene=objects.scene_number)]
-        cached = self._model.has_verdict(key)
+        target, objects = of_object(frame.object_id), self._model.objects
+        if not isinstance(target, ObjectTarget) or objects.needs_recognition(target):
+            generation, waits = objects.generation(target), RequestId(frame.id)
+            scene = objects.scene_number
+            return [RecognitionRequest(target, frame, waits, generation, scene=scene)]
+        cached = self._model.has_verdict(target)
         age_ms = self._frames.age_s(frame, now) * 1000.0
-        decision = self._touches.decision(key)
+        decision = self._touches.decision(target)
         answer = msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
-        return [Reply(answer), *self._model.teaching(frame, key)]
+        return [Reply(answer), *self._model.teaching(frame, target)]
 
     def _scene(self, scene: Scene) -> list[Action]:
         check_describes(scene, observer=self.observer)
         updated = () if scene.replace else scene.objects
-        announced = self._model.announced(given.object_id for given in updated)
+        announced = self._model.announced(ObjectTarget(given.object_id) for given in updated)
         self._model.declare(scene)
         changed = self._touches.announce_changes(announced)
         return [Reply(Ok(id=scene.id)), *self._touches.refresh(), *changed]
@@ -248,3 +237,8 @@ class SceneSession:
         if wanted.vibration_gain is not None:
             actions.append(SetGain(wanted.vibration_gain))
         return [*actions, Reply(Ok(id=wanted.id)), *self._touches.refresh()]
+
+
+def skipped(waits: RequestId | None, reason: SkipReason) -> list[Action]:
+    """Answer the message that waits, if one does, that its frame was not recognised."""
+    return [] if waits is None else [Reply(Skipped(id=waits.value, reason=reason))]

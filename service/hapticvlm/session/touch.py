@@ -16,7 +16,7 @@ from hapticvlm.session.frames import Frames
 from hapticvlm.session.hands import Hand, Hands, Hold
 from hapticvlm.session.plate_target import NEUTRAL_HOLD_S, PlateTarget
 from hapticvlm.session.scene_model import SceneModel
-from hapticvlm.session.scene_objects import Key
+from hapticvlm.session.targets import HandRegion, ThingTarget
 
 
 def check_touch(touch: Touch, *, owner: bool) -> None:
@@ -61,19 +61,19 @@ class TouchTracker:
         lapsed: list[Action] = [ReleaseHand(hand.number) for hand in self.hands.lapse(now)]
         return lapsed + self._drive_plate(now, self.plate.elapse(now, reading))
 
-    def decision(self, key: Key) -> Decision:
-        """Return the decision on what lies under this key, with the pattern of a hand on it."""
-        decision = self._scene.decision(key, self.plate.gain, self.plate.limits)
-        interaction = self.hands.interaction_on(key)
-        return decisions.touched_as(decision, interaction, self._scene.grading(key))
+    def decision(self, target: ThingTarget) -> Decision:
+        """Return the decision on this, with the pattern of a hand on it."""
+        decision = self._scene.decision(target, self.plate.gain, self.plate.limits)
+        interaction = self.hands.interaction_on(target)
+        return decisions.touched_as(decision, interaction, self._scene.grading(target))
 
-    def changed_decision(self, key: Key) -> Decision | None:
+    def changed_decision(self, target: ThingTarget) -> Decision | None:
         """Return the decision on this if it differs from the one last announced, else None."""
-        changed = self._scene.changed_decision(key, self.plate.gain, self.plate.limits)
+        changed = self._scene.changed_decision(target, self.plate.gain, self.plate.limits)
         if changed is None:
             return None
-        interaction = self.hands.interaction_on(key)
-        return decisions.touched_as(changed, interaction, self._scene.grading(key))
+        interaction = self.hands.interaction_on(target)
+        return decisions.touched_as(changed, interaction, self._scene.grading(target))
 
     def recognise_again(self) -> list[Action]:
         """Recognise the regions under the hands in the newest frame."""
@@ -88,27 +88,27 @@ class TouchTracker:
         actions: list[Action] = []
         for hand in self.hands:
             if hand.is_touching:
-                actions += self.refresh_texture(hand.key)
+                actions += self.refresh_texture(hand.target)
                 actions += self._announce(hand, cached=False)
         return actions
 
-    def announce_changes(self, before: Mapping[Key, Hashable]) -> list[Action]:
+    def announce_changes(self, before: Mapping[ThingTarget, Hashable]) -> list[Action]:
         """Announce the decisions that differ from `before`, of objects that no hand touches."""
-        touched = {hand.key for hand in self.hands if hand.is_touching}
-        untouched = [key for key in before if key not in touched]
-        changed = [(before[key], self.changed_decision(key)) for key in untouched]
+        touched = {hand.target for hand in self.hands if hand.is_touching}
+        untouched = [target for target in before if target not in touched]
+        changed = [(before[target], self.changed_decision(target)) for target in untouched]
         return [
             Reply(decision)
             for old, decision in changed
             if decision and decisions.change_key(decision) != old
         ]
 
-    def refresh_texture(self, key: Key) -> list[Action]:
+    def refresh_texture(self, target: ThingTarget) -> list[Action]:
         """Render a rubbing hand's texture again; an impact that rings is left alone."""
         return [
             action
             for hand in self.hands
-            if hand.vibrates and hand.rubs and hand.key == key
+            if hand.vibrates and hand.rubs and hand.target == target
             for action in self._play(hand, onset=False)
         ]
 
@@ -119,9 +119,9 @@ class TouchTracker:
         self.late_contacts += is_late
         self._touched_at = now
         begins = hand.is_touching and not was_touching
-        if begins and isinstance(hand.key, tuple):
-            self._scene.objects.forget(hand.key)
-        had_verdict = self._scene.has_verdict(hand.key)
+        if begins and isinstance(hand.target, HandRegion):
+            self._scene.objects.forget(hand.target)
+        had_verdict = self._scene.has_verdict(hand.target)
         actions: list[Action] = []
         if hand.vibrates and (hand.rubs or not is_late):
             actions += self._play(hand, onset=onset and not is_late)
@@ -133,12 +133,12 @@ class TouchTracker:
 
     def _recognise(self, hand: Hand) -> list[Action]:
         objects = self._scene.objects
-        generation = objects.generation(hand.key)
+        generation = objects.generation(hand.target)
         return [*self._frames.recognise_region(hand, generation, objects.scene_number)]
 
     def _announce(self, hand: Hand, *, cached: bool) -> list[Action]:
         """Announce the decision on what a hand touches if it is new or changed."""
-        changed = self.changed_decision(hand.key)
+        changed = self.changed_decision(hand.target)
         if changed is None:
             return []
         return [Reply(msgspec.structs.replace(changed, cached=cached))]
@@ -147,7 +147,7 @@ class TouchTracker:
         if self._hold.holds("speaker", hand.name) or hand.lease_until is None:
             return []
         self._onsets += onset
-        grading, interaction = self._scene.grading(hand.key), hand.interaction_name
+        grading, interaction = self._scene.grading(hand.target), hand.interaction_name
         material, gain = grading.impact if interaction in IMPACTS else grading.texture
         command = Command(
             hand=hand.number,
@@ -158,7 +158,7 @@ class TouchTracker:
             seed=self._onsets,
             expires_at=hand.lease_until,
             gain=gain,
-            thickness_m=self._scene.swung_m(hand.key) if interaction == "swing" else None,
+            thickness_m=self._scene.swung_m(hand.target) if interaction == "swing" else None,
         )
         return [PlayVibration(command)]
 
@@ -168,5 +168,5 @@ class TouchTracker:
         is_idle = not 0.0 <= now - self._touched_at <= NEUTRAL_HOLD_S
         if is_held or is_idle:
             return self.plate.rest(now)
-        contact = self._scene.contact(hand.key) if hand else None
+        contact = self._scene.contact(hand.target) if hand else None
         return self.plate.update(hand, contact, now, elapsed)

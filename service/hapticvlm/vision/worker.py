@@ -126,7 +126,7 @@ class RecogniserWorker:
         `subject` names what it shows, to notice an unchanged picture; `anew` = even if unchanged;
         `shrink` = return a small picture of it too; `shown` = which object of which scene.
         """
-        data = msgspec.msgpack.encode(msgspec.structs.replace(frame, id=1))  # 0 is no wire id
+        data = msgspec.msgpack.encode(frame)
         self.worker.request(data, (subject, now, anew, shrink, shown), now)
 
     def note(self, remote: RemoteState | None) -> None:

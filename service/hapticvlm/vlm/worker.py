@@ -89,7 +89,7 @@ class VlmWorker:
 
     def ask(self, question: Question, now: float) -> None:
         """Hand over one question; only while not busy."""
-        data = msgspec.msgpack.encode(msgspec.structs.replace(question.frame, id=1))
+        data = msgspec.msgpack.encode(question.frame)
         self.worker.request(data, (question.names,), now)
 
     def supervise(self, now: float) -> str | None:

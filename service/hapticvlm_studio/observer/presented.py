@@ -21,6 +21,7 @@ from hapticvlm.rendering.vibration.vibration import IMPACTS, RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Voices
 from hapticvlm.session.actions import Action, DrivePlate, PlayVibration, ReleaseHand
 from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 from hapticvlm_studio.design import stimuli
 from hapticvlm_studio.design.stimuli import Part, Stimulus, parts
 
@@ -81,7 +82,7 @@ def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Part | None, Motion]]:
 
 
 def _session(stimulus: Stimulus) -> SceneSession:
-    session = SceneSession(owner=True, reading=AT_REST)
+    session = SceneSession(SessionSettings(owner=True, reading=AT_REST))
     thing = SceneObject(
         object_id=stimulus.name, material=stimulus.material, temperature_c=stimulus.object_c
     )

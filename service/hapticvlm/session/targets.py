@@ -1,0 +1,87 @@
+"""What a picture is recognised for, and what everything known is filed under.
+
+A client names most objects. What it does not name is either under a hand (`HandRegion`: another
+thing at every contact) or in the middle of a frame without an object id (`WholeView`, which may be
+several things). The frame as a whole is looked at for its `Surroundings`, which are no object.
+
+Targets are msgspec structs because they are the keys of the hottest dictionaries: a renewal of a
+lease looks one up some four times, and these hash and compare without running Python.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+
+from hapticvlm.messages import Frame, HandName
+
+
+class ObjectTarget(msgspec.Struct, frozen=True, gc=False):
+    """An object by the id that its client gave it."""
+
+    object_id: str
+
+
+class HandRegion(msgspec.Struct, frozen=True, gc=False):
+    """The region that this hand touches in the newest frame."""
+
+    hand: HandName
+
+
+class WholeView(msgspec.Struct, frozen=True, gc=False):
+    """What a frame without an object id shows: each recognition of it stands alone."""
+
+
+class Surroundings(msgspec.Struct, frozen=True, gc=False):
+    """The scene as a whole, for its temperature; never an object."""
+
+
+ThingTarget = ObjectTarget | HandRegion | WholeView  # what a decision can be on
+Target = ThingTarget | Surroundings
+WHOLE_VIEW = WholeView()
+SURROUNDINGS = Surroundings()
+
+
+@dataclass(frozen=True, slots=True)
+class RequestId:
+    """The id of a client's message that waits for an answer, at least 1."""
+
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
+class RecognitionRequest:
+    """Recognise `target` in `picture`, and answer the message that `waits`; None: nobody does.
+
+    `picture` is the frame as it came, with the region and mask to look at; its own id counts for
+    nothing. `generation` is that of the target, so that an answer for a scene or a contact since
+    replaced is not believed. `number` is given by a recorded session, `scene` numbers the scene,
+    `teaches` is the material of an object that is sure: its answer only teaches the recogniser.
+    """
+
+    target: Target
+    picture: Frame
+    waits: RequestId | None
+    generation: int = 0
+    number: int = 0
+    scene: int = 0
+    teaches: str | None = None
+
+
+def of_object(object_id: str | None) -> ObjectTarget | WholeView:
+    """Return the target of a frame that names this object, or none."""
+    return WHOLE_VIEW if object_id is None else ObjectTarget(object_id)
+
+
+def name_of(target: Target) -> str:
+    """Return a short text for this target, for logs and to notice an unchanged picture."""
+    match target:
+        case ObjectTarget(object_id):
+            return f"object {object_id}"
+        case HandRegion(hand):
+            return f"{hand} hand"
+        case WholeView():
+            return "whole view"
+        case Surroundings():
+            return "surroundings"
