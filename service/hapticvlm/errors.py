@@ -52,9 +52,21 @@ def installing(packages: str) -> str:
     return f"{python} -m pip install {packages}"
 
 
+def printable(text: str, most: int = LONGEST) -> str:
+    """Put foreign words on one line of bounded length that no terminal obeys.
+
+    Names and answers of others may hold escape codes, which move a terminal's cursor or set its
+    title, line breaks, which forge a line of a log, and marks that turn the direction of writing.
+    Each becomes a space; what is too long ends with dots.
+    """
+    clean = "".join(c if c.isprintable() else " " for c in text[: 4 * most])
+    clean = " ".join(clean.split())
+    return clean if len(clean) <= most else clean[:most] + "..."
+
+
 def one_line(error: BaseException) -> str:
-    """Put an error on one line of bounded length; an OSError names its file."""
+    """Put an error on one printable line of bounded length; an OSError names its file."""
     text = str(error)
     if isinstance(error, OSError) and error.filename is not None:
         text = f"{error.filename2 or error.filename}: {error.strerror}; {CURE}"
-    return (" ".join(text.split()) or type(error).__name__)[:LONGEST]
+    return printable(text) or type(error).__name__

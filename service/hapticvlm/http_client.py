@@ -18,6 +18,7 @@ import time
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+from hapticvlm import errors
 from hapticvlm.errors import HapticVLMError
 
 PORTS = {"http": 80, "https": 443}
@@ -90,9 +91,7 @@ def is_odd(text: str) -> bool:
 
 def printable(text: str) -> str:
     """Cut foreign words short and drop what could forge a line of a log."""
-    clean = "".join(c if c.isprintable() else " " for c in text[: 4 * MOST_TEXT])
-    clean = " ".join(clean.split())
-    return clean if len(clean) <= MOST_TEXT else clean[:MOST_TEXT] + "..."
+    return errors.printable(text, MOST_TEXT)
 
 
 class Line:

@@ -26,6 +26,7 @@ from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.session_log import SessionLogError
 from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.session.actions import DrivePlate, PlayVibration
+from hapticvlm.session.hands import Hold
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.vision import decoding, pictures
@@ -153,5 +154,5 @@ def head() -> Any:
     """Return the first line of a session log."""
     from hapticvlm.recordings import recorded_session as recorded
 
-    line = {"line": 0, "head": recorded.head(SessionSettings(owner=True))}
+    line = {"line": 0, "head": recorded.head(SessionSettings(owner=True), Hold())}
     return json.loads(json.dumps(line))

@@ -87,7 +87,7 @@ async def test_a_log_line_of_another_thread_reaches_observers_on_the_event_loop(
     record = logging.makeLogRecord({"msg": "no room in \udcff"})  # as a path that is no UTF-8
     await asyncio.to_thread(log.emit, record)
     await asyncio.sleep(0)
-    assert shown == [("no room in ?", threading.current_thread())]
+    assert shown == [("no room in", threading.current_thread())]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits another process's files")

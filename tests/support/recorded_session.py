@@ -42,8 +42,9 @@ def record(folder):
     """Record 2 s into a folder: a mug is stated, seen, held for a second and let go."""
     recorder = Recorder(folder, frames=True)
     settings = SessionSettings(owner=True, reading=READING)
-    write = recorder.begin(recorded.head(settings))
-    running = recorded.RecordedSession(settings, Hold(), write_line=write)
+    hold = Hold()
+    write = recorder.begin(recorded.head(settings, hold))
+    running = recorded.RecordedSession(settings, hold, write_line=write)
     stated = [{"object_id": "mug", "name": "TeaMug_01", "temperature_c": 45.0}]
     said = [(0.0, {"type": "scene", "objects": stated, "replace": True}), (0.1, frame())]
     said += [(0.5, touch("contact"))] + [(0.5 + 0.1 * n, touch("slide")) for n in range(1, 11)]

@@ -44,6 +44,7 @@ class Key(StrEnum):
     PLATE_RESISTANCE = "plate_resistance"
     MATERIALS = "materials"
     SAVED = "saved"
+    HOLD = "hold"  # what a stop keeps at rest: output, hand, whether a release has armed it
 
 
 class Input(StrEnum):
@@ -57,6 +58,7 @@ class Input(StrEnum):
     OWNER = "owner"
     REST = "rest"
     HELD = "held"
+    HOLD = "hold"  # another session stopped or released: the hold is shared by all of them
 
 
 class Output(StrEnum):

@@ -20,10 +20,10 @@ from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import Material
-from hapticvlm.messages import ClientMessage, Frame, MessageError
+from hapticvlm.messages import ClientMessage, Frame, HandName, MessageError
 from hapticvlm.recordings.lines import Input, Key, Line
 from hapticvlm.recordings.recorded_session import RecordedSession, settings_of
-from hapticvlm.recordings.session_log import blank_picture
+from hapticvlm.recordings.session_log import blank_picture, read_picture
 from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session.actions import (
@@ -34,9 +34,10 @@ from hapticvlm.session.actions import (
     ReleaseHand,
     SetGain,
 )
-from hapticvlm.session.hands import Hold
+from hapticvlm.session.hands import Hold, Output
 from hapticvlm.session.targets import RecognitionRequest, name_of
 
+HoldState = list[tuple[Output, HandName, bool]]
 # Recognises a picture anew under a name of what it shows. Raises SessionLogError.
 Recognise = Callable[[Frame, str], Evidence]
 
@@ -72,6 +73,7 @@ class LogPlayer:
         self._folder = folder
         self._recognise = recognise
         self._hold = Hold()
+        self._hold.restore(msgspec.convert(head.get(Key.HOLD, []), HoldState))
         self._written: list[Line] = []
         self._session = RecordedSession(
             settings_of(head, table),
@@ -158,6 +160,8 @@ class LogPlayer:
                 self._session.set_owner(owner=line[Key.OWNER], thermal_gain=gain)
             case Input.HELD:
                 self._hold.stop(line[Key.SCOPE])
+            case Input.HOLD:
+                self._hold.restore(msgspec.convert(line[Key.HOLD], HoldState))
 
     def _play_message(self, line: Line) -> list[Action]:
         message = self._message(line)
@@ -203,7 +207,7 @@ class LogPlayer:
     def _kept(self, name: str | None, kind: str, width: int, height: int) -> bytes:
         """Read a picture of the record; a blank of the same size where none was kept."""
         if name is not None:
-            return (self._folder / name).read_bytes()
+            return read_picture(self._folder, name)
         blank = blank_picture(kind, width, height)
         self._blanks.add(blank)
         return blank

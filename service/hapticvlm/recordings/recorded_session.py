@@ -61,9 +61,12 @@ class RecordedSession(SceneSession):
     def __init__(
         self, settings: SessionSettings, hold: Hold | None, *, write_line: WriteLine
     ) -> None:
+        hold = Hold() if hold is None else hold
         super().__init__(settings, hold)
-        self._write_line = write_line
+        self._write = write_line
         self._numbers = itertools.count(1)
+        self._hold = hold
+        self._known_hold = hold.state
 
     def receive(self, message: ClientMessage, now: float) -> list[Action]:
         """Receive one message; a refused one is written too, as it may be refused again."""
@@ -123,11 +126,24 @@ class RecordedSession(SceneSession):
 
     def held(self, scope: Scope) -> None:
         """Note that outputs were stopped."""
+        self._known_hold = self._hold.state
         self._write_line({Key.IN: Input.HELD, Key.SCOPE: scope}, None)
         super().held(scope)
 
+    def _write_line(self, line: Line, frame: Frame | None) -> None:
+        """Write a line, and before it how the hold stands if another session has changed it.
+
+        A stop holds the outputs for every session, and the release of one lifts the hold for all.
+        Without these lines a session beside another one would not replay the same.
+        """
+        if self._hold.state != self._known_hold:
+            self._known_hold = self._hold.state
+            self._write({Key.IN: Input.HOLD, Key.HOLD: _plain(self._known_hold)}, None)
+        self._write(line, frame)
+
     def _logged(self, actions: list[Action]) -> list[Action]:
         """Write what the outputs are to do; recognitions and questions get numbers."""
+        self._known_hold = self._hold.state
         numbered = [self._numbered(action) for action in actions]
         if done := outputs(numbered):
             self._write_line({Key.OUT: done}, None)
@@ -141,8 +157,8 @@ class RecordedSession(SceneSession):
         return action
 
 
-def head(settings: SessionSettings) -> Line:
-    """Write what a session begins with."""
+def head(settings: SessionSettings, hold: Hold) -> Line:
+    """Write what a session begins with, the hold of an earlier stop among it."""
     return {
         Key.VERSION: __version__,
         Key.OWNER: settings.owner,
@@ -153,6 +169,7 @@ def head(settings: SessionSettings) -> Line:
         Key.READING: _plain(settings.reading),
         Key.MATERIALS: list(settings.table),
         Key.SAVED: dict(settings.saved),
+        Key.HOLD: _plain(hold.state),
     }
 
 

@@ -19,6 +19,7 @@ from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import ReleaseHand, SetGain
 
 BLOCK = 128
+LONGEST_S = 3600.0  # of vibration: more would fill the memory
 
 
 def replay(
@@ -69,7 +70,7 @@ def waveform(
     """Render the sounds of a replay by fresh voices, (N,) float32 at RATE_HZ.
 
     It begins at `started` on the log's clock, else with the first sound. The same log and voices
-    give the same bits.
+    give the same bits. Raises SessionLogError for more than LONGEST_S.
     """
     if not outcome.sounds:
         return np.zeros(0, np.float32)
@@ -77,6 +78,11 @@ def waveform(
     blocks: list[NDArray[np.float32]] = []
     waiting = list(reversed(outcome.sounds))
     ends = outcome.sounds[-1][0] + 1.0
+    if ends - started > LONGEST_S:
+        raise SessionLogError(
+            f"the session lasts {(ends - started) / 3600:.1f} h; at most {LONGEST_S / 3600:.0f} h "
+            "of vibration are rendered: record shorter sessions"
+        )
     while (now := started + len(blocks) * BLOCK / RATE_HZ) < ends:
         while waiting and waiting[-1][0] <= now:
             _sound(voices, waiting.pop()[1])

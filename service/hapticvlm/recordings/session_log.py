@@ -8,8 +8,11 @@ from pathlib import Path
 
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
+from hapticvlm.messages import MAX_SIDE_PX
 from hapticvlm.recordings.lines import Line
 from hapticvlm.recordings.recorder import SESSION_LOG
+
+MAX_PICTURE_BYTES = MAX_SIDE_PX * MAX_SIDE_PX * 4  # the largest there is: rgba8
 
 
 class SessionLogError(HapticVLMError):
@@ -34,6 +37,29 @@ def read_session_log(folder: Path) -> Iterator[Line]:
             if not isinstance(line, dict):
                 raise SessionLogError(f"{path}:{number}: not a line of a session log")
             yield line
+
+
+def kept_picture(folder: Path, name: str) -> Path:
+    """Return the file of a picture that a line names. Raises SessionLogError.
+
+    A session that somebody else gave may name any file: one outside its folder, a device that never
+    ends, a pipe that nobody writes to. Only a regular file within the folder is a picture of it.
+    """
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise SessionLogError(f"{folder}: names a picture outside this folder")
+    if path.exists() and not path.is_file():
+        raise SessionLogError(f"{folder}: {name!r} is not a regular file")
+    return path
+
+
+def read_picture(folder: Path, name: str) -> bytes:
+    """Read a picture that a line names, of a bounded size. Raises SessionLogError."""
+    path = kept_picture(folder, name)
+    try:
+        return documents.read_bytes(path, MAX_PICTURE_BYTES)
+    except (OSError, ValueError) as error:
+        raise SessionLogError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
 
 
 def blank_picture(kind: str, width: int, height: int) -> bytes:

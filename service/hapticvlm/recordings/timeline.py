@@ -19,7 +19,7 @@ from hapticvlm.materials import Material
 from hapticvlm.recordings.lines import Input, Key, Output
 from hapticvlm.recordings.log_player import Replayed
 from hapticvlm.recordings.replay import replay, waveform
-from hapticvlm.recordings.session_log import SessionLogError, read_session_log
+from hapticvlm.recordings.session_log import SessionLogError, kept_picture, read_session_log
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
 
@@ -181,19 +181,12 @@ class _TimelineBuilder:
         self.pictures.append(
             Picture(
                 self.now_s,
-                self._picture(line[Key.FILE]),
-                None if mask is None else self._picture(mask),
+                kept_picture(self.folder, line[Key.FILE]),
+                None if mask is None else kept_picture(self.folder, mask),
                 message.get("object_id"),
                 message.get("region"),
             )
         )
-
-    def _picture(self, name: str) -> Path:
-        """Return a picture's file; a session that somebody else gave may name any file."""
-        path = self.folder / name
-        if not path.resolve().is_relative_to(self.folder.resolve()):
-            raise SessionLogError(f"{self.folder}: names a picture outside this folder")
-        return path
 
     def _touch(self, message: Mapping[str, Any]) -> None:
         hand, object_id = message["hand"], message.get("object_id")

@@ -197,7 +197,7 @@ class Handshake:
         )
         if self._offer.recorder is None or observer:
             return SceneSession(settings, outputs.hold)
-        write_line = self._offer.recorder.begin(recorded.head(settings))
+        write_line = self._offer.recorder.begin(recorded.head(settings, outputs.hold))
         return RecordedSession(settings, outputs.hold, write_line=write_line)
 
     def _welcome_message(self, hello: Hello, session: SceneSession) -> Welcome:

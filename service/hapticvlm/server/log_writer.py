@@ -15,7 +15,9 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Any
 
+from hapticvlm.errors import printable
 from hapticvlm.server.budgets import LOG_LINES, LOG_REPEATS, TokenBucket
 
 STDERR = 2
@@ -42,6 +44,24 @@ class Folding:
         return f" (and {before} more like it)" if before else ""
 
 
+class PrintableFormatter(logging.Formatter):
+    """Makes every line printable, whoever chose its words; a traceback keeps its own lines.
+
+    Object ids, names of clients and answers of other machines reach the log. This is the one place
+    through which all of it goes, to the terminal and to observers alike.
+    """
+
+    def formatMessage(self, record: logging.LogRecord) -> str:
+        """Format the message on one line."""
+        record.message = printable(record.message)
+        return super().formatMessage(record)
+
+    def formatException(self, ei: Any) -> str:  # noqa: ANN401 - logging's own
+        """Format a traceback, each of its lines printable."""
+        lines = super().formatException(ei).splitlines()
+        return "\n".join("".join(c if c.isprintable() else " " for c in text) for text in lines)
+
+
 class LogWriter(logging.Handler):
     """Hands lines to a thread that writes them to stderr; never blocks the caller."""
 
@@ -50,7 +70,7 @@ class LogWriter(logging.Handler):
         self.lost = 0
         self._folding = Folding()
         self._waiting: queue.Queue[bytes | None] = queue.Queue(LOG_LINES)
-        self.setFormatter(logging.Formatter(FORMAT))
+        self.setFormatter(PrintableFormatter(FORMAT))
         self._thread = threading.Thread(target=self._run, name="log writer", daemon=True)
         self._thread.start()
 
@@ -88,6 +108,7 @@ class ObserverLog(logging.Handler):
 
     def __init__(self, show: Callable[[str], None]) -> None:
         super().__init__()
+        self.setFormatter(PrintableFormatter())
         self._show = show
         self._folding = Folding()
         self._loop = asyncio.get_running_loop()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -222,6 +222,15 @@ class Hold:
         """Hold the outputs of this scope for both hands."""
         outputs = OUTPUTS if scope == "all" else (scope,)
         self._held |= {(output, hand): False for output in outputs for hand in NAMES}
+
+    @property
+    def state(self) -> tuple[tuple[Output, HandName, bool], ...]:
+        """Everything that is held: output, hand, and whether a release has armed it."""
+        return tuple((output, hand, armed) for (output, hand), armed in self._held.items())
+
+    def restore(self, state: Iterable[tuple[Output, HandName, bool]]) -> None:
+        """Hold just this, as a record of another time has it."""
+        self._held = {(output, hand): armed for output, hand, armed in state}
 
     def update(self, touch: Touch) -> None:
         """Receive a touch of the owner: release arms its hand, a new approach or contact lifts."""

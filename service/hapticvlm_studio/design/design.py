@@ -20,6 +20,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from hapticvlm import documents
 from hapticvlm_studio.design import form as forms
 from hapticvlm_studio.design.form import NOTHING, Form
 from hapticvlm_studio.design.stimuli import Stimulus, StudyError, revive
@@ -106,7 +107,7 @@ def read_design(folder: Path) -> Design:
     """Read a study's design back. Raises StudyError."""
     path = folder / HEAD
     try:
-        head = json.loads(path.read_text(encoding="utf-8"))
+        head = documents.parse_json(documents.read_text(path))
         if head["version"] not in range(OLDEST, VERSION + 1):
             raise StudyError(
                 f"{path}: format {head['version']}; this program reads {OLDEST} to {VERSION}"

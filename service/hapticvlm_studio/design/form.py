@@ -19,6 +19,7 @@ from hapticvlm_studio.design.stimuli import Stimulus, StudyError
 
 FILE = "study.toml"
 TEMPLATE = Path(__file__).parent / "new.toml"
+MOST_NUMBER = 1e12  # where a question has no bounds: an answer is a finite number
 LONGEST_TEXT = 2000  # characters of a free answer
 _MOST_CHOICES, _MOST_STEPS = 20, 11
 
@@ -212,8 +213,8 @@ def _answer(question: Question, given: object) -> Answer | None:
 
 def _number(question: Question, given: object) -> float:
     is_number = isinstance(given, int | float) and not isinstance(given, bool)
-    low = float("-inf") if question.low is None else question.low
-    high = float("inf") if question.high is None else question.high
+    low = -MOST_NUMBER if question.low is None else question.low
+    high = MOST_NUMBER if question.high is None else question.high
     if not is_number or not low <= given <= high:  # type: ignore[operator]  # it is a number
         raise StudyError(f"question {question.name!r}: needs a number from {low:g} to {high:g}")
     return given  # type: ignore[return-value]  # as above

@@ -216,10 +216,10 @@ class Conductor:
                 await work
 
     async def _guard(self, work: Coroutine[Any, Any, None]) -> None:
-        """Carry out work; what goes wrong with the devices becomes the phase `trouble`."""
+        """Carry out work; what goes wrong with devices or disk becomes the phase `trouble`."""
         try:
             await work
-        except PresentationError as trouble:
+        except (PresentationError, StudyError) as trouble:
             self._trouble = str(trouble)
             self._enter("trouble")
         finally:

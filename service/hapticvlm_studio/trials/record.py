@@ -7,20 +7,26 @@ was being written; its incomplete line is cut off when the file is opened again.
 from __future__ import annotations
 
 import json
+import logging
 import os
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from hapticvlm import documents
 from hapticvlm_studio.design.design import Design
 from hapticvlm_studio.design.stimuli import StudyError
 from hapticvlm_studio.trials.progress import Event, Sitting
 
 View = dict[str, Any]
+TORN = b'{"event"'  # how every line begins, also one that a crash or a full disk cut short
+ROOM = "nothing before it is lost; free some room on the disk, then continue"
+
+logger = logging.getLogger(__name__)
 
 
 def events(folder: Path, participant: str) -> list[Event]:
@@ -29,10 +35,13 @@ def events(folder: Path, participant: str) -> list[Event]:
     if not path.exists():
         return []
     found = []
-    for number, line in enumerate(path.read_bytes().split(b"\n")[:-1], 1):
+    for number, line in enumerate(_lines(path), 1):
         try:
-            event = json.loads(line)
+            event = documents.parse_json(line)
         except ValueError:
+            if line.startswith(TORN):
+                logger.warning("%s:%d: left out, it was never written whole", path, number)
+                continue
             raise StudyError(f"{path}:{number}: not an event; the file was changed") from None
         if not isinstance(event, dict) or "event" not in event:
             raise StudyError(f"{path}:{number}: not an event; the file was changed")
@@ -40,21 +49,50 @@ def events(folder: Path, participant: str) -> list[Event]:
     return found
 
 
+def _lines(path: Path) -> list[bytes]:
+    """Return the whole lines of a file. Raises StudyError."""
+    try:
+        return documents.read_bytes(path).split(b"\n")[:-1]
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: {error}") from None
+
+
+def _private(path: str, flags: int) -> int:
+    """Open a file that only this user may read: it holds what a participant told."""
+    return os.open(path, flags, 0o600)
+
+
 class Log:
     """One participant's file, open for adding."""
 
     def __init__(self, folder: Path, participant: str) -> None:
-        path = _path(folder, participant)
-        self._file = path.open("a+b", buffering=0)
+        self._path = _path(folder, participant)
+        self._file = open(self._path, "a+b", buffering=0, opener=_private)  # noqa: SIM115
         self._file.seek(0)
         content = self._file.read()
         self._file.truncate(content.rfind(b"\n") + 1)
         os.fsync(self._file.fileno())
 
     def add(self, event: Event) -> None:
-        """Write one event; it is on the disk when this returns."""
-        self._file.write(json.dumps(event, ensure_ascii=False).encode() + b"\n")
-        os.fsync(self._file.fileno())
+        """Write one event; it is on the disk when this returns.
+
+        A full disk takes part of a line, says nothing, and reports an error only at the next one.
+        So what was taken is counted, and cut off again: the file ends with a whole event whatever
+        happens. Raises StudyError, and the event then counts for nothing.
+        """
+        data = json.dumps(event, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        before = self._file.seek(0, os.SEEK_END)
+        try:
+            written = self._file.write(data)
+            if written == len(data):
+                os.fsync(self._file.fileno())
+                return
+            reason = f"only {written} of {len(data)} bytes fitted"
+        except OSError as error:
+            reason = error.strerror or str(error)
+        with suppress(OSError):
+            self._file.truncate(before)
+        raise StudyError(f"{self._path.name} could not be written ({reason}): {ROOM}")
 
     def close(self) -> None:
         """Close the file."""

@@ -18,6 +18,7 @@ from hapticvlm_studio.trials.player import Player, PresentationError
 from hapticvlm_studio.trials.progress import Event, Sitting
 from hapticvlm_studio.trials.record import Record
 
+MOST_SEEN_MS = 86_400_000.0  # a day: what is longer was measured by no page
 Step = Literal["asking", "resting", "rating"]
 
 
@@ -74,7 +75,7 @@ class Trials:
                 **asked.head,
                 "answered": name,
                 "reaction_s": round(time.monotonic() - asked.onset, 4),
-                "seen_ms": float(seen_ms) if isinstance(seen_ms, int | float) else None,
+                "seen_ms": _milliseconds(seen_ms),
             }
         )
         asked.answered.set_result(None)
@@ -104,3 +105,10 @@ class Trials:
         if self._asked is not None:
             self._asked.onset = time.monotonic()
             self._enter("asking")
+
+
+def _milliseconds(seen: object) -> float | None:
+    """Return a time that a page measured, ms; None where it is none that can be."""
+    if isinstance(seen, bool) or not isinstance(seen, int | float) or not 0 <= seen <= MOST_SEEN_MS:
+        return None
+    return float(seen)

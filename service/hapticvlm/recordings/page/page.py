@@ -10,7 +10,9 @@ from __future__ import annotations
 import base64
 import io
 import json
+import os
 import re
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +36,21 @@ _TYPES = {".jpg": "image/jpeg", ".png": "image/png"}
 
 
 def write(timeline: Timeline, title: str, path: Path) -> None:
-    """Write the page. Raises OSError."""
-    path.write_text(page(document(timeline, title)), encoding="utf-8")
+    """Write the page. Raises OSError.
+
+    A session may come from somebody else, and a link of this name in its folder may point at any
+    file of the user. So the page is written beside it under a name nobody could foresee, and then
+    takes the place of whatever stood there: a link is replaced, never followed.
+    """
+    text = page(document(timeline, title)).encode()
+    number, unfinished = tempfile.mkstemp(prefix=".page-", suffix=".part", dir=path.parent)
+    try:
+        with os.fdopen(number, "wb") as file:
+            file.write(text)
+        Path(unfinished).replace(path)
+    except OSError:
+        Path(unfinished).unlink(missing_ok=True)
+        raise
 
 
 def document(timeline: Timeline, title: str) -> dict[str, Any]:

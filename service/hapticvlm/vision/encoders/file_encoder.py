@@ -10,7 +10,6 @@ is logged. Knows no gallery.
 from __future__ import annotations
 
 import hashlib
-import json
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.errors import installing
 from hapticvlm.vision.encoders import imagenet, two_parts
 from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
@@ -198,7 +198,7 @@ def _read_preprocessing(path: Path, layout: Layout) -> Preprocessing | None:
         logger.warning(text, path.name, PREPROCESSING[0], mean, deviation)
         return Preprocessing(side, side, 1 / 255, mean, deviation)
     try:
-        found = read_preprocessing(json.loads(beside.read_bytes()))
+        found = read_preprocessing(documents.parse_json(documents.read_bytes(beside)))
     except (OSError, ValueError) as error:
         raise EncoderError(f"encoder `{path}`, {beside.name}: {error}; correct it") from None
     if found.input_side != side:

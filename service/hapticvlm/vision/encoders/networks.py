@@ -10,7 +10,6 @@ picture.
 from __future__ import annotations
 
 import hashlib
-import json
 import logging
 import os
 import re
@@ -20,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from hapticvlm import documents
 from hapticvlm.errors import installing
 from hapticvlm.vision.encoders.encoder import CARD, EncoderError
 from hapticvlm.vision.encoders.imagenet import is_imagenet
@@ -140,7 +140,7 @@ def _require_safe(source: Path | str) -> None:
         text = f"encoder `{source}` has its weights pickled ({pickled[0]}), which can run any code"
         raise EncoderError(f"{text} when read; save it as safetensors")
     with suppress(OSError, ValueError):
-        config = json.loads((source / CONFIG).read_bytes())
+        config = documents.parse_json(documents.read_bytes(source / CONFIG))
         if isinstance(config, dict) and config.get("auto_map") and not _is_known(config):
             text = f"encoder `{source}` cannot be loaded: it needs code that comes with it"
             raise EncoderError(f"{text} (auto_map), which is never run; {FOLDER}")

@@ -10,7 +10,6 @@ gallery.
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from hapticvlm import documents
 from hapticvlm.vision.encoders.encoder import CARD, SHIPPED, EncoderError, Floats, Pixels, embed_all
 from hapticvlm.vision.encoders.packaged_weights import Array, Source, load_weights
 from hapticvlm.vision.pictures import Crop
@@ -72,7 +72,7 @@ def read_card(folder: Path) -> Card:
     """Read a folder's encoder.json. Raises EncoderError."""
     path = folder / CARD
     try:
-        given = json.loads(path.read_bytes())
+        given = documents.parse_json(documents.read_bytes(path))
         weights = Source(**given["weights"]) if "weights" in given else None
         card = Card(given["name"], given["side"], given["dimension"], given["sha256"], weights)
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -1,0 +1,58 @@
+"""A session that began under a stop, or beside one that lifts it, replays the same."""
+
+from typing import Any
+
+from hapticvlm.materials import MATERIALS
+from hapticvlm.messages import Scene, SceneObject, Touch
+from hapticvlm.recordings import recorded_session as recorded
+from hapticvlm.recordings.recorder import Recorder
+from hapticvlm.recordings.replay import replay
+from hapticvlm.rendering.heat.limits import AT_REST
+from hapticvlm.session.hands import Hold
+from hapticvlm.session.settings import SessionSettings
+
+GIVEN: dict[str, Any] = {"captured_at": 1.0, "hand": "right", "speed_mps": 0.3, "force_n": 1.0}
+TABLE = SceneObject(object_id="table", material="wood")
+
+
+def touch(phase, id):
+    return Touch(id=id, phase=phase, object_id="table", **GIVEN)
+
+
+def recording(folder, hold):
+    recorder = Recorder(folder, frames=False)
+    settings = SessionSettings(owner=True)
+    write = recorder.begin(recorded.head(settings, hold))
+    session = recorded.RecordedSession(settings, hold, write_line=write)
+    session.receive(Scene(id=1, objects=[TABLE], replace=True), 0.0)
+    return recorder, session
+
+
+def replayed(folder, recorder):
+    recorder.close()
+    (session,) = folder.iterdir()
+    return replay(session, MATERIALS)
+
+
+def test_a_session_begun_under_a_stop_replays_the_same(tmp_path):
+    hold = Hold()
+    hold.stop("speaker")
+    recorder, session = recording(tmp_path, hold)
+    session.receive(touch("contact", 2), 1.0)
+    session.tick(1.02, AT_REST)
+    outcome = replayed(tmp_path, recorder)
+    assert outcome.is_same, outcome.first_difference
+    assert not outcome.sounds
+
+
+def test_a_hold_that_another_session_lifts_is_in_the_record(tmp_path):
+    hold = Hold()
+    recorder, session = recording(tmp_path, hold)
+    hold.stop("all")
+    session.held("all")
+    hold.update(touch("release", 1))
+    hold.update(touch("contact", 2))  # of another session
+    session.receive(touch("contact", 3), 2.0)
+    outcome = replayed(tmp_path, recorder)
+    assert outcome.is_same, outcome.first_difference
+    assert outcome.sounds
