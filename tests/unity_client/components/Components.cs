@@ -46,6 +46,7 @@ public static class Components
         Reports.Run(program, url);
         Pictures.Run(program, url);
         Owners.Run(program, url);
+        Rooms.Run(program, url);
         EditMode.Run(program, url);
         return Finish();
     }
@@ -78,7 +79,7 @@ public static class Components
         var renderer = thing.AddComponent<MeshRenderer>();
         renderer.bounds = new Bounds(new Vector3(0f, 0f, 2f), new Vector3(1f, 1f, 1f));
         renderer.sharedMaterial = new Material { name = name };
-        var collider = thing.AddComponent<Collider>();
+        var collider = thing.AddComponent<BoxCollider>();
         collider.bounds = renderer.bounds;
         Physics.World.Add(collider);
         var one = thing.AddComponent<HapticObject>();

@@ -281,7 +281,7 @@ public static class Moves
             var capsule = new GameObject("capsule");
             capsule.transform.position = hand.transform.position;
             capsule.transform.SetParent(hand.transform, true);
-            Physics.World.Add(capsule.AddComponent<Collider>());
+            Physics.World.Add(capsule.AddComponent<CapsuleCollider>());
         }
         HapticObject kettle = Box("SteelKettle", new Vector3(0f, 0f, 0f), new Vector3(0.2f, 0.2f, 0.2f));
         Components.Run(() => client.State == LinkState.Ready, "no welcome");

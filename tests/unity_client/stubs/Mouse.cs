@@ -33,6 +33,12 @@ namespace UnityEngine
     public struct Ray
     {
         public Vector3 origin, direction;
+
+        public Ray(Vector3 origin, Vector3 direction)
+        {
+            this.origin = origin;
+            this.direction = direction * (1f / direction.magnitude);
+        }
     }
 
     public struct RaycastHit

@@ -24,6 +24,14 @@ namespace UnityEngine
         public PhysicMaterial sharedMaterial { get; set; }
         public Rigidbody attachedRigidbody { get { return GetComponentInParent<Rigidbody>(); } }
 
+        public virtual Vector3 ClosestPoint(Vector3 position) { return bounds.ClosestPoint(position); }
+
+        public virtual bool Raycast(Ray ray, out RaycastHit hitInfo, float maxDistance)
+        {
+            hitInfo = default(RaycastHit);
+            return false;
+        }
+
         public Bounds bounds
         {
             get { return new Bounds(transform.position + offset, isSized ? size : transform.localScale); }
@@ -39,6 +47,31 @@ namespace UnityEngine
     public class CharacterController : Collider { }
 
     public class BoxCollider : Collider { }
+
+    public class CapsuleCollider : Collider { }
+
+    // Only a convex one has a nearest point; the surface of any other is where a ray meets it.
+    public class MeshCollider : Collider
+    {
+        public System.Func<Ray, float> SurfaceAlong;
+
+        public bool convex { get; set; }
+
+        public override Vector3 ClosestPoint(Vector3 position)
+        {
+            if (!convex) Debug.LogError("ClosestPoint needs a convex mesh", this);
+            return convex ? base.ClosestPoint(position) : position;
+        }
+
+        public override bool Raycast(Ray ray, out RaycastHit hitInfo, float maxDistance)
+        {
+            hitInfo = default(RaycastHit);
+            float distance = SurfaceAlong == null ? maxDistance + 1f : SurfaceAlong(ray);
+            if (distance > maxDistance) return false;
+            hitInfo.point = ray.origin + ray.direction * distance;
+            return true;
+        }
+    }
 
     public class SphereCollider : Collider
     {
@@ -123,6 +156,8 @@ namespace UnityEngine
         static bool IsReported(Collider trigger, Collider other)
         {
             if (trigger.IsDead || other.IsDead || !trigger.isTrigger) return false;
+            var mesh = other as MeshCollider;
+            if (!ReferenceEquals(mesh, null) && !mesh.convex) return false; // its bounds are not its surface
             if (!trigger.gameObject.activeInHierarchy || !other.gameObject.activeInHierarchy || !other.enabled) return false;
             return trigger.attachedRigidbody != null || other.attachedRigidbody != null;
         }

@@ -16,6 +16,8 @@ namespace UnityEngine
             set { SetParent(value, true); }
         }
 
+        public Transform root { get { return parent == null ? this : parent.root; } }
+
         public int childCount { get { return gameObject.Children.Count; } }
 
         public Vector3 localPosition { get { return ownPosition; } set { ownPosition = value; } }

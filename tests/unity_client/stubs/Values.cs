@@ -25,6 +25,8 @@ namespace UnityEngine
         public static Vector3 zero { get { return default(Vector3); } }
         public static Vector3 one { get { return new Vector3(1f, 1f, 1f); } }
         public static Vector3 operator -(Vector3 a, Vector3 b) { return new Vector3(a.x - b.x, a.y - b.y, a.z - b.z); }
+        public float sqrMagnitude { get { return x * x + y * y + z * z; } }
+
         public static Vector3 operator *(Vector3 a, float k) { return new Vector3(a.x * k, a.y * k, a.z * k); }
     }
 

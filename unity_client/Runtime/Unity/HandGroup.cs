@@ -64,6 +64,13 @@ namespace HapticVLM
             Touches.Tick(Clock.Now, to);
         }
 
+        /// <summary>A side without any Haptic Hand only plays what scripts ask for.</summary>
+        public static void TickThoseWithoutFingers(HapticConnection to)
+        {
+            if (Left.fingers.Count == 0 && Left.Touches.IsPlaying) Left.Touches.Tick(Clock.Now, to);
+            if (Right.fingers.Count == 0 && Right.Touches.IsPlaying) Right.Touches.Tick(Clock.Now, to);
+        }
+
         [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.SubsystemRegistration)]
         static void ForgetLastPlay()
         {

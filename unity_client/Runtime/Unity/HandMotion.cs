@@ -4,17 +4,23 @@ namespace HapticVLM
 {
     /// <summary>
     /// How a hand moves: through the world, and on the surface it touches or nears. The second is
-    /// taken in the frame of that surface, so carrying a thing while walking is no rubbing. Sampled
-    /// once a rendered frame in real time, as tracked poses move; a paused game rests.
+    /// taken in the frame of that surface, so carrying a thing while walking is no rubbing. A swing is
+    /// of the arm, so it is taken in the frame of the rig the hand belongs to, and walking is none.
+    /// Sampled once a rendered frame in real time, as tracked poses move; a paused game rests.
     /// </summary>
     internal sealed class HandMotion
     {
         readonly MotionEstimator free = new MotionEstimator();
+        readonly MotionEstimator arm = new MotionEstimator();
         readonly MotionEstimator relative = new MotionEstimator();
         Transform surface;
         bool isPaused;
 
-        public double FreeSpeedMps { get { return isPaused ? 0.0 : free.SpeedMps; } }
+        /// <summary>Speed of the arm: in the frame of the whole rig, m/s.</summary>
+        public double FreeSpeedMps { get { return isPaused ? 0.0 : arm.SpeedMps; } }
+
+        /// <summary>Velocity through the world, m/s.</summary>
+        public Vector3 FreeVelocity { get { return Rounded(free.Velocity); } }
 
         /// <summary>Speed against the surface; through the world when there is none.</summary>
         public double SpeedMps
@@ -26,17 +32,20 @@ namespace HapticVLM
             }
         }
 
-        public void Restart(Vector3 position)
+        public void Restart(Transform hand)
         {
             surface = null;
-            free.Restart(Exact(position));
+            free.Restart(Exact(hand.position));
+            arm.Restart(OnRig(hand));
         }
 
-        public void Sample(Vector3 position)
+        public void Sample(Transform hand)
         {
             isPaused = Time.timeScale == 0f;
             float seconds = Time.unscaledDeltaTime;
+            Vector3 position = hand.position;
             free.Add(Exact(position), seconds);
+            arm.Add(OnRig(hand), seconds);
             if (surface != null) relative.Add(On(surface, position), seconds);
         }
 
@@ -60,6 +69,12 @@ namespace HapticVLM
             Vector3 way = Quaternion.Inverse(surface.rotation) * (point - position);
             float distance = way.magnitude;
             return distance > 0f ? Vec3.Dot(relative.Velocity, Exact(way)) / distance : 0.0;
+        }
+
+        static Vec3 OnRig(Transform hand)
+        {
+            Transform rig = hand.root;
+            return rig == hand ? Exact(hand.position) : On(rig, hand.position);
         }
 
         static Vec3 On(Transform surface, Vector3 position)

@@ -12,7 +12,7 @@ namespace HapticVLM
     /// the first connects for all; when it is gone the next one does.
     /// </summary>
     [DefaultExecutionOrder(-100), DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Client")]
-    public sealed class HapticClient : MonoBehaviour
+    public sealed partial class HapticClient : MonoBehaviour
     {
         [SerializeField, Tooltip("Address of the service.")]
         string url = "ws://127.0.0.1:8790/";
@@ -167,6 +167,7 @@ namespace HapticVLM
             if (connection == null) return;
             log.Follow(connection, url, this);
             connection.Pump();
+            HandGroup.TickThoseWithoutFingers(connection);
         }
 
         void Connect()

@@ -89,7 +89,7 @@ namespace HapticVLM
         {
             group = HandGroup.Of(Side);
             group.Join(this);
-            motion.Restart(transform.position);
+            motion.Restart(transform);
         }
 
         void Start()
@@ -106,7 +106,7 @@ namespace HapticVLM
 
         void Update()
         {
-            motion.Sample(transform.position);
+            motion.Sample(transform);
             EndVanished();
             if (group.Touches.IsTouching) Forget();
             else if (approachM > 0f) Approach();
@@ -149,6 +149,7 @@ namespace HapticVLM
         void Begin(Collider other)
         {
             if (!isActiveAndEnabled) return; // the engine reports to disabled components, too
+            if ((touchableLayers & 1 << other.gameObject.layer) == 0) return;
             var target = other.GetComponentInParent<HapticObject>();
             if (target == null || !target.isActiveAndEnabled) return;
             motion.Follow(other, transform.position);
@@ -216,11 +217,10 @@ namespace HapticVLM
             else Measure();
         }
 
-        /// <summary>Distance from the collider's bounds: exact for a box that is not turned.</summary>
         void Measure()
         {
-            Vector3 position = transform.position;
-            Vector3 point = nearCollider.bounds.ClosestPoint(position);
+            Vector3 position = transform.position, point;
+            if (!Surface.Nearest(nearCollider, position, motion.FreeVelocity, approachM, out point)) return; // as it was
             NearM = (point - position).magnitude;
             ClosingMps = motion.ClosingMps(position, point);
         }
@@ -234,7 +234,9 @@ namespace HapticVLM
             float least = float.PositiveInfinity;
             for (int i = 0; i < count; i++)
             {
-                float distance = found[i].bounds.SqrDistance(position);
+                Vector3 point;
+                if (!Surface.Nearest(found[i], position, motion.FreeVelocity, approachM, out point)) continue;
+                float distance = (point - position).sqrMagnitude;
                 if (distance >= least) continue;
                 var candidate = found[i].GetComponentInParent<HapticObject>();
                 if (candidate == null || !candidate.isActiveAndEnabled) continue;

@@ -14,11 +14,16 @@ namespace HapticVLM
 
         public static void Warn(HapticObject target, HapticConnection connection)
         {
-            string material = target.StatedMaterial;
-            if (connection.Outbox.Scene.IsKnown(material)) return;
+            Check(target.StatedMaterial, connection, target);
+        }
+
+        public static bool Check(string material, HapticConnection connection, Object context)
+        {
+            if (connection.Outbox.Scene.IsKnown(material)) return true;
             Welcome welcome = connection.Welcome;
             string known = welcome == null ? "" : "; it knows " + string.Join(", ", welcome.Materials.ToArray());
-            Debug.LogWarning("HapticVLM: the service knows no material '" + material + "'" + known, target);
+            Debug.LogWarning("HapticVLM: the service knows no material '" + material + "'" + known, context);
+            return false;
         }
     }
 }

@@ -39,6 +39,7 @@ namespace HapticVLM
         readonly double periodS;
         readonly Contact[] contacts = new Contact[MostContacts];
         Nearest near;
+        HandEffect effect;
         Interaction? gesture;
         string swungId;
         double freeSpeedMps;
@@ -154,10 +155,29 @@ namespace HapticVLM
             else if (isNew) dueAt = 0.0;
         }
 
+        /// <summary>
+        /// Plays an effect: as a contact of its own, before what the hand touches, which goes on after it.
+        /// A hand that touches is let go first, so that a blow is felt.
+        /// </summary>
+        public void Play(HandEffect next, HapticConnection to)
+        {
+            if (count > 0 || effect.IsOn) Release(to);
+            effect = next;
+            SendEffect(Clock.Now, to);
+        }
+
+        /// <summary>Whether an effect is played now.</summary>
+        public bool IsPlaying { get { return effect.IsOn; } }
+
         /// <summary>Renews the lease when it is time. Call once a frame.</summary>
         public void Tick(double now, HapticConnection to)
         {
-            if (to == null || to.State != LinkState.Ready) return;
+            if (to == null || to.State != LinkState.Ready)
+            {
+                effect = default(HandEffect);
+                return;
+            }
+            if (IsPlaying && GoOn(now, to)) return;
             bool isNew = epoch != to.Outbox.Ownership.Epoch;
             epoch = to.Outbox.Ownership.Epoch;
             if (count > 0 && isNew) Send(Phase.Contact, gesture ?? ByContact(contacts[count - 1].SpeedMps), to);
@@ -176,6 +196,29 @@ namespace HapticVLM
             return speedMps < PressBelowMps ? Interaction.Press : Interaction.Tap;
         }
 
+        /// <summary>Renews the effect, or ends it; then false, unless the hand is let go with it.</summary>
+        bool GoOn(double now, HapticConnection to)
+        {
+            if (now < effect.Until)
+            {
+                if (now >= dueAt) SendEffect(now, to);
+                return true;
+            }
+            effect = default(HandEffect);
+            dueAt = 0.0; // what the hand touches is told at once, as a slide: it was met before
+            if (count > 0) return false;
+            Release(to);
+            return true;
+        }
+
+        void SendEffect(double now, HapticConnection to)
+        {
+            if (to == null) return;
+            Touch touch = effect.Touch(hand, now);
+            dueAt = now + periodS;
+            to.Send(ref touch);
+        }
+
         void Release(HapticConnection to)
         {
             Send(Phase.Release, null, to);
@@ -183,7 +226,7 @@ namespace HapticVLM
 
         void Send(Phase phase, Interaction? interaction, HapticConnection to)
         {
-            if (to == null) return;
+            if (to == null || (IsPlaying && phase != Phase.Release)) return;
             var touch = new Touch { Phase = phase, Hand = hand, Interaction = interaction, CapturedAt = Clock.Now };
             if (count > 0) FillContact(ref touch);
             else if (phase == Phase.Approach) FillApproach(ref touch);
