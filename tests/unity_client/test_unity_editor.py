@@ -33,6 +33,22 @@ def test_one_menu_entry_sets_up_a_scene_and_can_be_undone(build, rig, left, righ
     assert "Start `hapticvlm serve` and press Play" in said
 
 
+def test_set_up_puts_hands_where_controllers_poke_and_on_all_tracked_fingertips(build):
+    said = build.run("components.exe", "setup-hands", NOBODY)
+    tips = ("IndexTip", "LittleTip", "MiddleTip", "Palm", "RingTip", "ThumbTip")
+    line = next(line for line in said.splitlines() if line.startswith("hands: "))
+    for side in ("Left", "Right"):
+        assert f"{side}@Poke Point+c" in line  # c: only there, since one controller plays once
+        for tip in tips:
+            assert f"{side}@{side[0]}_{tip}+" in line
+    assert line.count("@") == 2 * (1 + len(tips))
+    assert line.count("+c") == 2
+    assert "in a prefab: clients 0 objects 0" in said
+    assert "a prefab is open: close it" in said
+    assert "tagged by a selection without colliders 0" in said
+    assert "nothing of the selection has a collider" in said
+
+
 def test_inspectors_warn_and_offer_materials_beside_free_text(build):
     said = build.run("components.exe", "inspectors", NOBODY)
     assert "Warning: Not felt: it has no collider, so no hand can touch it" in said

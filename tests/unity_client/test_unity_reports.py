@@ -43,6 +43,14 @@ def test_a_wrong_token_is_reported_once_with_its_cure(play):
     assert line.startswith("warning: ")
 
 
+def test_an_address_and_token_of_the_machine_outrank_the_scene_s(play):
+    with running(["--token", "secret"]) as guarded:
+        said = play("address", guarded.url)
+    assert "remembered token secret scene yes" in said
+    assert "forgotten ws://x/ " in said
+    assert "this graphics API hands no pictures back" in said
+
+
 def test_the_first_connection_is_reported_with_what_it_drives(play):
     (line,) = console(play("states"))
     assert re.search("connected to .*, speaker simulated, plate simulated", line)

@@ -12,8 +12,24 @@ namespace HapticVLM.Editor
     {
         static readonly string[] Types = { "XROrigin", "XRRig", "OVRCameraRig" };
 
-        // Best first; the hand's name takes the place of {0}.
+        // A controller's are first, as haptics go to it; the hand's name takes the place of {0}.
         static readonly string[] Anchors = { "{0} Controller", "{0}Hand Controller", "{0}HandAnchor", "{0} Hand", "{0}Hand" };
+
+        // Where a controller touches, by XR Interaction Toolkit: in front of the fist that its pose is in.
+        static readonly string[] PokePoints = { "Poke Point", "Poke Interactor" };
+
+        // Joints of XR Hands, whose names begin with L_ or R_.
+        static readonly string[] Tips = { "IndexTip", "ThumbTip", "MiddleTip", "RingTip", "LittleTip" };
+        const string Palm = "Palm";
+
+        const float ControllerM = 0.02f, TipM = 0.008f, PalmM = 0.03f; // radii of what touches
+
+        /// <summary>A part of the rig that touches, and the radius of its collider.</summary>
+        public struct Place
+        {
+            public Transform Under;
+            public float RadiusM;
+        }
 
         /// <summary>The whole rig; null when there is only a camera.</summary>
         public Transform Root { get; private set; }
@@ -35,19 +51,60 @@ namespace HapticVLM.Editor
             return rig;
         }
 
-        /// <summary>What moves with this hand; null when the rig has nothing of such a name.</summary>
-        public Transform Anchor(HandSide side)
+        /// <summary>
+        /// All that moves with this hand and can touch: rigs switch controllers off and tracked hands on,
+        /// so both are taken, and all that is of one side is one touch. Empty when the rig has nothing.
+        /// </summary>
+        public List<Place> Places(HandSide side)
         {
-            if (Root == null) return null;
+            var places = new List<Place>();
+            if (Root == null) return places;
             var parts = new List<Transform>();
             Root.gameObject.GetComponentsInChildren(true, parts);
+            List<Place> tracked = Tracked(side, parts);
             foreach (string pattern in Anchors)
             {
-                string wanted = string.Format(pattern, side);
-                Transform found = parts.Find(part => part.name == wanted);
+                Transform anchor = parts.Find(part => part.name == string.Format(pattern, side));
+                if (anchor == null || tracked.Exists(tip => IsUnder(tip.Under, anchor))) continue;
+                places.Add(new Place { Under = PokePoint(anchor), RadiusM = ControllerM });
+            }
+            places.AddRange(tracked);
+            return places;
+        }
+
+        static List<Place> Tracked(HandSide side, List<Transform> parts)
+        {
+            string prefix = side == HandSide.Left ? "L_" : "R_";
+            var found = new List<Place>();
+            foreach (string tip in Tips) Add(found, parts.Find(part => part.name == prefix + tip), TipM);
+            Add(found, parts.Find(part => part.name == prefix + Palm), PalmM);
+            return found;
+        }
+
+        static void Add(List<Place> to, Transform under, float radiusM)
+        {
+            if (under != null) to.Add(new Place { Under = under, RadiusM = radiusM });
+        }
+
+        static Transform PokePoint(Transform anchor)
+        {
+            var parts = new List<Transform>();
+            anchor.gameObject.GetComponentsInChildren(true, parts);
+            foreach (string name in PokePoints)
+            {
+                Transform found = parts.Find(part => part.name == name);
                 if (found != null) return found;
             }
-            return null;
+            return anchor;
+        }
+
+        static bool IsUnder(Transform part, Transform whole)
+        {
+            for (Transform at = part; at != null; at = at.parent)
+            {
+                if (at == whole) return true;
+            }
+            return false;
         }
     }
 }

@@ -4,17 +4,22 @@ using UnityEngine.SceneManagement;
 
 namespace HapticVLM.Editor
 {
-    /// <summary>Finds the parts of the open scene, without the searches whose names change between versions.</summary>
+    /// <summary>Finds the parts of all open scenes, without the searches whose names change between versions.</summary>
     internal static class SceneParts
     {
         public static List<T> All<T>()
         {
             var found = new List<T>();
             var some = new List<T>();
-            foreach (GameObject root in SceneManager.GetActiveScene().GetRootGameObjects())
+            for (int i = 0; i < SceneManager.sceneCount; i++)
             {
-                root.GetComponentsInChildren(true, some);
-                found.AddRange(some);
+                Scene scene = SceneManager.GetSceneAt(i);
+                if (!scene.isLoaded) continue;
+                foreach (GameObject root in scene.GetRootGameObjects())
+                {
+                    root.GetComponentsInChildren(true, some);
+                    found.AddRange(some);
+                }
             }
             return found;
         }
@@ -29,7 +34,7 @@ namespace HapticVLM.Editor
                 chosen.GetComponentsInChildren(true, some);
                 all.AddRange(some);
             }
-            if (all.Count == 0) all = All<Collider>();
+            if (selected.Length == 0) all = All<Collider>();
             all.RemoveAll(collider => collider.isTrigger || !collider.gameObject.activeInHierarchy || collider is CharacterController || IsUnder(collider.transform, rig)
                 || collider.GetComponentInParent<HapticHand>() != null);
             return all;

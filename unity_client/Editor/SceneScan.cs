@@ -1,6 +1,7 @@
 using System;
 using System.Collections.Generic;
 using HapticVLM.Wire;
+using UnityEditor;
 using UnityEditor.SceneManagement;
 
 namespace HapticVLM.Editor
@@ -55,6 +56,7 @@ namespace HapticVLM.Editor
         {
             if (IsDone) return;
             connection.Pump();
+            if (!pipe.IsIdle) EditorApplication.QueuePlayerLoopUpdate(); // else the picture may wait until the mouse moves
             if (connection.State != LinkState.Ready || !pipe.IsIdle || connection.Outbox.Frames.IsFull) return;
             scanner.Follow(connection.Session, ViewsEach);
             HapticObject shown;

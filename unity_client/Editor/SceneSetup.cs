@@ -1,5 +1,6 @@
 using System.Collections.Generic;
 using UnityEditor;
+using UnityEditor.SceneManagement;
 using UnityEngine;
 
 namespace HapticVLM.Editor
@@ -11,11 +12,16 @@ namespace HapticVLM.Editor
     internal static class SceneSetup
     {
         const string Title = "Set up HapticVLM";
-        const float RadiusM = 0.02f;
+        const float BesideCameraM = 0.02f;
 
         [MenuItem("GameObject/HapticVLM/Set Up Scene", false, 10)]
         static void Run()
         {
+            if (PrefabStageUtility.GetCurrentPrefabStage() != null)
+            {
+                Debug.LogWarning("HapticVLM: a prefab is open: close it, and set up the scene.", null);
+                return;
+            }
             Undo.SetCurrentGroupName(Title);
             int group = Undo.GetCurrentGroup();
             Rig rig = Rig.Find();
@@ -23,6 +29,8 @@ namespace HapticVLM.Editor
             if (AddClient()) done.Add("a Haptic Client");
             foreach (HandSide side in new[] { HandSide.Left, HandSide.Right }) AddHand(side, rig, done);
             int objects = AddObjects(Selection.gameObjects, rig.Root);
+            if (objects == 0 && Selection.gameObjects.Length > 0)
+                Debug.LogWarning("HapticVLM: nothing of the selection has a collider without a Haptic Object: add one, or select nothing for the whole scene.", null);
             if (objects > 0) done.Add(objects + (objects == 1 ? " Haptic Object" : " Haptic Objects"));
             Undo.CollapseUndoOperations(group);
             Debug.Log("HapticVLM: " + (done.Count == 0 ? "the scene is set up already" : "added " + string.Join(", ", done.ToArray()))
@@ -41,21 +49,30 @@ namespace HapticVLM.Editor
         static void AddHand(HandSide side, Rig rig, List<string> done)
         {
             if (SceneParts.All<HapticHand>().Exists(hand => hand.Side == side)) return;
-            Transform anchor = rig.Anchor(side);
-            Transform under = anchor != null ? anchor : rig.Camera;
-            if (under == null)
+            List<Rig.Place> places = rig.Places(side);
+            string name = side.ToString().ToLowerInvariant();
+            if (places.Count == 0 && rig.Camera == null)
             {
-                Debug.LogWarning("HapticVLM: the scene has neither a rig nor a camera: put a Haptic Hand on whatever moves as the "
-                    + side + " hand does.", null);
+                Debug.LogWarning("HapticVLM: the scene has neither a rig nor a camera: put a Haptic Hand on whatever moves as the " + name + " hand does.", null);
                 return;
             }
-            GameObject holder = MakeHand(side);
-            holder.transform.SetParent(under, false);
-            if (anchor == null) holder.transform.localPosition = new Vector3(side == HandSide.Left ? -0.2f : 0.2f, -0.15f, 0.5f);
-            done.Add("a " + side.ToString().ToLowerInvariant() + " hand under '" + under.name + "'");
+            if (places.Count == 0)
+            {
+                GameObject beside = MakeHand(side, new Rig.Place { Under = rig.Camera, RadiusM = BesideCameraM });
+                beside.transform.localPosition = new Vector3(side == HandSide.Left ? -0.2f : 0.2f, -0.15f, 0.5f);
+                beside.AddComponent<ControllerHaptics>().Belong(side);
+                done.Add("a " + name + " hand under '" + rig.Camera.name + "'");
+                return;
+            }
+            for (int i = 0; i < places.Count; i++)
+            {
+                GameObject holder = MakeHand(side, places[i]);
+                if (i == 0) holder.AddComponent<ControllerHaptics>().Belong(side); // one controller plays once
+            }
+            done.Add("a " + name + " hand at " + places.Count + (places.Count == 1 ? " place" : " places"));
         }
 
-        static GameObject MakeHand(HandSide side)
+        static GameObject MakeHand(HandSide side, Rig.Place place)
         {
             var holder = new GameObject("Haptic Hand " + side);
             Undo.RegisterCreatedObjectUndo(holder, Title);
@@ -64,9 +81,9 @@ namespace HapticVLM.Editor
             body.useGravity = false;
             var sphere = holder.AddComponent<SphereCollider>();
             sphere.isTrigger = true;
-            sphere.radius = RadiusM;
+            sphere.radius = place.RadiusM;
             holder.AddComponent<HapticHand>().Belong(side);
-            holder.AddComponent<ControllerHaptics>().Belong(side);
+            holder.transform.SetParent(place.Under, false);
             return holder;
         }
 

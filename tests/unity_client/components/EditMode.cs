@@ -18,6 +18,7 @@ public static class EditMode
             case "setup-xri": SetUp("XROrigin"); break;
             case "setup-meta": SetUp("OVRCameraRig"); break;
             case "setup-camera": SetUp(null); break;
+            case "setup-hands": SetUpTrackedHands(); break;
             case "inspectors": Inspectors(); break;
             case "scene-scan": Scan(url); break;
             case "large-scene": LargeScene(); break;
@@ -62,6 +63,33 @@ public static class EditMode
         camera.transform.SetParent(space.transform, false);
         foreach (string side in new[] { "Left", "Right" }) Child(space, type == "XROrigin" ? side + " Controller" : side + "HandAnchor");
         Child(space, "Body").AddComponent<BoxCollider>();
+    }
+
+    // An XRI rig with poke points, and tracked hands of XR Hands that are off until they are tracked.
+    static void SetUpTrackedHands()
+    {
+        GameObject camera = Child(null, "Main Camera");
+        camera.AddComponent<Camera>();
+        MakeRig("XROrigin", camera);
+        GameObject space = GameObject.Scene.Find(thing => thing.name == "Camera Offset");
+        foreach (string side in new[] { "Left", "Right" })
+        {
+            GameObject controller = GameObject.Scene.Find(thing => thing.name == side + " Controller");
+            Child(Child(controller, "Poke Interactor"), "Poke Point");
+            GameObject hand = Child(Child(space, side + " Hand"), "Visual");
+            foreach (string joint in new[] { "Palm", "Wrist", "ThumbTip", "IndexTip", "MiddleTip", "RingTip", "LittleTip" }) Child(hand, side.Substring(0, 1) + "_" + joint);
+            hand.SetActive(false);
+        }
+        UnityEditor.SceneManagement.PrefabStageUtility.Open = new UnityEditor.SceneManagement.PrefabStage();
+        Invoke();
+        Describe("in a prefab");
+        UnityEditor.SceneManagement.PrefabStageUtility.Open = null;
+        Selection.gameObjects = new[] { camera };
+        GameObject table = Box("Table");
+        Invoke();
+        Components.Say("tagged by a selection without colliders " + Has(table));
+        Describe("hands");
+        foreach (string line in Debug.Lines) Components.Say(line);
     }
 
     static GameObject Child(GameObject parent, string name)

@@ -21,6 +21,7 @@ public static class Reports
             case "other-hand": OtherHand(url); break;
             case "unsendable": Unsendable(url); break;
             case "webgl": WebGl(url); break;
+            case "address": Address(url); break;
         }
         foreach (string line in Debug.Lines) Components.Say(line);
     }
@@ -124,6 +125,25 @@ public static class Reports
         Moves.Hand(new Vector3(0f, 0f, 0.11f));
         Components.Run(() => oak.Material != null, "no decision after");
         Components.Say("still decides " + oak.Material + " openings " + to.Openings + " errors " + Debug.Errors);
+        End(client);
+    }
+
+    // The scene's address is wrong, and the machine remembers the right one.
+    static void Address(string url)
+    {
+        ServiceAddress.Remember(url, "secret");
+        var holder = new GameObject("client");
+        holder.SetActive(false);
+        var client = holder.AddComponent<HapticClient>();
+        Components.Private(client, "url", "ws://127.0.0.1:9/");
+        holder.SetActive(true);
+        Components.Run(() => client.State == LinkState.Ready, "no welcome");
+        Components.Say("remembered token " + ServiceAddress.Token("") + " scene " + ServiceAddress.Url("ws://x/").Replace(url, "yes"));
+        ServiceAddress.Remember("");
+        Components.Say("forgotten " + ServiceAddress.Url("ws://x/") + " " + ServiceAddress.Token(""));
+        SystemInfo.supportsAsyncGPUReadback = false;
+        new GameObject("streamer").AddComponent<FrameStreamer>();
+        Components.RunFor(5);
         End(client);
     }
 

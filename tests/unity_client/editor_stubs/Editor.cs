@@ -155,6 +155,8 @@ namespace UnityEditor
         public static event Action<PlayModeStateChange> playModeStateChanged;
         public static event Action hierarchyChanged;
 
+        public static void QueuePlayerLoopUpdate() { }
+
         public static void ChangeHierarchy() { if (hierarchyChanged != null) hierarchyChanged(); }
 
         public static void Change(PlayModeStateChange change) { if (playModeStateChanged != null) playModeStateChanged(change); }
@@ -228,6 +230,15 @@ namespace UnityEditor
 
 namespace UnityEditor.SceneManagement
 {
+    public sealed class PrefabStage { }
+
+    public static class PrefabStageUtility
+    {
+        public static PrefabStage Open;
+
+        public static PrefabStage GetCurrentPrefabStage() { return Open; }
+    }
+
     public static class EditorSceneManager
     {
         public static int Marked;

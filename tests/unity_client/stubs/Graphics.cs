@@ -246,6 +246,7 @@ namespace UnityEngine
 
     public static class SystemInfo
     {
+        public static bool supportsAsyncGPUReadback { get; set; } = true;
         public static bool graphicsUVStartsAtTop { get; set; }
     }
 

@@ -2,6 +2,8 @@ namespace UnityEngine.SceneManagement
 {
     public struct Scene
     {
+        public bool isLoaded { get { return true; } }
+
         public GameObject[] GetRootGameObjects()
         {
             return GameObject.Scene.FindAll(thing => !thing.IsDead && thing.transform.parent == null && thing.hideFlags == HideFlags.None).ToArray();
@@ -10,6 +12,8 @@ namespace UnityEngine.SceneManagement
 
     public static class SceneManager
     {
+        public static int sceneCount { get { return 1; } }
+        public static Scene GetSceneAt(int index) { return default(Scene); }
         public static Scene GetActiveScene() { return default(Scene); }
     }
 }

@@ -66,6 +66,12 @@ namespace HapticVLM
         {
             isWanted = false;
             if (!Platform.CanConnect) return;
+            if (!SystemInfo.supportsAsyncGPUReadback)
+            {
+                Debug.LogWarning("HapticVLM: this graphics API hands no pictures back: objects are told by their names. "
+                    + "Scan the scene in the editor, or choose Vulkan in Player Settings.", this);
+                return;
+            }
             pipe = new FramePipe(sizePx, jpegQuality);
             capture = new CaptureCamera(pipe.Target);
             layer = scanLayer < 0 || scanLayer > 30 ? CaptureCamera.FreeLayer() : scanLayer;

@@ -14,10 +14,10 @@ namespace HapticVLM
     [DefaultExecutionOrder(-100), DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Client")]
     public sealed partial class HapticClient : MonoBehaviour
     {
-        [SerializeField, Tooltip("Address of the service.")]
+        [SerializeField, Tooltip("Address of the service, unless this machine remembers another (ServiceAddress.Remember).")]
         string url = "ws://127.0.0.1:8790/";
 
-        [SerializeField, Tooltip("Needed when the service runs on another machine; empty otherwise.")]
+        [SerializeField, Tooltip("Needed when the service runs on another machine; empty otherwise. It is saved in the scene file: better ServiceAddress.Remember.")]
         string token = "";
 
         [SerializeField, Tooltip("Stay when another scene is loaded: one connection for the whole game.")]
@@ -47,6 +47,7 @@ namespace HapticVLM
         readonly Dictionary<string, HapticObject> objects = new Dictionary<string, HapticObject>();
         HapticConnection connection;
         bool awaitsStop;
+        bool isChosen; // by a script, which outranks what the machine remembers
         readonly StateLog log = new StateLog();
 
         /// <summary>The client that connects: the first that was enabled; null when there is none.</summary>
@@ -87,6 +88,7 @@ namespace HapticVLM
         {
             url = toUrl;
             token = withToken;
+            isChosen = true;
             Disconnect();
             if (isActiveAndEnabled && Active == this) Connect();
         }
@@ -177,13 +179,14 @@ namespace HapticVLM
                 Debug.LogWarning("HapticVLM: a WebGL player has no sockets and no threads: nothing is felt there.", this);
                 return;
             }
+            if (!isChosen) url = ServiceAddress.Url(url);
             Uri address;
             if (!Uri.TryCreate(url, UriKind.Absolute, out address) || (address.Scheme != "ws" && address.Scheme != "wss"))
             {
                 Debug.LogError("HapticVLM: '" + url + "' is no address; use one like ws://127.0.0.1:8790/", this);
                 return;
             }
-            var settings = new ConnectionSettings { Url = address, Token = token, ClientName = Name() };
+            var settings = new ConnectionSettings { Url = address, Token = isChosen ? token : ServiceAddress.Token(token), ClientName = Name() };
             connection = new HapticConnection(settings);
             connection.Arrivals.Decided += OnDecided;
             connection.Arrivals.Measured += OnMeasured;
