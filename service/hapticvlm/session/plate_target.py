@@ -55,7 +55,8 @@ class PlateTarget:
     ) -> list[Action]:
         """Go on with what this hand does now; None = no hand holds a lease."""
         self._trajectory = self._after(hand, contact, now)
-        lead = hand.lead(now) if hand is not None and not hand.is_touching else 1.0
+        waits = hand is not None and not hand.is_touching and self._trajectory.begun_at is None
+        lead = hand.lead(now) if hand is not None and waits else 1.0
         wanted = self._trajectory.wanted_c(now, self.gain * lead)
         if not self._is_driving and self.reading.plate_c is not None:
             low, high = plate_limits.SETPOINT_MIN_C, plate_limits.SETPOINT_MAX_C

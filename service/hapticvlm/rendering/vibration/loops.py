@@ -22,7 +22,11 @@ SLIPS, SLIP_SAMPLES, SLIP_CYCLES = 128, 256, 6.0
 _SLIP_JITTER = 0.15  # of a slip's length, our choice: without it the palm perceives a note
 _PATCH_CYCLES = 1.0 / 8.0  # surface changes over eight periods and more
 _PATCHY = 0.7  # how unlike patches of a fully rough surface are
+_LOWEST = 0.15  # cycles a period: a surface slower than that is moved along, not felt
 _CLIP = 2.2  # of the rms: peaks beyond are taken down, and the band is restored
+# No patch is smooth enough to be silent, and no beat of the noise either: a rubbing palm that feels
+# nothing for a twentieth of a second feels the surface vanish. Our choice.
+_LEAST_PATCH, _LEAST_ENVELOPE = 0.35, 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,12 +59,12 @@ def noise(bandwidth: float, roughness: float) -> Loop:
     """
     cycles = np.arange(PERIODS * SAMPLES // 2 + 1) / PERIODS
     shape = np.exp(-0.5 * ((cycles - 1.0) / (bandwidth / 2.355)) ** 2)
-    inside = (cycles >= 0.05) & (cycles <= 1.0 + bandwidth)
+    inside = (cycles >= _LOWEST) & (cycles <= 1.0 + bandwidth)
     wave = _random(shape * inside, 0)
     patches = _random((cycles > 0.0) & (cycles < _PATCH_CYCLES), 1)
-    wave *= np.clip(1.0 + _PATCHY * roughness * patches, 0.0, 2.5)
+    wave *= np.clip(1.0 + _PATCHY * roughness * patches, _LEAST_PATCH, 2.5)
     for _ in range(3):
-        wave = _within(np.clip(wave, -_CLIP, _CLIP), inside)
+        wave = _within(_filled(np.clip(wave, -_CLIP, _CLIP)), inside)
     return _loop(wave, SAMPLES, 1.0 + bandwidth)
 
 
@@ -84,6 +88,14 @@ def _random(shape: _Floats | NDArray[np.bool_], seed: int) -> _Floats:
     phases = np.random.default_rng(seed).random(shape.size)
     wave = np.fft.irfft(shape * np.exp(2j * math.pi * phases))
     return np.asarray(wave / np.sqrt(np.mean(wave**2)))
+
+
+def _filled(wave: _Floats) -> _Floats:
+    """Raise the holes of a wave of rms 1, (N,), to _LEAST_ENVELOPE by the envelope's own shape."""
+    spectrum = np.fft.fft(wave)
+    spectrum[wave.size // 2 :] = 0.0
+    envelope = 2.0 * np.abs(np.fft.ifft(spectrum))
+    return np.asarray(wave * np.maximum(_LEAST_ENVELOPE / np.maximum(envelope, 0.02), 1.0))
 
 
 def _within(wave: _Floats, gains: _Floats | NDArray[np.bool_]) -> _Floats:

@@ -40,7 +40,9 @@ _STUCK_N = 1.0  # N, at which half of what can stick does
 _CATCH_MPS = 0.5  # per share that sticks: half of it catches no more at that speed
 STROUHAL, _SWING_SPEED_MPS = 0.2, 2.5  # physics.md 4.3
 _SWING_BANDWIDTH = (0.4, 1.0)  # of something smooth, of something fully rough
-_BREAK_SPACING_M, _BREAKS_HZ = 4e-3, (10.0, 60.0)  # fibre breaks per second (physics.md 4.3)
+# Fibre breaks a second (physics.md 4.3): a fibre is some periods wide, 4 mm in wood.
+_BREAK_PERIODS, _BREAKS_HZ = 2.5, (10.0, 60.0)
+_TOO_HARD_HZ, _CHATTER = 200.0, 0.7  # what rings higher is not carved: a blade slips and chatters
 _GRAIN_HZ, _GRAIN_DECAY, _GRAIN_S = (80.0, 250.0), 120.0, 0.04
 _GRAIN_CONTACT_S, _GRAIN_AMPLITUDE, _GRAIN_PEAK = 2.4e-3, 7.0, 0.85
 _CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
@@ -114,13 +116,14 @@ class Texture:
         self._in_air = interaction == "swing"
         self._swung_m = vibration.swung_m if thickness_m is None else thickness_m
         bandwidth = _shed(vibration.roughness) if self._in_air else vibration.bandwidth
-        loop = loops.noise(bandwidth, vibration.roughness)
+        loop = loops.noise(bandwidth, 0.0 if self._in_air else vibration.roughness)
         self._surface = _Reader(loop, self._rng.random(), playback)
-        self._sticks = 0.0 if self._in_air else vibration.stick
+        self._sticks = _sticks(vibration, interaction)
         self._slips = (
             _Reader(loops.stick_slip(), self._rng.random(), playback) if self._sticks else None
         )
-        self._breaks = _Breaks(vibration, self._rng, playback) if interaction == "carve" else None
+        is_carved = interaction == "carve" and not _is_hard(vibration)
+        self._breaks = _Breaks(vibration, self._rng, playback) if is_carved else None
 
     def fork(self) -> Texture:
         """Return a copy that goes its own way."""
@@ -168,6 +171,20 @@ def catching(stick: float, motion: Motion) -> float:
     return held * (limit_mps / math.hypot(limit_mps, motion.speed_mps)) ** 2
 
 
+def _is_hard(vibration: Vibration) -> bool:
+    """Whether no hand carves this: its first mode rises with its stiffness."""
+    return vibration.modes[0].frequency_hz > _TOO_HARD_HZ
+
+
+def _sticks(vibration: Vibration, interaction: str) -> float:
+    """Return the share of a surface that can catch and slip."""
+    if interaction == "swing":
+        return 0.0
+    if interaction == "carve" and _is_hard(vibration):
+        return max(vibration.stick, _CHATTER * (1.0 - vibration.roughness))
+    return vibration.stick
+
+
 def _shed(roughness: float) -> float:
     """Bandwidth of the noise of something swung."""
     smooth, rough = _SWING_BANDWIDTH
@@ -179,6 +196,7 @@ class _Breaks:
 
     def __init__(self, vibration: Vibration, rng: np.random.Generator, playback: Playback) -> None:
         self._rng, self._rate_hz = rng, playback.rate_hz
+        self._spacing_m = _BREAK_PERIODS * vibration.pitch_m
         self._draws: list[float] = []
         self._drawn = 0
         self._grain = _grain(vibration, playback)
@@ -204,7 +222,7 @@ class _Breaks:
         """Next `count` samples, (count,), at the wanted level."""
         level = self._level.follow(wanted, count, self._rate_hz)
         wave = np.concatenate((self._tail, np.zeros(count)))
-        rate = min(max(speed_mps / _BREAK_SPACING_M, _BREAKS_HZ[0]), _BREAKS_HZ[1])
+        rate = min(max(speed_mps / self._spacing_m, _BREAKS_HZ[0]), _BREAKS_HZ[1])
         per_sample = rate / self._rate_hz if speed_mps > 0.0 else 0.0
         self._to_next -= per_sample * count
         while self._to_next < 0.0:

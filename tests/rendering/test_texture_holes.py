@@ -1,0 +1,41 @@
+"""A moving hand never feels a surface vanish; what is too hard to be carved chatters instead."""
+
+import numpy as np
+import pytest
+
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration.textures import Texture
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion, motion_at
+
+WINDOW = RATE_HZ // 200  # 5 ms
+
+
+@pytest.mark.parametrize("interaction", ["slide", "swing"])
+@pytest.mark.parametrize("speed_mps", [0.1, 0.3])
+@pytest.mark.parametrize("material", MATERIALS)
+def test_nothing_is_silent_for_long_while_the_hand_moves(
+    material: str, speed_mps: float, interaction: str
+) -> None:
+    peak = Motion(speed_mps if interaction == "slide" else 20.0 * speed_mps, 2.0)
+    texture = Texture(MATERIALS[material].vibration, interaction, seed=4)
+    moments = [motion_at(interaction, peak, n * WINDOW / RATE_HZ) for n in range(400)]
+    levels = np.array([np.sqrt(np.mean(texture.render(WINDOW, it) ** 2)) for it in moments])
+    is_fast = np.array([it.speed_mps > peak.speed_mps / 2.0 for it in moments])
+    is_silent = (levels < 0.1 * np.median(levels[is_fast])) & is_fast
+
+    longest = max(map(len, "".join(" x"[int(it)] for it in is_silent).split()), default=0)
+    assert longest * WINDOW < 0.04 * RATE_HZ
+
+
+def bursts(material: str) -> float:
+    """How much a carved thing's level jumps: rms of its change from 5 ms to the next, of 1."""
+    texture = Texture(MATERIALS[material].vibration, "carve", seed=4)
+    blocks = [texture.render(WINDOW, Motion(0.1, 4.0)) for _ in range(400)]
+    levels = np.array([np.sqrt(np.mean(block**2)) for block in blocks[40:]])
+    return float(np.std(np.diff(levels)) / levels.mean())
+
+
+def test_what_is_too_hard_to_be_carved_breaks_no_fibres() -> None:
+    assert min(bursts(it) for it in ("wood", "leather")) > 1.3 * max(
+        bursts(it) for it in ("glass", "metal")
+    )
