@@ -136,6 +136,7 @@ def print_ready(serving: ServeOptions, port: int, devices: Devices, *, has_prior
     s = "" if serving.tls_cert is None else "s"
     print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
     print(f"  status page  http{s}://{shown}:{port}/")
+    print(f"  feel this    http{s}://{shown}:{port}/try")
     for line in _network(serving, f"ws{s}", port):
         print(line)
     for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):

@@ -34,14 +34,14 @@ export class Link {
   }
 
   // Resolves with the answer; {type: "unsent"} when there is no connection, {type: "lost"} when no
-  // answer came.
-  ask(fields) {
+  // answer came. `encode` writes the message: a picture needs MessagePack.
+  ask(fields, encode = JSON.stringify) {
     const id = this.nextId++;
     if (this.socket?.readyState !== WebSocket.OPEN) return Promise.resolve({ type: "unsent" });
     return new Promise((resolve) => {
       const timer = setTimeout(() => this.#answer({ id, type: "lost" }), ANSWER_MS);
       this.asked.set(id, { resolve, timer });
-      this.socket.send(JSON.stringify({ id, ...fields }));
+      this.socket.send(encode({ id, ...fields }));
     });
   }
 

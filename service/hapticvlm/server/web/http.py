@@ -24,6 +24,8 @@ from hapticvlm.server.web import metrics, scene_files
 from hapticvlm.server.web.lan_pages import CHALLENGE, HERE_ONLY, LanPages, is_token, qr_code, reach
 from hapticvlm.server.web.scene_files import TYPES
 
+PAGE_TYPES = TYPES | {".jpg": "image/jpeg"}
+NAMES = {"/": "index.html", "/try": "try.html"}  # pages by a shorter address
 REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
 PAGES = Path(__file__).parents[2] / "pages"
 _CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
@@ -191,12 +193,12 @@ def _code(lan_pages: LanPages | None, port: int) -> Response:
 
 def _page(path: str, folders: Sequence[Path]) -> Response:
     """Serve a file of the pages by its name; a name is looked up and never joined to a folder."""
-    name = "index.html" if path == "/" else path.removeprefix("/")
-    found = (page for folder in folders for page in folder.iterdir() if page.suffix in TYPES)
+    name = NAMES.get(path, path.removeprefix("/"))
+    found = (page for folder in folders for page in folder.iterdir() if page.suffix in PAGE_TYPES)
     page = next((page for page in found if page.name == name), None)
     if page is None:
         return response(404, "no such page\n")
-    return response(200, page.read_text(encoding="utf-8"), TYPES[page.suffix])
+    return response(200, page.read_bytes(), PAGE_TYPES[page.suffix])
 
 
 def response(

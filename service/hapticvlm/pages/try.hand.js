@@ -1,0 +1,92 @@
+// The pointer, a finger or the keyboard as a hand over the picture: where, how fast, pressed or not.
+//
+// `hand` holds the state: x, y (0..1 of the picture), size (share of its shorter side), over, pressed and
+// speed (m/s). `onMove` is called when it changes. The picture counts as WIDE_M wide: our choice.
+const WIDE_M = 0.3;
+const SIZES = { least: 0.08, first: 0.35, most: 0.9 };
+const STEP = 0.04; // of an arrow key, share of the picture
+const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+const FORGOTTEN_MS = 120; // a pointer that rests sends nothing: its speed is over after so long
+
+export const hand = { x: 0.5, y: 0.5, size: SIZES.first, over: false, pressed: false, pressure: 0 };
+let moved = { at: 0, mps: 0 };
+
+export function offerHand(canvas, onMove, onSound) {
+  const follow = (event) => {
+    const box = canvas.getBoundingClientRect();
+    place((event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height, box.height / box.width);
+    hand.over = true;
+    hand.pressure = event.pressure;
+    onMove();
+  };
+  canvas.addEventListener("pointermove", follow);
+  canvas.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    canvas.setPointerCapture(event.pointerId);
+    onSound();
+    follow(event);
+    hand.pressed = true;
+    onMove();
+  });
+  const release = () => {
+    hand.pressed = false;
+    onMove();
+  };
+  for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(end, release);
+  canvas.addEventListener("pointerleave", () => {
+    hand.over = hand.pressed;
+    onMove();
+  });
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    resize(event.deltaY < 0 ? 1.15 : 1 / 1.15, onMove);
+  }, { passive: false });
+  canvas.addEventListener("keydown", (event) => onKey(event, canvas, onMove, onSound));
+  canvas.addEventListener("keyup", (event) => event.key === " " && release());
+  canvas.addEventListener("blur", () => {
+    hand.over = false;
+    release();
+  });
+  addEventListener("blur", release);
+}
+
+// Metres a second now: a pointer that has not moved for a while rests.
+export const speed = () => (performance.now() - moved.at > FORGOTTEN_MS ? 0 : moved.mps);
+
+// The region that is looked at, as fractions of a picture of this size: square in pixels.
+export function region({ width, height }) {
+  const side = hand.size * Math.min(width, height);
+  const w = side / width;
+  const h = side / height;
+  return { x: clamp(hand.x - w / 2, 0, 1 - w), y: clamp(hand.y - h / 2, 0, 1 - h), w, h };
+}
+
+function place(x, y, ratio = 1) {
+  const now = performance.now();
+  const far = Math.hypot(x - hand.x, (y - hand.y) * ratio) * WIDE_M;
+  const seconds = Math.max(0.008, (now - moved.at) / 1000);
+  const mps = seconds > FORGOTTEN_MS / 1000 ? 0.1 : far / seconds;
+  if (far > 0) moved = { at: now, mps: 0.5 * moved.mps + 0.5 * mps };
+  hand.x = clamp(x, 0, 1);
+  hand.y = clamp(y, 0, 1);
+}
+
+function onKey(event, canvas, onMove, onSound) {
+  const step = KEYS[event.key];
+  if (step) place(hand.x + STEP * step[0], hand.y + STEP * step[1], canvas.height / canvas.width);
+  else if (event.key === "+" || event.key === "-") return resize(event.key === "+" ? 1.15 : 1 / 1.15, onMove);
+  else if (event.key === " ") {
+    if (!event.repeat) onSound();
+    hand.pressed = true;
+  } else return;
+  event.preventDefault();
+  hand.over = true;
+  onMove();
+}
+
+function resize(factor, onMove) {
+  hand.size = clamp(hand.size * factor, SIZES.least, SIZES.most);
+  onMove();
+}
+
+const clamp = (value, least, most) => Math.min(most, Math.max(least, value));

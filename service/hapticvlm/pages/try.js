@@ -1,0 +1,150 @@
+// "Feel this": a picture of a person's own, touched with the pointer and felt like what it looks like.
+import { byId, degrees, list, make, percent, setText } from "./dom.js";
+import { materialColour, warmthWord } from "./feel.js";
+import { offerSound, sound, speakerIs, startWithTouch } from "./hear.js";
+import { Link } from "./link.js";
+import { offerStop } from "./stop.js";
+import { hand, offerHand, region } from "./try.hand.js";
+import * as rumble from "./try.rumble.js";
+import { TryScene } from "./try.scene.js";
+import { offerSources } from "./try.source.js";
+
+const SHOWN_PX = 720; // longest side on the page of a picture that is smaller
+const FOUR = ["wood", "glass", "fabric", "metal"];
+const TOKEN_KEY = "hapticvlm-token"; // kept as long as this tab
+const SOURCES = {
+  scene: "you said so", name: "by its name", shader: "by its shader", encoder: "by how it looks",
+  vlm: "by the vision-language model", unknown: "not sure enough to say",
+};
+const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
+const canvas = byId("picture");
+let picture = null;
+let watching = null;
+let scene = null;
+
+function connect() {
+  const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? sessionStorage.getItem(TOKEN_KEY);
+  scene = new TryScene(url, token, { onDecision: show, onState: showState, onMessage: receive });
+  // The sound is watched by a connection of its own: a scene is not sent what the speaker plays.
+  watching = new Link(url, {
+    token, name: "try page, sound",
+    onMessage: (message) => {
+      if (message.type === "welcome") watching.ask({ type: "set", watch: ["waveform"] });
+      else if (message.type === "view") sound.take(message);
+    },
+  });
+  watching.connect();
+  offerStop(scene.link, () => {});
+}
+
+function receive(message) {
+  if (message.type === "welcome") {
+    setText(byId("link"), `Connected to ${message.service.name} ${message.service.version}.`);
+    speakerIs(message.devices.speaker);
+    const select = byId("correct-material");
+    if (!select.options.length) select.append(...message.materials.map((name) => make("option", name, { value: name })));
+  } else if (message.type === "vibration") rumble.take(message);
+  else if (message.type === "error") setText(byId("told"), message.text);
+  showOwner();
+}
+
+function showOwner() {
+  byId("take").hidden = scene.owner || scene.link.state !== "open";
+  setText(byId("plays"), scene.owner ? `On what you hold: ${rumble.plays()}.` : "Another scene owns the outputs: this page shows, and is not felt.");
+}
+
+function showState(state) {
+  const words = {
+    connecting: "Connecting to the service.", gone: "The service is gone; trying again.",
+    silent: "The service does not answer.", token: "The service wants its token.",
+  };
+  document.body.dataset.link = state;
+  if (words[state]) setText(byId("link"), words[state]);
+  byId("token-form").hidden = state !== "token";
+  if (state !== "open") sound.silence();
+}
+
+// Shows the decision on what the hand is on; that of another patch is kept for later.
+function show() {
+  const decision = scene.decision();
+  if (!decision) return;
+  const { material, confidence, runner_up: next, source } = decision;
+  byId("answer").style.setProperty("--body", materialColour(material));
+  setText(byId("object"), "Under your hand");
+  setText(byId("material"), material === "unknown" ? `perhaps ${next ?? "anything"}` : material);
+  setText(byId("sure"), `${percent(confidence)} sure, ${SOURCES[source]}${material !== "unknown" && next ? `; else ${next}` : ""}`);
+  list(byId("because"), because(decision));
+  byId("correct").hidden = !decision.object_id;
+  if (document.activeElement !== byId("correct-material")) byId("correct-material").value = material === "unknown" ? (next ?? "wood") : material;
+  outline();
+}
+
+function because(decision) {
+  const looks = decision.evidence.map(({ rung, material, confidence }) => `${rung}: ${material} ${percent(confidence)}`);
+  const feels = decision.thermal_cue ? `${warmthWord(decision.setpoint_c)}: skin meets it at ${degrees(decision.contact_c)}` : "no warmth or cold to be felt";
+  return [
+    ["evidence", looks.join("; ") || "none"],
+    ["warmth", feels],
+    ["surface", `${degrees(decision.surface_c)} (${decision.surface_why || decision.surface_source})`],
+    ["vibration", decision.pattern ?? (hand.pressed ? "felt now" : "press to feel it")],
+  ];
+}
+
+// The picture, and on it what is looked at.
+function outline() {
+  if (!picture) return;
+  const context = canvas.getContext("2d");
+  context.drawImage(picture.canvas, 0, 0, canvas.width, canvas.height);
+  if (!hand.over) return;
+  const { x, y, w, h } = region(picture.canvas);
+  const decision = scene.decision();
+  context.lineWidth = Math.max(2, canvas.width / 250);
+  context.strokeStyle = hand.pressed ? "#45d3bf" : "#fff";
+  context.fillStyle = `${materialColour(decision?.material)}40`;
+  context.setLineDash(decision ? [] : [6, 6]);
+  context.fillRect(x * canvas.width, y * canvas.height, w * canvas.width, h * canvas.height);
+  context.strokeRect(x * canvas.width, y * canvas.height, w * canvas.width, h * canvas.height);
+}
+
+offerSound();
+connect();
+offerSources((given) => {
+  picture = given;
+  const scale = Math.max(1, SHOWN_PX / Math.max(given.canvas.width, given.canvas.height));
+  canvas.width = Math.round(scale * given.canvas.width);
+  canvas.height = Math.round(scale * given.canvas.height);
+  scene.show(given);
+  if (!given.live) {
+    hand.over = true; // the middle is looked at before anybody points
+    scene.moved();
+  }
+  outline();
+});
+offerHand(canvas, () => { scene.moved(); show(); outline(); }, startWithTouch);
+byId("correct").addEventListener("submit", async (event) => {
+  event.preventDefault();
+  const material = byId("correct-material").value;
+  const answer = await scene.state(material);
+  setText(byId("corrected"), answer.type === "ok" ? `Taken: ${material}. It feels so from now on.` : (answer.text ?? "The service did not answer."));
+  byId("keep").hidden = answer.type !== "ok";
+});
+byId("keep").addEventListener("click", async () => {
+  const answer = await scene.keep();
+  const material = byId("correct-material").value;
+  const lasting = `For good: save a cut-out, then hapticvlm gallery add my-${material} --like ${material} PICTURE`;
+  setText(byId("corrected"), answer.type === "decision" ? `Kept for this session: what looks like it profits. ${lasting}.` : (answer.text ?? "The service did not answer."));
+});
+byId("among").addEventListener("change", ({ target }) => scene.among(target.value === "four" ? FOUR : null));
+byId("take").addEventListener("click", async () => {
+  const answer = await scene.take();
+  if (answer.type === "ok") scene.owner = true;
+  else setText(byId("told"), answer.text ?? "The service did not answer.");
+  showOwner();
+});
+byId("token-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const token = byId("token").value;
+  sessionStorage.setItem(TOKEN_KEY, token);
+  scene.link.offer(token);
+  watching.offer(token);
+});

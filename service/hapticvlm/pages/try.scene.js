@@ -1,0 +1,150 @@
+// The page as a scene of the service: shows pictures, touches what the hand is on, keeps the answers.
+//
+// A still picture is a field of patches, each an object of its own: what was recognised of one is kept, so
+// that a hand that comes back feels it at once, and a slide from one patch to the next needs no new blow. A
+// live picture changes under the hand, so there the hand's region itself is touched, and every newer frame
+// is looked at again.
+import { Link } from "./link.js";
+import { hand, region, speed } from "./try.hand.js";
+import { pack } from "./try.packing.js";
+
+const TICK_MS = 50; // a lease lasts 250
+const CELLS = 2; // patches a side of the region: half a region away is another patch
+const FORCE_N = { light: 1.5, most: 6 }; // a pen says how hard it presses, a mouse does not
+
+export class TryScene {
+  #link;
+  #picture = null;
+  #target = null; // of the last tick
+  #pressed = false;
+  #isLooking = false;
+  #wanted = null;
+  #among = null;
+  decisions = new Map(); // by object id; "" is a live region
+  owner = false;
+
+  constructor(url, token, { onDecision, onState, onMessage }) {
+    this.onDecision = onDecision;
+    this.#link = new Link(url, {
+      token, role: "scene", name: "try page", onState,
+      onMessage: (message) => this.#receive(message, onMessage),
+    });
+    this.#link.connect();
+    setInterval(() => this.#tick(), TICK_MS);
+  }
+
+  get link() { return this.#link; }
+
+  // What the scene can be made of, a list of materials; null is anything. Fewer are told apart more surely.
+  among(materials) {
+    this.#among = materials;
+    this.#forget();
+    this.#want();
+  }
+
+  #forget() {
+    this.decisions.clear();
+    const among = this.#among ? { materials: this.#among } : {};
+    return this.#link.ask({ type: "scene", objects: [], replace: true, ...among });
+  }
+
+  // Another picture: everything that was known of the old one is forgotten.
+  show(picture) {
+    const isOther = !picture.live || !this.#picture?.live;
+    this.#picture = picture;
+    if (isOther) this.#forget();
+    this.#want();
+  }
+
+  // What the hand is on: {id, region}; id is null for a live picture.
+  target() {
+    if (!this.#picture) return null;
+    const spot = region(this.#picture.canvas);
+    if (this.#picture.live) return { id: null, region: spot };
+    const column = Math.round((CELLS * hand.x) / spot.w);
+    const row = Math.round((CELLS * hand.y) / spot.h);
+    return { id: `patch ${this.#picture.number} ${column} ${row} ${spot.w.toFixed(2)}`, region: spot };
+  }
+
+  decision() {
+    const target = this.target();
+    return target ? (this.decisions.get(target.id ?? "") ?? null) : null;
+  }
+
+  take() { return this.#link.ask({ type: "set", ownership: "take" }); }
+
+  // States what the hand is on; resolves with the service's answer.
+  state(material) {
+    const { id } = this.target();
+    return this.#link.ask({ type: "scene", objects: [{ object_id: id, material }], replace: false });
+  }
+
+  // Sends the picture once more, to teach this scene: other patches that look like it profit at once.
+  keep() { return this.#look(this.target(), "enrol"); }
+
+  moved() { this.#want(); }
+
+  #receive(message, onMessage) {
+    if (message.type === "welcome") {
+      this.owner = message.owner;
+      this.#forget();
+      this.#link.ask({ type: "set", feel: { right: "amplitude" } });
+      this.#isLooking = false;
+      this.#want();
+    } else if (message.type === "ownership") this.owner = message.owner;
+    else if (message.type === "decision") this.#decided(message);
+    onMessage(message);
+  }
+
+  #decided(decision) {
+    this.decisions.set(decision.object_id ?? "", decision);
+    this.onDecision(decision);
+  }
+
+  // Asks for what is under the hand where it is not known; the newest wish waits while one is answered.
+  #want() {
+    const target = this.target();
+    if (!target || !hand.over || (target.id && this.decisions.has(target.id))) return;
+    this.#wanted = target;
+    this.#pump();
+  }
+
+  async #pump() {
+    if (this.#isLooking || !this.#wanted) return;
+    const target = this.#wanted;
+    this.#wanted = null;
+    this.#isLooking = true;
+    const answer = await this.#look(target, "live");
+    this.#isLooking = false;
+    if (answer.type === "decision") this.#decided(answer);
+    this.#pump();
+  }
+
+  #look({ id, region: spot }, purpose) {
+    const { canvas, jpeg } = this.#picture;
+    const shape = { format: "jpeg", width: canvas.width, height: canvas.height, origin: "top", purpose };
+    const fields = { type: "frame", captured_at: performance.now() / 1000, image: jpeg, region: spot, ...shape };
+    return this.#link.ask(id ? { ...fields, object_id: id } : fields, pack);
+  }
+
+  #tick() {
+    const target = this.target();
+    if (!target || this.#link.state !== "open" || !this.owner) return;
+    const fields = {
+      type: "touch", hand: "right", captured_at: performance.now() / 1000, speed_mps: Math.min(20, speed()),
+      force_n: hand.pressed ? Math.max(FORCE_N.light, FORCE_N.most * hand.pressure) : 0,
+      ...(target.id ? { object_id: target.id } : { region: target.region }),
+    };
+    const isOther = target.id !== this.#target?.id;
+    if (hand.pressed) this.#touch(fields, this.#pressed ? (speed() || isOther ? "slide" : "contact") : "contact");
+    else if (this.#pressed || (!hand.over && this.#target)) this.#touch({ ...fields, force_n: 0 }, "release");
+    else if (hand.over) this.#touch({ ...fields, force_n: 0 }, "approach");
+    this.#pressed = hand.pressed;
+    this.#target = hand.over || hand.pressed ? target : null;
+  }
+
+  async #touch(fields, phase) {
+    if (phase === "contact" && !this.#pressed) fields = { ...fields, speed_mps: Math.max(0.3, fields.speed_mps), interaction: "tap" };
+    await this.#link.ask({ ...fields, phase });
+  }
+}

@@ -1,0 +1,121 @@
+// Where the picture comes from: a file, the clipboard, a drop, one of ours, a camera, a shared screen.
+//
+// `onPicture` is given a picture whenever it is another one: {number, canvas, jpeg, live}. A live source
+// is looked at ten times a second, and a picture that did not change is not given again.
+import { byId, make, setText } from "./dom.js";
+
+const LONGEST_PX = 1024; // of a picture as it is sent: more shows the encoder nothing
+const QUALITY = 0.9;
+const LOOK_MS = 100;
+const SMALL = 24; // px a side of the copy that is compared
+const CHANGED = 5; // grey levels in the mean: more is another picture, less is a camera's noise
+const SAMPLES = { table: "a mug, cloth and a table", box: "a wooden box", kettle: "a steel kettle", mortar: "a stone mortar" };
+
+let onPicture = () => {};
+let number = 0;
+let stream = null;
+let timer = null;
+let before = null;
+const video = make("video", "", { muted: true, playsInline: true });
+const small = make("canvas", "", { width: SMALL, height: SMALL });
+
+export function offerSources(given) {
+  onPicture = given;
+  byId("file").addEventListener("change", ({ target }) => open(target.files[0]));
+  addEventListener("paste", ({ clipboardData }) => open([...clipboardData.files][0]));
+  offerDrop(byId("stage"));
+  for (const [name, words] of Object.entries(SAMPLES)) byId("samples").append(sample(name, words));
+  offerLive("camera", () => navigator.mediaDevices.getUserMedia({ video: { facingMode: "environment" } }));
+  offerLive("screen", () => navigator.mediaDevices.getDisplayMedia({ video: true }));
+}
+
+function sample(name, words) {
+  const button = make("button", "", { type: "button", title: words });
+  const image = make("img", "", { src: `try.${name}.jpg`, alt: words });
+  button.append(image);
+  button.addEventListener("click", async () => open(await (await fetch(image.src)).blob()));
+  return button;
+}
+
+function offerDrop(stage) {
+  const over = (event, isOver) => {
+    event.preventDefault();
+    stage.classList.toggle("over", isOver);
+  };
+  addEventListener("dragover", (event) => over(event, true));
+  addEventListener("dragleave", (event) => over(event, false));
+  addEventListener("drop", (event) => {
+    over(event, false);
+    open(event.dataTransfer.files[0]);
+  });
+}
+
+// Shows a picture of a file or clipboard; anything else is said to be none.
+export async function open(file) {
+  if (!file) return;
+  end();
+  try {
+    give(await createImageBitmap(file), false);
+    setText(byId("told"), "");
+  } catch {
+    setText(byId("told"), `${file.name || "That"} is no picture that this browser reads: take a JPEG, PNG or WebP.`);
+  }
+}
+
+function offerLive(id, ask) {
+  byId(id).addEventListener("click", async () => {
+    const isOn = byId(id).ariaPressed === "true";
+    end();
+    if (isOn) return;
+    if (!navigator.mediaDevices) {
+      setText(byId("told"), "A browser gives camera and screen only to pages of this machine or over https.");
+      return;
+    }
+    try {
+      stream = await ask();
+    } catch (error) {
+      setText(byId("told"), `No picture: ${error.message}.`);
+      return;
+    }
+    byId(id).ariaPressed = "true";
+    stream.getVideoTracks()[0].addEventListener("ended", end);
+    video.srcObject = stream;
+    await video.play();
+    timer = setInterval(look, LOOK_MS);
+  });
+}
+
+function end() {
+  clearInterval(timer);
+  for (const track of stream?.getTracks() ?? []) track.stop();
+  stream = before = null;
+  for (const id of ["camera", "screen"]) byId(id).ariaPressed = "false";
+}
+
+function look() {
+  if (!video.videoWidth || !hasChanged()) return;
+  give(video, true);
+}
+
+function hasChanged() {
+  const context = small.getContext("2d", { willReadFrequently: true });
+  context.drawImage(video, 0, 0, SMALL, SMALL);
+  const { data } = context.getImageData(0, 0, SMALL, SMALL);
+  let sum = 0;
+  for (let at = 0; before && at < data.length; at++) sum += Math.abs(data[at] - before[at]);
+  const isOther = !before || sum / (3 * SMALL * SMALL) > CHANGED;
+  if (isOther) before = data;
+  return isOther;
+}
+
+async function give(image, live) {
+  const wide = image.videoWidth ?? image.width;
+  const high = image.videoHeight ?? image.height;
+  const scale = Math.min(1, LONGEST_PX / Math.max(wide, high));
+  const canvas = make("canvas", "", { width: Math.max(1, Math.round(wide * scale)), height: Math.max(1, Math.round(high * scale)) });
+  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+  const mine = ++number;
+  const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/jpeg", QUALITY));
+  const jpeg = new Uint8Array(await blob.arrayBuffer());
+  if (mine === number) onPicture({ number: mine, canvas, jpeg, live });
+}

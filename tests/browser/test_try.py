@@ -1,0 +1,186 @@
+"""The page `/try`: a picture of one's own is dropped, pressed, slid over, corrected and stopped."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY, chromium, missing
+from PIL import Image
+from playwright.sync_api import Browser, Page, ViewportSize, expect
+
+from hapticvlm.client.local_service import Service, running
+
+REASON = missing()
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(REASON is not None, reason=REASON or ""),
+]
+NOTHING = "—"
+DROP = """([name, data]) => {
+  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
+  const transfer = new DataTransfer();
+  transfer.items.add(new File([bytes], name, {type: "image/png"}));
+  for (const type of ["dragover", "drop"]) {
+    document.getElementById("stage").dispatchEvent(
+      new DragEvent(type, {dataTransfer: transfer, bubbles: true, cancelable: true}));
+  }
+}"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    expect.set_options(timeout=PATIENCE_MS)
+    with chromium() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def service() -> Iterator[Service]:
+    with running() as found:
+        yield found
+
+
+@contextmanager
+def visit(
+    browser: Browser, service: Service, size: tuple[int, int] = (1280, 900)
+) -> Iterator[Page]:
+    context = browser.new_context(viewport=ViewportSize(width=size[0], height=size[1]))
+    context.set_default_timeout(PATIENCE_MS)
+    page = context.new_page()
+    page.add_init_script(WATCH_POLICY)
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(f"{service.page}try")
+    try:
+        expect(page.locator("#link")).to_contain_text("Connected to hapticvlm")
+        yield page
+        assert errors == []
+        assert page.evaluate("window.violations") == []
+    finally:
+        context.close()
+
+
+def let_go(page: Page) -> None:
+    """Let go and rest, so that the next press is a new touch."""
+    page.mouse.up()
+
+
+def at(page: Page, x: float, y: float) -> None:
+    box = page.locator("#picture").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"], steps=4)
+
+
+def sample(page: Page, place: int = 0) -> None:
+    page.locator("#samples button").nth(place).click()
+    expect(page.locator("#material")).not_to_have_text(NOTHING)
+
+
+def level(service: Service) -> float:
+    from conftest import status
+
+    return float(status(service)["speaker"]["level"])
+
+
+def test_a_picture_is_looked_at_when_it_comes_and_felt_when_it_is_pressed(browser, service):
+    with visit(browser, service) as page:
+        sample(page)
+        expect(page.locator("#sure")).to_contain_text("% sure")
+        expect(page.locator("#because")).to_contain_text("encoder")
+        at(page, 0.5, 0.8)
+        page.mouse.down()
+        expect(page.locator("#because")).to_contain_text("skin meets it at")
+        for step in range(40):
+            at(page, 0.5 + 0.01 * (step % 20), 0.8)
+            if level(service) > 0.0:
+                break
+        assert level(service) > 0.0
+        let_go(page)
+
+
+def test_a_dropped_picture_is_taken_and_what_is_none_is_said(browser, service):
+    with visit(browser, service) as page:
+        file = io.BytesIO()
+        rough = np.random.default_rng(1).integers(0, 255, (300, 400, 3), np.uint8)
+        Image.fromarray(rough).save(file, "PNG")
+        page.evaluate(DROP, ["mine.png", base64.b64encode(file.getvalue()).decode()])
+        expect(page.locator("#material")).not_to_have_text(NOTHING)
+        page.evaluate(DROP, ["notes.txt", base64.b64encode(b"hello").decode()])
+        expect(page.locator("#told")).to_contain_text("notes.txt is no picture")
+
+
+def test_a_wrong_answer_is_corrected_by_a_click_and_kept_for_the_session(browser, service):
+    with visit(browser, service) as page:
+        sample(page, 1)
+        page.locator("#correct-material").select_option("rubber")
+        page.get_by_role("button", name="Correct it").click()
+        expect(page.locator("#material")).to_have_text("rubber")
+        expect(page.locator("#sure")).to_contain_text("you said so")
+        page.get_by_role("button", name="Keep as a reference picture").click()
+        expect(page.locator("#corrected")).to_contain_text("hapticvlm gallery add my-rubber")
+
+
+def test_what_a_scene_can_be_made_of_is_asked_for_and_holds(browser, service):
+    with visit(browser, service) as page:
+        page.locator("#among").select_option("four")
+        sample(page)
+        four = re.compile(r"^(perhaps )?(wood|glass|fabric|metal)$")
+        for x in (0.3, 0.5, 0.7):
+            at(page, x, 0.5)
+            expect(page.locator("#material")).to_have_text(four)
+
+
+def test_escape_stops_and_a_new_press_is_felt_again(browser, service):
+    with visit(browser, service) as page:
+        sample(page)
+        at(page, 0.5, 0.8)
+        page.mouse.down()
+        page.keyboard.press("Escape")
+        expect(page.locator("#stopped")).to_contain_text("Stopped at")
+        let_go(page)
+        at(page, 0.4, 0.8)
+        page.mouse.down()
+        for step in range(60):
+            at(page, 0.4 + 0.01 * (step % 20), 0.8)
+            if level(service) > 0.0:
+                break
+        assert level(service) > 0.0
+
+
+def test_the_keyboard_alone_is_enough(browser, service):
+    with visit(browser, service) as page:
+        page.locator("#samples button").first.focus()
+        page.keyboard.press("Enter")
+        expect(page.locator("#material")).not_to_have_text(NOTHING)
+        page.locator("#picture").focus()
+        page.keyboard.down(" ")
+        for _ in range(40):
+            page.keyboard.press("ArrowRight")
+            page.keyboard.press("ArrowLeft")
+            if level(service) > 0.0:
+                break
+        assert level(service) > 0.0
+        page.keyboard.up(" ")
+
+
+def test_another_scene_that_owns_the_outputs_is_named_and_left_in_peace(browser, service):
+    with visit(browser, service) as first, visit(browser, service) as second:
+        expect(first.locator("#plays")).to_contain_text("On what you hold")
+        expect(second.locator("#plays")).to_contain_text("Another scene owns the outputs")
+        expect(second.locator("#take")).to_be_visible()
+
+
+@pytest.mark.parametrize("size", [(1280, 900), (390, 844)], ids=["screen", "phone"])
+def test_it_is_open_to_everybody_and_fits_a_phone(browser, service, size):
+    with visit(browser, service, size) as page:
+        sample(page)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        page.evaluate(AXE.read_text(encoding="utf-8"))
+        found = page.evaluate("axe.run()")["violations"]
+        assert [violation["id"] for violation in found] == []
