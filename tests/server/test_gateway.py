@@ -1,5 +1,6 @@
 """The gateway and its queues without a socket: who owns the outputs, and whose picture is next."""
 
+import time
 from collections import Counter
 from types import SimpleNamespace
 from typing import Any
@@ -50,6 +51,15 @@ def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
     assert gateway.owner is first
     assert first.session.owner
     assert not second.session.owner
+
+
+def test_who_joins_does_not_make_an_idle_owner_a_busy_one(gateway):
+    join(gateway)
+    gateway.ownership.leased_at -= IDLE_OWNER_S + 0.001
+    second = join(gateway)
+    join(gateway, observer=True)
+    gateway.change_owner(second, wish("take"), time.monotonic())
+    assert gateway.owner is second
 
 
 def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):

@@ -41,9 +41,9 @@ class OutputOwnership:
 
     def join(self, connection: Connection) -> None:
         """Make the scene the owner that was admitted as such."""
-        self.leased_at = time.monotonic()
         if connection.session.owner:
             self.owner = connection
+            self.leased_at = time.monotonic()
             self._notify(but=connection)
 
     def leave(self, connection: Connection) -> None:

@@ -80,7 +80,7 @@ namespace HapticVLM
             ControllerHaptics.SilenceAll();
             if (connection == null) return;
             connection.Stop(Scope.All);
-            awaitsStop = State == LinkState.Ready && (ControllerHaptics.FormOf(HandSide.Left) ?? ControllerHaptics.FormOf(HandSide.Right)) != null;
+            awaitsStop = IsOwner && (ControllerHaptics.FormOf(HandSide.Left) ?? ControllerHaptics.FormOf(HandSide.Right)) != null;
         }
 
         /// <summary>Uses this service from now on.</summary>
@@ -272,6 +272,7 @@ namespace HapticVLM
         void OnOwnershipChanged(bool isOwner)
         {
             if (!isOwner) ControllerHaptics.SilenceAll();
+            awaitsStop = false; // what a stop is answered with goes to the owner alone
             log.Owned(isOwner, this);
             if (OwnershipChanged != null) OwnershipChanged(isOwner);
         }
