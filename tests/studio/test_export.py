@@ -176,6 +176,19 @@ def test_what_is_read_back_is_as_loud_as_what_the_speaker_plays(tmp_path, materi
     assert max(errors.values()) < 1.0, errors
 
 
+@pytest.mark.parametrize("kind", READERS)
+@pytest.mark.parametrize("material", ["fabric", "glass"])
+def test_on_the_scale_of_controllers_a_tap_is_felt_and_a_strike_leaves_room(
+    tmp_path, material, kind
+):
+    found = {}
+    for scale in ("palm", "controller"):
+        path = exported(tmp_path, material, "tap", kind, "--scale", scale, "--speed", "0.3")
+        found[scale] = windows(READERS[kind](path)).max()
+    assert 0.1 <= found["controller"] <= 1.0
+    assert found["controller"] > 1.5 * found["palm"]
+
+
 def test_the_frequencies_tell_materials_apart(tmp_path):
     """Glass rings higher than wood, in the one format that holds hertz."""
     middles = {}

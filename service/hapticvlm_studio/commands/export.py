@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hapticvlm_studio.touches.clip import Clip
 
 FORMATS = ("wav", "haptic", "ahap", "hjif")
+SCALES = ("palm", "controller")
 ALL = "all"
 HEAT_SUFFIX = ".heat.json"
 _DESCRIPTION = """
@@ -28,6 +29,7 @@ Write what touching a material feels like as a file: wav (48 kHz, what the palm 
 haptic (Meta Haptics SDK), ahap (Apple Core Haptics) or hjif (MPEG, ISO/IEC 23090-31). `all` writes
 every material of the table and of --gallery into the folder --out, one file for each interaction.
 hjif holds the plate's temperature too; the others get it in a file beside them (.heat.json).
+`--scale controller` lifts what a controller or a phone would hardly play; wav stays as it is.
 """
 
 
@@ -51,6 +53,12 @@ def add(commands: Commands) -> None:
         default=0.3,
         metavar="M_PER_S",
         help="speed of the hand in m/s (0.3)",
+    )
+    export.add_argument(
+        "--scale",
+        choices=SCALES,
+        default=SCALES[0],
+        help="as strong as the palm speaker plays it, or as controllers and phones need it (palm)",
     )
     touch_options.add_force(export)
     touch_options.add_seconds(export, 1.0)
@@ -77,6 +85,8 @@ def _export(options: argparse.Namespace) -> int:
     for job in jobs:
         with usage_errors():
             clip = _clip(job, options, table)
+        if options.scale == "controller":
+            clip = _for_controllers(clip)
         folder = options.out if options.material == ALL and options.out is not None else Path()
         path = job.path or folder / f"{clip.name}.{options.to}"
         print("  ".join(str(written) for written in write(clip, options.to, path)), flush=True)
@@ -138,6 +148,12 @@ def _clip(job: _Job, options: argparse.Namespace, table: Mapping[str, Material])
         sound(job.material, job.interaction, motion, options.seconds, voices),
         heat(job.material, ThermalInputs(options.object_c, options.ambient_c), options.seconds),
     )
+
+
+def _for_controllers(clip: Clip) -> Clip:
+    from hapticvlm_studio.touches.clip import for_controllers
+
+    return for_controllers(clip)
 
 
 def _write_json(path: Path, document: dict[str, Any]) -> None:

@@ -8,12 +8,13 @@ back has the energy of what the speaker plays.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import resample_poly
 
+from hapticvlm.rendering.vibration.controller_scale import LEAST_LEVEL, controller_amplitude
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.vibration_plan import PLAN_HZ, frequencies
 from hapticvlm_studio.touches.heat import Heat
@@ -79,6 +80,16 @@ def clip(sound: Sound, heat: Heat) -> Clip:
     whole[: part.size] = part
     interaction = sound.interaction or "touch"
     return Clip(sound.material.name, interaction, sound.wave, whole, heat)
+
+
+def for_controllers(of: Clip) -> Clip:
+    """Return the clip as strong as controllers are told to play it (controller_scale)."""
+    squared = np.square(of.played.reshape(-1, _STEP), dtype=np.float64)
+    level = np.sqrt(2.0 * squared.mean(axis=1))
+    gain = controller_amplitude(level, "parametric") / np.maximum(level, LEAST_LEVEL)
+    centres = (np.arange(gain.size) + 0.5) * _STEP
+    gains = np.interp(np.arange(of.played.size), centres, gain)
+    return replace(of, played=np.asarray(of.played * gains, dtype=np.float32))
 
 
 def line(values: _Values) -> _Values:
