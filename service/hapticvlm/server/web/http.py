@@ -177,11 +177,15 @@ def _scene_file(folder: Path, path: str) -> Response:
     file = scene_files.find(folder, path)
     if file is None:
         return response(404, "no such file\n")
-    text = file.read_text(encoding="utf-8")
-    csp = _CSP
-    if file.suffix == ".html":
-        csp += f"; script-src 'self'{scene_files.script_sources(text)}"
-    return response(200, text, TYPES[file.suffix], csp)
+    body = file.read_bytes()
+    is_page = file.suffix == ".html"
+    csp = _CSP + scene_files.policy(body.decode(errors="replace") if is_page else "")
+    found = response(200, body, scene_files.kind(file) or "", csp)
+    for name, value in scene_files.ISOLATION:
+        found.headers[name] = value
+    if scene_files.encoding(file) is not None:
+        found.headers["Content-Encoding"] = str(scene_files.encoding(file))
+    return found
 
 
 def _code(lan_pages: LanPages | None, port: int) -> Response:

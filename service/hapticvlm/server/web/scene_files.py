@@ -1,7 +1,10 @@
 """The files of a browser scene, served beside the service so that both have one origin.
 
-Only what lies in the folder, is not hidden and has a known type leaves it. Files are read whole on
-the event loop: scripts of a megabyte, once, before a scene can touch anything.
+Only what lies in the folder, is not hidden and has a known type leaves it: scripts, pages, models,
+pictures and sounds, and what engines built for the web are made of. Godot and Unity bring a program
+(`.wasm`), its data (`.pck`, `.data`) and a page with a script of its own; Unity compresses them too
+(`.gz`, `.br`), which the browser undoes when a header says so. Files are read whole on the event
+loop, once, before a scene can touch anything.
 """
 
 from __future__ import annotations
@@ -20,7 +23,36 @@ TYPES = {
     ".mjs": "text/javascript; charset=utf-8",
     ".svg": "image/svg+xml",
 }
-_IMPORT_MAP = re.compile(r'<script type="importmap">(.*?)</script>', re.DOTALL)
+SCENE_TYPES = {
+    **TYPES,
+    ".wasm": "application/wasm",  # browsers compile no other type while it loads
+    ".pck": "application/octet-stream",
+    ".data": "application/octet-stream",
+    ".unityweb": "application/octet-stream",
+    ".json": "application/json",
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".webp": "image/webp",
+    ".ico": "image/x-icon",
+    ".glb": "model/gltf-binary",
+    ".hdr": "image/vnd.radiance",
+    ".mp3": "audio/mpeg",
+    ".ogg": "audio/ogg",
+    ".wav": "audio/wav",
+}
+ENCODINGS = {".gz": "gzip", ".br": "br"}
+# What lets an engine run. `wasm-unsafe-eval` compiles WebAssembly and nothing else; audio and
+# threads of engines are scripts made on the fly (blob:); their pages style themselves.
+_ENGINE_POLICY = (
+    "; img-src 'self' data: blob:; media-src 'self' data: blob:; worker-src 'self' blob:"
+    "; style-src 'self' 'unsafe-inline'; script-src 'self' 'wasm-unsafe-eval' blob:"
+)
+# A page that no other site can open or be read by may share memory between threads.
+ISOLATION = (
+    ("Cross-Origin-Opener-Policy", "same-origin"),
+    ("Cross-Origin-Embedder-Policy", "require-corp"),
+)
+_INLINE_SCRIPT = re.compile(r"<script(?![^>]*\ssrc)[^>]*>(.*?)</script>", re.DOTALL)
 
 
 def find(folder: Path, path: str) -> Path | None:
@@ -34,13 +66,31 @@ def find(folder: Path, path: str) -> Path | None:
     try:
         root = folder.resolve()
         file = (root / name.lstrip("/")).resolve()
-        inside = file.is_relative_to(root) and file.suffix in TYPES and file.is_file()
+        inside = file.is_relative_to(root) and kind(file) is not None and file.is_file()
     except OSError:  # a name no file system takes
         return None
     return file if inside else None
 
 
-def script_sources(page: str) -> str:
-    """Name a page's import maps for its policy: they are the only inline scripts let run."""
-    hashes = (hashlib.sha256(text.encode()).digest() for text in _IMPORT_MAP.findall(page))
-    return "".join(f" 'sha256-{base64.b64encode(digest).decode()}'" for digest in hashes)
+def kind(file: Path) -> str | None:
+    """Return the type of a file's content, under its compression if it has one; None: unknown."""
+    suffixes = file.suffixes
+    if suffixes and suffixes[-1] in ENCODINGS:
+        suffixes.pop()
+    return SCENE_TYPES.get(suffixes[-1]) if suffixes else None
+
+
+def encoding(file: Path) -> str | None:
+    """Return how a file is compressed, in the words of HTTP, or None."""
+    return ENCODINGS.get(file.suffix)
+
+
+def policy(page: str) -> str:
+    """Return what a page of the folder may run: its own files and the scripts it is written with.
+
+    The page is the user's: each inline script is let run by its hash, so that none which somebody
+    manages to write into it later does.
+    """
+    hashes = (hashlib.sha256(text.encode()).digest() for text in _INLINE_SCRIPT.findall(page))
+    sources = "".join(f" 'sha256-{base64.b64encode(digest).decode()}'" for digest in hashes)
+    return _ENGINE_POLICY + sources

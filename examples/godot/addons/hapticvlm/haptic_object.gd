@@ -1,0 +1,103 @@
+@tool
+class_name HapticObject
+extends Node
+## Makes its parent, a physics body or area, an object that hands feel.
+##
+## What is left empty is not said: the service then finds the material by name, shader or picture.
+
+## Every object, by the body that holds it.
+static var by_body := {}
+
+## What the service reads the material from; empty: the parent's name.
+@export var label := ""
+## A material of the service (wood, glass, steel ...); empty: the service decides.
+@export var material := ""
+@export_group("Temperature")
+@export var states_temperature := false
+@export_range(-100.0, 400.0, 0.1, "suffix:degC") var temperature_c := 22.0
+@export_enum("Not stated", "In the sun", "In the shade") var sunlit := 0
+@export_group("More")
+## Thickness of a thin thing in metres; 0: not stated.
+@export_range(0.0, 10.0, 0.001, "suffix:m") var thickness_m := 0.0
+## Pictures may be taken of it when its material is not known otherwise.
+@export var shows_pictures := true
+## Its name on the wire; empty: its path in the scene.
+@export var object_id := ""
+
+
+func _enter_tree() -> void:
+	if Engine.is_editor_hint():
+		return
+	if object_id.is_empty():
+		object_id = _id_of(str(get_parent().get_path()))
+	by_body[get_parent()] = self
+	say()
+
+
+func _exit_tree() -> void:
+	if Engine.is_editor_hint():
+		return
+	by_body.erase(get_parent())
+	if HapticService.current != null:
+		HapticService.current.forget(object_id)
+
+
+func _get_configuration_warnings() -> PackedStringArray:
+	if get_parent() is CollisionObject3D:
+		return []
+	return ["Put this below a body with a collision shape: a StaticBody3D, a RigidBody3D ..."]
+
+
+## Tell the service of this object anew, after a change of its properties.
+func say() -> void:
+	if HapticService.current != null:
+		HapticService.current.add(_described())
+
+
+## The meshes that are seen of it.
+func meshes() -> Array[MeshInstance3D]:
+	var found: Array[MeshInstance3D] = []
+	for node: Node in get_parent().find_children("*", "MeshInstance3D", true, false):
+		found.append(node)
+	return found
+
+
+func _described() -> Dictionary:
+	var name_said := str(get_parent().name) if label.is_empty() else label
+	var object := {"object_id": object_id, "name": name_said.left(256)}
+	if not material.is_empty():
+		object["material"] = material
+	if states_temperature:
+		object["temperature_c"] = temperature_c
+	if thickness_m > 0.0:
+		object["thickness_m"] = thickness_m
+	if sunlit > 0:
+		object["sunlit"] = sunlit == 1
+	var shader := _shader()
+	if not shader.is_empty():
+		object["shader"] = shader
+	return object
+
+
+## The parameters of the first standard material: metals are told by them.
+func _shader() -> Dictionary:
+	for mesh in meshes():
+		if mesh.mesh == null or mesh.mesh.get_surface_count() == 0:
+			continue
+		var drawn := mesh.get_active_material(0) as BaseMaterial3D
+		if drawn == null:
+			continue
+		var color := drawn.albedo_color
+		return {
+			"metallic": clampf(drawn.metallic, 0.0, 1.0),
+			"roughness": clampf(drawn.roughness, 0.0, 1.0),
+			"base_color":
+			[clampf(color.r, 0.0, 1.0), clampf(color.g, 0.0, 1.0), clampf(color.b, 0.0, 1.0)],
+		}
+	return {}
+
+
+## A path is the same at every start, which keeps what was decided; ids have 128 characters at most.
+func _id_of(path: String) -> String:
+	var short := path.trim_prefix("/root/")
+	return short if short.to_utf8_buffer().size() <= 128 else short.sha256_text()

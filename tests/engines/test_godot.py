@@ -1,0 +1,116 @@
+"""The Godot sample in a real engine: physics, renderer and WebSocket of Godot 4.6, in Chromium."""
+
+import io
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
+
+from godot_scene import TEMPLATE, Game, missing, playing
+
+pytestmark = pytest.mark.browser
+
+TRUTHS = {
+    "Table/OakTable": "wood",
+    "Table/WineGlass": "glass",
+    "Table/LinenCushion": "fabric",
+    "Table/SteelKettle": "metal",
+    "Table/RubberBall": "rubber",
+}
+NAMELESS = "Table/Thing"  # yellow above, blue below; its name says nothing
+YELLOW = (240, 190, 50)
+BLUE = (20, 30, 100)
+
+
+@pytest.fixture(scope="module")
+def game() -> Iterator[Game]:
+    """One run shared by all tests: to start the engine is what takes longest."""
+    reason = missing()
+    if reason and os.environ.get("CI"):
+        pytest.fail(reason)
+    if reason:
+        pytest.skip(reason)
+    with (  # beside the template, so that 38 MB are linked and not copied
+        tempfile.TemporaryDirectory(dir=TEMPLATE.parents[1], prefix="scene-") as folder,
+        playing(Path(folder)) as game,
+    ):
+        game.places = game.wait_for("opened")
+        yield game
+
+
+@pytest.fixture(scope="module")
+def decided(game: Game) -> dict[str, Any]:
+    """What the service decided on each object when the mouse touched it."""
+    return {key: game.touch(key) for key in [*TRUTHS, NAMELESS]}
+
+
+def test_every_body_touched_is_decided_rightly_by_its_name(decided: dict[str, Any]) -> None:
+    assert {key: decided[key]["material"] for key in TRUTHS} == TRUTHS
+    assert {decided[key]["source"] for key in TRUTHS} <= {"name", "shader"}
+
+
+def test_the_engine_gets_the_vibration_of_what_is_touched(
+    game: Game, decided: dict[str, Any]
+) -> None:
+    state = game.state()
+    assert state["vibrations"] > 10 * len(decided)
+    assert state["strongest"] > 0.1
+    assert state["pulses"] > len(decided)
+    assert state["silence"] == ""
+
+
+def test_an_object_whose_name_says_nothing_is_recognised_from_pictures(
+    game: Game, decided: dict[str, Any]
+) -> None:
+    assert decided[NAMELESS]["source"] == "unknown"
+    seen = game.wait_for("decided", object_id=NAMELESS, frame_age_ms=pytest.approx(0, abs=1e6))
+    assert "encoder" in {item["rung"] for item in seen["evidence"]}
+    assert {frame["object_id"] for frame in game.frames} == {NAMELESS}
+
+
+@pytest.fixture(scope="module")
+def frame(game: Game, decided: dict[str, Any]) -> Any:
+    """The first frame as it went over the wire."""
+    assert decided
+    return game.frames[0]
+
+
+def pixels(data: bytes, mode: str) -> Any:
+    return np.asarray(Image.open(io.BytesIO(data)).convert(mode)).astype(int)
+
+
+def test_its_picture_is_upright_and_filled_by_it(frame: Any) -> None:
+    image = pixels(frame["image"], "RGB")
+    assert image.shape == (frame["height"], frame["width"], 3) == (448, 448, 3)
+    assert frame["origin"] == "top"
+    is_yellow = (image[..., 0] > 1.5 * image[..., 2]) & (image[..., 0] > 120)
+    is_blue = image[..., 2] > 1.5 * image[..., 0]
+    mask = pixels(frame["mask"], "L") > 0
+    yellow_rows, _ = np.nonzero(is_yellow & mask)
+    blue_rows, _ = np.nonzero(is_blue & mask)
+    assert yellow_rows.size > 5_000
+    assert blue_rows.size > 5_000
+    assert yellow_rows.mean() + 50 < blue_rows.mean()
+
+
+def test_its_mask_holds_the_object_and_nothing_else(frame: Any) -> None:
+    mask = pixels(frame["mask"], "L")
+    assert mask.shape == (448, 448)
+    assert set(np.unique(mask)) == {0, 255}
+    rows, columns = np.nonzero(mask)
+    assert max(np.ptp(rows), np.ptp(columns)) > 448 / 2
+    assert not mask[:, 0].any()
+    assert not mask[0].any()
+
+
+def test_nothing_went_wrong_in_the_engine(game: Game, decided: dict[str, Any]) -> None:
+    assert decided
+    assert game.complaints == []
+    assert game.state()["lost"] == {"frames": 0, "touches": 0}
