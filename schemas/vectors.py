@@ -87,6 +87,9 @@ def client_messages() -> Iterator[tuple[str, Json]]:
         "sunlit": True,
     }
     yield "scene with everything", {**SCENE, "objects": [everything], "ambient_c": -5.0}
+    hums = {"frequency_hz": 50.0, "level": 0.5, "on": False}
+    fridge = {"object_id": "fridge", "vibrates": hums, "stands_on": ["floor"]}
+    yield "scene with a thing that hums", {**SCENE, "objects": [fridge]}
     yield "scene that forgets", {**SCENE, "replace": False, "objects": [], "forget": ["a", "b"]}
     yield "scene of four materials", {**SCENE, "materials": ["wood", "glass", "fabric", "metal"]}
     yield "frame", FRAME

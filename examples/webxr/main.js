@@ -80,7 +80,10 @@ export function tell(wanted) {
   decisions.clear();
   for (const [index, object] of objects.entries()) object.object_id = `${mode}-${index}`;
   haptics.scene(
-    objects.map(({object_id, says}) => ({object_id, ...(mode === 'ids' && says)})),
+    objects.map(({object_id, says, carriedBy}) => {
+      const stands_on = objects.filter(({key}) => key === carriedBy).map((carrier) => carrier.object_id);
+      return {object_id, ...(mode === 'ids' && {...says, ...(stands_on.length > 0 && {stands_on})})};
+    }),
     {materials: MATERIALS},
   );
 }

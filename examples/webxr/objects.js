@@ -10,6 +10,7 @@ import * as textures from '../captures/make/page/textures.js';
 import * as surfaces from './surfaces.js';
 
 export const TABLE_TOP = 0.74; // m
+const SIMMERING = {frequency_hz: 100, level: 0.2}; // felt in the kettle, and weaker in the table under it
 
 const {group, solid} = shapes;
 
@@ -22,7 +23,7 @@ export function buildObjects() {
     {key: 'vase', truth: 'glass', says: {name: 'GlassVase'}, root: at(-0.44, -0.36, vase())},
     {key: 'bottle', truth: 'glass', says: {material: 'glass'}, root: at(0.2, -0.4, bottle())},
     {key: 'linen', truth: 'fabric', says: {name: 'FoldedLinen'}, root: at(0.46, -0.02, folded(looks), -0.2)},
-    {key: 'kettle', truth: 'metal', says: {name: 'SteelKettle'}, root: at(-0.12, -0.36, kettle(looks), 0.5)},
+    {key: 'kettle', truth: 'metal', says: {name: 'SteelKettle', vibrates: SIMMERING}, carriedBy: 'table', root: at(-0.12, -0.36, kettle(looks), 0.5)},
     {key: 'pan', truth: 'metal', says: {shader: copperShader}, root: at(0.47, -0.38, pan(looks))},
     {key: 'hammer head', truth: 'metal', says: {name: 'Hammer_SteelHead'}, root: hammer(hammerHead(looks))},
     {key: 'hammer handle', truth: 'wood', says: {name: 'Hammer_Handle_AshWood'}, root: hammer(hammerHandle(looks))},

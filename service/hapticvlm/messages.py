@@ -14,7 +14,7 @@ from msgspec import Meta, Struct
 
 from hapticvlm.errors import HapticVLMError
 
-PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 0
+PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 1
 MAX_SIDE_PX = 4096
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
 FRAMES_PER_S = 90.0
@@ -94,10 +94,20 @@ class Shader(Wire, frozen=True):
     base_color: tuple[Share, Share, Share] | None = None
 
 
+class Vibrates(Wire, frozen=True):
+    """How an object vibrates by itself; `level` is how strongly it is felt in the hand."""
+
+    frequency_hz: Annotated[float, Meta(ge=15.0, le=360.0)]
+    level: Share
+    on: bool = True
+
+
 class SceneObject(Wire, frozen=True):
     """What the scene says of one object; everything but the id is optional.
 
     `sunlit` says whether the sun shines on it now: an object in the sun is warmer than the air.
+    What `vibrates` is felt through whatever touches it: `stands_on` names what carries an object.
+    Without `vibrates` its name may say so; `on` false says that it does not.
     """
 
     object_id: ObjectId
@@ -107,6 +117,8 @@ class SceneObject(Wire, frozen=True):
     shader: Shader | None = None
     thickness_m: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
     sunlit: bool | None = None
+    vibrates: Vibrates | None = None
+    stands_on: Annotated[list[ObjectId], Meta(max_length=16)] | None = None
 
 
 class Hello(Wire, frozen=True, tag="hello", tag_field="type"):

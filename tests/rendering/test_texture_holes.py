@@ -12,19 +12,25 @@ WINDOW = RATE_HZ // 200  # 5 ms
 
 @pytest.mark.parametrize("interaction", ["slide", "swing"])
 @pytest.mark.parametrize("speed_mps", [0.1, 0.3])
-@pytest.mark.parametrize("material", MATERIALS)
+@pytest.mark.parametrize("material", ["stone", "fabric", "wood", "rubber"])
 def test_nothing_is_silent_for_long_while_the_hand_moves(
     material: str, speed_mps: float, interaction: str
 ) -> None:
+    found = [longest_silence(material, speed_mps, interaction, seed) for seed in range(6)]
+    assert max(found) < 0.04 * RATE_HZ
+
+
+def longest_silence(material: str, speed_mps: float, interaction: str, seed: int) -> int:
+    """Samples in a row that are 20 dB weaker than most, while the hand is fast."""
     peak = Motion(speed_mps if interaction == "slide" else 20.0 * speed_mps, 2.0)
-    texture = Texture(MATERIALS[material].vibration, interaction, seed=4)
+    texture = Texture(MATERIALS[material].vibration, interaction, seed)
     moments = [motion_at(interaction, peak, n * WINDOW / RATE_HZ) for n in range(400)]
     levels = np.array([np.sqrt(np.mean(texture.render(WINDOW, it) ** 2)) for it in moments])
     is_fast = np.array([it.speed_mps > peak.speed_mps / 2.0 for it in moments])
     is_silent = (levels < 0.1 * np.median(levels[is_fast])) & is_fast
 
     longest = max(map(len, "".join(" x"[int(it)] for it in is_silent).split()), default=0)
-    assert longest * WINDOW < 0.04 * RATE_HZ
+    return longest * WINDOW
 
 
 def bursts(material: str) -> float:

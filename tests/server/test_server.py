@@ -132,7 +132,7 @@ async def test_a_newer_major_is_refused_naming_both_versions(service):
 async def test_a_newer_minor_is_answered_with_the_services_own(service):
     async with peer(service) as client:
         answer = await client.hello(protocol={"major": 1, "minor": 9})
-    assert answer["protocol"] == {"major": 1, "minor": 0}
+    assert answer["protocol"] == {"major": 1, "minor": 1}
 
 
 async def test_the_first_scene_owns_the_outputs_until_it_closes(service):

@@ -209,7 +209,7 @@ def _decision(decision: messages.Decision) -> Line:
 
 def _command(command: Command) -> Line:
     fields: Line = _plain(command)
-    for name, usual in (("gain", 1.0), ("thickness_m", None)):  # earlier logs have neither
+    for name, usual in (("gain", 1.0), ("thickness_m", None), ("hum", None)):  # not in earlier logs
         fields = _without(fields, name) if fields[name] == usual else fields
     return {"stroke" if name == "motion" else name: value for name, value in fields.items()}
 

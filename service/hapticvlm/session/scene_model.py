@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
 
-from hapticvlm.messages import Decision, Frame, MessageError, Scene
+from hapticvlm.materials import Vibration
+from hapticvlm.messages import Decision, Frame, MessageError, Scene, SceneObject
 from hapticvlm.rendering.heat.contact import ThermalContact
 from hapticvlm.rendering.heat.limits import PlateLimits
+from hapticvlm.rendering.vibration.hum import Hum
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import AskMaterial
 from hapticvlm.session.decisions import DecisionInputs
@@ -69,6 +71,22 @@ class SceneModel:
         """Return the thickness the scene states for this object, m; None where it states none."""
         facts = self._state(target).facts
         return None if facts is None else facts.thickness_m
+
+    def hum(self, target: ThingTarget) -> Hum | None:
+        """Return what a hand on this feels of things that vibrate; None where nothing does."""
+        if not isinstance(target, ObjectTarget):
+            return None
+        return self.objects.hums.felt(target.object_id, self._facts_of, self._vibration_of)
+
+    def _facts_of(self, object_id: str) -> SceneObject | None:
+        state = self.objects.known.get(ObjectTarget(object_id))
+        return None if state is None else state.facts
+
+    def _vibration_of(self, object_id: str) -> Vibration | None:
+        state = self.objects.known.get(ObjectTarget(object_id))
+        verdict = None if state is None else state.verdict
+        material = None if verdict is None else self._table.get(verdict.material)
+        return None if material is None else material.vibration
 
     def contact(self, target: ThingTarget) -> ThermalContact | None:
         """Return the thermal contact of skin and this object; None where there is none to feel."""

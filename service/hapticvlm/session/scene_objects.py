@@ -28,6 +28,7 @@ from hapticvlm.session.declared_evidence import (
     saved_facts,
     with_saved,
 )
+from hapticvlm.session.hums import Hums
 from hapticvlm.session.rendition import Rendition
 from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, ThingTarget
 
@@ -85,6 +86,7 @@ class SceneObjects:
         self._replaced = 0
         self._forgotten: Counter[ThingTarget] = Counter()
         self._forgotten_before = 0
+        self.hums = Hums()  # what hums under a hand
 
     def generation(self, target: ThingTarget) -> int:
         """Return a number that grows when this target comes to stand for another object."""
@@ -94,6 +96,7 @@ class SceneObjects:
         """Receive the scene's objects. Raises MessageError and changes nothing if wrong."""
         self._check(scene)
         if scene.replace:
+            self.hums.clear()
             self.known.clear()
             self._declared.clear()
             self._replaced += 1
@@ -108,6 +111,7 @@ class SceneObjects:
             known = self.known.get(target)
             state = self.known[target] = ObjectState(with_saved(given, self._saved))
             self._declared.add(target)
+            self.hums.declare(given)
             if known is not None:
                 state.recognised = known.recognised
                 state.vlm = known.vlm
@@ -187,6 +191,8 @@ class SceneObjects:
         """
         self.known.pop(target, None)
         self._declared.discard(target)
+        if isinstance(target, ObjectTarget):
+            self.hums.forget(target.object_id)
         self._forgotten[target] += 1
         if len(self._forgotten) > MAX_KNOWN:
             self._forgotten_before += max(self._forgotten.values())

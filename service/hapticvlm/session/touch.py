@@ -159,6 +159,7 @@ class TouchTracker:
             expires_at=hand.lease_until,
             gain=gain,
             thickness_m=self._scene.swung_m(hand.target) if interaction == "swing" else None,
+            hum=self._scene.hum(hand.target) if hand.is_touching else None,
         )
         return [PlayVibration(command)]
 

@@ -5,6 +5,26 @@ using UnityEngine;
 
 namespace HapticVLM
 {
+    /// <summary>How an object vibrates by itself: a motor, a fan, a phone that rings.</summary>
+    [Serializable]
+    public struct HumSetting
+    {
+        [Range(15f, 360f), Tooltip("Fundamental, Hz.")]
+        public float frequencyHz;
+
+        [Range(0f, 1f), Tooltip("How strongly it is felt in the hand; 0: the scene does not say.")]
+        public float level;
+
+        [Tooltip("Switched off: it does not hum whatever its name says.")]
+        public bool off;
+
+        internal Vibrates OnTheWire()
+        {
+            double hertz = Math.Min(Math.Max(frequencyHz, 15.0), Vibrates.FrequencyHzMax);
+            return new Vibrates { FrequencyHz = hertz, Level = level, On = !off };
+        }
+    }
+
     /// <summary>
     /// An object that can be felt. Needs nothing but a collider; its id it makes up itself. Names and
     /// shader parameters of renderer and collider go to the service, which decides what it is made of.
@@ -29,6 +49,12 @@ namespace HapticVLM
 
         [SerializeField, Tooltip("Whether the sun shines on it, which makes it warmer than the air.")]
         Sunlight sunlight;
+
+        [SerializeField, Tooltip("How it vibrates by itself; level 0: as its name says (a fridge hums), or not at all.")]
+        HumSetting hum;
+
+        [SerializeField, Tooltip("What carries it, so that a hand there feels it hum, weaker.")]
+        HapticObject standsOn;
 
         [SerializeField, HideInInspector] string scannedMaterial = "";
         [SerializeField, HideInInspector] string scannedBy = "";
@@ -129,6 +155,8 @@ namespace HapticVLM
                 TemperatureC = statesTemperature ? temperatureC : (double?)null,
                 ThicknessM = thicknessM > 0f ? thicknessM : (double?)null,
                 Sunlit = sunlight == Sunlight.Unknown ? (bool?)null : sunlight == Sunlight.InTheSun,
+                Vibrates = hum.level > 0f ? hum.OnTheWire() : (Vibrates?)null,
+                StandsOn = standsOn != null ? new List<string> { standsOn.ObjectId } : null,
             };
             if (readsAppearance) Appearance.Read(gameObject, ref stated);
             return stated;

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.devices.speaker.engine_orders import EngineStatus, Order, Release, RestAll, Standing
 from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration.hum import Hum
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS, Motion
 from hapticvlm.rendering.vibration.voices import Command
 
@@ -34,7 +35,7 @@ SAMPLES = 48_000  # the newest second
 
 TRIES = 100
 
-_RECORD = struct.Struct("<QBBBBhxxffffdQd")
+_RECORD = struct.Struct("<QBBBBhxxffffdQfffd")
 _STATUS = struct.Struct("<QdfQQQQQ??")
 _STANDING = struct.Struct("<QdQ")
 _SUM = struct.Struct("<I")
@@ -44,7 +45,7 @@ _NEWEST_STATUS = 8
 _NEWEST_STANDING = 16
 _STATUS_AT = 64
 _STATUS_SIZE = 80
-_RECORD_SIZE = 64
+_RECORD_SIZE = 80
 _DELAYS_AT = _STATUS_AT + 2 * _STATUS_SIZE
 _SAMPLES_AT = _DELAYS_AT + 4 * DELAYS
 _RING_AT = _SAMPLES_AT + 4 * SAMPLES
@@ -189,6 +190,9 @@ class Ring:
         return form.unpack(data) if is_whole else None
 
 
+_NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
+
+
 def _record_at(number: int) -> int:
     return _RING_AT + number % SLOTS * _RECORD_SIZE
 
@@ -210,20 +214,21 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
             return (
                 *(_OBEY, order.hand, interaction, order.onset, material),
                 *(motion.speed_mps, motion.force_n, order.gain, thickness_m),
-                *(order.expires_at, order.seed),
+                *(order.expires_at, order.seed, *_hum_fields(order.hum)),
             )
         case Release():
-            return _RELEASE, order.hand, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+            return _RELEASE, order.hand, 0, 0, -1, *_NOTHING
         case RestAll():
-            return _REST, 0, 0, 0, -1, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+            return _REST, 0, 0, 0, -1, *_NOTHING
 
 
 def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
-    kind, hand, interaction, onset, material, speed, force, gain, thick, expires_at, seed = fields
+    kind, hand, interaction, onset, material, *numbers = fields
     if kind == _RELEASE:
         return Release(hand)
     if kind == _REST:
         return RestAll()
+    speed, force, gain, thick, expires_at, seed, *hum = numbers
     return Command(
         hand=hand,
         material=None if material < 0 else materials[material],
@@ -234,4 +239,9 @@ def _order(fields: tuple[Any, ...], materials: tuple[str, ...]) -> Order:
         expires_at=expires_at,
         gain=gain,
         thickness_m=thick or None,
+        hum=Hum(*hum) if hum[0] else None,
     )
+
+
+def _hum_fields(hum: Hum | None) -> tuple[float, float, float]:
+    return (0.0, 0.0, 0.0) if hum is None else (hum.frequency_hz, hum.level, hum.richness)

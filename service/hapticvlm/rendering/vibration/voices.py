@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.vibration.hum import Hum, Tone
 from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.limiter import Limiter
 from hapticvlm.rendering.vibration.patterns import Pattern, PatternTexture
@@ -25,6 +26,7 @@ from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import IMPACTS, TEXTURES, Motion
 from hapticvlm.rendering.vibration.voice import Voice, ramp
 
+_STILL = Motion(0.0, 0.0)
 FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
 _CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
 _MOST_RINGING, _MOST_IMPACTS, _MOST_FADING_TEXTURES = 4, 8, 2  # per hand: bounds a block's cost
@@ -36,7 +38,7 @@ class Command:
 
     `onset` starts an impact; `expires_at` is in seconds of the clock that `render` is given. `gain`
     (0..1) is below 1 for a material that is not sure. `thickness_m` is that of what is swung, None
-    what is usual for its material.
+    what is usual for its material. `hum` is what is felt of a thing that vibrates by itself.
     """
 
     hand: int
@@ -48,20 +50,23 @@ class Command:
     expires_at: float
     gain: float = 1.0
     thickness_m: float | None = None
+    hum: Hum | None = None
 
 
 @dataclass(slots=True)
 class _Hand:
     voices: list[Voice] = field(default_factory=list)
     wanted: Command | None = None  # the texture to feel, when there is one
+    hum: Hum | None = None
     expires_at: float = -math.inf
 
     def fork(self) -> _Hand:
         return replace(self, voices=[voice.fork() for voice in self.voices])
 
     def rest(self) -> None:
-        self.wanted, self.expires_at = None, -math.inf
-        self.voices = [voice for voice in self.voices if voice.at or voice.key[1] in TEXTURES]
+        self.wanted = self.hum = None
+        self.expires_at = -math.inf
+        self.voices = [it for it in self.voices if it.at or it.key[1] not in IMPACTS]
         for voice in self.voices:
             voice.aim = 0.0
 
@@ -116,7 +121,7 @@ class Voices:
     @property
     def is_silent(self) -> bool:
         """Whether nothing sounds and nothing is about to."""
-        is_idle = not any(hand.voices or hand.wanted for hand in self._hands)
+        is_idle = not any(hand.voices or hand.wanted or hand.hum for hand in self._hands)
         return is_idle and self._limiter.is_empty
 
     def beginning(self) -> list[tuple[str, float]]:
@@ -136,6 +141,7 @@ class Voices:
             return
         hand = self._hands[command.hand]
         hand.expires_at = command.expires_at
+        hand.hum = command.hum
         if command.material not in self._table:
             hand.wanted = None
             return
@@ -168,6 +174,7 @@ class Voices:
             if not hand.expires_at >= now:
                 hand.rest()
             self._follow(hand)
+            self._hum(hand)
             for voice in hand.voices:
                 block = voice.render(part.size, self._step)
                 if math.isfinite(float(np.dot(block, block))):
@@ -221,6 +228,17 @@ class Voices:
             source, thickness_m = self._texture(key, wanted), wanted.thickness_m
             voice = Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
             hand.voices.append(voice)
+
+    def _hum(self, hand: _Hand) -> None:
+        """Let the hand's hum go on, begin or end as the newest command has it."""
+        humming = [voice for voice in hand.voices if isinstance(voice.source, Tone)]
+        for voice in humming:
+            voice.aim = 0.0 if hand.hum is None else hand.hum.level
+            if hand.hum is not None and isinstance(voice.source, Tone):
+                voice.source.hum = hand.hum
+        if hand.hum is not None and not humming:
+            tone, level = Tone(hand.hum, self._playback), hand.hum.level
+            hand.voices.append(Voice(tone, _STILL, ("", "hum"), gain=0.0, aim=level))
 
     def _texture(self, key: tuple[str, str], wanted: Command) -> Texture | PatternTexture:
         pattern = self._patterns.get(key)

@@ -10,7 +10,7 @@ namespace HapticVLM.Wire
     public static class Protocol
     {
         public const int Major = 1;
-        public const int Minor = 0;
+        public const int Minor = 1;
         public const int MaxMessageBytes = 4194304;
         public const int MaxSidePx = 4096;
         public const int LeaseMs = 250;
@@ -1720,7 +1720,9 @@ namespace HapticVLM.Wire
 
     /// <summary>What the scene says of one object; everything but the id is optional.
     ///
-    /// `sunlit` says whether the sun shines on it now: an object in the sun is warmer than the air.</summary>
+    /// `sunlit` says whether the sun shines on it now: an object in the sun is warmer than the air.
+    /// What `vibrates` is felt through whatever touches it: `stands_on` names what carries an object.
+    /// Without `vibrates` its name may say so; `on` false says that it does not.</summary>
     public struct SceneObject
     {
         public string ObjectId;
@@ -1735,6 +1737,8 @@ namespace HapticVLM.Wire
         public double? ThicknessM;
         public const double ThicknessMMax = 10.0;
         public bool? Sunlit;
+        public Vibrates? Vibrates;
+        public List<string> StandsOn;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
@@ -1746,6 +1750,8 @@ namespace HapticVLM.Wire
             if (Shader != null) count++;
             if (ThicknessM != null) count++;
             if (Sunlit != null) count++;
+            if (Vibrates != null) count++;
+            if (StandsOn != null) count++;
             w.MapHeader(count);
             if (ObjectId == null) throw new WireException("sceneobject: object_id is missing");
             w.Raw(SceneObjectKeys.ObjectId);
@@ -1779,6 +1785,17 @@ namespace HapticVLM.Wire
             {
                 w.Raw(SceneObjectKeys.Sunlit);
                 w.Bool(Sunlit.Value);
+            }
+            if (Vibrates != null)
+            {
+                w.Raw(SceneObjectKeys.Vibrates);
+                Vibrates.Value.Write(w);
+            }
+            if (StandsOn != null)
+            {
+                w.Raw(SceneObjectKeys.StandsOn);
+                w.ArrayHeader(StandsOn.Count);
+                for (int i = 0; i < StandsOn.Count; i++) w.Str(StandsOn[i]);
             }
         }
 
@@ -1836,6 +1853,22 @@ namespace HapticVLM.Wire
                         it.Sunlit = r.Bool();
                     }
                 }
+                else if (r.TryKey(SceneObjectKeys.Vibrates))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Vibrates = HapticVLM.Wire.Vibrates.Read(ref r, pool);
+                    }
+                }
+                else if (r.TryKey(SceneObjectKeys.StandsOn))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.StandsOn = new List<string>();
+                        for (int items = r.ArrayHeader(); items > 0; items--)
+                            it.StandsOn.Add(r.Str(pool));
+                    }
+                }
                 else
                 {
                     r.Skip();
@@ -1857,6 +1890,8 @@ namespace HapticVLM.Wire
         public static readonly byte[] Shader = MsgPackWriter.Encoded("shader");
         public static readonly byte[] ThicknessM = MsgPackWriter.Encoded("thickness_m");
         public static readonly byte[] Sunlit = MsgPackWriter.Encoded("sunlit");
+        public static readonly byte[] Vibrates = MsgPackWriter.Encoded("vibrates");
+        public static readonly byte[] StandsOn = MsgPackWriter.Encoded("stands_on");
     }
 
     /// <summary>Settings of this connection's session; `feel` and gains are the owner's alone.
@@ -2671,6 +2706,72 @@ namespace HapticVLM.Wire
         public static readonly byte[] AtMs = MsgPackWriter.Encoded("at_ms");
         public static readonly byte[] Amplitude = MsgPackWriter.Encoded("amplitude");
         public static readonly byte[] FrequencyHz = MsgPackWriter.Encoded("frequency_hz");
+    }
+
+    /// <summary>How an object vibrates by itself; `level` is how strongly it is felt in the hand.</summary>
+    public struct Vibrates
+    {
+        public double FrequencyHz;
+        public const double FrequencyHzMax = 360.0;
+        public double Level;
+        public const double LevelMax = 1.0;
+        public bool? On;
+
+        /// <summary>Appends this one; throws WireException if a field is missing.</summary>
+        public void Write(MsgPackWriter w)
+        {
+            int count = 2;
+            if (On != null) count++;
+            w.MapHeader(count);
+            w.Raw(VibratesKeys.FrequencyHz);
+            w.Double(FrequencyHz);
+            w.Raw(VibratesKeys.Level);
+            w.Double(Level);
+            if (On != null)
+            {
+                w.Raw(VibratesKeys.On);
+                w.Bool(On.Value);
+            }
+        }
+
+        /// <summary>Reads one; fields it does not know are passed over.</summary>
+        public static Vibrates Read(ref MsgPackReader r, StringPool pool)
+        {
+            long seen = 0;
+            var it = default(Vibrates);
+            for (int left = r.MapHeader(); left > 0; left--)
+            {
+                if (r.TryKey(VibratesKeys.FrequencyHz))
+                {
+                    it.FrequencyHz = r.Double();
+                    seen |= 1L;
+                }
+                else if (r.TryKey(VibratesKeys.Level))
+                {
+                    it.Level = r.Double();
+                    seen |= 2L;
+                }
+                else if (r.TryKey(VibratesKeys.On))
+                {
+                    it.On = r.Bool();
+                }
+                else
+                {
+                    r.Skip();
+                    r.Skip();
+                }
+            }
+            if ((seen & 3L) != 3L)
+                throw new WireException("vibrates: a required field is missing");
+            return it;
+        }
+    }
+
+    internal static class VibratesKeys
+    {
+        public static readonly byte[] FrequencyHz = MsgPackWriter.Encoded("frequency_hz");
+        public static readonly byte[] Level = MsgPackWriter.Encoded("level");
+        public static readonly byte[] On = MsgPackWriter.Encoded("on");
     }
 
     /// <summary>What one hand feels from now on: a short plan that replaces the one before. An event.

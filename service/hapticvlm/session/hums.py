@@ -1,0 +1,124 @@
+"""What hums under a hand: things that vibrate, felt through what touches them. Pure.
+
+A thing vibrates as the scene states, or as its name says. A hand on it feels it whole. A hand on
+what it stands on, or on what stands on the same, feels it weaker, and one that has no such way to
+it feels nothing: through air there is none. The way from the source to the hand costs
+
+    JOINT_DB for each contact between two things,
+    10 log10(r / NEAR_M), as a wave in a plate spreads, and
+    8.69 pi f loss r / SPEED_MPS, as the material eats it (loss = decay / (pi f) of its first mode),
+
+with r = CROSSED_M for each thing on the way but the source: where things stand on it is not known.
+The law's form is that of bending waves in a plate; all four figures are our choice (docs/physics.md
+4.7). What is more than DEEPEST_DB down is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from hapticvlm.evidence.hums import hum_of
+from hapticvlm.materials import Vibration
+from hapticvlm.messages import SceneObject
+from hapticvlm.rendering.vibration.hum import Hum
+
+JOINT_DB, NEAR_M, CROSSED_M, SPEED_MPS = 12.0, 0.05, 1.0, 500.0
+DEEPEST_DB = 60.0
+RICHNESS = 0.3  # of what a scene states: it gives no harmonics
+_MOST_THINGS = 256  # asked for one hand, so that a crowded table holds up no touch
+
+FactsOf = Callable[[str], SceneObject | None]
+MaterialOf = Callable[[str], Vibration | None]
+
+
+class Hums:
+    """What touches what in one scene, both ways, and what is felt of it, until it changes."""
+
+    def __init__(self) -> None:
+        self._stands_on: dict[str, tuple[str, ...]] = {}
+        self._touching: dict[str, set[str]] = {}
+        self._felt: dict[str, Hum | None] = {}
+
+    def clear(self) -> None:
+        """Forget all of it."""
+        self._stands_on.clear()
+        self._touching.clear()
+        self._felt.clear()
+
+    def declare(self, given: SceneObject) -> None:
+        """Receive what carries an object, in place of what did before."""
+        self.forget(given.object_id)
+        supports = tuple(given.stands_on or ())
+        if supports:
+            self._stands_on[given.object_id] = supports
+        for support in supports:
+            self._touching.setdefault(given.object_id, set()).add(support)
+            self._touching.setdefault(support, set()).add(given.object_id)
+
+    def forget(self, object_id: str) -> None:
+        """Lift an object off what carries it."""
+        self._felt.clear()
+        for support in self._stands_on.pop(object_id, ()):
+            self._touching.get(support, set()).discard(object_id)
+            self._touching.get(object_id, set()).discard(support)
+
+    def felt(self, object_id: str, facts_of: FactsOf, material_of: MaterialOf) -> Hum | None:
+        """Return what a hand on this object feels of all that vibrates: the strongest of it."""
+        if object_id not in self._felt:
+            self._felt[object_id] = self._strongest(object_id, facts_of, material_of)
+        return self._felt[object_id]
+
+    def _strongest(self, object_id: str, facts_of: FactsOf, material_of: MaterialOf) -> Hum | None:
+        strongest: Hum | None = None
+        for source, way in self._ways(object_id).items():
+            hum = _hum_of(facts_of(source))
+            if hum is None:
+                continue
+            loss_db = _loss_db(way, hum.frequency_hz, material_of)
+            level = hum.level * 10.0 ** (-loss_db / 20.0)
+            is_felt = loss_db <= DEEPEST_DB and level > 0.0
+            if is_felt and (strongest is None or level > strongest.level):
+                strongest = Hum(hum.frequency_hz, level, hum.richness)
+        return strongest
+
+    def _ways(self, object_id: str) -> dict[str, tuple[str, ...]]:
+        """Return what each thing near the hand is felt through: () for the touched thing itself."""
+        ways: dict[str, tuple[str, ...]] = {object_id: ()}
+        edge = [object_id]
+        while edge and len(ways) < _MOST_THINGS:
+            reached = []
+            for name in edge:
+                for other in sorted(self._touching.get(name, ())):
+                    if other not in ways and len(ways) < _MOST_THINGS:
+                        ways[other] = (*ways[name], name)
+                        reached.append(other)
+            edge = [name for name in reached if len(ways[name]) * JOINT_DB < DEEPEST_DB]
+        return ways
+
+
+def _hum_of(given: SceneObject | None) -> Hum | None:
+    """Return how an object vibrates by itself: as the scene states, else as its name says."""
+    if given is None:
+        return None
+    stated = given.vibrates
+    if stated is not None:
+        return Hum(stated.frequency_hz, stated.level, RICHNESS) if stated.on else None
+    named = hum_of(given.name or given.object_id)
+    return None if named is None else Hum(named.frequency_hz, named.level, named.richness)
+
+
+def _loss_db(way: tuple[str, ...], frequency_hz: float, material_of: MaterialOf) -> float:
+    if not way:
+        return 0.0
+    crossed_m = CROSSED_M * len(way)
+    eaten_db = sum(_eaten_db_per_m(material_of(name), frequency_hz) for name in way) * CROSSED_M
+    return JOINT_DB * len(way) + 10.0 * math.log10(crossed_m / NEAR_M) + eaten_db
+
+
+def _eaten_db_per_m(vibration: Vibration | None, frequency_hz: float) -> float:
+    if vibration is None:
+        return 0.0
+    mode = vibration.modes[0]
+    loss = mode.decay_per_s / (math.pi * mode.frequency_hz)
+    return 8.69 * math.pi * frequency_hz * loss / SPEED_MPS
