@@ -69,6 +69,12 @@ class ModelWorker(Generic[A]):
 
     def __init__(self, plan: WorkerPlan) -> None:
         self._plan = plan
+        # One slot of shared memory takes the request's picture: four megabytes through a pipe would
+        # be copied twice and block the loop when the pipe is full. The gateway alone writes it, and
+        # only while no request is under way; the child reads it only after the pipe has told it
+        # that one has come. So each byte has one owner at any time, without a lock. A child that is
+        # given up may still read while the next request is written: its answer carries an old
+        # number and is dropped.
         self._slot = multiprocessing.get_context("spawn").RawArray("B", SLOT_BYTES)
         self._bytes = np.frombuffer(memoryview(self._slot), np.uint8)
         self._child = Child(plan.name, plan.entry, self._arguments, self._begin, plan.start_s)
@@ -188,6 +194,10 @@ def _read(control: Connection, deliver: Callable[[Answered[Any]], None], plan: W
     """Pass on answers until the pipe ends; one that is none ends it too, and the worker is late."""
     packets = msgspec.msgpack.Decoder(_Packet)
     bodies: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(plan.answer, dec_hook=_array)
+    # This thread lives as long as its pipe. When the child dies the read ends with EOFError and so
+    # does the thread; the next child brings a pipe and a thread of its own. It never touches the
+    # worker's state: `deliver` passes the answer on to the event loop, where it is compared with
+    # the number of the request that is waited for.
     with suppress(EOFError, OSError):
         while True:
             data = control.recv_bytes(MAX_ANSWER_BYTES)

@@ -60,6 +60,11 @@ class Child:
         self._arguments = arguments
         self._on_ready = on_ready
         self._start_s = start_s
+        # A child is in one of three states. Spawning: a thread starts it, `_spawning` is set and
+        # there is no process yet. Running: `_process` and our end of its pipe, `_control`, are set,
+        # and `_ready_at` once its first message came. Waiting: neither, until `_retry_at`. The
+        # process before may still be dying then; two of them never hold the same device, since the
+        # next one is not started before it is reaped, or DYING_S have passed.
         self._spawning: _Spawning | None = None
         self._process: BaseProcess | None = None
         self._dying: BaseProcess | None = None
@@ -210,10 +215,14 @@ class Child:
 
     def _kill(self) -> None:
         """End the process without waiting: one of many gigabytes takes its time to die."""
+        # SIGKILL and not a request: what hangs hears no request, and a child owns nothing that it
+        # would have to put in order. The audio engine's output is closed by the system with it.
         if self._process is not None:
             self._process.kill()
             self._dying = self._process
-        self._process = self._control = self._ready_at = None
+        self._process = None
+        self._control = None
+        self._ready_at = None
 
     def _is_reaped(self, now: float) -> bool:
         """Whether the process that was killed is gone, or not worth waiting for any longer."""

@@ -43,6 +43,10 @@ class Entrance:
     def __init__(self, counts: Counter[str], most: int | None = None) -> None:
         self.counts = counts
         self._most = socket_limit() if most is None else most
+        # Two kinds of sockets. Those that have said nothing yet cost descriptors and nothing else,
+        # so a few of them wait, and the one that has waited longest makes room for a newcomer: a
+        # crowd of silent sockets can then lock nobody out. A socket that was admitted is never
+        # closed for a newcomer. A dict without values keeps the order in which they came.
         self._waiting: dict[LimitedSocket, None] = {}
         self._greeted: set[LimitedSocket] = set()
 
@@ -63,7 +67,8 @@ class Entrance:
 
     def greeted(self, socket: LimitedSocket) -> None:
         """Note that a socket sent its hello and was admitted."""
-        if self._waiting.pop(socket, self) is None:
+        if socket in self._waiting:  # else it has made room for another one meanwhile
+            del self._waiting[socket]
             self._greeted.add(socket)
 
     def closed(self, socket: LimitedSocket) -> None:
@@ -104,6 +109,9 @@ class LimitedSocket(ServerConnection):
 
     def data_received(self, data: bytes) -> None:
         """Spend the bytes, then parse them."""
+        # Bytes are counted before websockets looks at them: a frame that is never completed, or is
+        # compressed, or is no frame at all costs its sender just the same. A refused socket is told
+        # why (1008) and may go on sending for ABORT_S, all of which is thrown away unread.
         if not self._bytes.spend(len(data), time.monotonic()):
             self.refuse("too many bytes")
         super().data_received(data)

@@ -46,7 +46,14 @@ class _UnderWay:
 
 
 class RecognitionQueue:
-    """Feeds the recogniser from a mailbox for each connection that has joined."""
+    """Feeds the recogniser from a mailbox for each connection that has joined.
+
+    All of it runs on the event loop, so no two methods run at once and nothing is locked. The
+    recogniser works on one picture at a time: `put` and `accept` end by `feed`, which hands over
+    the next one if it is idle. An answer belongs to the request under way or to none: one that was
+    given up (a restart, a connection that left) is dropped by its number. Whoever waits for an
+    answer gets exactly one: a decision, `skipped` with its reason, or an error.
+    """
 
     def __init__(
         self, recogniser: RecogniserWorker, counts: Counter[str], deliver: Deliver

@@ -37,6 +37,11 @@ TAUGHT_VIEWS = 4  # pictures of an object that is sure, as references for the ot
 ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
 
 
+# A decision is wanted ten to ninety times a second for each hand and changes a few times a minute.
+# So every step keeps its result beside the inputs that it was made from, and compares those first:
+# evidence -> verdict -> rendition and contact -> decision. A renewal of a lease that changes
+# nothing makes nothing anew; whatever does change an input (a picture, an answer, ambient, gain, a
+# limit of the plate) is found by comparing, and nobody has to remember to invalidate anything.
 @dataclass(slots=True)
 class ObjectState:
     """One object: what the scene gives, evidence by source, verdict, and the decision kept.

@@ -53,7 +53,13 @@ class Peltier:
         self._realtime = realtime
         self._open_port, self._clock = open_port, clock
         self._session = PlateSession()
-        self._lock = threading.Lock()  # held for computing only, never over a read or write
+        # Two threads meet here. The gateway's event loop commands, rests and asks for the reading;
+        # the plate's own thread reads and writes the port, which may block for READ_S. Both go
+        # through the session, a plain state machine, under this lock, which is held for computing
+        # only and never over a read or a write: the loop waits for microseconds. A stop does not
+        # wait for the read either, `off` cancels it. If this process dies, nothing here matters:
+        # the setpoint's own time to live ends on the board.
+        self._lock = threading.Lock()
         self._port: Port | None = None
         self._trouble = ""  # why the port was closed last
         self._place: PortInfo | None = None

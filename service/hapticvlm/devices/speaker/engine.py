@@ -57,8 +57,13 @@ class Engine:
         self._ring = ring
         self._voices = settings.voices()
         self._is_leaving = False
-        self._newest = self._rested = ring.newest
-        self._lost = self._samples = self._scrubbed = 0
+        # A restarted engine begins behind all that was ever commanded: a touch of a second ago must
+        # not be played now.
+        self._newest = ring.newest
+        self._rested = ring.newest
+        self._lost = 0
+        self._samples = 0
+        self._scrubbed = 0
         self.level = 1.0
         self.underruns = 0
         self.realtime = False
@@ -67,6 +72,9 @@ class Engine:
 
     def fill(self, count: int) -> NDArray[np.float32]:
         """Return the next `count` samples, (count,) float32 within [-1, 1]."""
+        # This runs in the audio system's own thread, which must be done before the output runs dry.
+        # So nothing here waits: no lock, no file, no allocation that grows. Everything it knows
+        # comes out of the ring, and what it says goes back into it.
         now = time.monotonic()
         for number, written_at, order in self._ring.take(self._newest):
             self._newest = number
@@ -78,6 +86,8 @@ class Engine:
             if isinstance(order, RestAll):
                 self._rested = number
             self._ring.note_delay(number, now - written_at)
+        # Gain and "rest everything" must hold even if the orders that said so were overwritten in a
+        # full ring: they stand beside it, and are compared every block.
         self._follow_standing()
         block = self._bounded(self._voices.render(count, now))
         self._samples += count

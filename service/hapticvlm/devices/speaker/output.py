@@ -98,7 +98,11 @@ class Output:
                 asked, since = self.asked, now
 
     def is_lost(self, now: float, awake_since: float) -> bool:
-        """Return whether the output has stopped asking a watch that was awake for samples."""
+        """Return whether the output has asked for no samples for LOST_S.
+
+        `awake_since` is since when the caller has watched without a gap: while a machine sleeps no
+        output asks, and none is lost.
+        """
         return now - max(self.asked_at, awake_since) > LOST_S
 
     def close(self) -> None:
@@ -112,6 +116,10 @@ class Output:
             miniaudio.lib.ma_context_uninit(device._context)
 
     def _blocks(self) -> Generator[NDArray[np.float32], int, None]:
+        # miniaudio sends into this generator how many samples it wants and plays what is yielded.
+        # It runs in a thread of the audio system, so priority is asked for here and not in open().
+        # An exception would end that thread without a word: it is kept, and raised again where the
+        # engine's own loop looks at it.
         count = yield np.empty(0, np.float32)
         self.has_priority = self.realtime and request_priority()
         while True:

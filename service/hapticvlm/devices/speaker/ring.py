@@ -35,6 +35,14 @@ SAMPLES = 48_000  # the newest second
 
 TRIES = 100
 
+# The block of memory, from its start:
+#   three numbers of 8 bytes: the newest command, the newest status, the newest persistent state
+#   two slots for a status, a second of delays, a second of samples
+#   SLOTS records of commands, then two slots for the persistent state
+# Every record begins with its own number and ends in a checksum. The number at the start of the
+# block is stored last, so a reader that sees it looks for a record that should be whole; where the
+# processor stores in another order, or the writer was put aside in the middle, number or checksum
+# do not fit and the reader tries again at its next block, 2.7 ms later.
 _RECORD = struct.Struct("<QBBBBhxxffffdQfffd")
 _STATUS = struct.Struct("<QdfQQQQQ??")
 _STANDING = struct.Struct("<QdQ")
@@ -89,7 +97,11 @@ class Ring:
         return self._number(_NEWEST)
 
     def put(self, order: Order, now: float) -> int:
-        """Write one order (gateway side) and return its number."""
+        """Write one order (gateway side) and return its number.
+
+        Never waits: if the engine is dead or late, old records are written over, and the engine
+        that reads on (or the new one, which begins behind them) counts what it has lost.
+        """
         number = self.newest + 1
         fields = _fields(order, self._materials)
         self._write(_RECORD.pack(number, *fields, now), _record_at(number))
@@ -114,11 +126,15 @@ class Ring:
         """Yield (number, written_at, order) newer than `after`; order None = lost (engine side)."""
         newest = self.newest
         for number in range(after + 1, newest + 1):
+            # The writer may be at this very slot for the next command: one less than a whole ring
+            # behind is as far as a record can be trusted.
             if newest - number >= SLOTS - 1:
                 yield number, 0.0, None
                 continue
             record = self._read(_RECORD, _record_at(number))
             if record is None or record[0] != number:
+                # Not whole yet. What comes after it is newer, so nothing is passed over: the next
+                # block begins here again.
                 return
             yield number, record[-1], _order(record[1:-1], self._materials)
 
@@ -150,6 +166,9 @@ class Ring:
 
     def status(self) -> EngineStatus:
         """Read the engine's newest status (gateway side)."""
+        # The engine writes a status every block into the other of two slots. While one is read, it
+        # can at most be overwritten by the one after the next, which a second look finds; if the
+        # engine died in the middle of a write, the last whole status stands for ever.
         for _ in range(TRIES):
             number = self._number(_NEWEST_STATUS)
             fields = self._read(_STATUS, _status_at(number)) if number else None

@@ -44,7 +44,8 @@ class Speaker:
         self._rested = 0
         self._had_output = True
         self._levelled = 0
-        self._watched_at = self._awake_since = float("-inf")
+        self._watched_at = float("-inf")
+        self._awake_since = float("-inf")
         self._child = Child("audio engine", run_engine, self._arguments, self._begin)
         self.name = settings.output
 
@@ -138,6 +139,9 @@ class Speaker:
 
     def supervise(self, now: float) -> str | None:
         """Restart a dead or silent engine; return what happened to it, or to its output."""
+        # Whoever watches may itself have slept (a laptop's lid, a machine too busy to run us). Then
+        # the engine's last beat is old although nothing is wrong with it. So an engine counts as
+        # silent only after SILENT_S of a watch that was awake all the time.
         if now - self._watched_at > ASLEEP_S:
             self._awake_since = now
         self._watched_at = now
