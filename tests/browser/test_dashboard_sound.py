@@ -14,7 +14,7 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm_studio.touches.sound import sound
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.realtime]
 
 STRIKE = Motion(0.6, 4.0)  # the dashboard's own, pages/trial.js
 HOLD_MS = 1500

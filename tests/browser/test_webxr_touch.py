@@ -16,7 +16,7 @@ from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS, missing
 
 from hapticvlm.client.local_service import running
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.realtime]
 
 SIZE = (240, 160)  # px: what is drawn on a processor costs time
 SEEN_MS = 50.0

@@ -18,7 +18,7 @@ from hapticvlm.devices.speaker.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.realtime]
 
 BLOCK = 128
 

@@ -42,6 +42,7 @@ def test_two_materials_differ_by_more_than_two_strikes_of_one() -> None:
     assert difference_db(wood, again) < 1.6 < difference_db(wood, glass)
 
 
+@pytest.mark.realtime
 def test_more_modes_come_nearer_and_nobody_feels_those_that_the_table_leaves_out() -> None:
     *cut, shipped = methods.modes()
     errors = [row.error_db for row in cut]

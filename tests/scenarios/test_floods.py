@@ -19,6 +19,8 @@ from hapticvlm.server.budgets import (
     REFUSED,
 )
 
+pytestmark = pytest.mark.realtime
+
 FLOOD_S = 2.0
 BURST = 2000  # frames in one write
 

@@ -20,6 +20,8 @@ from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.plate.protocol import State
 from hapticvlm.devices.simulated.simulated_board import SimulatedBoard, SimulatedPort
 
+pytestmark = pytest.mark.realtime
+
 LEASE_S = 0.25
 
 

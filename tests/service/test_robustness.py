@@ -24,6 +24,8 @@ from test_server import OBJECTS, frame, is_silent, owner_of, quickest, rests, un
 from hapticvlm.client.local_service import running
 from hapticvlm.vision.worker import LIMIT_S
 
+pytestmark = pytest.mark.realtime
+
 LEASE_S = 0.25
 RESTART_S = 20.0  # a second failure within ten seconds waits a second, and this machine is shared
 SCHEMA = json.loads((Path(__file__).parents[2] / "schemas/messages.schema.json").read_text())

@@ -6,6 +6,7 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
 from websockets.asyncio.client import connect
 
 import hapticvlm
@@ -117,6 +118,7 @@ def test_a_decision_is_made_anew_when_what_it_depends_on_changes():
     assert session.receive(touch(), 1.2)[0].command.material == "wood"
 
 
+@pytest.mark.realtime
 def test_a_renewal_inside_the_session_costs_less_than_four_small_sums():
     session = touched()
     calls = (lambda: session.receive(renewal, 1.1), lambda: sum(n * n for n in range(64)))

@@ -11,7 +11,7 @@ from test_server import OBJECTS, frame
 
 from hapticvlm.client.local_service import running
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.realtime]
 
 DEADLINE_S = 0.8  # wide, for a busy machine
 MOST_MS = 1000.0 * DEADLINE_S
