@@ -37,6 +37,7 @@ FIRMWARE = {number: Fault(number, name, *words) for number, (name, words) in _FI
 _HOST = {name: Fault(None, name, *words) for name, words in _WORDS["host"].items()}
 UNPLUGGED, SILENT = _HOST["plate_unplugged"], _HOST["plate_silent"]
 VERSION, NOT_FOLLOWED = _HOST["plate_version"], _HOST["plate_not_following"]
+CLOCK_WRONG = _HOST["plate_clock_wrong"]
 SPEAKER_GONE = _HOST["speaker_gone"]
 _BY_NAME = {fault.name: fault for fault in (*FIRMWARE.values(), *_HOST.values())}
 

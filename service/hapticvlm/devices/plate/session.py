@@ -14,6 +14,7 @@ from collections import Counter
 
 from hapticvlm.devices import faults
 from hapticvlm.devices.plate import protocol as plate_protocol
+from hapticvlm.devices.plate.board_clock import BoardClock
 from hapticvlm.devices.plate.dose import Dose
 from hapticvlm.devices.plate.framing import Deframer, Frame
 from hapticvlm.devices.plate.protocol import Ack, Answer, HelloReply, Message, State, Telemetry
@@ -45,6 +46,7 @@ class PlateSession:
         self._uptime_ms: int | None = None
         self._unfollowed_since: float | None = None
         self._is_unfollowed = False
+        self._clock = BoardClock()
 
     @property
     def is_ready(self) -> bool:
@@ -108,7 +110,8 @@ class PlateSession:
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
         """Hold `setpoint_c`, limited to the band, for `ttl_s`, if this is a fresh command."""
-        may_drive = self.is_ready and not (self.telemetry and self.telemetry.faults)
+        is_sound = not (self.telemetry and self.telemetry.faults) and not self._clock.is_wrong
+        may_drive = self.is_ready and is_sound
         if self._drive.command(setpoint_c, ttl_s, now, may_drive=may_drive):
             self._orders.drop_rest()
 
@@ -174,6 +177,8 @@ class PlateSession:
             return (*found, faults.UNPLUGGED.name)
         if self.refusal is not None:
             return (*found, faults.VERSION.name)
+        if self._clock.is_wrong:
+            found = (*found, faults.CLOCK_WRONG.name)
         if self._is_unfollowed:
             found = (*found, faults.NOT_FOLLOWED.name)
         return found if self._is_fresh(now) else (*found, faults.SILENT.name)
@@ -188,6 +193,7 @@ class PlateSession:
         self._hello_at = -math.inf
         self._orders.drop()
         self._unfollowed_since, self._is_unfollowed = None, False
+        self._clock = BoardClock()
 
     def _hello(self, now: float) -> bytes:
         if now - self._hello_at < HELLO_S:
@@ -219,9 +225,18 @@ class PlateSession:
                 self._restarted()
         if telemetry.faults:
             self._drive.hold()
+        self._watch_clock(telemetry, now)
         self._watch_following(telemetry, now)
         self._uptime_ms, self.telemetry = telemetry.uptime_ms, telemetry
         self._dose.update(telemetry.dose_mcem43 / 1000.0, float(telemetry.heated_s), now)
+
+    def _watch_clock(self, telemetry: Telemetry, now: float) -> None:
+        """Switch the board off when its clock goes wrong: it would count leases and dose wrong."""
+        was_wrong = self._clock.is_wrong
+        self._clock.note(telemetry.uptime_ms, now)
+        if self._clock.is_wrong and not was_wrong:
+            self._drive.hold()
+            self.off()
 
     def _watch_following(self, telemetry: Telemetry, now: float) -> None:
         """Find that the board does not hold although it was sent setpoints all the time."""
