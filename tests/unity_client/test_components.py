@@ -109,5 +109,9 @@ def test_the_editor_window_shows_decisions_and_the_plate_and_stops(play):
     assert "threads left after reload 0" in said
 
 
+def test_the_sample_that_asks_for_an_address_links_to_what_is_typed_and_remembers_it(play):
+    assert "linked and remembered True typed-token" in play("type-address")
+
+
 def test_the_sample_of_object_ids_logs_what_is_felt(play):
     assert "OakTable feels like wood, by Name" in play("sample")

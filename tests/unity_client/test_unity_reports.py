@@ -65,12 +65,13 @@ def test_a_scene_that_does_not_own_the_outputs_is_told_so_with_the_cure(play):
 
 def test_an_incomplete_hand_or_object_is_reported_with_its_cure(play):
     lines = console(play("incomplete"))
-    assert len(lines) == 4
+    assert len(lines) == 5
     for name, cure in (
         ("bare", "add a Sphere Collider"),
         ("still", "add one and tick Is Kinematic"),
         ("solid", "tick Is Trigger"),
         ("ghost", "add a Box Collider"),
+        ("apart", "its layer 'Hands' collides with the layer of no Haptic Object"),
     ):
         assert any(f"'{name}'" in line and cure in line for line in lines), name
 

@@ -28,6 +28,7 @@ public static class Components
             case "touch": Touching(arguments[1]); break;
             case "stream": Streaming(arguments[1]); break;
             case "sample": Sample(arguments[1], arguments[4]); break;
+            case "type-address": TypeAddress(arguments[1], arguments[4]); break;
             case "cycles": Cycles(arguments[1]); break;
             case "scan": Scanning(arguments[1]); break;
             case "window": EditorParts.Show(arguments[1]); break;
@@ -194,6 +195,19 @@ public static class Components
         Run(() => touched.Material != null, "no decision");
         Say(Debug.LastLog);
         Object.Destroy(hand.gameObject);
+        Object.Destroy(client.gameObject);
+        EndOfThreads();
+    }
+
+    // Nothing answers at the address of the scene, until somebody types the right one.
+    static void TypeAddress(string url, string assembly)
+    {
+        HapticClient client = Client("ws://127.0.0.1:9/");
+        Type type = System.Reflection.Assembly.LoadFrom(assembly).GetType("HapticVLM.Samples.AskForAddress");
+        TouchScreenKeyboard.Typed = url + " typed-token";
+        typeof(GameObject).GetMethod("AddComponent").MakeGenericMethod(type).Invoke(new GameObject("asker"), null);
+        Run(() => client.State == LinkState.Ready, "no link after an address was typed", 60.0);
+        Say("linked and remembered " + (ServiceAddress.Url("") == url) + " " + ServiceAddress.Token(""));
         Object.Destroy(client.gameObject);
         EndOfThreads();
     }

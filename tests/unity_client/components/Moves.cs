@@ -197,8 +197,10 @@ public static class Moves
         second.transform.position = new Vector3(1f, 0f, 0.5f);
         for (int i = 0; i < 40; i++) Frame();
         Components.Say("then steel " + (first.TouchedObjectId == steel.ObjectId) + " leases_least " + Least(leases) + " reports " + leases.Count);
-        first.transform.position = new Vector3(0f, 0f, 0.5f);
-        for (int i = 0; i < 20; i++) Frame();
+        first.transform.position = new Vector3(0f, 0f, 2f); // and nears nothing
+        second.transform.position = new Vector3(1f, 0f, 2f);
+        leases.Clear();
+        Components.Run(() => leases.Contains(0), "the lease does not end", 20.0);
         Components.Say("let go " + (first.TouchedObjectId == null) + " leases_last " + leases[leases.Count - 1]);
         End(client);
     }

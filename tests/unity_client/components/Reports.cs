@@ -62,6 +62,9 @@ public static class Reports
         solid.AddComponent<Rigidbody>().isKinematic = true;
         solid.AddComponent<HapticHand>();
         Moves.Hand(new Vector3(0f, 0f, 0f), "whole");
+        LayerMask.Named[7] = "Hands";
+        Physics.IgnoreLayerCollision(7, 0);
+        Moves.Hand(new Vector3(0f, 0f, 5f), "apart").gameObject.layer = 7;
         new GameObject("ghost").AddComponent<HapticObject>();
         Moves.Box("box", new Vector3(9f, 0f, 0f), new Vector3(1f, 1f, 1f));
         Components.RunFor(50);

@@ -99,6 +99,11 @@ namespace UnityEngine
     {
         public static readonly List<Collider> World = new List<Collider>();
 
+        static readonly HashSet<int> Ignored = new HashSet<int>();
+
+        public static void IgnoreLayerCollision(int layer1, int layer2) { Ignored.Add(32 * layer1 + layer2); }
+        public static bool GetIgnoreLayerCollision(int layer1, int layer2) { return Ignored.Contains(32 * layer1 + layer2); }
+
         // Straight ahead, along z.
         public static bool Raycast(Ray ray, out RaycastHit hitInfo, float maxDistance, int layerMask, QueryTriggerInteraction queryTriggerInteraction)
         {

@@ -5,4 +5,22 @@ namespace UnityEngine
 {
     public enum PrimitiveType { Cube = 3 }
 
+    public enum TouchScreenKeyboardType { Default = 0, URL = 3 }
+
+    // The system's keyboard, on which somebody types at once what Typed says.
+    public sealed class TouchScreenKeyboard
+    {
+        public enum Status { Visible = 0, Done = 1, Canceled = 2, LostFocus = 3 }
+
+        public static string Typed;
+
+        public static bool isSupported { get { return Typed != null; } }
+        public string text { get; set; }
+        public Status status { get; private set; }
+
+        public static TouchScreenKeyboard Open(string text, TouchScreenKeyboardType keyboardType)
+        {
+            return new TouchScreenKeyboard { text = Typed, status = Status.Done };
+        }
+    }
 }

@@ -94,7 +94,7 @@ namespace HapticVLM
 
         void Start()
         {
-            string problem = Problem;
+            string problem = Problem ?? Surface.Ignored(gameObject.layer);
             if (problem != null) Debug.LogWarning("HapticVLM: the Haptic Hand '" + name + "' feels nothing: " + problem + ".", this);
         }
 

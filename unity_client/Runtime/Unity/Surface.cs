@@ -24,6 +24,17 @@ namespace HapticVLM
             return true;
         }
 
+        /// <summary>Why physics reports nothing of what this layer meets, and the cure; null when all is well.</summary>
+        public static string Ignored(int layer)
+        {
+            for (int i = 0; i < HapticObject.All.Count; i++)
+            {
+                if (!Physics.GetIgnoreLayerCollision(layer, HapticObject.All[i].gameObject.layer)) return null;
+            }
+            return HapticObject.All.Count == 0 ? null : "its layer '" + LayerMask.LayerToName(layer)
+                + "' collides with the layer of no Haptic Object: tick it in Project Settings > Physics > Layer Collision Matrix";
+        }
+
         static bool IsConvex(Collider collider)
         {
             var mesh = collider as MeshCollider;
