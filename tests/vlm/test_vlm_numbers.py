@@ -17,6 +17,7 @@ from hapticvlm.vlm.numbers import (
     ChoiceTree,
     beliefs,
     choice_tree,
+    number_beliefs,
     number_tree,
     pack,
     quantile,
@@ -42,7 +43,7 @@ def in_pairs(text: str) -> list[int]:
     return [20 + int(text[1]), *by_digit(text[2:])]
 
 
-def planted(tree: ChoiceTree, text: tuple[int, ...], vocabulary: int = 100) -> NDArray[np.float32]:
+def planted(tree: ChoiceTree, text: tuple[int, ...], vocabulary: int = 300) -> NDArray[np.float32]:
     """Log-probabilities of a model that is sure of one text and of its end."""
     rows = np.full((len(tree.nodes), vocabulary), -50.0, np.float32)
     end = vocabulary - 1
@@ -51,7 +52,7 @@ def planted(tree: ChoiceTree, text: tuple[int, ...], vocabulary: int = 100) -> N
     return rows
 
 
-def random_rows(tree: ChoiceTree, vocabulary: int = 100, seed: int = 0) -> NDArray[np.float32]:
+def random_rows(tree: ChoiceTree, vocabulary: int = 300, seed: int = 0) -> NDArray[np.float32]:
     rows = np.random.default_rng(seed).normal(0, 3, (len(tree.nodes), vocabulary))
     return (rows - np.logaddexp.reduce(rows, axis=1, keepdims=True)).astype(np.float32)
 
@@ -60,7 +61,7 @@ def random_rows(tree: ChoiceTree, vocabulary: int = 100, seed: int = 0) -> NDArr
 @pytest.mark.parametrize("number", [-30, -17, -5, -1, 0, 2, 9, 22, 60])
 def test_a_planted_number_is_read_back(encode, number: int) -> None:
     tree = number_tree(encode)
-    found = spread([beliefs(tree, planted(tree, tuple(encode(str(number)))))])
+    found = spread([number_beliefs(tree, planted(tree, tuple(encode(str(number)))))])
     assert found.value_c == pytest.approx(number, abs=1e-6)
     assert found.low_c == pytest.approx(number - COVERAGE / 2, abs=1e-6)
     assert found.high_c == pytest.approx(number + COVERAGE / 2, abs=1e-6)
@@ -75,7 +76,7 @@ def test_a_digit_that_goes_on_is_not_the_number_it_begins_with() -> None:
     rows[after_two] = -50.0
     rows[after_two, SIGNS.index("2")] = np.log(0.75)
     rows[after_two, 99] = np.log(0.25)
-    found = beliefs(tree, rows)
+    found = number_beliefs(tree, rows)
     assert found[CANDIDATES_C == 22] == pytest.approx(0.75, abs=1e-6)
     assert found[CANDIDATES_C == 2] == pytest.approx(0.25, abs=1e-6)
 
@@ -86,7 +87,7 @@ def test_what_follows_a_number_does_not_matter() -> None:
     after_five = tree.nodes.index(tuple(by_digit("5")))
     said[after_five] = -50.0
     said[after_five, 40:44] = np.log(0.25)  # an end, a degree sign, a full stop, a space
-    assert beliefs(tree, said)[CANDIDATES_C == 5] == pytest.approx(1.0, abs=1e-6)
+    assert number_beliefs(tree, said)[CANDIDATES_C == 5] == pytest.approx(1.0, abs=1e-6)
 
 
 def test_beliefs_and_what_is_no_number_make_up_everything() -> None:
@@ -99,14 +100,23 @@ def test_beliefs_and_what_is_no_number_make_up_everything() -> None:
     assert beliefs(tree, rows).sum() == pytest.approx(numbers, abs=1e-6)
 
 
-def test_by_digits_ten_texts_beside_the_prompt_are_asked() -> None:
-    assert len(number_tree(by_digit).nodes) == 11
+@pytest.mark.parametrize("said", ["72", "100", "65", "-40", "199"])
+@pytest.mark.parametrize("encode", [by_digit, whole])
+def test_a_number_that_is_no_candidate_is_not_the_one_it_begins_with(encode, said) -> None:
+    tree = number_tree(encode)
+    assert number_beliefs(tree, planted(tree, tuple(encode(said)))).sum() < 1e-6
+
+
+def test_by_digits_thirty_texts_beside_the_prompt_are_asked() -> None:
+    assert len(number_tree(by_digit).nodes) == 30
     assert number_tree(whole).nodes == ((), (0,))
 
 
 def test_every_whole_degree_is_a_candidate_once() -> None:
     tree = number_tree(by_digit)
-    assert tree.answers == len(tree.texts) == MOST_C - LEAST_C + 1
+    candidates = [answer for _, answer in tree.texts if answer < len(CANDIDATES_C)]
+    assert sorted(candidates) == list(range(MOST_C - LEAST_C + 1))
+    assert tree.answers == len(CANDIDATES_C) + 1  # and one for every other number
 
 
 def test_several_spellings_of_one_answer_add_up() -> None:

@@ -22,7 +22,14 @@ from hapticvlm.vlm import contract, generation, weights
 from hapticvlm.vlm.chat import Chat
 from hapticvlm.vlm.contract import Picture, Vlm, VlmError, VlmSettings
 from hapticvlm.vlm.network import Network
-from hapticvlm.vlm.numbers import ChoiceTree, beliefs, choice_tree, number_tree, spread
+from hapticvlm.vlm.numbers import (
+    ChoiceTree,
+    beliefs,
+    choice_tree,
+    number_beliefs,
+    number_tree,
+    spread,
+)
 
 METHODS: tuple[Method, ...] = ("readout", "generation")
 # A model's beliefs in materials are not calibrated: it never reaches the ladder's SURE by itself;
@@ -67,11 +74,12 @@ class LocalVlm:
             return self._written(picture, start)
         asked = contract.about_ambient(self.settings.wordings)
         log_probs = self.network.readout(self.chat.prompt(asked, [picture]), self.numbers)
-        found = spread([beliefs(self.numbers, row) for row in log_probs])
+        found = spread([number_beliefs(self.numbers, row) for row in log_probs])
+        half_c = generation.HALF_WIDTH_C  # a model sure of one number is not thereby right
         return Reading(
             value_c=found.value_c,
-            low_c=found.low_c,
-            high_c=found.high_c,
+            low_c=min(found.low_c, found.value_c - half_c),
+            high_c=max(found.high_c, found.value_c + half_c),
             prompt_sd_c=found.prompt_sd_c,
             method="readout",
             seconds=time.monotonic() - start,

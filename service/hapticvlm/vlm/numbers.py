@@ -155,9 +155,20 @@ class Spread:
 
 
 def number_tree(encode: Encode) -> ChoiceTree:
-    """Build the tree of all candidate numbers, for any tokenizer. Raises ValueError."""
+    """Build the tree of all candidate numbers, for any tokenizer. Raises ValueError.
+
+    One more answer stands behind the candidates, for every number that is none of them: without it
+    "72" (a model that thinks in Fahrenheit) would be read as the 7 that it begins with, "100" as
+    10, and felt as frost.
+    """
     spellings = {str(number): place for place, number in enumerate(CANDIDATES_C.tolist())}
-    return choice_tree(spellings, encode)
+    others = {str(n): len(CANDIDATES_C) for n in (*range(-99, LEAST_C), *range(MOST_C + 1, 200))}
+    return choice_tree({**spellings, **others}, encode)
+
+
+def number_beliefs(tree: ChoiceTree, log_probs: NDArray[np.float32]) -> Beliefs:
+    """Score the candidates alone, (91,): what is believed of other numbers is left out."""
+    return beliefs(tree, log_probs)[: len(CANDIDATES_C)]
 
 
 def spread(wordings: Sequence[Beliefs]) -> Spread:

@@ -120,7 +120,12 @@ def _from_hub(name: str) -> Path:
     import huggingface_hub
 
     try:
-        return Path(huggingface_hub.snapshot_download(name, local_files_only=True))
+        # The same patterns as below: without them a copy of just these files counts as incomplete.
+        return Path(
+            huggingface_hub.snapshot_download(
+                name, allow_patterns=list(FILES), local_files_only=True
+            )
+        )
     except Exception:  # noqa: BLE001 - not in the cache, whatever the library calls that
         logger.info("model `%s` is not on this machine", name)
     try:
