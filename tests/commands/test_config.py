@@ -11,6 +11,7 @@ import pytest
 
 from hapticvlm.client.local_service import running
 from hapticvlm.commands import config_file, serve
+from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.server.options import Option
 from hapticvlm.server.settings import GROUPS, OPTIONS, ServeOptions
 
@@ -203,3 +204,7 @@ def test_a_secret_is_not_printed_by_the_service(tmp_path):
     with running(["--config", str(path)]) as service:
         assert service.url
     assert SECRET not in "".join(service.printed)
+
+
+def test_the_palm_that_is_assumed_is_that_of_the_physics():
+    assert ServeOptions().plate_resistance == PLATE_RESISTANCE

@@ -16,9 +16,9 @@ import sys
 from pathlib import Path
 from hapticvlm.commands import run_service
 from hapticvlm.server import assemble
-from hapticvlm.server.settings import Serving
+from hapticvlm.server.settings import ServeOptions
 gallery = Path(sys.argv[1]) if sys.argv[1:] else None
-assemble.make(Serving(gallery=gallery))
+assemble.build_service(ServeOptions(gallery=gallery))
 """
 STRUCK = """
 import sys

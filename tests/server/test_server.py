@@ -126,7 +126,7 @@ async def test_a_newer_major_is_refused_naming_both_versions(service):
         answer = await client.hello(protocol={"major": 2, "minor": 0})
     assert answer["code"] == "protocol"
     assert "2.0" in answer["text"]
-    assert "1.0" in answer["text"]
+    assert "1.1" in answer["text"]
 
 
 async def test_a_newer_minor_is_answered_with_the_services_own(service):

@@ -139,7 +139,7 @@ def _next_steps(session: Path) -> str:
         "\nNext:\n"
         f"  look again  hapticvlm replay --view {session}\n"
         "  dashboard   hapticvlm serve, then open http://127.0.0.1:8790/ in a browser\n"
-        "  your own    the same service, http://127.0.0.1:8790/try: drop a picture and touch it\n"
+        "  your own    http://127.0.0.1:8790/try: drop a picture of yours and touch it\n"
         "  your scene  connect it to ws://127.0.0.1:8790/ (shortest: examples/touch.py)\n"
         "  Unity       add the package in unity_client/ (README.md there: five steps);\n"
         "              schemas/messages.schema.json and schemas/vectors/ are the contract"

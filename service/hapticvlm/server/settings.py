@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
-from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.server.options import Flag, contact_resistance, options_of, plate_resistance
 
 CONNECTIONS, OUTPUTS, RECOGNITION = "connections", "outputs", "recognition"
@@ -132,7 +131,7 @@ class ServeOptions:
             range=(0.0, 0.005),
             read=plate_resistance,
         ),
-    ] = PLATE_RESISTANCE
+    ] = 4e-4  # PLATE_RESISTANCE of rendering.heat.contact, which would load numpy for --help
     no_realtime: Annotated[bool, Flag(OUTPUTS, "do not ask for real-time priority")] = False
     encoder: Annotated[
         str | None,

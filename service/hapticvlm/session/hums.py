@@ -38,13 +38,13 @@ class Hums:
     def __init__(self) -> None:
         self._stands_on: dict[str, tuple[str, ...]] = {}
         self._touching: dict[str, set[str]] = {}
-        self._felt: dict[str, Hum | None] = {}
+        self.kept: dict[str, Hum | None] = {}  # what is felt of each object asked for
 
     def clear(self) -> None:
         """Forget all of it."""
         self._stands_on.clear()
         self._touching.clear()
-        self._felt.clear()
+        self.kept.clear()
 
     def declare(self, given: SceneObject) -> None:
         """Receive what carries an object, in place of what did before."""
@@ -58,16 +58,16 @@ class Hums:
 
     def forget(self, object_id: str) -> None:
         """Lift an object off what carries it."""
-        self._felt.clear()
+        self.kept.clear()
         for support in self._stands_on.pop(object_id, ()):
             self._touching.get(support, set()).discard(object_id)
             self._touching.get(object_id, set()).discard(support)
 
     def felt(self, object_id: str, facts_of: FactsOf, material_of: MaterialOf) -> Hum | None:
         """Return what a hand on this object feels of all that vibrates: the strongest of it."""
-        if object_id not in self._felt:
-            self._felt[object_id] = self._strongest(object_id, facts_of, material_of)
-        return self._felt[object_id]
+        if object_id not in self.kept:
+            self.kept[object_id] = self._strongest(object_id, facts_of, material_of)
+        return self.kept[object_id]
 
     def _strongest(self, object_id: str, facts_of: FactsOf, material_of: MaterialOf) -> Hum | None:
         strongest: Hum | None = None

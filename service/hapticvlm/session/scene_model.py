@@ -76,7 +76,10 @@ class SceneModel:
         """Return what a hand on this feels of things that vibrate; None where nothing does."""
         if not isinstance(target, ObjectTarget):
             return None
-        return self.objects.hums.felt(target.object_id, self._facts_of, self._vibration_of)
+        hums = self.objects.hums
+        if target.object_id in hums.kept:  # a renewal goes no farther
+            return hums.kept[target.object_id]
+        return hums.felt(target.object_id, self._facts_of, self._vibration_of)
 
     def _facts_of(self, object_id: str) -> SceneObject | None:
         state = self.objects.known.get(ObjectTarget(object_id))
