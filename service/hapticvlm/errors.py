@@ -38,7 +38,8 @@ def usage_errors() -> Iterator[None]:
 
 def installing(packages: str) -> str:
     """Return the command that installs packages where this program runs from."""
-    here, python = Path(sys.prefix), sys.executable
+    here = Path(sys.prefix)
+    python = sys.executable
     python = f'"{python}"' if " " in python else python
     if (here / "uv-receipt.toml").is_file():  # `uv tool install`, which brings no pip
         return f"uv pip install --python {python} {packages}"

@@ -119,7 +119,8 @@ class Line:
 
 class _Reader(io.RawIOBase):
     def __init__(self, sock: socket.socket, deadline: float) -> None:
-        self._sock, self._deadline = sock, deadline
+        self._sock = sock
+        self._deadline = deadline
 
     def readable(self) -> bool:
         return True

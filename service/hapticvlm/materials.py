@@ -41,7 +41,8 @@ LIMITS = MappingProxyType(
     }
 )
 MAX_MODES = 8
-MAX_WORDS, MAX_WORD_LETTERS = 64, 60
+MAX_WORDS = 64
+MAX_WORD_LETTERS = 60
 _NAME = re.compile(r"[a-z0-9_-]{1,40}")
 
 
@@ -106,7 +107,8 @@ def _read() -> Mapping[str, Material]:
 
 
 def _material(name: str, row: dict[str, Any]) -> Material:
-    thermal, words = Thermal(**row.pop("thermal")), tuple(row.pop("words").split())
+    thermal = Thermal(**row.pop("thermal"))
+    words = tuple(row.pop("words").split())
     modes = tuple(Mode(*mode) for mode in row.pop("modes"))
     return Material(name, thermal, Vibration(modes, **row), words)
 

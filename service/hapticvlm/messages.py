@@ -14,7 +14,8 @@ from msgspec import Meta, Struct
 
 from hapticvlm.errors import HapticVLMError
 
-PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 1
+PROTOCOL_MAJOR = 1
+PROTOCOL_MINOR = 1
 MAX_SIDE_PX = 4096
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
 FRAMES_PER_S = 90.0
@@ -524,7 +525,8 @@ def _explain(reason: str, id: int) -> MessageError:
     elif "missing required field" in text:
         cure = "add it"
     elif re.search(r"<=|>=|<|>|length", text):
-        code, cure = "limit", "keep the value within this limit"
+        code = "limit"
+        cure = "keep the value within this limit"
     elif "Expected" in text:
         cure = "send the expected type"
     return MessageError(code, f"{path}: {text}; {cure}", path=path, id=id)

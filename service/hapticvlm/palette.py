@@ -9,11 +9,24 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Any
 
-GROUND, INK, SOFT, GRID = "#ffffff", "#15202a", "#4d5b67", "#d3dbe1"
-WAVE, SETPOINT, WARM = "#0b7468", "#1d5b8f", "#a63c06"  # vibration, what was asked, the plate
-GOOD, BAD, UNSURE = "#1a7f37", "#b3261e", "#8a6100"
-BLUE, VERMILION, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
-SKY, PURPLE, GREY = "#56b4e9", "#cc79a7", "#8a8f96"
+GROUND = "#ffffff"
+INK = "#15202a"
+SOFT = "#4d5b67"
+GRID = "#d3dbe1"
+# vibration, what was asked, the plate
+WAVE = "#0b7468"
+SETPOINT = "#1d5b8f"
+WARM = "#a63c06"
+GOOD = "#1a7f37"
+BAD = "#b3261e"
+UNSURE = "#8a6100"
+BLUE = "#0072b2"
+VERMILION = "#d55e00"
+GREEN = "#009e73"
+ORANGE = "#e69f00"
+SKY = "#56b4e9"
+PURPLE = "#cc79a7"
+GREY = "#8a8f96"
 
 # rc parameters of matplotlib: the same figure gives the same bytes, and text stays text.
 FIGURE: Any = MappingProxyType(

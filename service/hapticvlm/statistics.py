@@ -11,7 +11,9 @@ def wilson(right: float, n: float) -> tuple[float, float]:
     """95 % interval of a share; (0, 1) when n is 0."""
     if n == 0:
         return 0.0, 1.0
-    z, p = _Z, right / n
-    middle, half = p + z * z / (2 * n), z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    z = _Z
+    p = right / n
+    middle = p + z * z / (2 * n)
+    half = z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
     low, high = ((middle + side * half) / (1 + z * z / n) for side in (-1.0, 1.0))
     return max(low, 0.0), min(high, 1.0)

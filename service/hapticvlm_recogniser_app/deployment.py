@@ -88,7 +88,8 @@ class Recogniser:
             return Response(text, 500, media_type="application/json")
 
     async def _answer(self, request: Request) -> Response:
-        path, verb = request.url.path, request.method
+        path = request.url.path
+        verb = request.method
         wanted = "POST" if path == contract.RECOGNISE else "GET"
         if path not in (contract.RECOGNISE, contract.IDENTITY, contract.HEALTH, contract.READY):
             raise Refusal(404, f"paths here are {contract.RECOGNISE} and {contract.IDENTITY}")
@@ -120,7 +121,8 @@ class Recogniser:
         try:
             embeddings, cpu_s = await asyncio.to_thread(self._timed, [item.crop for item in wanted])
         finally:
-            began, self._began = self._began, None
+            began = self._began
+            self._began = None
         took_ms = (time.monotonic() - began) * 1000.0
         self._batches[len(wanted)] += 1
         self._encode_s[len(wanted)] = self._encode_s.get(len(wanted), 0.0) + cpu_s
@@ -160,7 +162,8 @@ def application(settings: AppSettings) -> serve.Application:
 
 async def _body(request: Request, side: int) -> bytes:
     """Read the body, but not one that is larger than any request. Raises Refusal."""
-    most, data = replies.most_bytes(side), bytearray()
+    most = replies.most_bytes(side)
+    data = bytearray()
     async for part in request.stream():
         data += part
         if len(data) > most:

@@ -81,5 +81,6 @@ def deploy(settings: AppSettings) -> None:
     from hapticvlm_recogniser_app.deployment import application
 
     logs = serve.schema.LoggingConfig(log_level="WARNING", enable_access_log=False)
-    name, path = APPLICATION, "/"
+    name = APPLICATION
+    path = "/"
     serve.run(application(settings), name=name, route_prefix=path, logging_config=logs)

@@ -147,6 +147,7 @@ def write_answer(job: Job, embedded: Sequence[Embedded | None]) -> bytes:
         "queue": max(result.queue_ms for result in done),
         "encode": max(result.encode_ms for result in done),
     }
-    identity, batch = job.named.identity, max(result.batch for result in done)
+    identity = job.named.identity
+    batch = max(result.batch for result in done)
     answer = Answer(identity.gallery, identity.hash, results, batch, stages)
     return msgspec.msgpack.encode(answer)

@@ -11,10 +11,15 @@ from typing import Any
 from hapticvlm.vision.remote.contract import MAX_CROPS, SHIPPED
 
 IMPORT_PATH = "hapticvlm_recogniser_app.deployment:build"
-DEPLOYMENT, APPLICATION = "Recogniser", "recogniser"
+DEPLOYMENT = "Recogniser"
+APPLICATION = "recogniser"
 TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"  # the variable of the environment that holds it
-HEALTH_S, HEALTH_LIMIT_S = 2.0, 10.0  # between two checks of a replica, and of one; our choice
-UPSCALE_S, DOWNSCALE_S = 3.0, 60.0  # a queue lasts this long before a replica comes or goes
+# between two checks of a replica, and of one; our choice
+HEALTH_S = 2.0
+HEALTH_LIMIT_S = 10.0
+# a queue lasts this long before a replica comes or goes
+UPSCALE_S = 3.0
+DOWNSCALE_S = 60.0
 _NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
 
 
@@ -80,7 +85,8 @@ def read_replicas(text: str) -> tuple[int, int]:
 
 def check(settings: AppSettings) -> None:
     """Refuse numbers that no deployment has. Raises ValueError."""
-    live, scale = settings.live, settings.scale
+    live = settings.live
+    scale = settings.scale
     if not 1 <= live.batch <= MAX_CROPS:
         raise ValueError(f"--batch {live.batch}: outside 1..{MAX_CROPS}")
     if not 0.0 <= live.batch_wait_ms <= 1000.0:
@@ -99,7 +105,8 @@ def options(settings: AppSettings) -> dict[str, Any]:
     A replica is asked for twice its batch: one is embedded while the next gathers. More replicas
     come when more than a batch waits for each.
     """
-    scale, batch = settings.scale, settings.live.batch
+    scale = settings.scale
+    batch = settings.live.batch
     return {
         "name": DEPLOYMENT,
         "user_config": {**asdict(settings.live), "galleries": dict(settings.live.galleries)},

@@ -46,7 +46,8 @@ def contacts(capture: Capture, decisions: Timed) -> list[Contact]:
         if line.type == "frame":
             frames.append(line)
         elif line.type == "touch":
-            hand, phase = line.fields["hand"], line.fields["phase"]
+            hand = line.fields["hand"]
+            phase = line.fields["phase"]
             if phase == "contact" and hand not in open_:
                 object_id = line.fields.get("object_id")
                 open_[hand] = (line, _shows(frames, object_id))

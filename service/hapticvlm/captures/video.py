@@ -61,7 +61,8 @@ def lines(path: Path, view: View, fields: dict[str, Any]) -> Iterator[Line]:
     """Yield each frame as a line with these fields added, decoded as it goes."""
     with _opened(path) as video:
         rate = _rate(video)
-        number, t_s = 0, 0.0
+        number = 0
+        t_s = 0.0
         while True:
             shown, picture = video.read()
             if not shown:

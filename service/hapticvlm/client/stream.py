@@ -118,7 +118,8 @@ class _Show:
         if self._as_json:
             print(json.dumps({"t_s": line.t_s, "truth": line.truth, **answer}), flush=True)
             return
-        object_id, change = answer.get("object_id"), (answer["material"], answer["source"])
+        object_id = answer.get("object_id")
+        change = (answer["material"], answer["source"])
         if self._shown.get(object_id) != change:
             self._shown[object_id] = change
             self._print(f"{line.t_s:7.2f} s  {describe(answer)}")

@@ -105,7 +105,8 @@ def _flat(path: Path, checked: msgspec.Struct) -> dict[str, Any]:
     tables = [getattr(checked, group) for group in GROUPS]
     for part in (checked, *(table for table in tables if table is not UNSET)):
         for name in part.__struct_fields__:
-            value, known = getattr(part, name), name.replace("_", "-")
+            value = getattr(part, name)
+            known = name.replace("_", "-")
             if value is UNSET or known in GROUPS:
                 continue
             if known in found:

@@ -98,12 +98,14 @@ def read(path: Path) -> Image:
 
 def program_bytes(text: str) -> int:
     """Count the bytes of an Intel HEX file. Raises ValueError for a damaged or too large one."""
-    size, is_ended = 0, False
+    size = 0
+    is_ended = False
     for number, line in enumerate(text.split(), start=1):
         record = bytes.fromhex(line[1:]) if line.startswith(":") else b""
         if len(record) < 5 or record[0] != len(record) - 5 or sum(record) % 256:
             raise ValueError(f"line {number} is damaged")
-        kind, start = record[3], int.from_bytes(record[1:3], "big")
+        kind = record[3]
+        start = int.from_bytes(record[1:3], "big")
         if kind == 0 and start + record[0] > FLASH_BYTES:
             raise ValueError(f"line {number} lies behind the {FLASH_BYTES} bytes of its flash")
         size += record[0] if kind == 0 else 0

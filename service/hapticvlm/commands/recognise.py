@@ -189,7 +189,8 @@ def _print(answer: Answer, width: int | None, top: int | None) -> None:
     if width is None:
         print(json.dumps(_fields(answer, top)), flush=True)
     elif verdict is not None:
-        runner_up, confidence = verdict.runner_up or "-", f"{verdict.confidence:.2f}"
+        runner_up = verdict.runner_up or "-"
+        confidence = f"{verdict.confidence:.2f}"
         cells = (verdict.material, confidence, runner_up, verdict.source)
         beliefs = ", ".join(f"{name} {belief:.2f}" for name, belief in answer.beliefs[: top or 0])
         print(f"{_row(str(answer.path), cells, width)}  {beliefs}".rstrip(), flush=True)

@@ -58,7 +58,8 @@ def degrees(decision: Mapping[str, Any]) -> str:
 @contextmanager
 def waiting(console: Console, text: Callable[[float], str]) -> Iterator[None]:
     """Print a line every SILENCE_S while something takes long; `text` is given the seconds."""
-    began, ended = time.monotonic(), threading.Event()
+    began = time.monotonic()
+    ended = threading.Event()
 
     def report_progress() -> None:
         while not ended.wait(SILENCE_S):

@@ -58,7 +58,8 @@ def summary(
 
 def as_text(result: dict[str, Any]) -> str:
     """Write the figures for a person."""
-    outcomes, total = result["touch_outcomes"], result["touches"]
+    outcomes = result["touch_outcomes"]
+    total = result["touches"]
     answers = ", ".join(f"{count} {name}" for name, count in sorted(result["answers"].items()))
     sources = ", ".join(f"{count} {name}" for name, count in result["touch_sources"].items())
     return (

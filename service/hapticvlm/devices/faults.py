@@ -35,8 +35,10 @@ _WORDS = tomllib.loads(TABLE.read_text(encoding="utf-8"))
 _FIRMWARE = enumerate(_WORDS["firmware"].items(), start=1)
 FIRMWARE = {number: Fault(number, name, *words) for number, (name, words) in _FIRMWARE}
 _HOST = {name: Fault(None, name, *words) for name, words in _WORDS["host"].items()}
-UNPLUGGED, SILENT = _HOST["plate_unplugged"], _HOST["plate_silent"]
-VERSION, NOT_FOLLOWED = _HOST["plate_version"], _HOST["plate_not_following"]
+UNPLUGGED = _HOST["plate_unplugged"]
+SILENT = _HOST["plate_silent"]
+VERSION = _HOST["plate_version"]
+NOT_FOLLOWED = _HOST["plate_not_following"]
 CLOCK_WRONG = _HOST["plate_clock_wrong"]
 SPEAKER_GONE = _HOST["speaker_gone"]
 _BY_NAME = {fault.name: fault for fault in (*FIRMWARE.values(), *_HOST.values())}

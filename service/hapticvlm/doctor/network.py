@@ -44,7 +44,8 @@ def port(serving: ServeOptions) -> Finding:
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             return asyncio.run(_who(serving, address))
-        reason, cure = f"{address}: {error.strerror}", "another --host or --port"
+        reason = f"{address}: {error.strerror}"
+        cure = "another --host or --port"
         return Finding("port", "wrong", reason, cure)
 
 
@@ -54,7 +55,9 @@ async def _who(serving: ServeOptions, address: str) -> Finding:
     tls = None
     if serving.tls_cert is not None:
         tls = ssl.create_default_context()
-        tls.check_hostname, tls.verify_mode = False, ssl.CERT_NONE  # we only ask who is there
+        # we only ask who is there
+        tls.check_hostname = False
+        tls.verify_mode = ssl.CERT_NONE
     shown = f"[{host}]" if ":" in host else host
     url = f"ws{'s' if tls else ''}://{shown}:{serving.port}/"
     cure = "stop it before you start another, or take another --port"

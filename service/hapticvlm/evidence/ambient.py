@@ -67,7 +67,8 @@ def distance(first: SceneView, second: SceneView) -> float:
 def _mean(readings: Sequence[Reading]) -> Ambient:
     """Mean of readings of one place; what they disagree by widens the interval."""
     values = np.array([reading.value_c for reading in readings])
-    value_c, spread_c = float(values.mean()), float(values.std())
+    value_c = float(values.mean())
+    spread_c = float(values.std())
     below = float(np.mean([reading.value_c - reading.low_c for reading in readings]))
     above = float(np.mean([reading.high_c - reading.value_c for reading in readings]))
     return Ambient(

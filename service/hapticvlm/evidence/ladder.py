@@ -100,7 +100,8 @@ def decide(evidence: Sequence[Evidence]) -> Verdict:
         return Verdict(materials.UNKNOWN, 0.0, None, "unknown", tuple(evidence))
     posterior = pool(evidence)
     best, second = sorted(posterior, key=lambda name: -posterior[name])[:2]
-    statement, confidence = _statement(informative), posterior[best]
+    statement = _statement(informative)
+    confidence = posterior[best]
     if statement is None and confidence < KNOWN:
         return Verdict(materials.UNKNOWN, confidence, best, "unknown", tuple(evidence))
     source = statement.rung if statement is not None else _heaviest(informative, best)
@@ -168,19 +169,19 @@ def _statement(informative: Sequence[Evidence]) -> Evidence | None:
 
 def _product(informative: Sequence[Evidence]) -> dict[str, float]:
     classes = _classes(informative)
-    logs, nobody_knows = dict.fromkeys(classes, 0.0), 0.0
+    logs = dict.fromkeys(classes, 0.0)
+    nobody_knows = 0.0
     for item in informative:
-        weight, beliefs, share = (
-            _weight(item, informative),
-            dict(item.beliefs),
-            _share(item, classes),
-        )
+        weight = _weight(item, informative)
+        beliefs = dict(item.beliefs)
+        share = _share(item, classes)
         nobody_knows += weight * math.log(max(share, sys.float_info.min))
         for name in classes:
             logs[name] += weight * math.log(max(beliefs.get(name, 0.0) + share, FLOOR))
     top = max(logs.values())
     powers = {name: math.exp(value - top) for name, value in logs.items()}
-    total, rest = sum(powers.values()), math.exp(min(0.0, nobody_knows - top))
+    total = sum(powers.values())
+    rest = math.exp(min(0.0, nobody_knows - top))
     return {name: max(0.0, power - rest) / total for name, power in powers.items()}
 
 

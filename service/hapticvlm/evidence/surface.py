@@ -17,7 +17,9 @@ from typing import Literal
 from hapticvlm.evidence import names, temperature_words
 from hapticvlm.evidence.ambient import Ambient
 
-LEAST_C, MOST_C = -100.0, 400.0  # what `temperature_c` may be on the wire; a test compares them
+# what `temperature_c` may be on the wire; a test compares them
+LEAST_C = -100.0
+MOST_C = 400.0
 HEATED_ROOM_C = 25.0  # above this nobody heats: a radiator gives nothing; our choice
 
 SUN_W_M2 = (400.0, 800.0, 1000.0)  # low sun, usual clear day, at right angles (physics.md 7.2)

@@ -75,9 +75,11 @@ def _states(table: Mapping[str, str]) -> Mapping[Run, State]:
 
 _FILE = tomllib.loads(TABLE.read_text(encoding="utf-8"))
 _HEATS = _heats(_FILE["temperatures"])
-MELTING, RADIATOR = _HEATS["melting"], _HEATS["radiator"]
+MELTING = _HEATS["melting"]
+RADIATOR = _HEATS["radiator"]
 THINGS = _things(_FILE["things"], _HEATS)
-STATES, WITH = _states(_FILE["states"]), _states(_FILE["with"])
+STATES = _states(_FILE["states"])
+WITH = _states(_FILE["with"])
 COLOURS, ALSO_COLOURS, MUTE, FALSE_FRIENDS, FAKES = (
     frozenset(_runs(_FILE["words"][key]))
     for key in ("colours", "also_colours", "mute", "false_friends", "fakes")

@@ -25,7 +25,8 @@ START_S = 60.0  # a child that fails reports it at once; only a busy machine tak
 STEADY_S = 10.0
 DYING_S = 1.0
 SPAWNING_S = 10.0  # to wait at the end for a start under way
-FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 30.0
+FIRST_PAUSE_S = 1.0
+LONGEST_PAUSE_S = 30.0
 MAX_STARTED_BYTES = 64 * 1024
 
 
@@ -185,7 +186,8 @@ class Child:
 
     def _adopt(self) -> str | None:
         """Take over the process that a thread has started; return why there is none, or None."""
-        spawning, self._spawning = self._spawning, None
+        spawning = self._spawning
+        self._spawning = None
         assert spawning is not None
         if spawning.found is None:
             error = spawning.error or OSError("not done in time")

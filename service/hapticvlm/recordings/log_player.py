@@ -181,7 +181,8 @@ class LogPlayer:
         return self._session.recognised(request, evidence, stages_ms, line[Key.NOW])
 
     def _play_scene_view(self, line: Line) -> list[Action]:
-        request, seen = self._recognitions.pop(line[Key.NUMBER]), line[Key.SIGHT]
+        request = self._recognitions.pop(line[Key.NUMBER])
+        seen = line[Key.SIGHT]
         view = None
         if seen is not None:
             embedding = np.array(seen[Key.EMBEDDING], np.float32)
@@ -189,7 +190,8 @@ class LogPlayer:
         return self._session.scene_view_received(request, view, line[Key.NOW])
 
     def _play_answer(self, line: Line) -> list[Action]:
-        ask, kinds = self._asks.pop(line[Key.NUMBER]), {"reading": Reading, "evidence": Evidence}
+        ask = self._asks.pop(line[Key.NUMBER])
+        kinds = {"reading": Reading, "evidence": Evidence}
         kind = line[Key.KIND]
         answer = None if kind is None else msgspec.convert(line[Key.ANSWER], kinds[kind])
         return self._session.answered(ask, answer, line[Key.NOW])

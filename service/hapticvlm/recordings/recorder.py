@@ -23,7 +23,8 @@ from hapticvlm.captures import LINES
 from hapticvlm.messages import Frame
 from hapticvlm.recordings.lines import Input, Key, Line, Output
 
-SESSION_LOG, DECISIONS = "tape.jsonl", "decisions.jsonl"
+SESSION_LOG = "tape.jsonl"
+DECISIONS = "decisions.jsonl"
 FRAMES = "frames"  # the folder of the pictures, where they are kept
 MAX_WAITING = 2000
 MAX_WAITING_BYTES = 64 * 1024**2
@@ -78,7 +79,8 @@ class Recorder:
         numbers = itertools.count(1)  # of what was recorded, so that a lost line leaves a gap
 
         def record_line(line: Line, frame: Frame | None) -> None:
-            number, kept = next(numbers), frame if self.keeps_frames else None
+            number = next(numbers)
+            kept = frame if self.keeps_frames else None
             size = 0 if kept is None else len(kept.image) + len(kept.mask or b"")
             self._enqueue(lambda: record.write_line(number, line, kept), size)
 

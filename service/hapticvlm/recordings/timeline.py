@@ -189,7 +189,8 @@ class _TimelineBuilder:
         )
 
     def _touch(self, message: Mapping[str, Any]) -> None:
-        hand, object_id = message["hand"], message.get("object_id")
+        hand = message["hand"]
+        object_id = message.get("object_id")
         before = self.open.get(hand)
         is_held = message["phase"] in ("contact", "slide")
         if before is not None and (not is_held or before[0] != object_id):

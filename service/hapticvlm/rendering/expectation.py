@@ -19,9 +19,13 @@ from hapticvlm.rendering.heat.contact import SKIN
 from hapticvlm.rendering.vibration.vibration import IMPACTS
 
 GRADED_GAIN = 0.5  # of full level, 6 dB less than a sure one: our choice
-TEXTURE_COST, STRIKE_COST = 1.0, 2.0  # L: a false strike startles; our choice
+# L: a false strike startles; our choice
+TEXTURE_COST = 1.0
+STRIKE_COST = 2.0
 JUMPS = ((6.0, 4.0), (3.0, 2.0))  # degC from the expectation, L: a burn or a chill; our choice
-ROUGHNESS_STEP, PITCH_STEP = 0.25, math.log(1.2)  # that weigh alike; physics.md 4.2 for pitch
+# that weigh alike; physics.md 4.2 for pitch
+ROUGHNESS_STEP = 0.25
+PITCH_STEP = math.log(1.2)
 
 
 def needed_belief(interaction: str | None, jump_c: float) -> float:

@@ -18,7 +18,10 @@ from hapticvlm.session.session import SceneSession
 
 CLOSE_ENDED = 4001
 LATE = "contacts too late to strike"
-IDLE_S, PROBE_S, PROBES = 10, 2, 5  # a silent dead peer is noticed after 20 s
+# a silent dead peer is noticed after 20 s
+IDLE_S = 10
+PROBE_S = 2
+PROBES = 5
 DEAD_AFTER_S = 120  # a peer that acknowledges nothing of what was sent
 
 

@@ -127,7 +127,8 @@ class Handshake:
         if not isinstance(message, Hello):
             text = "say hello first: {type: hello, id, client, protocol, role}"
             raise MessageError("protocol", text, path="$.type", id=message.id)
-        theirs, ours = message.protocol, f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
+        theirs = message.protocol
+        ours = f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
         if theirs.major != PROTOCOL_MAJOR:
             text = (
                 f"client speaks protocol {theirs.major}.{theirs.minor}, this service {ours}: "
@@ -239,4 +240,5 @@ class Guesses:
         self._since += 1
         if now - self._logged_at >= GUESSES_LOGGED_S:
             logger.warning("%d wrong tokens, the newest from %s", self._since, peer)
-            self._since, self._logged_at = 0, now
+            self._since = 0
+            self._logged_at = now

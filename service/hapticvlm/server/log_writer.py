@@ -35,7 +35,8 @@ class Folding:
 
     def count(self, record: logging.LogRecord) -> str | None:
         """Return what to add to this line, or None if it is left out."""
-        kind, now = (record.name, str(record.msg)), time.monotonic()
+        kind = (record.name, str(record.msg))
+        now = time.monotonic()
         bucket = self._buckets.setdefault(kind, TokenBucket(LOG_REPEATS, now))
         if not bucket.spend(1, now):
             self._left_out[kind] += 1

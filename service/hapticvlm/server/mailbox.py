@@ -30,7 +30,8 @@ class Mailbox(Generic[T]):
 
     def put_live(self, item: T) -> T | None:
         """Keep the newest live frame; return the one it supersedes."""
-        superseded, self._live = self._live, item
+        superseded = self._live
+        self._live = item
         return superseded
 
     def put_touch(self, item: T, hand: str) -> T | None:
@@ -57,5 +58,6 @@ class Mailbox(Generic[T]):
             self.enrol_bytes -= size_bytes
             return item
         self._enrol_next = True
-        newest, self._live = self._live, None
+        newest = self._live
+        self._live = None
         return newest

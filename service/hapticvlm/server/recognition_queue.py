@@ -115,7 +115,8 @@ class RecognitionQueue:
             self._counts["late answers dropped"] += 1
             return
         self._recogniser.note(answered.value.remote)
-        under_way, self._under_way = self._under_way, None
+        under_way = self._under_way
+        self._under_way = None
         if under_way is not None and under_way.connection in self._mailboxes:
             if under_way.is_shown:
                 self._show(under_way, answered.value.shown)
@@ -124,7 +125,8 @@ class RecognitionQueue:
 
     def fail(self, text: str) -> None:
         """Answer the waiting client that the recogniser was restarted, and go on."""
-        under_way, self._under_way = self._under_way, None
+        under_way = self._under_way
+        self._under_way = None
         if under_way is not None and under_way.connection in self._mailboxes:
             waits = under_way.request.waits
             if waits is not None:
@@ -183,7 +185,8 @@ class RecognitionQueue:
         return None
 
     def _actions(self, under_way: _UnderWay, answer: Recognised, now: float) -> list[Action]:
-        request, session = under_way.request, under_way.connection.session
+        request = under_way.request
+        session = under_way.connection.session
         found = answer.recognition
         if found.error is None:
             self._counts["recognitions"] += 1

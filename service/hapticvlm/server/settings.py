@@ -8,8 +8,11 @@ from typing import Annotated, Literal
 
 from hapticvlm.server.options import Flag, contact_resistance, options_of, plate_resistance
 
-CONNECTIONS, OUTPUTS, RECOGNITION = "connections", "outputs", "recognition"
-SURROUNDINGS, RECORDING = "surroundings", "recording"
+CONNECTIONS = "connections"
+OUTPUTS = "outputs"
+RECOGNITION = "recognition"
+SURROUNDINGS = "surroundings"
+RECORDING = "recording"
 GROUPS = {name: name for name in (RECORDING, CONNECTIONS, OUTPUTS, RECOGNITION)}
 GROUPS[SURROUNDINGS] = "surroundings, read off frames by a vision-language model"
 

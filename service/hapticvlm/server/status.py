@@ -20,7 +20,8 @@ from hapticvlm.session.hands import NAMES
 from hapticvlm.vision.worker import RecogniserWorker
 
 WAITS = 512
-VIEW_SAMPLES, VIEW_STEP = 4800, 16
+VIEW_SAMPLES = 4800
+VIEW_STEP = 16
 VIEW_DIGITS = 5
 
 

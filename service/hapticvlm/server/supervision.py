@@ -101,7 +101,8 @@ class Supervision:
         lost = 0 if self._gateway.recorder is None else self._gateway.recorder.lost
         if lost <= self._lost_lines or now - self._losses_at < LOSSES_S:
             return
-        self._lost_lines, self._losses_at = lost, now
+        self._lost_lines = lost
+        self._losses_at = now
         text = f"the record misses {lost} lines: free the disk, or record without pictures"
         self._report(Error(id=0, code="overload", text=text))
 

@@ -53,14 +53,16 @@ class VibrationEvents:
         if not any(forms):
             self.end()
             return
-        self._post, self.is_on = post, True
+        self._post = post
+        self.is_on = True
         for planner in self._planners:
             planner.gain = self._speaker.settings.gain
         self.prepare()
 
     def end(self) -> None:
         """Send nothing any more."""
-        self._post, self.is_on = None, False
+        self._post = None
+        self.is_on = False
         self._missed.clear()
         for planner in self._planners:
             planner.rest()
@@ -78,7 +80,8 @@ class VibrationEvents:
             case PlayVibration(command) if not self._planners:
                 self._missed[command.hand] = command
             case PlayVibration(command) if self._planners:
-                planner, now = self._planners[command.hand], time.monotonic()
+                planner = self._planners[command.hand]
+                now = time.monotonic()
                 planner.obey(command, now)
                 if command.onset:  # at once, but not before the touch is answered
                     asyncio.get_running_loop().call_soon(self._send, command.hand, now)

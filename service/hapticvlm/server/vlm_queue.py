@@ -72,10 +72,12 @@ class VlmQueue:
         if not self.worker.worker.accept(answered, now):
             self._counts["late vlm answers dropped"] += 1
             return
-        under_way, self._under_way = self._under_way, None
+        under_way = self._under_way
+        self._under_way = None
         reply = answered.value
         if reply.error is not None:
-            self.failed, self.last_error = self.failed + 1, reply.error
+            self.failed = self.failed + 1
+            self.last_error = reply.error
         else:
             self.answered += 1
         if under_way is not None:
@@ -128,7 +130,8 @@ class VlmQueue:
 
     def _fail(self, text: str) -> None:
         """Answer the waiting session that there is no reply: the worker was restarted."""
-        under_way, self._under_way = self._under_way, None
+        under_way = self._under_way
+        self._under_way = None
         self.last_error = text
         if under_way is not None:
             self.failed += 1

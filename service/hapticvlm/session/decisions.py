@@ -91,7 +91,8 @@ def decide(
 
     The table has the materials as this object has them, sub-materials in their place.
     """
-    verdict, ambient = inputs.verdict, inputs.ambient
+    verdict = inputs.verdict
+    ambient = inputs.ambient
     warmth = surface_of(object_id, verdict, inputs.facts, ambient)
     bulk, basis = inputs.grading.thermal(warmth.value_c, table)
     thick_m = thickness_m(verdict, inputs.facts, inputs.make)

@@ -26,7 +26,9 @@ LONGEST_LEAD_S = 0.6  # without a contact, then the plate goes back to neutral; 
 # A lead that no contact followed was a mistake, and the next one soon after it most likely is too:
 # a hand that sways over cold metal would be cold without ever touching. Only one that comes nearer
 # than it ever was leads again at once.
-AGAIN_S, LONGEST_AGAIN_S = 2.0, 16.0  # doubled by each lead in vain until a contact; our choice
+# doubled by each lead in vain until a contact; our choice
+AGAIN_S = 2.0
+LONGEST_AGAIN_S = 16.0
 # A client that tells no distance means anything from a reach to a touch; our choice.
 UNKNOWN_DISTANCE_LEAD = 0.25
 STILL = Motion(speed_mps=0.0, force_n=0.0)
@@ -127,7 +129,8 @@ class Hand:
         again_s = min(AGAIN_S * 2.0 ** (self.in_vain - 1), LONGEST_AGAIN_S)
         if now - self.in_vain_at < again_s and not comes_nearer:
             return
-        self.near_since, self.nearest_m = now, distance_m
+        self.near_since = now
+        self.nearest_m = distance_m
 
     def _end_lead(self, now: float) -> None:
         """Note a lead that ended without a contact."""

@@ -23,7 +23,10 @@ from hapticvlm.materials import Vibration
 from hapticvlm.messages import SceneObject
 from hapticvlm.rendering.vibration.hum import Hum
 
-JOINT_DB, NEAR_M, CROSSED_M, SPEED_MPS = 12.0, 0.05, 1.0, 500.0
+JOINT_DB = 12.0
+NEAR_M = 0.05
+CROSSED_M = 1.0
+SPEED_MPS = 500.0
 DEEPEST_DB = 60.0
 RICHNESS = 0.3  # of what a scene states: it gives no harmonics
 _MOST_THINGS = 256  # asked for one hand, so that a crowded table holds up no touch

@@ -47,7 +47,8 @@ class PlateTarget:
     def rest(self, now: float) -> list[Action]:
         """Release the plate, once."""
         self._trajectory = self._trajectory.release(now)
-        was_driving, self._is_driving = self._is_driving, False
+        was_driving = self._is_driving
+        self._is_driving = False
         return [RestPlate()] if was_driving else []
 
     def update(
@@ -59,7 +60,8 @@ class PlateTarget:
         lead = hand.lead(now) if hand is not None and waits else 1.0
         wanted = self._trajectory.wanted_c(now, self.gain * lead)
         if not self._is_driving and self.reading.plate_c is not None:
-            low, high = plate_limits.SETPOINT_MIN_C, plate_limits.SETPOINT_MAX_C
+            low = plate_limits.SETPOINT_MIN_C
+            high = plate_limits.SETPOINT_MAX_C
             self._setpoint_c = min(max(self.reading.plate_c, low), high)
         self._is_driving = True
         limited = plate_limits.limit(wanted, self._setpoint_c, elapsed, self.reading)

@@ -66,7 +66,8 @@ def choose_rendition(verdict: Verdict, table: Mapping[str, Material]) -> Renditi
         is_sure = verdict.confidence > expectation.needed_belief(interaction, 0.0)
         return (named, 1.0) if named is not None and is_sure else graded
 
-    impact, texture = vibrating("strike"), vibrating("slide")
+    impact = vibrating("strike")
+    texture = vibrating("slide")
     return Rendition(named, verdict.confidence, bulk, impact, texture)
 
 

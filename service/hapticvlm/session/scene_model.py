@@ -61,10 +61,8 @@ class SceneModel:
         state = self._state(target)
         assert state.verdict is not None
         if state.grading is None or state.graded_from is not state.verdict:
-            state.grading, state.graded_from = (
-                choose_rendition(state.verdict, state.table),
-                state.verdict,
-            )
+            state.grading = choose_rendition(state.verdict, state.table)
+            state.graded_from = state.verdict
         return state.grading
 
     def swung_m(self, target: ThingTarget) -> float | None:
@@ -93,7 +91,8 @@ class SceneModel:
 
     def contact(self, target: ThingTarget) -> ThermalContact | None:
         """Return the thermal contact of skin and this object; None where there is none to feel."""
-        state, ambient = self._state(target), self.surroundings.ambient
+        state = self._state(target)
+        ambient = self.surroundings.ambient
         verdict = state.verdict
         assert verdict is not None
         inputs = (verdict, state.facts, ambient)
@@ -109,7 +108,8 @@ class SceneModel:
 
     def decision(self, target: ThingTarget, gain: float, limits: PlateLimits) -> Decision:
         """Return the decision on this object, made anew only if its inputs have changed."""
-        state, ambient = self._state(target), self.surroundings.ambient
+        state = self._state(target)
+        ambient = self.surroundings.ambient
         assert state.verdict is not None
         inputs = (state.verdict, state.facts, ambient, gain, limits)
         if state.decision is None or state.decided_from != inputs:
@@ -125,13 +125,16 @@ class SceneModel:
 
         Compares before it makes anything: a touch that only renews its lease ends here.
         """
-        state, ambient = self._state(target), self.surroundings.ambient
+        state = self._state(target)
+        ambient = self.surroundings.ambient
         inputs = (state.verdict, state.facts, ambient, gain, limits)
         if state.compared_from == inputs:
             return None
         decision = self.decision(target, gain, limits)
         change = decisions.change_key(decision)
-        before, state.announced, state.compared_from = state.announced, change, inputs
+        before = state.announced
+        state.announced = change
+        state.compared_from = inputs
         return decision if change != before else None
 
     def teaching(self, frame: Frame, target: ObjectTarget) -> list[RecognitionRequest]:

@@ -121,7 +121,8 @@ class SceneSession:
 
     def answered(self, ask: Ask, answer: Reading | Evidence | None, now: float) -> list[Action]:
         """Receive what a VLM answered; None means it has no answer."""
-        surroundings, objects = self._model.surroundings, self._model.objects
+        surroundings = self._model.surroundings
+        objects = self._model.objects
         surroundings.update(now)
         match ask, answer:
             case AskAmbient(), Reading():
@@ -203,9 +204,11 @@ class SceneSession:
 
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
         """Answer at once what needs no recognition, else recognise the frame."""
-        target, objects = of_object(frame.object_id), self._model.objects
+        target = of_object(frame.object_id)
+        objects = self._model.objects
         if not isinstance(target, ObjectTarget) or objects.needs_recognition(target):
-            generation, waits = objects.generation(target), RequestId(frame.id)
+            generation = objects.generation(target)
+            waits = RequestId(frame.id)
             scene = objects.scene_number
             return [RecognitionRequest(target, frame, waits, generation, scene=scene)]
         cached = self._model.has_verdict(target)

@@ -114,21 +114,25 @@ class Surroundings:
         self.is_settled = self._believed is self._rendered
 
     def _approach_belief(self, now: float) -> None:
-        wanted, since = self._believed, self._updated_at
+        wanted = self._believed
+        since = self._updated_at
         if wanted is self._rendered:
             self._updated_at = now
             return
         if since is None or wanted.source != self._rendered.source or wanted == self._rendered:
-            self._rendered, self._updated_at = wanted, now
+            self._rendered = wanted
+            self._updated_at = now
             return
         share = -math.expm1(-max(0.0, now - since) / TAU_S)
         step_c = share * (wanted.value_c - self._rendered.value_c)
         left_c = abs(wanted.value_c - self._rendered.value_c) - abs(step_c)
         if left_c < STEP_C:
-            self._rendered, self._updated_at = wanted, now
+            self._rendered = wanted
+            self._updated_at = now
         elif abs(step_c) >= STEP_C:
             value_c = self._rendered.value_c + step_c
-            low_c, high_c = min(value_c, wanted.low_c), max(value_c, wanted.high_c)
+            low_c = min(value_c, wanted.low_c)
+            high_c = max(value_c, wanted.high_c)
             self._rendered = replace(wanted, value_c=value_c, low_c=low_c, high_c=high_c)
             self._updated_at = now
 
@@ -147,7 +151,8 @@ class Surroundings:
         return now - self._candidate[1] >= SETTLE_S
 
     def _enter(self, view: int) -> None:
-        self._here, self._candidate = view, None
+        self._here = view
+        self._candidate = None
         self._views.move_to_end(view)
         reading = self._views[view].reading
         if reading is not None:
@@ -160,7 +165,8 @@ class Surroundings:
         if self._asking is not None or now - self._asked_at < pause_s:
             return None
         self._numbers += 1
-        self._asking, self._asked_at = self._numbers, now
+        self._asking = self._numbers
+        self._asked_at = now
         self._views[self._numbers] = _View(scene_view)
         self._enter(self._numbers)
         if len(self._views) > MAX_VIEWS:

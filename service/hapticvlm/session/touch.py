@@ -113,7 +113,8 @@ class TouchTracker:
         ]
 
     def _move(self, hand: Hand, touch: Touch, now: float) -> list[Action]:
-        vibrated, was_touching = hand.vibrates, hand.is_touching
+        vibrated = hand.vibrates
+        was_touching = hand.is_touching
         onset = hand.update(touch, now)
         is_late = onset and self._frames.is_late(touch, now)
         self.late_contacts += is_late
@@ -147,7 +148,8 @@ class TouchTracker:
         if self._hold.holds("speaker", hand.name) or hand.lease_until is None:
             return []
         self._onsets += onset
-        grading, interaction = self._scene.grading(hand.target), hand.interaction_name
+        grading = self._scene.grading(hand.target)
+        interaction = hand.interaction_name
         material, gain = grading.impact if interaction in IMPACTS else grading.texture
         command = Command(
             hand=hand.number,

@@ -124,7 +124,8 @@ class FrameRecogniser:
             found = self._elsewhere(self._remote, frame, crop)
             stages["remote"], started = _lap(started)
         if found is not None:
-            evidence, embedding = found.evidence, found.embedding
+            evidence = found.evidence
+            embedding = found.embedding
         else:
             try:
                 embedding = self._encoder.embed([crop])[0]

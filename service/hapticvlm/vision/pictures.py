@@ -89,7 +89,8 @@ def whole(frame: messages.Frame, side: int) -> tuple[Pixels, messages.Region]:
     mask = None if frame.mask is None else decode_mask(frame)
     left, top, right, bottom = _cut(frame, frame.region, mask)[0]
     pixels = decode_upright(frame, _reduction(frame, (0, 0, frame.width, frame.height), side))
-    x, y = 1.0 / frame.width, 1.0 / frame.height
+    x = 1.0 / frame.width
+    y = 1.0 / frame.height
     region = messages.Region(x=left * x, y=top * y, w=(right - left) * x, h=(bottom - top) * y)
     return pixels, region
 
@@ -170,7 +171,8 @@ def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
     """Find a region, or the centre, in px of the upright frame, clipped to it."""
     edge = (1.0 - CENTRE) / 2
     region = region or messages.Region(x=edge, y=edge, w=CENTRE, h=CENTRE)
-    left, top = round(region.x * frame.width), round(region.y * frame.height)
+    left = round(region.x * frame.width)
+    top = round(region.y * frame.height)
     right = min(frame.width, ceil((region.x + region.w) * frame.width))
     bottom = min(frame.height, ceil((region.y + region.h) * frame.height))
     if left >= right or top >= bottom:
@@ -179,11 +181,16 @@ def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
 
 
 def _mask_box(mask: Pixels) -> Box:
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    rows = np.flatnonzero(mask.any(axis=1))
+    columns = np.flatnonzero(mask.any(axis=0))
     if rows.size == 0:
         raise PictureError("$.mask", "no pixel is nonzero; mark the object or leave the mask out")
-    top, bottom, left, right = rows[0], rows[-1] + 1, columns[0], columns[-1] + 1
-    y, x = ceil((bottom - top) * MARGIN), ceil((right - left) * MARGIN)
+    top = rows[0]
+    bottom = rows[-1] + 1
+    left = columns[0]
+    right = columns[-1] + 1
+    y = ceil((bottom - top) * MARGIN)
+    x = ceil((right - left) * MARGIN)
     height, width = mask.shape
     return (
         max(0, int(left) - x),
@@ -197,8 +204,12 @@ def _resize(pixels: Pixels, box: Box, frame: messages.Frame, side: int) -> Pixel
     """Cut a box, given in px of the frame, out of its decoded picture and resize it to a square."""
     from PIL import Image
 
-    x, y = pixels.shape[1] / frame.width, pixels.shape[0] / frame.height
-    left, top, right, bottom = box[0] * x, box[1] * y, box[2] * x, box[3] * y
+    x = pixels.shape[1] / frame.width
+    y = pixels.shape[0] / frame.height
+    left = box[0] * x
+    top = box[1] * y
+    right = box[2] * x
+    bottom = box[3] * y
     if (right - left, bottom - top) == (side, side) and left.is_integer() and top.is_integer():
         return np.ascontiguousarray(pixels[int(top) : int(bottom), int(left) : int(right)])
     image = Image.fromarray(np.ascontiguousarray(pixels))

@@ -25,7 +25,9 @@ Floats = NDArray[np.float32]
 MAX_OBJECTS = 64  # that teach in one scene; the oldest makes room
 MAX_VIEWS = 4  # of each
 LEAST_OBJECTS = 2  # one object has nothing to be compared with
-FEW, MANY = 5, 20  # objects; between them the weight grows
+# objects; between them the weight grows
+FEW = 5
+MANY = 20
 WEIGHTS = (2.0, 5.0)  # of few and of many: an independent study's choice, not fitted here
 SHARPNESS = 8.0  # k
 

@@ -40,7 +40,9 @@ if TYPE_CHECKING:
     from hapticvlm.vision.remote.client import RemoteRecogniser
 
 NICE = 5
-LIMIT_S, NAMED_LIMIT_S = 5.0, 20.0  # ours takes 25 ms, and a second on a busy machine; others more
+# ours takes 25 ms, and a second on a busy machine; others more
+LIMIT_S = 5.0
+NAMED_LIMIT_S = 20.0
 SHOWN_PX = 640  # longest side of a picture shown to observers
 DOWNLOAD_S = 600.0  # a named network may first have to come over the network
 
@@ -96,7 +98,8 @@ class RecogniserWorker:
     """The gateway's end: one recognition at a time, answers through a callback from a thread."""
 
     def __init__(self, settings: RecogniserSettings) -> None:
-        limit_s, start_s = settings.limit_s, settings.start_s
+        limit_s = settings.limit_s
+        start_s = settings.start_s
         self.worker: ModelWorker[Recognised] = ModelWorker(
             WorkerPlan("recogniser", run_recogniser, settings, Recognised, limit_s, start_s)
         )
@@ -131,7 +134,8 @@ class RecogniserWorker:
 
     def note(self, remote: RemoteState | None) -> None:
         """Note the state of the shared recogniser; log a change of it."""
-        before, self.remote = self.remote, remote
+        before = self.remote
+        self.remote = remote
         if remote is None or _standing(remote) == _standing(before):
             return
         if remote.is_used:

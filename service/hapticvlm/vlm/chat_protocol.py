@@ -116,7 +116,8 @@ def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | No
         return None
     value = spread([reply.seen for reply in known])
     ends = spread([reply.seen + reply.unseen for reply in known])
-    low_c, high_c = min(ends.low_c, value.value_c), max(ends.high_c, value.value_c)
+    low_c = min(ends.low_c, value.value_c)
+    high_c = max(ends.high_c, value.value_c)
     deviation = value.prompt_sd_c
     return Reading(value.value_c, low_c, high_c, deviation, "logprobs", seconds, value.share)
 

@@ -19,7 +19,9 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Method, Reading
 
 DEFAULT_MODEL = "Qwen/Qwen2-VL-2B-Instruct"
-LEAST_C, MOST_C = -30, 60  # degC, the candidate numbers, each whole degree
+# degC, the candidate numbers, each whole degree
+LEAST_C = -30
+MOST_C = 60
 
 Precision = Literal["bfloat16", "float32"]
 Picture = NDArray[np.uint8]
@@ -100,7 +102,8 @@ def highlight(picture: Picture, region: messages.Region) -> Picture:
     as it is.
     """
     height, width = picture.shape[:2]
-    top, left = int(region.y * height), int(region.x * width)
+    top = int(region.y * height)
+    left = int(region.x * width)
     bottom, right = np.ceil([(region.y + region.h) * height, (region.x + region.w) * width])
     inside = np.zeros((height, width), bool)
     inside[top : int(bottom), left : int(right)] = True

@@ -30,7 +30,8 @@ class EndpointError(VlmError):
 
     def __init__(self, text: str, status: int | None = None, wait_s: float | None = None) -> None:
         super().__init__(text)
-        self.status, self.wait_s = status, wait_s
+        self.status = status
+        self.wait_s = wait_s
 
 
 def judge(status: int, retry_after: str | None, data: bytes) -> Json:

@@ -45,7 +45,8 @@ _COMPANY = frozenset(
     )
 )
 _DASHES = str.maketrans("\N{MINUS SIGN}\N{EN DASH}\N{EM DASH}\N{NON-BREAKING HYPHEN}", "----")
-_TENS_WORD, _ONES_WORD = "|".join(_TENS), "|".join(_ONES)
+_TENS_WORD = "|".join(_TENS)
+_ONES_WORD = "|".join(_ONES)
 _WORDS = re.compile(
     rf"\b(?:(?P<tens>{_TENS_WORD})(?:[\s-]+(?P<digit>{_ONES_WORD}))?|(?P<ones>{_ONES_WORD}))\b"
 )
@@ -114,7 +115,9 @@ def _in_digits(text: str) -> str:
 
 
 def _digits(match: re.Match[str]) -> str:
-    tens, digit, ones = match["tens"], match["digit"], match["ones"]
+    tens = match["tens"]
+    digit = match["digit"]
+    ones = match["ones"]
     if tens is None:
         return str(_ONES[ones])
     if digit is not None and not 1 <= _ONES[digit] <= 9:  # "twenty eleven" is no number

@@ -62,8 +62,11 @@ def read_places(choice: Json) -> tuple[Place, ...]:
 def follow(places: Sequence[Place], fits: Fits, *, is_whole: bool) -> CandidateMass:
     """Follow an answer through its places. `is_whole`: it ended by itself and was not cut."""
     count = fits("", False).size
-    seen, unseen = np.zeros(count), np.zeros(count)
-    text, mass, has_ended = "", 1.0, False
+    seen = np.zeros(count)
+    unseen = np.zeros(count)
+    text = ""
+    mass = 1.0
+    has_ended = False
     for place in places:
         for token, probability in place.likely:
             if token != place.token:

@@ -85,7 +85,8 @@ class Network:
                 steps = np.array([len(packed.ids) + count - 1])
                 positions = self._positions(prompt, steps)[..., -1:]
                 outputs = self._call((token,), positions, past_key_values=cache)
-                logits, cache = outputs.logits, outputs.past_key_values
+                logits = outputs.logits
+                cache = outputs.past_key_values
 
     def _pass(self, prompt: Prompt, packed: Packed, rows: NDArray[np.int64]) -> tuple[Tensor, Any]:
         """Run a prompt's body with what is packed behind; logits (1, rows, vocabulary)."""

@@ -90,7 +90,8 @@ class Packed:
 def pack(tails: Sequence[Sequence[int]], tree: ChoiceTree) -> Packed:
     """Lay out the tails, each of one token or more, with the tree's nodes behind each."""
     size = sum(len(tail) + len(tree.nodes) - 1 for tail in tails)
-    ids, steps = np.zeros(size, np.int64), np.zeros(size, np.int64)
+    ids = np.zeros(size, np.int64)
+    steps = np.zeros(size, np.int64)
     sees = np.eye(size, dtype=bool)
     rows = np.zeros((len(tails), len(tree.nodes)), np.int64)
     start = 0
@@ -182,7 +183,8 @@ def spread(wordings: Sequence[Beliefs]) -> Spread:
     normal = [wording / share for wording, share in zip(wordings, shares, strict=True)]
     means = [float(wording @ CANDIDATES_C) for wording in normal]
     mixed: Beliefs = np.mean(normal, axis=0)
-    tail, value_c = (1.0 - COVERAGE) / 2, float(np.mean(means))
+    tail = (1.0 - COVERAGE) / 2
+    value_c = float(np.mean(means))
     return Spread(
         value_c=value_c,
         low_c=min(quantile(mixed, tail), value_c),  # a far second mode draws the mean outside

@@ -27,7 +27,8 @@ from hapticvlm.vlm.contract import (
 )
 from hapticvlm.vlm.endpoint import Endpoint, EndpointError, Json, check_token, read_address
 
-CHAT, MODELS = "/v1/chat/completions", "/v1/models"
+CHAT = "/v1/chat/completions"
+MODELS = "/v1/models"
 _NO_SUCH_FIELD = (400, 422)  # what an endpoint answers that does not know log-probabilities
 
 Answer = TypeVar("Answer")
@@ -53,7 +54,8 @@ class RemoteVlm:
         if settings.method not in (None, "logprobs", "text"):
             raise VlmError(f"an endpoint cannot do {settings.method}: take logprobs or text")
         address = read_address(settings.url)
-        self._settings, self._now = settings, now
+        self._settings = settings
+        self._now = now
         self._endpoint = Endpoint(address, check_token(settings.token, address))
         self._model = None if settings.model == DEFAULT_MODEL else settings.model
         self._gives_logprobs = settings.method != "text"

@@ -48,7 +48,8 @@ def load(settings: VlmSettings) -> tuple[Network, Chat]:
         _require_memory(folder, settings)
     try:
         with guarded(f"loading the model `{settings.model}`"):
-            chat_parts, model = _chat_parts(folder, settings), _model(folder, settings)
+            chat_parts = _chat_parts(folder, settings)
+            model = _model(folder, settings)
     except VlmError:
         raise
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
@@ -79,7 +80,8 @@ def _is_float32_faster() -> bool:
     import torch
 
     def seconds(kind: torch.dtype) -> float:
-        left, right = torch.ones(64, 1024, dtype=kind), torch.ones(1024, 1024, dtype=kind)
+        left = torch.ones(64, 1024, dtype=kind)
+        right = torch.ones(1024, 1024, dtype=kind)
         times = []
         for _ in range(TRIALS):
             start = time.perf_counter()
@@ -166,10 +168,8 @@ def _require_device(settings: VlmSettings) -> None:
 def _require_memory(folder: Path, settings: VlmSettings) -> None:
     """Refuse weights that do not fit; they are taken to lie in the file as bfloat16."""
     stored = sum(path.stat().st_size for path in folder.glob("*.safetensors"))
-    needed, free = (
-        stored * BYTES[settings.precision or "bfloat16"] // BYTES["bfloat16"],
-        free_bytes(),
-    )
+    needed = stored * BYTES[settings.precision or "bfloat16"] // BYTES["bfloat16"]
+    free = free_bytes()
     if free is not None and needed > free:
         text = f"model `{settings.model}` needs {needed / 1e9:.1f} GB, {free / 1e9:.1f} GB are free"
         raise VlmError(f"out of memory: {text}; {CURE_MEMORY}")

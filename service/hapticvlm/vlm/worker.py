@@ -144,7 +144,8 @@ def reply(vlm: Vlm, question: Question) -> VlmReply:
         picture, region = pictures.whole(question.frame, SIDE)
         if not question.names:
             return VlmReply(reading=vlm.ambient(picture))
-        context, crop = highlight(picture, region), _within(picture, region)
+        context = highlight(picture, region)
+        crop = _within(picture, region)
         return VlmReply(evidence=vlm.material(context, crop, question.names))
     except (VlmError, PictureError) as error:
         return VlmReply(error=str(error))
@@ -155,6 +156,8 @@ def reply(vlm: Vlm, question: Question) -> VlmReply:
 
 def _within(picture: Picture, region: Region) -> Picture:
     height, width = picture.shape[:2]
-    top, left = int(region.y * height), int(region.x * width)
-    bottom, right = ceil((region.y + region.h) * height), ceil((region.x + region.w) * width)
+    top = int(region.y * height)
+    left = int(region.x * width)
+    bottom = ceil((region.y + region.h) * height)
+    right = ceil((region.x + region.w) * width)
     return picture[top:bottom, left:right]

@@ -17,7 +17,8 @@ from hapticvlm_lab.training.making import make
 from hapticvlm_lab.training.rooms import __main__ as rooms
 from hapticvlm_lab.training.rooms.page import RoomsError
 
-ROOM_SHARDS, TRACED_SHARDS = 20, 10
+ROOM_SHARDS = 20
+TRACED_SHARDS = 10
 
 
 def main() -> int:

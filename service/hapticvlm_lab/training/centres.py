@@ -18,7 +18,8 @@ def choose_references(
     embeddings: Floats, labels: Indices, cells: Indices, seed: int
 ) -> tuple[Floats, Indices]:
     """Take CENTRES k-means centres of every cell: (R, D) unit float32 and (R,) labels."""
-    references, found = [], []
+    references = []
+    found = []
     for cell in np.unique(cells):
         rows = cells == cell
         centres = _centres(embeddings[rows].astype(np.float64), seed)

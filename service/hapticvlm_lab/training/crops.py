@@ -16,7 +16,9 @@ from hapticvlm.vision.pictures import central_mask
 
 SMALLEST = 0.25  # least share of a picture that a crop shows
 ELONGATION = 0.3  # standard logarithmic elongation of a crop, in either direction
-DISC, WHOLE = 0.4, 0.25  # shares of photographs under the central disc and under no mask at all
+# shares of photographs under the central disc and under no mask at all
+DISC = 0.4
+WHOLE = 0.25
 LEAST_OUTLINE = 0.05  # share of the crop an outline must cover to be of use
 
 Pixels = NDArray[np.uint8]
@@ -26,12 +28,12 @@ Cut = tuple[Pixels, Pixels]  # (S, S, 3) RGB and (S, S) mask, 0 or 255
 def photograph(pixels: Pixels, side: int, rng: np.random.Generator) -> Cut:
     """Cut a part of a photograph, squashed to a square, with a mask a client might send."""
     height, width = pixels.shape[:2]
-    area, ratio = rng.uniform(SMALLEST, 1.0), np.exp(rng.uniform(-ELONGATION, ELONGATION))
-    wide, high = (
-        min(width, width * np.sqrt(area * ratio)),
-        min(height, height * np.sqrt(area / ratio)),
-    )
-    left, top = rng.uniform(0, width - wide + 1e-6), rng.uniform(0, height - high + 1e-6)
+    area = rng.uniform(SMALLEST, 1.0)
+    ratio = np.exp(rng.uniform(-ELONGATION, ELONGATION))
+    wide = min(width, width * np.sqrt(area * ratio))
+    high = min(height, height * np.sqrt(area / ratio))
+    left = rng.uniform(0, width - wide + 1e-6)
+    top = rng.uniform(0, height - high + 1e-6)
     box = (left, top, min(width, left + wide), min(height, top + high))
     chance = rng.random()
     if chance < DISC:
@@ -47,14 +49,16 @@ def on_board(pixels: Pixels, side: int, rng: np.random.Generator) -> Cut:
     """Cut the object that lies on a plain board, with its outline as the mask."""
     outline = _outline(pixels)
     height, width = pixels.shape[:2]
-    rows, columns = np.flatnonzero(outline.any(axis=1)), np.flatnonzero(outline.any(axis=0))
+    rows = np.flatnonzero(outline.any(axis=1))
+    columns = np.flatnonzero(outline.any(axis=0))
     span = max(rows[-1] - rows[0], columns[-1] - columns[0]) * rng.uniform(0.6, 1.3)
     span = float(np.clip(span, 32, min(height, width)))
     middle = ((rows[0] + rows[-1]) / 2, (columns[0] + columns[-1]) / 2)
     top = np.clip(middle[0] - span / 2 + rng.normal(0, span / 12), 0, height - span)
     left = np.clip(middle[1] - span / 2 + rng.normal(0, span / 12), 0, width - span)
     box = (left, top, left + span, top + span)
-    image, mask = _resize(pixels, box, side), _resize(outline, box, side) > 127
+    image = _resize(pixels, box, side)
+    mask = _resize(outline, box, side) > 127
     if mask.mean() > LEAST_OUTLINE:
         return image, np.where(mask, 255, 0).astype(np.uint8)
     return image, central_mask(side)
@@ -64,7 +68,8 @@ def dress(texture: Pixels, behind: Pixels, side: int, rng: np.random.Generator) 
     """Give a flat texture a shape, light and a picture behind it."""
     mask = shape(side, rng) if rng.random() < 0.7 else np.full((side, side), 255, np.uint8)
     span = min(texture.shape[:2]) * rng.uniform(0.4, 1.0)
-    top, left = rng.uniform(0, texture.shape[0] - span), rng.uniform(0, texture.shape[1] - span)
+    top = rng.uniform(0, texture.shape[0] - span)
+    left = rng.uniform(0, texture.shape[1] - span)
     surface = _resize(texture, (left, top, left + span, top + span), side)
     surface = np.rot90(surface, int(rng.integers(4)))
     axis = np.linspace(-1, 1, side)
@@ -82,7 +87,8 @@ def shape(side: int, rng: np.random.Generator) -> Pixels:
     """Draw a turned ellipse or box covering much of the crop: (side, side) uint8, 0 or 255."""
     y, x = np.mgrid[0:side, 0:side] / side - 0.5
     angle = rng.uniform(0, np.pi)
-    u, v = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
+    u = x * np.cos(angle) + y * np.sin(angle)
+    v = y * np.cos(angle) - x * np.sin(angle)
     a, b = rng.uniform(0.25, 0.55, 2)
     power = float(rng.choice([2.0, 2.0, 6.0]))
     return np.where(np.abs(u / a) ** power + np.abs(v / b) ** power <= 1, 255, 0).astype(np.uint8)

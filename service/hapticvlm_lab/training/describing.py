@@ -62,7 +62,10 @@ def describe_all(
 
 
 def _write(session: Any, crops: Iterable[Labelled], path: Path) -> None:  # noqa: ANN401
-    features, scores, labels, named = [], [], [], []
+    features = []
+    scores = []
+    labels = []
+    named = []
     for crop, label, source in crops:
         found = session.run(["features", "_fc"], {"crops": _pixels(crop)[None]})
         features.append(found[0][0].astype(np.float16))
@@ -137,7 +140,8 @@ def _renders(folder: Path, side: int, *, calibrates: bool) -> Iterator[Labelled]
         if sources.is_calibration_shard(path.stem) != calibrates:
             continue
         with np.load(path, allow_pickle=False) as file:
-            shown, labels = file["big"], file["label"].tolist()
+            shown = file["big"]
+            labels = file["label"].tolist()
         for crop, label in zip(shown, labels, strict=True):
             yield Crop(_resized(crop[..., :3], side), _mask(crop[..., 3], side)), label, folder.name
 

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from onnx import ModelProto, TensorProto, helper, numpy_helper
 
-OPSET, IR_VERSION = 17, 8
+OPSET = 17
+IR_VERSION = 8
 LEVELS = 255
 LEAST_RANGE = 1e-6
 
@@ -73,8 +74,10 @@ class GraphWriter:
             return x
         low, high = self.ranges[x]
         if most is not None:
-            low, high = 0.0, min(high, most)
-        low, high = min(low, 0.0), max(high, LEAST_RANGE)
+            low = 0.0
+            high = min(high, most)
+        low = min(low, 0.0)
+        high = max(high, LEAST_RANGE)
         step = float(np.float32((high - low) / LEVELS))
         scale = self.constant(f"{x}.rounded.step", np.float32(step))
         zero = round(-low / step)
@@ -123,6 +126,7 @@ class GraphWriter:
         tensor = TensorProto(name=name, data_type=kind, dims=shape)
         tensor.data_location = TensorProto.EXTERNAL
         entry = tensor.external_data.add()
-        entry.key, entry.value = "location", "weights"
+        entry.key = "location"
+        entry.value = "weights"
         self._constants[name] = tensor
         return name

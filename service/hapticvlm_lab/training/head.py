@@ -21,14 +21,22 @@ from hapticvlm_lab.training.describing import NAMES, RENDERS, Described
 from hapticvlm_lab.training.lite_graph import Head, Network
 
 WIDTH = 256  # of the hidden layer
-EPOCHS, BATCH = 10, 256
-RATE, DECAY, SMOOTHING = 2e-3, 0.05, 0.05
-DROPPED_FEATURES, DROPPED = 0.2, 0.5
-GAIN, HIDDEN_GAIN = 16.0, 8.0  # of the unit features, and of the unit activation
+EPOCHS = 10
+BATCH = 256
+RATE = 2e-3
+DECAY = 0.05
+SMOOTHING = 0.05
+DROPPED_FEATURES = 0.2
+DROPPED = 0.5
+# of the unit features, and of the unit activation
+GAIN = 16.0
+HIDDEN_GAIN = 8.0
 LAST_WEIGHT = 3.0  # of the last map beside a stage; a review's choice, kept
 LEAST_DEVIATION = 1e-3  # of the largest: what hardly varies is not blown up
 ROOMS_WEIGHT = 3.0  # of the rooms beside another source of renders
-RARE_SOURCE, RARE_KIND = 50, 60  # pictures from which a source, or a kind, counts in full
+# pictures from which a source, or a kind, counts in full
+RARE_SOURCE = 50
+RARE_KIND = 60
 LEVELS = 127  # of the hidden weights
 
 Floats = NDArray[np.float32]
@@ -110,7 +118,8 @@ def _train(
     """Train hidden and last layer on unit features times GAIN; on one thread, so deterministic."""
     torch.set_num_threads(1)
     torch.manual_seed(seed)
-    hidden, last = torch.nn.Linear(rows.shape[1], WIDTH), torch.nn.Linear(WIDTH, len(NAMES))
+    hidden = torch.nn.Linear(rows.shape[1], WIDTH)
+    last = torch.nn.Linear(WIDTH, len(NAMES))
     costs = torch.from_numpy((weights * len(weights)).astype(np.float32))
     optimiser = torch.optim.AdamW([*hidden.parameters(), *last.parameters()], weight_decay=DECAY)
     steps = len(rows) // BATCH

@@ -29,7 +29,9 @@ EXPANSION = 6
 LAST = 1280  # channels of the last map
 LARGEST_ACTIVATION = 6.0  # of ReLU6
 AROUND = 0.1  # weight of a cell outside of the mask, beside 1 inside
-MIDDLE_LEVEL, LEVELS = 127, 128  # a channel's value is (level - 127) / 128
+# a channel's value is (level - 127) / 128
+MIDDLE_LEVEL = 127
+LEVELS = 128
 FULL_MASK = 255.0
 TINY = 1e-6  # keeps a head that sees nothing from dividing by zero
 
@@ -108,7 +110,9 @@ def _describe(graph: GraphWriter, network: Network) -> tuple[str, str]:
     """Add the network; return the names of its features and scores."""
     x, mask = _read(graph)
     x = _convolve(graph, x, "_conv_stem", (STEM, 3, 3, 3), 2)
-    mask, width, block = _halved(graph, mask, "mask.stem"), STEM, 0
+    mask = _halved(graph, mask, "mask.stem")
+    width = STEM
+    block = 0
     parts: list[str] = []
     for stage, (out, count) in enumerate(zip(network.widths, network.blocks, strict=True)):
         if STRIDES[stage] == 2:
@@ -116,7 +120,8 @@ def _describe(graph: GraphWriter, network: Network) -> tuple[str, str]:
         for place in range(count):
             stride = STRIDES[stage] if place == 0 else 1
             x = _block(graph, x, f"_blocks.{block}.", (width, out), (stage, stride))
-            width, block = out, block + 1
+            width = out
+            block = block + 1
         parts += _pooled(graph, x, mask, f"stage.{stage}") if stage else []
     x = _convolve(graph, x, "_conv_head", (LAST, width, 1, 1))
     parts.append(_mean(graph, _rows(graph, x, "last"), mask, "last"))
@@ -143,7 +148,9 @@ def _block(
 ) -> str:
     """Add one inverted residual block; where: its stage, and its stride."""
     (width, out), (stage, stride) = widths, where
-    kernel, inner, y = KERNELS[stage], width, x
+    kernel = KERNELS[stage]
+    inner = width
+    y = x
     if stage:
         inner = width * EXPANSION
         y = _convolve(graph, y, f"{name}_expand_conv", (inner, width, 1, 1))
@@ -166,7 +173,8 @@ def _convolve(
     )  # fmt: skip
     if graph.ranges is not None:
         return graph.rounded(made, LARGEST_ACTIVATION)
-    least, most = _number(graph, "least", 0.0), _number(graph, "most", LARGEST_ACTIVATION)
+    least = _number(graph, "least", 0.0)
+    most = _number(graph, "most", LARGEST_ACTIVATION)
     graph.watched.append(made)
     return graph.add("Clip", [made, least, most], f"{name}.rectified")
 

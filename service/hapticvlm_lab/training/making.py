@@ -45,7 +45,8 @@ Doubles = NDArray[np.float64]
 
 def make(network: str, data: Path, work: Path, out: Path) -> str:
     """Write the folder of an encoder; return what was chosen, in a line."""
-    layout, source = lite_graph.NETWORKS[network], SOURCES[network]
+    layout = lite_graph.NETWORKS[network]
+    source = SOURCES[network]
     layers = packaged_weights.fold(packaged_weights.read_source(source))
     ranges = _ranges(network, layers, data, work)
     model, graph = lite_graph.describing(layout, ranges)

@@ -19,7 +19,9 @@ from hapticvlm_lab.training import sources
 
 EACH = 48  # pictures of a material
 TWO = 2  # of one shard
-SIDE, QUALITY = 128, 75  # px, of JPEG: the limit is the size of the wheel
+# px, of JPEG: the limit is the size of the wheel
+SIDE = 128
+QUALITY = 75
 SMALLEST_PX = 90  # of the object in its frame: less shows nothing of the material
 SHARES = (0.15, 0.95)  # of the crop that the object covers
 
@@ -44,7 +46,9 @@ def choose(shards: Sequence[Path]) -> dict[str, list[Pixels]]:
     found: dict[str, list[Pixels]] = {name: [] for name in NAMES}
     for shard in shards:
         with np.load(shard, allow_pickle=False) as file:
-            crops, labels, sizes = file["big"], file["label"].tolist(), file["size"]
+            crops = file["big"]
+            labels = file["label"].tolist()
+            sizes = file["size"]
         for name in NAMES:
             rows = [row for row, label in enumerate(labels) if label == name]
             fit = [row for row in rows if _fits(crops[row], sizes[row])]
@@ -55,11 +59,13 @@ def choose(shards: Sequence[Path]) -> dict[str, list[Pixels]]:
 def write_sheet(crops: Sequence[Pixels], path: Path) -> None:
     """Write NAME.jpg and NAME.mask.png, squares in rows of COLUMNS."""
     rows = -(-len(crops) // COLUMNS)
-    sheet, masks = Image.new("RGB", (COLUMNS * SIDE, rows * SIDE)), Image.new("L", (1, 1))
+    sheet = Image.new("RGB", (COLUMNS * SIDE, rows * SIDE))
+    masks = Image.new("L", (1, 1))
     masks = masks.resize(sheet.size)
     for place, crop in enumerate(crops):
         corner = (place % COLUMNS * SIDE, place // COLUMNS * SIDE)
-        image, mask = Image.fromarray(crop[..., :3]), Image.fromarray(crop[..., 3])
+        image = Image.fromarray(crop[..., :3])
+        mask = Image.fromarray(crop[..., 3])
         sheet.paste(image.resize((SIDE, SIDE), Image.Resampling.LANCZOS), corner)
         masks.paste(mask.resize((SIDE, SIDE), Image.Resampling.BILINEAR), corner)
     sheet.save(path.with_suffix(".jpg"), quality=QUALITY, optimize=True)

@@ -28,7 +28,8 @@ TEACHING = (
 TEXTURES = frozenset({"ambientcg_tiles", "woodboards"})  # fill the picture
 ON_BOARD = "trashnet"  # objects on a plain board
 # Choose and calibrate; report on: no gradient sees either.
-CHOICE, REPORT = "choose_web", "report_web"
+CHOICE = "choose_web"
+REPORT = "report_web"
 RENDERED = frozenset({"rooms", "traced"})  # sources of the shards of renders
 # Held back whole: photographs, the shapes and the textures with maps.
 HELD_BACK = ("caltech101", "models", "pbr")

@@ -26,7 +26,9 @@ from hapticvlm_lab.training.held_back.plan import MAIN, Plan
 from hapticvlm_lab.training.held_back.shapes import COMMON
 from hapticvlm_lab.training.held_back.stage import seed_of, set_stage
 
-SIDE, PICTURE = 224, 112  # px: of a crop, of a picture
+# px: of a crop, of a picture
+SIDE = 224
+PICTURE = 112
 SAMPLES = 2  # a film pixel and half
 OBJECTS_A_SHARD = 25
 TURNS = 3  # of the four views of an approach
@@ -83,7 +85,8 @@ def views(cameras: Sequence[Camera], rng: np.random.Generator) -> tuple[Camera, 
 
 def _turned(camera: Camera, angle: float) -> Camera:
     x, y, z = camera.eye - camera.target
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
     turned = np.array([cosine * x + sine * z, y, cosine * z - sine * x])
     return replace(camera, eye=camera.target + turned)
 
@@ -91,7 +94,8 @@ def _turned(camera: Camera, angle: float) -> Camera:
 def _write(path: Path, number: int, catalogue: Catalogue) -> None:
     """Write big (N, 224, 224, 4) RGB and mask, label, source."""
     numbers = range(number * OBJECTS_A_SHARD, (number + 1) * OBJECTS_A_SHARD)
-    big, labels = list[NDArray[np.uint8]](), list[str]()
+    big = list[NDArray[np.uint8]]()
+    labels = list[str]()
     for thing in track([plan(number) for number in numbers], path.stem):
         crops = _crops(thing, catalogue)
         big += crops

@@ -40,7 +40,8 @@ class Sounding:
         self.played += part.size
         if self._aim < 1.0:
             gains = np.maximum(self._gain - np.arange(1, count + 1) / (FADE_S * RATE_HZ), self._aim)
-            block, self._gain = (block * gains).astype(np.float32), float(gains[-1])
+            block = (block * gains).astype(np.float32)
+            self._gain = float(gains[-1])
         if self.played >= self._wave.size or self._gain == 0.0:
             self._ended.set()
         return np.clip(block, np.float32(-1.0), np.float32(1.0))

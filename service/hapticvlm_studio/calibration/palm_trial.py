@@ -14,7 +14,8 @@ from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 if TYPE_CHECKING:
     from hapticvlm.devices.plate.plate import Plate
 
-TICK_S, TTL_S = 0.02, 0.25
+TICK_S = 0.02
+TTL_S = 0.25
 
 
 class Bench:
@@ -27,7 +28,8 @@ class Bench:
         self._plate = plate
         self._lock = threading.Lock()
         self._resting = ThermalTrajectory(plate_resistance=plate_resistance)
-        self._trajectory, self._contact = self._resting, None  # type: tuple[ThermalTrajectory, ThermalContact | None]
+        self._trajectory = self._resting
+        self._contact: ThermalContact | None = None
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="bench", daemon=True)
         self._thread.start()
@@ -55,12 +57,14 @@ class Bench:
         self._plate.rest(time.monotonic())
 
     def _run(self) -> None:
-        setpoint_c, before = NEUTRAL_C, time.monotonic()
+        setpoint_c = NEUTRAL_C
+        before = time.monotonic()
         while not self._stopping.wait(TICK_S):
             now = time.monotonic()
             reading = self._plate.advance(now)
             with self._lock:
                 wanted_c = self._trajectory.wanted_c(now)
             limited = limit(wanted_c, setpoint_c, now - before, reading)
-            setpoint_c, before = limited.setpoint_c, now
+            setpoint_c = limited.setpoint_c
+            before = now
             self._plate.command(setpoint_c, TTL_S, now)

@@ -18,7 +18,8 @@ from hapticvlm_studio.calibration.plate_flow import RUN_S, Floats, course_c
 if TYPE_CHECKING:
     from hapticvlm.devices.plate.plate import Plate
 
-TICK_S, TTL_S = 0.02, 0.25
+TICK_S = 0.02
+TTL_S = 0.25
 # The current jumps with each step of the setpoint, and telemetry shows 20 samples of it a second.
 # Were the steps in time with them, all would be of one age and the jump be taken for heat: this
 # interval keeps out of step with 40, 50, 60 and 100 ms (computed: 1 ms of mean age, not 6).
@@ -44,7 +45,8 @@ def swing(plate: Plate, around_c: float, turn: Turn) -> Floats:
     Raises DeviceError when the plate reports a fault or nothing.
     """
     rows: list[tuple[float, ...]] = []
-    setpoint_c, due_s = NEUTRAL_C, 0.0
+    setpoint_c = NEUTRAL_C
+    due_s = 0.0
     begun = before = now = turn()
     try:
         while (at_s := now - begun) < RUN_S:
@@ -55,7 +57,8 @@ def swing(plate: Plate, around_c: float, turn: Turn) -> Floats:
             if at_s >= due_s:
                 wanted_c = course_c(around_c, at_s)
                 setpoint_c = limit(wanted_c, setpoint_c, now - before, reading).setpoint_c
-                before, due_s = now, due_s + STEP_S
+                before = now
+                due_s = due_s + STEP_S
             plate.command(setpoint_c, TTL_S, now)
             now = turn()
     finally:

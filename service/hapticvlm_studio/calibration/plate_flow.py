@@ -24,7 +24,8 @@ from hapticvlm.devices.simulated.plant import AREA_M2, Module
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.rendering.heat.contact import SKIN
 
-PERIOD_S, PERIODS = 8.0, 8
+PERIOD_S = 8.0
+PERIODS = 8
 SETTLE_S = 8.0  # until the palm that came and the plate that began are steady but for slow drift
 RUN_S = SETTLE_S + PERIODS * PERIOD_S
 HARMONICS = np.array([1.0, 2.0, 3.0])
@@ -33,7 +34,10 @@ PHASES = np.array([0.748, 5.139, 2.171])  # ask for the least heating current at
 INTERVAL = 0.95
 
 _RISE_S = 4.0  # until the swing has its size
-_ABOVE_SINK_C, _COLDEST_C, _WARMEST_C = 4.0, 22.0, 30.0  # of the middle: room to heat and to cool
+# of the middle: room to heat and to cool
+_ABOVE_SINK_C = 4.0
+_COLDEST_C = 22.0
+_WARMEST_C = 30.0
 _DRIFT_DEGREE = 3  # of the polynomial that takes the drift of sink, skin and core
 _RESISTANCES = np.geomspace(5e-5, 4e-3, 200)  # m2 K/W
 _GAINS = np.exp(np.linspace(-0.8, 0.8, 81))
@@ -80,7 +84,8 @@ def estimate(bare: Floats, palm: Floats) -> PlateEstimate:
     Runs are (n, 4) and (m, 4) float64: s since the run began, plate in degC, current in A (positive
     when it heats), sink in degC. Raises PalmError.
     """
-    without, with_palm = _spectrum(bare), _spectrum(palm)
+    without = _spectrum(bare)
+    with_palm = _spectrum(palm)
     if min(abs(without.swing_c[0]), abs(with_palm.swing_c[0])) < _LEAST_SWING_C:
         raise PalmError("the plate did not swing: its current is at a limit; try in a milder room")
     taken = with_palm.admittance - without.admittance
@@ -132,7 +137,8 @@ def _pumped_w(plate_c: Floats, current_a: Floats, sink_c: Floats) -> Floats:
 
 def _lag_s(bare: Complexes) -> float:
     """Lag of the reading from (K + i w C)(1 + i w lag), the admittance of a lump read late."""
-    rates, weights = _rates(), 1.0 / np.abs(bare)
+    rates = _rates()
+    weights = 1.0 / np.abs(bare)
     terms = np.stack((np.ones_like(rates), -(rates**2)), axis=1)
     (conductance, bend), *_ = np.linalg.lstsq(
         terms * weights[:, None], bare.real * weights, rcond=None

@@ -21,10 +21,14 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 _Floats = NDArray[np.float64]
 
-SWEEP_HZ, SWEEP_S, SILENCE_S, LEVEL = (12.0, 1200.0), 10.0, 0.5, 0.5
+SWEEP_HZ = (12.0, 1200.0)
+SWEEP_S = 10.0
+SILENCE_S = 0.5
+LEVEL = 0.5
 LONGEST_S = 120.0
 THIRDS_HZ = tuple(1000.0 * 2.0 ** (third / 3.0) for third in range(-17, 1))  # 20 to 1000 Hz
-GATE_S, FADE_S = 0.25, 0.1
+GATE_S = 0.25
+FADE_S = 0.1
 LEAST_CONTRAST_DB = 15.0  # of the gated response over the rest; noise alone gives 6, none of it 140
 LEAST_RATE_HZ = 2_500.0  # a thousand hertz need more than twice that
 QUANTITIES = {"acceleration": 0, "velocity": 1, "displacement": 2}  # derivatives still to take
@@ -52,7 +56,8 @@ def response(
     wave = _checked(recorded, rate_hz)
     played = sweep().astype(np.float64)
     size = 1 << (wave.size + played.size - 1).bit_length()
-    given, received = np.fft.rfft(played, size), np.fft.rfft(wave, size)
+    given = np.fft.rfft(played, size)
+    received = np.fft.rfft(wave, size)
     power = np.abs(given) ** 2
     impulse = np.fft.irfft(received * np.conj(given) / (power + 1e-4 * power.max()), size)
     gated = _gated(impulse)
@@ -131,7 +136,8 @@ def _gated(impulse: _Floats) -> _Floats:
     rolled = np.roll(impulse, impulse.size // 2 - peak)
     away_s = np.abs(np.arange(impulse.size) - impulse.size // 2) / RATE_HZ
     gate = np.clip((GATE_S - away_s) / (0.5 * GATE_S), 0.0, 1.0)
-    inside, outside = rolled[away_s < GATE_S], rolled[away_s >= GATE_S]
+    inside = rolled[away_s < GATE_S]
+    outside = rolled[away_s >= GATE_S]
     contrast = np.mean(inside**2) / max(float(np.mean(outside**2)), 1e-30)
     if 10.0 * math.log10(float(contrast)) < LEAST_CONTRAST_DB:
         raise ValueError("does not hold the sweep, or too much noise; play it louder, record again")

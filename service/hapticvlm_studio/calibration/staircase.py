@@ -56,7 +56,8 @@ class Calibration:
     """What is known so far about one palm on one real object."""
 
     def __init__(self, thermal: Thermal, ambient_c: float) -> None:
-        self.thermal, self.ambient_c = thermal, ambient_c
+        self.thermal = thermal
+        self.ambient_c = ambient_c
         self._felt_c = np.array([self._skin_c(resistance) for resistance in RESISTANCES])
         tried_c = np.array([self._skin_c(resistance) for resistance in TRIED])
         self._chances = self._chance(tried_c[:, None, None])
@@ -103,7 +104,8 @@ class SimulatedPalm:
     """Answers as a palm with a planted R'' and noise would, by the same model: a simulation."""
 
     def __init__(self, resistance: float, noise_c: float = 0.3, seed: int = 0) -> None:
-        self._resistance, self._noise_c = resistance, noise_c
+        self._resistance = resistance
+        self._noise_c = noise_c
         self._rng = np.random.default_rng(seed)
 
     def is_real_colder(self, thermal: Thermal, ambient_c: float, tried: float) -> bool:

@@ -75,7 +75,8 @@ def _simulated(resistance: float) -> PlateEstimate:
     from hapticvlm_studio.calibration.plate_course import simulated_time, swing
     from hapticvlm_studio.calibration.plate_flow import estimate, middle_c
 
-    plate, turn = SimulatedPlate(palm_resistance=math.inf), simulated_time()
+    plate = SimulatedPlate(palm_resistance=math.inf)
+    turn = simulated_time()
     around_c = middle_c(plate.advance(turn()).sink_c)
     bare = swing(plate, around_c, turn)
     plate.touch(resistance)
@@ -118,7 +119,8 @@ def _tell(text: str) -> None:
 def _report(found: PlateEstimate, options: argparse.Namespace) -> int:
     """Print what was found before it is written: a file that can't be must not lose it."""
     result = {"calibrate": "plate", "simulated": options.simulate is not None, **asdict(found)}
-    line, rounded = json.dumps(result), f"{found.plate_resistance:.2g}"
+    line = json.dumps(result)
+    rounded = f"{found.plate_resistance:.2g}"
     if options.json:
         print(line)
     else:

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from hapticvlm_studio.calibration.palm_trial import Bench
     from hapticvlm_studio.calibration.staircase import Calibration
 
-PRECONDITION_S, TOUCH_S = 3.0, 2.0
+PRECONDITION_S = 3.0
+TOUCH_S = 2.0
 Judge = Callable[[float], bool | None]  # R'' of B: was the real object colder; None: no answer
 
 _DESCRIPTION = """
@@ -137,7 +138,8 @@ def _begin(options: argparse.Namespace) -> Calibration:
         raise ValueError("--ambient-c: needs 0 to 28 degC; nearer to skin there is little to feel")
     if not 1 <= options.trials <= 100:
         raise ValueError("--trials: needs 1 to 100")
-    low, high = float(RESISTANCES[0]), float(RESISTANCES[-1])
+    low = float(RESISTANCES[0])
+    high = float(RESISTANCES[-1])
     if options.simulate is not None and not low <= options.simulate <= high:
         raise ValueError(f"--simulate: needs {low:g} to {high:g} m2 K/W")
     return Calibration(MATERIALS[options.object].thermal, options.ambient_c)
@@ -150,7 +152,8 @@ def _judge(options: argparse.Namespace, calibration: Calibration) -> Iterator[Ju
         from hapticvlm_studio.calibration.staircase import SimulatedPalm
 
         palm = SimulatedPalm(options.simulate, seed=options.seed)
-        thermal, ambient_c = calibration.thermal, calibration.ambient_c
+        thermal = calibration.thermal
+        ambient_c = calibration.ambient_c
         yield lambda tried: palm.is_real_colder(thermal, ambient_c, tried)
         return
     from hapticvlm_studio.calibration.palm_trial import Bench

@@ -67,7 +67,8 @@ def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
 def _print_pictures(outcome: Outcome) -> None:
     print(f"\n{'picture':<34}{'truth':>7}{'said':>7}  {'interval':<16}{'error':>7}")
     for answer in outcome.answers[:MOST_LINES]:
-        name, truth = answer.shot.path.name[-33:], answer.shot.truth_c
+        name = answer.shot.path.name[-33:]
+        truth = answer.shot.truth_c
         if answer.guess is None:
             print(f"{name:<34}{truth:>7.1f}{'-':>7}  {answer.why_not}")
             continue
@@ -92,7 +93,8 @@ def _percent(rate: Share) -> str:
 
 
 def _verdict(outcome: Outcome, method: str) -> str:
-    asked, answered = len(outcome.answers), outcome.score.n if outcome.score else 0
+    asked = len(outcome.answers)
+    answered = outcome.score.n if outcome.score else 0
     missing = f"; {asked - answered} of {asked} not answered" if answered < asked else ""
     if outcome.gain_c is None:
         return f"\n{method} answered nothing{missing}"

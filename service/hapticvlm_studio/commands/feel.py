@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from hapticvlm_studio.touches.sound import Sound
 
 SHOWN_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
-SPEED_MPS, SWING_MPS = 0.3, 5.0
+SPEED_MPS = 0.3
+SWING_MPS = 5.0
 
 _DESCRIPTION = """
 Compute what touching a material would feel like. You see the temperature of the skin, the

@@ -19,7 +19,9 @@ Write DIR/study.toml, the file of a new study with comments: consent, instructio
 ratings, languages (English and German), patterns and participants. It runs as it is.
 """
 _OPTIONS = ("patterns", "participants", "order", "repeats", "renderings", "seed")
-_MOST_PEOPLE, _MOST_REPEATS, _MOST_REST_S = 999, 100, 600.0
+_MOST_PEOPLE = 999
+_MOST_REPEATS = 100
+_MOST_REST_S = 600.0
 
 
 def add(parts: Commands) -> None:

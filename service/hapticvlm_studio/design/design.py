@@ -26,7 +26,9 @@ from hapticvlm_studio.design.form import NOTHING, Form
 from hapticvlm_studio.design.stimuli import Stimulus, StudyError, revive
 
 HEAD = "study.json"
-VERSION, OLDEST = 2, 1  # 1 knew no form
+# 1 knew no form
+VERSION = 2
+OLDEST = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,8 @@ FILE = "study.toml"
 TEMPLATE = Path(__file__).parent / "new.toml"
 MOST_NUMBER = 1e12  # where a question has no bounds: an answer is a finite number
 LONGEST_TEXT = 2000  # characters of a free answer
-_MOST_CHOICES, _MOST_STEPS = 20, 11
+_MOST_CHOICES = 20
+_MOST_STEPS = 11
 
 Texts = dict[str, str]  # by language
 Answer = str | float

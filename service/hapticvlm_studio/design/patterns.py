@@ -19,8 +19,11 @@ from typing import Any
 from hapticvlm_studio.design.paper import TEMPERATURES
 from hapticvlm_studio.design.stimuli import Stimulus
 
-HOT_C, COLD_C = 36.0, 26.0
-PAPER_HOT_C, PAPER_COLD_C = 38.0, 25.0  # degC, our choice: the paper states no temperatures
+HOT_C = 36.0
+COLD_C = 26.0
+# degC, our choice: the paper states no temperatures
+PAPER_HOT_C = 38.0
+PAPER_COLD_C = 25.0
 PALM_LEAD_S = 6.0
 _ANY_C = 32.0
 

@@ -61,9 +61,11 @@ def _answer(ask: Ask, shot: LabelledPicture) -> Answered:
     picture = read_picture(shot)
     started = time.monotonic()
     try:
-        guess, why_not = ask(picture), "does not know"
+        guess = ask(picture)
+        why_not = "does not know"
     except VlmError as error:
-        guess, why_not = None, str(error)
+        guess = None
+        why_not = str(error)
     return Answered(shot, guess, "" if guess else why_not, time.monotonic() - started)
 
 

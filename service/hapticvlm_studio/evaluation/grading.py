@@ -102,7 +102,8 @@ def _flat(score: Score | None) -> dict[str, Any]:
     """Spell a score with plain shares, their intervals beside them."""
     if score is None:
         return {"n": 0, "mae_c": None, "within_8c": None, "interval_coverage": None}
-    within, coverage = score.within_8c, score.interval_coverage
+    within = score.within_8c
+    coverage = score.interval_coverage
     return asdict(score) | {
         "within_8c": within.share,
         "within_8c_interval": (within.low, within.high),

@@ -18,7 +18,9 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.vlm.contract import Picture
 
 COLUMNS = ("image", "temperature_c")
-COLDEST_C, HOTTEST_C = -90.0, 60.0  # degC, of the air near the ground, ever measured, rounded
+# degC, of the air near the ground, ever measured, rounded
+COLDEST_C = -90.0
+HOTTEST_C = 60.0
 MOST_PIXELS = 64_000_000
 
 
@@ -71,7 +73,8 @@ def _check_header(file: Path, names: Sequence[str]) -> None:
 
 def _shot(file: Path, line: int, row: Mapping[str | None, str | None]) -> LabelledPicture:
     where = f"{file}: row {line}"
-    image, stated = (row["image"] or "").strip(), (row["temperature_c"] or "").strip()
+    image = (row["image"] or "").strip()
+    stated = (row["temperature_c"] or "").strip()
     if not image:
         raise ShotError(f"{where}, column image: empty")
     path = file.parent / image

@@ -15,7 +15,9 @@ from hapticvlm_studio.evaluation.scores import TOLERANCE_C
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-WIDTH_IN, HEIGHT_IN, DPI = 12.0, 5.6, 100
+WIDTH_IN = 12.0
+HEIGHT_IN = 5.6
+DPI = 100
 MARGIN_C = 6.0
 MARKERS = "osD^vPX"  # of sources, in turn
 
@@ -44,7 +46,8 @@ def draw(outcome: Outcome, method: str, stem: Path) -> list[Path]:
 
 
 def _title(outcome: Outcome, method: str) -> str:
-    ours, theirs = outcome.score, outcome.constants[outcome.best]
+    ours = outcome.score
+    theirs = outcome.constants[outcome.best]
     assert ours is not None
     return (
         f"Ambient temperature by {method}: mean absolute error {ours.mae_c:.1f} degC "
@@ -61,7 +64,8 @@ def _scatter(axes: Axes, outcome: Outcome) -> None:
     temperatures = [
         t for shot, guess in answered for t in (shot.truth_c, guess.low_c, guess.high_c)
     ]
-    low, high = min(temperatures) - MARGIN_C, max(temperatures) + MARGIN_C
+    low = min(temperatures) - MARGIN_C
+    high = max(temperatures) + MARGIN_C
     line = np.array([low, high])
     axes.fill_between(
         line, line - TOLERANCE_C, line + TOLERANCE_C, color=GRID, label="within 8 degC"

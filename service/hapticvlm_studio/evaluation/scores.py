@@ -116,7 +116,8 @@ def gain(
     Pictures are resampled in pairs, so what makes a picture hard for both cancels.
     """
     truth = np.asarray(truths, dtype=np.float64)
-    ours, theirs = _columns(guesses)[0], _columns(rivals)[0]
+    ours = _columns(guesses)[0]
+    theirs = _columns(rivals)[0]
     saved = np.abs(theirs - truth) - np.abs(ours - truth)
     return float(saved.mean()), *bootstrap(saved)
 

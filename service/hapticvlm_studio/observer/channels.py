@@ -40,14 +40,21 @@ WEBER_DB = np.array([1.6, 4.0, 4.0, 4.0])
 
 # Channel thresholds, dB re 1 um peak, and slopes, dB per octave (physics.md 5; Gescheider,
 # Bolanowski; unchecked, +-5 dB): NP I is flat to 40 Hz, NP II best at 300 Hz, NP III flat to 3 Hz.
-_NP_I_DB, _NP_I_HZ = 12.0, 40.0
-_NP_II_DB, _NP_II_HZ = 10.0, 300.0
-_NP_III_DB, _NP_III_HZ = 28.0, 3.0
-_NP_SLOPE_DB, _P_SLOPE_DB = 6.0, 12.0
+_NP_I_DB = 12.0
+_NP_I_HZ = 40.0
+_NP_II_DB = 10.0
+_NP_II_HZ = 300.0
+_NP_III_DB = 28.0
+_NP_III_HZ = 3.0
+_NP_SLOPE_DB = 6.0
+_P_SLOPE_DB = 12.0
 
 # A peak masks its neighbours as the model of MPEG has it: which peaks, and how far.
-_PROMINENCE_DB, _PEAK_RANGE_DB = 12.0, 45.0
-_MASK_BELOW_DB, _MASK_DB_PER_HZ, _MASK_FALL_DB = 5.0, 5.0 / 1400.0, 30.0
+_PROMINENCE_DB = 12.0
+_PEAK_RANGE_DB = 45.0
+_MASK_BELOW_DB = 5.0
+_MASK_DB_PER_HZ = 5.0 / 1400.0
+_MASK_FALL_DB = 30.0
 _BAND_HZ = (1.0, 1000.0)
 _QUIET = 1e-16
 

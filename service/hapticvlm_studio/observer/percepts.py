@@ -74,7 +74,8 @@ FEATURES = (
     "early rate",
     "end temperature",
 )
-TOUCH, HEAT = slice(0, len(FEATURES) - 2), slice(len(FEATURES) - 2, len(FEATURES))
+TOUCH = slice(0, len(FEATURES) - 2)
+HEAT = slice(len(FEATURES) - 2, len(FEATURES))
 
 
 def percepts(stimuli: Sequence[Stimulus], seeds: Sequence[int] = RENDERINGS) -> Percepts:

@@ -36,13 +36,20 @@ from hapticvlm_studio.observer.percepts import (
 )
 
 RECORDED = (1,)  # the paper played recordings: one rendering, the same each time
-CALIBRATION_SEED, REPORT_SEED = 11, 5
+CALIBRATION_SEED = 11
+REPORT_SEED = 5
 CALIBRATION_TRIALS = 10_000
 FACTORS = (0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0)  # of the noise: two either way
-HOT_C, COLD_C, LEAD_S = (34.0, 40.0), (23.0, 29.5), (0.25, 3.0)  # what a study may have used
-GUESSES, GUESS_TRIALS, GUESS_SEED = 20, 2000, 23
+# what a study may have used
+HOT_C = (34.0, 40.0)
+COLD_C = (23.0, 29.5)
+LEAD_S = (0.25, 3.0)
+GUESSES = 20
+GUESS_TRIALS = 2000
+GUESS_SEED = 23
 _MOST_DRAWS = 3  # for every guess wanted; some let no noise give the paper's figures
-_PAIRS_SHOWN, _PAIR_FLOOR = 10, 0.005
+_PAIRS_SHOWN = 10
+_PAIR_FLOOR = 0.005
 
 _Counts = NDArray[np.int64]
 
@@ -152,7 +159,8 @@ def check(noise: Noise) -> PaperCheck:
     """Compare the observer's confusions of the set like the paper's with the people's."""
     features = weighed(percepts(paper_like(), RECORDED), noise)
     counts = answers.confusion(features, 1.0, REPORT_SEED)
-    people, machine = _by_pair(paper.confusion()), _by_pair(counts)
+    people = _by_pair(paper.confusion())
+    machine = _by_pair(counts)
     rank = float(spearmanr(list(people.values()), list(machine.values())).statistic)
     rows = sorted(((name, people[name], machine[name]) for name in people), key=lambda row: -row[1])
     slips = _slips(paper.confusion()), _slips(counts)

@@ -70,9 +70,11 @@ def lead_steps(stimulus: Stimulus) -> int:
 
 def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Part | None, Motion]]:
     """Yield what the hand does at each step, and how it moves; None: it lets go."""
-    step, ends_s = 0, 0.0
+    step = 0
+    ends_s = 0.0
     for part in parts(stimulus):
-        begins, ends_s = step, ends_s + part.seconds
+        begins = step
+        ends_s = ends_s + part.seconds
         while step < round(ends_s / STEP_S):
             yield step, part, stimuli.motion(stimulus, part, (step - begins) * STEP_S)
             step += 1

@@ -9,8 +9,10 @@ from typing import Any
 from scipy.optimize import brentq
 from scipy.stats import nct, t
 
-ALPHA, POWER = 0.05, 0.8
-FEW_PEOPLE, FEWEST_COMPARED = 6, 3
+ALPHA = 0.05
+POWER = 0.8
+FEW_PEOPLE = 6
+FEWEST_COMPARED = 3
 _PAIRS_NAMED = 5
 
 Document = dict[str, Any]
@@ -48,7 +50,8 @@ def _may(document: Document) -> Iterator[str]:
     if document["simulated"] or document.get("heard"):
         yield "That the study runs: its page, its orders and this report."
         return
-    whole, people = document["recognition"], document["participants"]
+    whole = document["recognition"]
+    people = document["participants"]
     chance = _percent(document["chance"])
     if whole["by_person"] is None or whole["by_person"][0] <= document["chance"]:
         who = "This one person" if people == 1 else f"These {people} people together"
@@ -106,7 +109,8 @@ def _may_not(document: Document) -> Iterator[str]:
 
 def _too_few(document: Document) -> Iterator[str]:
     """Yield what more people or trials would be needed for."""
-    people, whole = document["participants"], document["recognition"]
+    people = document["participants"]
+    whole = document["recognition"]
     if people < 2:
         yield "Anything about people in general: one person took part."
     elif whole["by_person"] is None:
@@ -131,7 +135,8 @@ def _too_few(document: Document) -> Iterator[str]:
 def _not_equal(document: Document) -> Iterator[str]:
     """Yield what finding no difference means, and how large one had to be to be found."""
     text = "That patterns are recognised alike: no difference found is not no difference."
-    people, pairs = document["complete"] or 0, len(document["pairwise"])
+    people = document["complete"] or 0
+    pairs = len(document["pairwise"])
     if people < FEWEST_COMPARED:
         yield text
         return

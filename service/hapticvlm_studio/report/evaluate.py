@@ -159,7 +159,8 @@ def _of_counts(
     counts: statistics.Counts, names: list[str], factors: tuple[list[str], list[str]]
 ) -> Document:
     """Return what a confusion matrix alone shows, trials taken for independent."""
-    right, of = np.diag(counts).tolist(), counts.sum(axis=1).tolist()
+    right = np.diag(counts).tolist()
+    of = counts.sum(axis=1).tolist()
     bits, bias = statistics.information_bits(counts)
     parts = []
     for factor, groups in zip(("vibration", "temperature"), factors, strict=True):

@@ -20,7 +20,9 @@ Matrix = tuple[list[str], NDArray[np.int64]]
 DPI = 110
 _BY_PERSON: Any = {"color": BLUE, "linewidth": 3.0, "solid_capstyle": "butt"}
 _WILSON: Any = {"color": GREY, "linewidth": 1.5}
-LEAST_BOXED, LEAST_SURE = 5, 10  # answers: for quartiles; below it a share means little
+# answers: for quartiles; below it a share means little
+LEAST_BOXED = 5
+LEAST_SURE = 10
 
 
 def confusion(path: Path, title: str, whole: Matrix, parts: Sequence[tuple[str, Matrix]]) -> None:
@@ -83,7 +85,8 @@ def printed_anova(path: Path, printed: Sequence[dict[str, Any]]) -> None:
     figure = _figure(7.5, 3.0)
     axes = figure.subplots()
     for row, each in enumerate(printed):
-        as_printed, two_way = each["as_printed"], each["two_way_df"]
+        as_printed = each["as_printed"]
+        two_way = each["two_way_df"]
         ends = [as_printed["p"], two_way["p"]]
         axes.plot(ends, [row] * 2, color=SOFT, linewidth=1.5, zorder=1)
         axes.plot(each["printed_p"], row, "o", color=INK, markersize=10, fillstyle="none")

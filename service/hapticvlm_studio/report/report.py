@@ -87,7 +87,8 @@ def _share(each: Document) -> Share:
 
 
 def _finish(out: Path | None, document: Document, *, as_json: bool) -> str:
-    text, data = text_of(document), json.dumps(document)
+    text = text_of(document)
+    data = json.dumps(document)
     if out is not None:
         written = text_of(document, out)
         (out / "report.md").write_text(written + "\n", encoding="utf-8")

@@ -145,7 +145,8 @@ def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
 
 
 def _row(design: Design, code: str, event: Event) -> Row:
-    presented, answered = design.stimulus(event["pattern"]), design.stimulus(event["answered"])
+    presented = design.stimulus(event["pattern"])
+    answered = design.stimulus(event["answered"])
     return Row(
         participant=code,
         trial=event["trial"],

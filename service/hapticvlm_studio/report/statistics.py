@@ -153,7 +153,8 @@ def anova(rates: Rates) -> list[Effect]:
     found = []
     for (name, row), epsilon in zip(table.iterrows(), _epsilons(rates), strict=True):
         f = math.nan if epsilon is None else float(row["F Value"])
-        df, error = round(row["Num DF"]), round(row["Den DF"])
+        df = round(row["Num DF"])
+        error = round(row["Den DF"])
         found.append(effect(str(name).replace(":", " x "), f, (df, error), epsilon))
     return found
 
@@ -221,8 +222,10 @@ def _holm(found: list[tuple[str, str, float, float]]) -> list[Pair]:
 def _epsilons(rates: Rates) -> list[float | None]:
     """Greenhouse and Geisser's epsilon of both main effects and their interaction."""
     _, a, b = rates.shape
-    first, second = _contrasts(a), _contrasts(b)
-    mean_a, mean_b = np.full((1, a), 1 / a), np.full((1, b), 1 / b)
+    first = _contrasts(a)
+    second = _contrasts(b)
+    mean_a = np.full((1, a), 1 / a)
+    mean_b = np.full((1, b), 1 / b)
     spans = (np.kron(first, mean_b), np.kron(mean_a, second), np.kron(first, second))
     flat = rates.reshape(rates.shape[0], a * b)
     return [_epsilon(flat @ span.T) for span in spans]

@@ -45,7 +45,8 @@ def _head(document: Document) -> str:
         f"{document['planned']} trials answered, {document['excluded']} left out because a device "
         f"did not present its pattern{_repeats(document)}."
     )
-    whole, chance = document["recognition"], document["chance"]
+    whole = document["recognition"]
+    chance = document["chance"]
     lines.append(f"Recognised: {_share(whole)}; chance {100 * chance:.1f} %.")
     if whole["by_person"] is None:
         lines.append("The interval takes trials for independent, which one person's are not.")

@@ -71,7 +71,8 @@ def printed(document: Document) -> str:
     """Write what the paper prints of its ANOVA, computed anew."""
     rows = []
     for each in document.get("printed_anova", ()):
-        as_printed, two_way = each["as_printed"], each["two_way_df"]
+        as_printed = each["as_printed"]
+        two_way = each["two_way_df"]
         rows.append(
             [
                 as_printed["name"],

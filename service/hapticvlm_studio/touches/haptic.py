@@ -14,7 +14,9 @@ import numpy as np
 from hapticvlm import __version__
 from hapticvlm_studio.touches.clip import Clip
 
-LOW_HZ, HIGH_HZ = 55.0, 200.0  # of a Quest controller, by its ACF file in that SDK
+# of a Quest controller, by its ACF file in that SDK
+LOW_HZ = 55.0
+HIGH_HZ = 200.0
 
 
 def document(clip: Clip) -> dict[str, Any]:

@@ -99,8 +99,10 @@ def _plate(
 ) -> tuple[list[float], list[tuple[float, Limit | None]]]:
     """Return what is wanted and what is sent from contact on: the plate leads, then follows."""
     reading = replace(AT_REST, plate_c=NEUTRAL_C, sink_c=ambient_c)
-    trajectory, setpoint_c = ThermalTrajectory(), NEUTRAL_C
-    wanted, sent = [], []
+    trajectory = ThermalTrajectory()
+    setpoint_c = NEUTRAL_C
+    wanted = []
+    sent = []
     for tick in range(-round(APPROACH_S / TICK_S), round(seconds / TICK_S) + 1):
         now = TICK_S * tick
         trajectory = (

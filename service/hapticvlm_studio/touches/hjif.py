@@ -14,7 +14,8 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm_studio.touches.clip import Clip
 
 TICKS_PER_S = 1000
-LOW_HZ, HIGH_HZ = 1, 1000
+LOW_HZ = 1
+HIGH_HZ = 1000
 SPAN_C = 16.0  # a keyframe of 1 is NEUTRAL_C + SPAN_C, wider than what a plate is ever asked for
 HEAT_STEP_S = 0.1
 KEYWORDS = {  # of the format's own list; it has no glass and no fabric

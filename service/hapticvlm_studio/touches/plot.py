@@ -18,8 +18,12 @@ from hapticvlm_studio.touches.sound import BAND_HZ, THIRDS, Sound
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-WIDTH_IN, HEIGHT_IN, DPI = 11.0, 6.4, 90
-PHYSICS, PLATE, LIMITED = BLUE, VERMILION, ORANGE
+WIDTH_IN = 11.0
+HEIGHT_IN = 6.4
+DPI = 90
+PHYSICS = BLUE
+PLATE = VERMILION
+LIMITED = ORANGE
 LOWEST_DB = -90.0
 
 

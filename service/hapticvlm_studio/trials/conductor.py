@@ -208,7 +208,8 @@ class Conductor:
 
     async def _cease(self) -> None:
         """End whatever plays, and wait for its end."""
-        work, self._work = self._work, None
+        work = self._work
+        self._work = None
         self._playing = None
         if work is not None:
             work.cancel()

@@ -33,7 +33,8 @@ from hapticvlm_studio.trials.record import Pace
 
 HOST = "127.0.0.1"
 PAGES = (Path(__file__).parents[1] / "pages", http.PAGES)  # ours, and what they share
-PAGE, EXPERIMENTER = "/study.html", "/experimenter.html"
+PAGE = "/study.html"
+EXPERIMENTER = "/experimenter.html"
 EXPERIMENTER_SOCKET = "/experimenter"  # the WebSocket of the experimenter's page
 OUTPUTS_EVERY_S = 0.5  # how often that page is sent the outputs
 MAX_COMMAND_BYTES = 32_768

@@ -157,7 +157,8 @@ class Player:
 
     async def _stroke(self, stimulus: Stimulus, begun: Callable[[], None]) -> float | None:
         """Move the hand; return the plate's temperature as the first stroke began."""
-        onset_plate_c, has_begun = None, False
+        onset_plate_c = None
+        has_begun = False
         for part in parts(stimulus):
             if part.phase == "contact" and not has_begun:
                 self._check()

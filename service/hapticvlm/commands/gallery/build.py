@@ -94,7 +94,8 @@ def add(options: argparse.Namespace) -> int:
 
 def show(path: Path | None) -> int:
     """Print what a gallery holds; None is the shipped one."""
-    file, user_materials = file_of(path), read_folder(path)
+    file = file_of(path)
+    user_materials = read_folder(path)
     gallery = read_gallery(file)
     title = "shipped" if file == SHIPPED else str(file)
     print(f"{title}: encoder {gallery.encoder}, {len(gallery.labels)} references")

@@ -137,5 +137,6 @@ def _run(options: argparse.Namespace) -> int:
         case "list":
             return build.show(options.gallery)
         case _:
-            path, pictures = options.gallery, options.pictures
+            path = options.gallery
+            pictures = options.pictures
             return test.run(path, pictures, options.encoder, as_json=options.json)

@@ -92,7 +92,8 @@ def _row(right: int, guesses: Counter[str]) -> dict[str, object]:
 
 
 def _print_table(figures: dict[str, object]) -> None:
-    rows, confusion = figures["materials"], figures["confusion"]
+    rows = figures["materials"]
+    confusion = figures["confusion"]
     assert isinstance(rows, dict)
     assert isinstance(confusion, dict)
     print(
@@ -101,7 +102,8 @@ def _print_table(figures: dict[str, object]) -> None:
     for name, row in [*rows.items(), ("all", figures)]:
         low, high = row["interval"]
         guesses = ", ".join(f"{other} {n}" for other, n in confusion.get(name, {}).items())
-        share, unknown = f"{row['accuracy']:.0%}", f"{row['unknown_rate']:.0%}"
+        share = f"{row['accuracy']:.0%}"
+        unknown = f"{row['unknown_rate']:.0%}"
         interval = f"{low:.0%} to {high:.0%}"
         print(f"{name:<20} {row['pictures']:>8} {share:>7}  {interval:<15} {unknown:>7}  {guesses}")
     if figures["enrolled"]:

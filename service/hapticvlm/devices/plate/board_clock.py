@@ -32,17 +32,21 @@ class BoardClock:
     def note(self, uptime_ms: int, now: float) -> None:
         """Receive an uptime that arrived at `now`."""
         if self._started is None:
-            self._started, self._window_at, self._least_late_s = (uptime_ms, now), now, 0.0
+            self._started = (uptime_ms, now)
+            self._window_at = now
+            self._least_late_s = 0.0
             return
         first_ms, begun = self._started
         late_s = (now - begun) - ((uptime_ms - first_ms) % _UPTIME_WRAPS_MS) / 1000.0
         if now - self._window_at >= WINDOW_S:
             self._judge(now)
-            self._window_at, self._least_late_s = now, late_s
+            self._window_at = now
+            self._least_late_s = late_s
         self._least_late_s = min(self._least_late_s, late_s)
 
     def _judge(self, now: float) -> None:
-        before, self._before = self._before, (now, self._least_late_s)
+        before = self._before
+        self._before = (now, self._least_late_s)
         if before is None:
             return
         then, was_late_s = before

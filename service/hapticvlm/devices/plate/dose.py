@@ -35,5 +35,6 @@ class Dose:
 
     def restart(self) -> None:
         """Keep what was reported so far: the board was reset and may count from zero."""
-        self._carried, self._reported = self.total, (0.0, 0.0)
+        self._carried = self.total
+        self._reported = (0.0, 0.0)
         self._is_restarted = True

@@ -92,7 +92,8 @@ class Deframer:
             self._pending += part
 
     def _end(self) -> Frame | None:
-        stuffed, was_too_long = bytes(self._pending), self._is_too_long
+        stuffed = bytes(self._pending)
+        was_too_long = self._is_too_long
         self._pending.clear()
         self._is_too_long = False
         if not stuffed and not was_too_long:
@@ -105,7 +106,8 @@ class Deframer:
 def _check(raw: bytes | None) -> Frame | None:
     if raw is None or len(raw) < _HEAD_BYTES + _CRC_BYTES:
         return None
-    body, crc = raw[:-_CRC_BYTES], raw[-_CRC_BYTES:]
+    body = raw[:-_CRC_BYTES]
+    crc = raw[-_CRC_BYTES:]
     if binascii.crc_hqx(body, _CRC_START) != int.from_bytes(crc, "little"):
         return None
     return Frame(body[0], body[1], body[_HEAD_BYTES:])

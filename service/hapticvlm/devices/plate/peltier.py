@@ -24,7 +24,8 @@ from hapticvlm.rendering.heat.limits import PlateReading
 HANDSHAKE_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
 READ_BYTES = 256
 PAUSES_S = (0.25, 0.5, 1.0, 2.0, 5.0)  # before each try to open the port again, then the last
-FAREWELL_S, JOIN_S = 0.5, 2.0
+FAREWELL_S = 0.5
+JOIN_S = 2.0
 PRIORITY = 15  # above the gateway's loop, whose orders it sends, below the audio's
 
 logger = logging.getLogger(__name__)
@@ -51,7 +52,8 @@ class Peltier:
         self.firmware = "unknown"  # until a board has answered
         self._asked = asked
         self._realtime = realtime
-        self._open_port, self._clock = open_port, clock
+        self._open_port = open_port
+        self._clock = clock
         self._session = PlateSession()
         # Two threads meet here. The gateway's event loop commands, rests and asks for the reading;
         # the plate's own thread reads and writes the port, which may block for READ_S. Both go
@@ -195,7 +197,8 @@ class Peltier:
     def _lose(self, trouble: str) -> None:
         self._trouble = trouble
         with self._lock:  # nobody cancels a read of what is being closed
-            port, self._port = self._port, None
+            port = self._port
+            self._port = None
             self._session.lost()
         if port is not None:
             with contextlib.suppress(OSError):

@@ -11,7 +11,8 @@ from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate.protocol import BAUD
 
 AUTO = "auto"
-READ_S, WRITE_S = 0.02, 0.2
+READ_S = 0.02
+WRITE_S = 0.2
 
 # USB vendors of boards and of the serial chips on their copies; our list.
 _VENDORS = {

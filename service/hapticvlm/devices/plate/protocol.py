@@ -15,7 +15,8 @@ from typing import Any, Self
 from hapticvlm.devices.plate.framing import Frame, frame
 from hapticvlm.errors import HapticVLMError
 
-MAJOR, MINOR = 1, 2
+MAJOR = 1
+MINOR = 2
 BAUD = 250_000  # exact on a 16 MHz ATmega328P
 MAX_TTL_MS = 1000
 NO_READING = -(2**31)
@@ -118,9 +119,11 @@ class HelloReply:
 
     def drive(self, duty: int) -> tuple[float, float]:
         """Return the share of full drive, -1..1, and the current in A that a duty stands for."""
-        cap, limit_ma = self.cool_cap, self.cool_limit_ma
+        cap = self.cool_cap
+        limit_ma = self.cool_limit_ma
         if duty > 0:
-            cap, limit_ma = self.heat_cap, self.heat_limit_ma
+            cap = self.heat_cap
+            limit_ma = self.heat_limit_ma
         share = min(max(duty / cap, -1.0), 1.0) if cap else 0.0
         return share, share * limit_ma / 1000.0
 

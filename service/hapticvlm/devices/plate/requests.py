@@ -14,9 +14,12 @@ from hapticvlm.devices.plate import protocol as plate_protocol
 from hapticvlm.devices.plate.protocol import Ack, Answer, Message, Off, Rest
 from hapticvlm.rendering.heat import limits as plate_limits
 
-CHANGE_S, RENEW_S = 0.04, 0.1  # a changed setpoint is sent at most, the same one at least as often
+# a changed setpoint is sent at most, the same one at least as often
+CHANGE_S = 0.04
+RENEW_S = 0.1
 PAUSE_S = 0.5  # longer than the service's own lease: a caller that paused this long has released it
-ANSWER_S, TRIES = 0.15, 5
+ANSWER_S = 0.15
+TRIES = 5
 
 
 class Orders:
@@ -44,7 +47,9 @@ class Orders:
         if isinstance(message, Rest) and isinstance(self._message, Off):
             return
         self._message, self._message_seq = message, self._next_seq()
-        self._tries, self._sent_at, self.answer = 0, -math.inf, None
+        self._tries = 0
+        self._sent_at = -math.inf
+        self.answer = None
 
     def drop(self) -> None:
         """Forget the order."""
@@ -125,7 +130,8 @@ class Drive:
         pause_s = RENEW_S if self._setpoint_mc == self._sent_mc else CHANGE_S
         if now - self._sent_at < pause_s:
             return None
-        self._sent_at, self._sent_mc = now, self._setpoint_mc
+        self._sent_at = now
+        self._sent_mc = self._setpoint_mc
         self.is_driving = True
         ttl_ms = min(max(round(left_s * 1000.0), 1), plate_protocol.MAX_TTL_MS)
         return plate_protocol.Setpoint(self._setpoint_mc, ttl_ms)

@@ -192,7 +192,8 @@ class PlateSession:
         self.board = self.telemetry = None
         self._hello_at = -math.inf
         self._orders.drop()
-        self._unfollowed_since, self._is_unfollowed = None, False
+        self._unfollowed_since = None
+        self._is_unfollowed = False
         self._clock = BoardClock()
 
     def _hello(self, now: float) -> bytes:
@@ -227,7 +228,8 @@ class PlateSession:
             self._drive.hold()
         self._watch_clock(telemetry, now)
         self._watch_following(telemetry, now)
-        self._uptime_ms, self.telemetry = telemetry.uptime_ms, telemetry
+        self._uptime_ms = telemetry.uptime_ms
+        self.telemetry = telemetry
         self._dose.update(telemetry.dose_mcem43 / 1000.0, float(telemetry.heated_s), now)
 
     def _watch_clock(self, telemetry: Telemetry, now: float) -> None:
@@ -241,7 +243,8 @@ class PlateSession:
     def _watch_following(self, telemetry: Telemetry, now: float) -> None:
         """Find that the board does not hold although it was sent setpoints all the time."""
         if telemetry.state == State.HOLDING:
-            self._unfollowed_since, self._is_unfollowed = None, False
+            self._unfollowed_since = None
+            self._is_unfollowed = False
         elif not self._drive.is_driving or telemetry.faults:
             self._unfollowed_since = None
         elif self._unfollowed_since is None:

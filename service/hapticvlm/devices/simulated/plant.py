@@ -23,13 +23,21 @@ from numpy.typing import NDArray
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import SKIN
 
-SEEBECK, RESISTANCE, CONDUCTANCE = 0.01267, 0.367, 0.173  # V/K, ohm, W/K (physics.md 2.1)
-FACE_J_PER_K, SINK_J_PER_K = 1.0, 50.0  # physics.md 2.1; sink with 2 K/W: 100 s
+# V/K, ohm, W/K (physics.md 2.1)
+SEEBECK = 0.01267
+RESISTANCE = 0.367
+CONDUCTANCE = 0.173
+# physics.md 2.1; sink with 2 K/W: 100 s
+FACE_J_PER_K = 1.0
+SINK_J_PER_K = 50.0
 AREA_M2 = 4e-4  # 20 x 20 mm
 PALM_RESISTANCE = 2e-4  # m2 K/W, palm lying well on the ceramic face: what harms it most
-AMBIENT_C, SINK_K_PER_W, CORE_C = 23.0, 2.0, 35.0
+AMBIENT_C = 23.0
+SINK_K_PER_W = 2.0
+CORE_C = 35.0
 _CELLS_M = 5e-5 * 1.55 ** np.arange(8.0)  # 2.9 mm in all: reproduces physics.md 2.2 and 2.3
-_LONGEST_STEP_S, _KELVIN = 0.01, 273.15
+_LONGEST_STEP_S = 0.01
+_KELVIN = 273.15
 _FEW_STEPS = 8  # more are cheaper by a matrix power
 
 
@@ -90,7 +98,8 @@ class Plant:
     @property
     def skin_c(self) -> float:
         """Temperature of the skin surface, degC."""
-        face_c, cell_c = self._state_c[1], self._state_c[2]
+        face_c = self._state_c[1]
+        cell_c = self._state_c[2]
         return float(cell_c + self._surface_share * (face_c - cell_c))
 
     def step(self, current_a: float, dt_s: float) -> None:

@@ -12,18 +12,20 @@ from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import PlateReading, sink_share
 
-HEAT_LIMIT_A, COOL_LIMIT_A = (
-    0.75,
-    2.0,
-)  # heat stuck on stays below 43 degC at 23 (docs/physics.md 3.3)
-_HEAT_GAINS, _COOL_GAINS = (1.5, 0.6), (2.5, 1.5)  # A/K and A/(K s)
+# heat stuck on stays below 43 degC at 23 (docs/physics.md 3.3)
+HEAT_LIMIT_A = 0.75
+COOL_LIMIT_A = 2.0
+# A/K and A/(K s)
+_HEAT_GAINS = (1.5, 0.6)
+_COOL_GAINS = (2.5, 1.5)
 _FORWARD_A_S_K = 0.26  # the face holds 1 J/K, an ampere moves 3.86 W
 _FORWARD_FROM_C_S = 4.0  # a touch of something cold; slower courses do without
 _FORWARD_S = 0.06  # over which the slope is averaged
 _LEAD_C = 0.4  # how far the target may be ahead of a plate at its current limit
 _TICK_S = 0.02
 _LONGEST_GAP_S = 5.0  # s of a longer silence are lived through, the rest is not
-_ARRIVED_C, _LONGEST_RETURN_S = 0.3, 10.0
+_ARRIVED_C = 0.3
+_LONGEST_RETURN_S = 10.0
 
 
 class SimulatedPlate:
@@ -41,13 +43,18 @@ class SimulatedPlate:
         self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance)
         self._stuck_sensor_c = stuck_sensor_c
         self._now: float | None = None
-        self._asked_c, self._left_s = NEUTRAL_C, 0.0
+        self._asked_c = NEUTRAL_C
+        self._left_s = 0.0
         self._returning_s: float | None = None  # since the return to neutral began
         self._on = False
-        self._target_c, self._current_a, self._integral_a = NEUTRAL_C, 0.0, 0.0
+        self._target_c = NEUTRAL_C
+        self._current_a = 0.0
+        self._integral_a = 0.0
         self._slope_c_s = 0.0  # of the target, a short mean
         self._saturated = 0  # 1 wants more heat than the limit, -1 more cold
-        self._dose_cem43, self._heated_s, self._rested_s = 0.0, 0.0, 0.0
+        self._dose_cem43 = 0.0
+        self._heated_s = 0.0
+        self._rested_s = 0.0
         self._faults: tuple[str, ...] = ()
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
@@ -58,7 +65,9 @@ class SimulatedPlate:
         if not self._on:
             self._target_c = plate_limits.within_range(self._sensed_c()).setpoint_c
         self._asked_c = plate_limits.within_range(setpoint_c).setpoint_c
-        self._left_s, self._returning_s, self._on = ttl_s, None, True
+        self._left_s = ttl_s
+        self._returning_s = None
+        self._on = True
 
     def rest(self, now: float) -> None:
         """Return to neutral, then open the bridge."""
@@ -146,7 +155,8 @@ class SimulatedPlate:
         self._account(dt_s)
 
     def _lapse(self) -> None:
-        self._asked_c, self._left_s = NEUTRAL_C, 0.0
+        self._asked_c = NEUTRAL_C
+        self._left_s = 0.0
         if self._on and self._returning_s is None:
             self._returning_s = 0.0
 
@@ -172,9 +182,12 @@ class SimulatedPlate:
         return tuple(name for name, is_so in found if is_so)
 
     def _open(self) -> None:
-        self._on, self._returning_s, self._asked_c = False, None, NEUTRAL_C
+        self._on = False
+        self._returning_s = None
+        self._asked_c = NEUTRAL_C
         self._current_a = self._integral_a = 0.0
-        self._saturated, self._target_c = 0, NEUTRAL_C
+        self._saturated = 0
+        self._target_c = NEUTRAL_C
         self._slope_c_s = 0.0
 
     def _must_wait(self, target_c: float) -> bool:

@@ -140,7 +140,8 @@ class SimulatedBoard:
         )
 
     def _telemetry(self, now: float) -> Telemetry:
-        reading, state = self.plate.advance(now), self.plate.state
+        reading = self.plate.advance(now)
+        state = self.plate.state
         is_driving = state in (plate_protocol.State.HOLDING, plate_protocol.State.RETURNING)
         plate_mc = None if reading.plate_c is None else round(reading.plate_c * 1000)
         return Telemetry(
@@ -171,7 +172,9 @@ class SimulatedPort:
         wait: Callable[[float], object] | None = None,
     ) -> None:
         self._cancelled = threading.Event()
-        self._board, self._clock, self._wait = board, clock, wait or self._cancelled.wait
+        self._board = board
+        self._clock = clock
+        self._wait = wait or self._cancelled.wait
         self._pending = b""
 
     def read(self, size: int) -> bytes:
@@ -179,7 +182,8 @@ class SimulatedPort:
         self._wait(READ_S)
         self._cancelled.clear()
         self._exchange(b"")
-        found, self._pending = self._pending[:size], self._pending[size:]
+        found = self._pending[:size]
+        self._pending = self._pending[size:]
         return found
 
     def write(self, data: bytes) -> int:

@@ -86,7 +86,8 @@ class Output:
     def settle(self, beat: Callable[[], None]) -> None:
         """Wait until the output asks steadily, calling `beat` meanwhile. Raises OutputError."""
         gives_up_at = time.monotonic() + STEADY_WITHIN_S
-        asked, since = self.asked, time.monotonic()
+        asked = self.asked
+        since = time.monotonic()
         while self.asked - asked < STEADY_S * RATE_HZ / 2:
             beat()
             time.sleep(_POLL_S)
@@ -95,7 +96,8 @@ class Output:
                 self.close()
                 raise OutputError(f"{self.name} opened, but asked for no samples")
             if now - since > STEADY_S:
-                asked, since = self.asked, now
+                asked = self.asked
+                since = now
 
     def is_lost(self, now: float, awake_since: float) -> bool:
         """Return whether the output has asked for no samples for LOST_S.
@@ -109,7 +111,8 @@ class Output:
         """Stop playing."""
         import miniaudio
 
-        device, self._device = self._device, None
+        device = self._device
+        self._device = None
         if device is not None:
             device.close()
             # The binding leaves the device's connection to the sound server open.
@@ -124,7 +127,8 @@ class Output:
         self.has_priority = self.realtime and request_priority()
         while True:
             now = time.monotonic()
-            gap, self.asked_at = now - self.asked_at, now
+            gap = now - self.asked_at
+            self.asked_at = now
             is_steady = self.asked > STEADY_S * RATE_HZ
             self.underruns += is_steady and gap > self._longest * count / RATE_HZ
             self.asked += count

@@ -25,7 +25,8 @@ class VirtualClock:
     watch_s = None
 
     def __init__(self, engine: Engine, settings: AudioSettings) -> None:
-        self._engine, self._settings = engine, settings
+        self._engine = engine
+        self._settings = settings
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._play, name="virtual clock", daemon=True)
 
@@ -43,7 +44,8 @@ class VirtualClock:
         self._thread.join(1.0)
 
     def _play(self) -> None:
-        engine, block = self._engine, self._settings.block
+        engine = self._engine
+        block = self._settings.block
         engine.realtime = self._settings.realtime and request_priority()
         period = block / RATE_HZ
         deadline = time.monotonic()
@@ -64,7 +66,8 @@ class Player:
     watch_s = WATCH_S
 
     def __init__(self, engine: Engine, settings: AudioSettings) -> None:
-        self._engine, self._settings = engine, settings
+        self._engine = engine
+        self._settings = settings
         self._output: Output | None = None
         self._underruns_before = 0
         self._watched_at = self._awake_since = self._retry_at = -math.inf
@@ -74,7 +77,8 @@ class Player:
         output = Output(self._engine.fill, self._settings.realtime)
         output.open(self._settings.output, self._settings.block)
         output.settle(self._engine.beat)
-        self._output, self._engine.has_output = output, True
+        self._output = output
+        self._engine.has_output = True
         return output.name
 
     def attend(self, now: float) -> None:
@@ -101,7 +105,8 @@ class Player:
         if output.is_lost(now, self._awake_since):
             self._underruns_before = self._engine.underruns
             output.close()
-            self._output, self._engine.has_output = None, False
+            self._output = None
+            self._engine.has_output = False
             self._retry_at = now
 
     def _try_again(self, now: float) -> None:

@@ -61,7 +61,9 @@ _STANDING_AT = _RING_AT + SLOTS * _RECORD_SIZE
 _STANDING_SIZE = 64
 _SIZE = _STANDING_AT + 2 * _STANDING_SIZE
 
-_OBEY, _RELEASE, _REST = 1, 2, 3
+_OBEY = 1
+_RELEASE = 2
+_REST = 3
 
 
 _UNREPORTED = EngineStatus(0.0, 0.0, 0, 0, 0, 0, 0, realtime=False)
@@ -229,7 +231,8 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
         case Command():
             material = -1 if order.material is None else materials.index(order.material)
             interaction = INTERACTIONS.index(order.interaction)
-            motion, thickness_m = order.motion, order.thickness_m or 0.0
+            motion = order.motion
+            thickness_m = order.thickness_m or 0.0
             return (
                 *(_OBEY, order.hand, interaction, order.onset, material),
                 *(motion.speed_mps, motion.force_n, order.gain, thickness_m),

@@ -124,7 +124,8 @@ class Speaker:
 
     def loudest(self) -> float:
         """Return the rms of the loudest 2.7 ms since this was last called (1 s at most)."""
-        since, self._levelled = self._levelled, self._ring.status().samples
+        since = self._levelled
+        self._levelled = self._ring.status().samples
         played = self._ring.waveform(min(max(0, self._levelled - since), SAMPLES))
         stretches = played[: played.size // STRETCH * STRETCH].reshape(-1, STRETCH)
         return float(np.sqrt(np.max(np.mean(stretches**2, axis=1), initial=0.0)))
@@ -166,7 +167,8 @@ class Speaker:
 
     def _watch_output(self) -> str | None:
         """Return that the output went, if it has just gone."""
-        had_output, has_output = self._had_output, not self._lacks_output
+        had_output = self._had_output
+        has_output = not self._lacks_output
         self._had_output = has_output
         if has_output and not had_output:
             logger.warning("the audio output %s is back", self.name)
@@ -175,7 +177,8 @@ class Speaker:
         return f"the audio output {self.name} is gone; vibration rests until it is back"
 
     def _arguments(self) -> tuple[Any, ...]:
-        settings, wav = self._settings, self._settings.wav
+        settings = self._settings
+        wav = self._settings.wav
         if wav is not None and self._child.restarts:  # what the engine before wrote stays
             again = wav.with_stem(f"{wav.stem}-{self._child.restarts + 1}")
             settings = dataclasses.replace(settings, wav=again)

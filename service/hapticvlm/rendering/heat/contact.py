@@ -142,7 +142,8 @@ def _sheet_share(contact: ThermalContact, thickness_m: float, elapsed_s: float) 
 
 def _stehfest(terms: int) -> tuple[tuple[float, float], ...]:
     """Weights of Gaver and Stehfest for a step response (over k), and sqrt(k ln 2)."""
-    half, factorial = terms // 2, math.factorial
+    half = terms // 2
+    factorial = math.factorial
     pairs = []
     for k in range(1, terms + 1):
         weight = sum(

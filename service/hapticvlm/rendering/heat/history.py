@@ -29,7 +29,10 @@ Fading = tuple[float, ...]  # degC at the times of the table; () for none
 RATES = np.geomspace(1e-6, 1e5, 20)  # 1/s
 _SPACING = math.log(RATES[1] / RATES[0])
 _WEIGHTS = _SPACING / np.pi * np.sqrt(RATES)
-_SOONEST_S, _LATEST_S, _NODES = 1e-3, 1e4, 32  # evenly spaced in log(t + _SOONEST_S)
+# evenly spaced in log(t + _SOONEST_S)
+_SOONEST_S = 1e-3
+_LATEST_S = 1e4
+_NODES = 32
 _PITCH = math.log(_LATEST_S / _SOONEST_S) / (_NODES - 1)
 _POINTS = 8  # of the contour, half of them mirrored
 _NO_CONTACT = 1e9  # m2 K/W and more: nothing flows
@@ -136,5 +139,6 @@ def _contour(points: int) -> tuple[Complexes, Complexes]:
 
 _CONTOUR, _CONTOUR_WEIGHTS = _contour(_POINTS)
 _TABLE_S = _SOONEST_S * np.expm1(_PITCH * np.arange(1.0, _NODES))[:, None]
-_TABLE_ROOTS, _TABLE_WEIGHTS = np.sqrt(_CONTOUR / _TABLE_S), _CONTOUR_WEIGHTS / _TABLE_S
+_TABLE_ROOTS = np.sqrt(_CONTOUR / _TABLE_S)
+_TABLE_WEIGHTS = _CONTOUR_WEIGHTS / _TABLE_S
 _TABLE_PARTS = 1.0 / ((_CONTOUR / _TABLE_S)[:, :, None] + RATES)

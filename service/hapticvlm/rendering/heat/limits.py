@@ -13,10 +13,13 @@ from hapticvlm.messages import Limit
 from hapticvlm.perception import NEUTRAL_C
 
 # Where no other section is named: docs/physics.md 3.2.
-SETPOINT_MIN_C, SETPOINT_MAX_C = 18.0, 40.0  # degC
+# degC
+SETPOINT_MIN_C = 18.0
+SETPOINT_MAX_C = 40.0
 # The first half second of cooling tells materials apart (Ho and Jones 2006; Bergmann Tiest and
 # Kappers 2009), so cold may come faster than heat; the fault sweep is run with both.
-COOL_SLEW_C_PER_S, HEAT_SLEW_C_PER_S = 8.0, 5.0
+COOL_SLEW_C_PER_S = 8.0
+HEAT_SLEW_C_PER_S = 5.0
 DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, for healthy people without supervision (physics.md 3.1)
 HEAT_LIMIT_S = 900.0
 SINK_TRIP_C = 44.0  # a hotter one heats the skin through an open bridge, its fan dead
@@ -110,11 +113,14 @@ def settle(unlimited_c: float, limits: PlateLimits) -> Limited:
     setpoint and is named only when nothing else limits.
     """
     banded = within_range(unlimited_c)
-    setpoint_c, limited_by = banded.setpoint_c, banded.limited_by
+    setpoint_c = banded.setpoint_c
+    limited_by = banded.limited_by
     if setpoint_c > NEUTRAL_C and not limits.may_heat:
-        setpoint_c, limited_by = NEUTRAL_C, "dose"
+        setpoint_c = NEUTRAL_C
+        limited_by = "dose"
     if setpoint_c < limits.coldest_c:
-        setpoint_c, limited_by = limits.coldest_c, "sink"
+        setpoint_c = limits.coldest_c
+        limited_by = "sink"
     if limited_by is None and limits.is_current_limited:
         limited_by = "current"
     return Limited(setpoint_c, banded.unlimited_c, limited_by)

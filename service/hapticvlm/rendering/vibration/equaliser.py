@@ -19,8 +19,11 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 MOST_DB = 12.0  # either way; more would only drive the amplifier into its limiter
 REFERENCE_HZ = 250.0  # where nothing is corrected
-LOW_HZ, HIGH_HZ = 20.0, 1000.0
-_KERNEL, _DESIGN = 2048, 16_384  # samples: 43 ms; what folds back is beyond 300 ms
+LOW_HZ = 20.0
+HIGH_HZ = 1000.0
+# samples: 43 ms; what folds back is beyond 300 ms
+_KERNEL = 2048
+_DESIGN = 16_384
 _END_FADE = 240
 
 

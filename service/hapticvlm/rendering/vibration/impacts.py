@@ -33,7 +33,11 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
 BAND_END_HZ = 1050.0
 BAND_DB = -50.5  # of an event's energy may lie above; half a dB for what a seed varies
-_ORDER, _RIPPLE_DB, _STOP_DB, _EDGE_HZ = 7, 0.5, 70.0, 800.0  # our choice: flat to 800 Hz
+# our choice: flat to 800 Hz
+_ORDER = 7
+_RIPPLE_DB = 0.5
+_STOP_DB = 70.0
+_EDGE_HZ = 800.0
 
 _Floats = NDArray[np.float64]
 
@@ -46,11 +50,14 @@ _LONGEST_S = 11e-3  # s, of the slowest press
 _HARD_N = 10.0  # N; a hit of this force is 7 % shorter
 _DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and damps the modes
 _LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
-HARDNESS, HARDEST_HZ = 0.75, 350.0  # exponent of the lowest mode; full level (physics.md 4.3)
+# exponent of the lowest mode; full level (physics.md 4.3)
+HARDNESS = 0.75
+HARDEST_HZ = 350.0
 _STRIKE_AMPLITUDE = 5.9  # lets the hardest strike of glass, the neediest material, peak at 0.9
 _LOUD_SPEED_MPS = 0.5  # m/s, an impact reaches 63 % of its level here
 _LOUD_FORCE_N = 3.0  # N, the same for a press
-_LONGEST_IMPACT_S, _END_FADE_S = 0.48, 0.01
+_LONGEST_IMPACT_S = 0.48
+_END_FADE_S = 0.01
 _LENGTHS_S = np.geomspace(_SHORTEST_S, _LONGEST_S, 7)  # pulse lengths at which it is levelled
 
 
@@ -145,8 +152,11 @@ def struck(
     decay, turns, gain = np.array([(m.decay_per_s, m.frequency_hz, m.gain) for m in modes]).T
     pole: _Complex = (-damping * decay + 2j * math.pi * turns)[:, None]
     gain = gain[:, None] * pole / np.abs(pole)
-    time_s, turn = np.arange(pulse + 1) / rate_hz, 2.0 * math.pi * rate_hz / pulse
-    ring, sine, cosine = np.exp(pole * time_s), np.sin(turn * time_s), np.cos(turn * time_s)
+    time_s = np.arange(pulse + 1) / rate_hz
+    turn = 2.0 * math.pi * rate_hz / pulse
+    ring = np.exp(pole * time_s)
+    sine = np.sin(turn * time_s)
+    cosine = np.cos(turn * time_s)
     swing = (pole * ring + turn * sine - pole * cosine) / (pole**2 + turn**2)
     pushed = gain * ((ring - 1.0) / pole - swing) * (rate_hz / pulse)
     free = _ring_out(pushed[:, -1:], pole / rate_hz, count - pulse)

@@ -17,8 +17,12 @@ from hapticvlm.rendering.vibration.perceived_level import drive_needed
 
 _Floats = NDArray[np.float64]
 
-PERIODS, SAMPLES = 512, 64  # of noise; 64 keep linear reading 60 dB clean
-SLIPS, SLIP_SAMPLES, SLIP_CYCLES = 128, 256, 6.0
+# of noise; 64 keep linear reading 60 dB clean
+PERIODS = 512
+SAMPLES = 64
+SLIPS = 128
+SLIP_SAMPLES = 256
+SLIP_CYCLES = 6.0
 _SLIP_JITTER = 0.15  # of a slip's length, our choice: without it the palm perceives a note
 _PATCH_CYCLES = 1.0 / 8.0  # surface changes over eight periods and more
 _PATCHY = 0.7  # how unlike patches of a fully rough surface are
@@ -26,7 +30,8 @@ _LOWEST = 0.15  # cycles a period: a surface slower than that is moved along, no
 _CLIP = 2.2  # of the rms: peaks beyond are taken down, and the band is restored
 # No patch is smooth enough to be silent, and no beat of the noise either: a rubbing palm that feels
 # nothing for a twentieth of a second feels the surface vanish. Our choice.
-_LEAST_PATCH, _LEAST_ENVELOPE = 0.35, 0.45
+_LEAST_PATCH = 0.35
+_LEAST_ENVELOPE = 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,12 +25,18 @@ from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS, RATE_
 
 _Floats = NDArray[np.float64]
 
-SHORTEST_S, LONGEST_S, LONGEST_IMPACT_S = 0.02, 10.0, 2.0
+SHORTEST_S = 0.02
+LONGEST_S = 10.0
+LONGEST_IMPACT_S = 2.0
 RATES_HZ = (2_000, 384_000)
-LOW_HZ, HIGH_HZ, EDGE_HZ = 10.0, 900.0, 100.0  # full between; gone at 0 and at 1000
+# full between; gone at 0 and at 1000
+LOW_HZ = 10.0
+HIGH_HZ = 900.0
+EDGE_HZ = 100.0
 _SILENT = 1e-4  # of full scale, rms within the band
 _LEAST_SHARE = 0.03  # of the recording's rms; the cut ends of anything leave about 0.01 there
-_FADE_S, _JOIN_S = 0.005, 0.05
+_FADE_S = 0.005
+_JOIN_S = 0.05
 _PEAK = 0.9
 _RATE_STEPS = 2_000  # a rate is taken as a ratio of numbers up to this
 
@@ -83,7 +89,8 @@ class PatternTexture:
     """A recorded texture, looped; its state is only what makes blocks join."""
 
     def __init__(self, pattern: Pattern, rate_hz: int = RATE_HZ) -> None:
-        self._pattern, self._rate_hz = pattern, rate_hz
+        self._pattern = pattern
+        self._rate_hz = rate_hz
         self._at = 0
         self._level = SmoothedValue()
 

@@ -45,7 +45,8 @@ class SmoothedValue:
         self._slope = float(self._slope * decay[-1] - push * ramp[-1])
         self.value = float(values[-1])
         if abs(self.value - target) < _NEAR and abs(self._slope) < _NEAR:
-            self.value, self._slope = target, 0.0
+            self.value = target
+            self._slope = 0.0
         return np.asarray(values)
 
 

@@ -34,17 +34,30 @@ _Floats = NDArray[np.float64]
 # Where no source is named a figure is our choice, to be tuned by hand on real speakers.
 RMS = 0.12  # of full scale at 250 Hz, roughness 1; 12 dB more drive, peaks of 3 times that
 _LOWEST_HZ = 20.0
-_SLOW_SPEED_MPS, _LIGHT_FORCE_N = 0.12, 0.5  # half level when rubbing; force counts from 30 %
-_SLIP_M, _SLIPS_HZ = 2.5e-3, (20.0, 160.0)  # critical displacement; docs/physics.md 4.3
+# half level when rubbing; force counts from 30 %
+_SLOW_SPEED_MPS = 0.12
+_LIGHT_FORCE_N = 0.5
+# critical displacement; docs/physics.md 4.3
+_SLIP_M = 2.5e-3
+_SLIPS_HZ = (20.0, 160.0)
 _STUCK_N = 1.0  # N, at which half of what can stick does
 _CATCH_MPS = 0.5  # per share that sticks: half of it catches no more at that speed
-STROUHAL, _SWING_SPEED_MPS = 0.2, 2.5  # physics.md 4.3
+# physics.md 4.3
+STROUHAL = 0.2
+_SWING_SPEED_MPS = 2.5
 _SWING_BANDWIDTH = (0.4, 1.0)  # of something smooth, of something fully rough
 # Fibre breaks a second (physics.md 4.3): a fibre is some periods wide, 4 mm in wood.
-_BREAK_PERIODS, _BREAKS_HZ = 2.5, (10.0, 60.0)
-_TOO_HARD_HZ, _CHATTER = 200.0, 0.7  # what rings higher is not carved: a blade slips and chatters
-_GRAIN_HZ, _GRAIN_DECAY, _GRAIN_S = (80.0, 250.0), 120.0, 0.04
-_GRAIN_CONTACT_S, _GRAIN_AMPLITUDE, _GRAIN_PEAK = 2.4e-3, 7.0, 0.85
+_BREAK_PERIODS = 2.5
+_BREAKS_HZ = (10.0, 60.0)
+# what rings higher is not carved: a blade slips and chatters
+_TOO_HARD_HZ = 200.0
+_CHATTER = 0.7
+_GRAIN_HZ = (80.0, 250.0)
+_GRAIN_DECAY = 120.0
+_GRAIN_S = 0.04
+_GRAIN_CONTACT_S = 2.4e-3
+_GRAIN_AMPLITUDE = 7.0
+_GRAIN_PEAK = 0.85
 _CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
 BEST_HZ = 250.0  # Hz, where a palm is most sensitive (physics.md 4.1)
 HIGHEST_HZ = 360.0  # Hz, needs 12 dB more drive than 250 Hz (perception.drive_threshold_db)
@@ -63,7 +76,8 @@ class _Reader:
     """A place in a loop that moves on at a gliding rate, played at a gliding level."""
 
     def __init__(self, loop: Loop, place: float, playback: Playback) -> None:
-        self._loop, self._playback = loop, playback
+        self._loop = loop
+        self._playback = playback
         self._at = place * loop.size
         self._centre: SmoothedValue | None = None
         self._level = SmoothedValue()
@@ -111,7 +125,8 @@ class Texture:
         thickness_m: float | None = None,
     ) -> None:
         """`thickness_m` is that of what is swung; None takes what is usual for its material."""
-        self._vibration, self._interaction = vibration, interaction
+        self._vibration = vibration
+        self._interaction = interaction
         self._rng = np.random.default_rng(seed)
         self._in_air = interaction == "swing"
         self._swung_m = vibration.swung_m if thickness_m is None else thickness_m
@@ -195,7 +210,8 @@ class _Breaks:
     """Fibre breaks under a moving blade: when the next begins, and the tails of earlier ones."""
 
     def __init__(self, vibration: Vibration, rng: np.random.Generator, playback: Playback) -> None:
-        self._rng, self._rate_hz = rng, playback.rate_hz
+        self._rng = rng
+        self._rate_hz = playback.rate_hz
         self._spacing_m = _BREAK_PERIODS * vibration.pitch_m
         self._draws: list[float] = []
         self._drawn = 0

@@ -36,7 +36,8 @@ PERIOD_S: dict[Form, float] = {"amplitude": 0.0125, "parametric": 0.005}  # our 
 FREQUENCY_S = 0.015
 SHORTEST_BLOW_S = 0.0125  # that a controller is told to play, of whatever strength; our choice
 LEAST_AMPLITUDE = 1e-3  # below is nothing to send
-_LOWEST_HZ, _HIGHEST_HZ = 20.0, 1000.0
+_LOWEST_HZ = 20.0
+_HIGHEST_HZ = 1000.0
 _STALE_S = 0.5  # a longer gap is not rendered: every impact and fade has ended
 
 _Wave = NDArray[np.float32]
@@ -89,7 +90,8 @@ class VibrationPlanner:
     def rest(self) -> None:
         """Silence it from now on, until another command."""
         self._voices.silence()
-        self._renewal, self._rendered_until = None, None
+        self._renewal = None
+        self._rendered_until = None
 
     def plan(self, form: Form, now: float) -> VibrationPlan:
         """Return what is rendered from `now` on if nothing changes; empty when nothing is."""
@@ -133,7 +135,8 @@ class VibrationPlanner:
 
     def _advance(self, now: float) -> None:
         """Advance the voices to `now` under the commands so far."""
-        since, self._rendered_until = self._rendered_until, now
+        since = self._rendered_until
+        self._rendered_until = now
         elapsed_s = 0.0 if since is None else min(max(now - since, 0.0), _STALE_S)
         count = round(elapsed_s * PLAN_HZ)
         if count and not self._voices.is_silent:
@@ -152,7 +155,8 @@ def levels(wave: _Wave, period_s: float) -> NDArray[np.float64]:
 
 def frequencies(wave: _Wave, period_s: float) -> NDArray[np.float64]:
     """Frequency of each period of a wave (N,) at PLAN_HZ, Hz, (periods,)."""
-    size, window = round(period_s * PLAN_HZ), round(FREQUENCY_S * PLAN_HZ)
+    size = round(period_s * PLAN_HZ)
+    window = round(FREQUENCY_S * PLAN_HZ)
     samples = wave.astype(np.float64)
     energy = np.concatenate(([0.0], np.cumsum(samples**2)))
     steps = np.concatenate(([0.0, 0.0], np.cumsum(np.diff(samples) ** 2)))

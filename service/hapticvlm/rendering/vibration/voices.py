@@ -29,7 +29,10 @@ from hapticvlm.rendering.vibration.voice import Voice, ramp
 _STILL = Motion(0.0, 0.0)
 FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
 _CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
-_MOST_RINGING, _MOST_IMPACTS, _MOST_FADING_TEXTURES = 4, 8, 2  # per hand: bounds a block's cost
+# per hand: bounds a block's cost
+_MOST_RINGING = 4
+_MOST_IMPACTS = 8
+_MOST_FADING_TEXTURES = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +184,8 @@ class Voices:
                     part += block
                 else:
                     self.scrubbed += 1
-                    voice.ended, hand.wanted = True, None
+                    voice.ended = True
+                    hand.wanted = None
             hand.voices = [voice for voice in hand.voices if not voice.ended]
         if self._gain != self.gain:
             gains = ramp(self._gain, self.gain, part.size, self._step)
@@ -201,7 +205,8 @@ class Voices:
             ringing[0].aim = 0.0
         kind = command.interaction if command.interaction in IMPACTS else "tap"
         key = str(command.material), kind
-        wave, gain = self._impact(key, command), min(command.gain, 1.0)
+        wave = self._impact(key, command)
+        gain = min(command.gain, 1.0)
         hand.voices.append(Voice(wave, command.motion, key, gain=gain, aim=gain))
 
     def _impact(self, key: tuple[str, str], command: Command) -> NDArray[np.float32]:
@@ -221,11 +226,14 @@ class Voices:
         for voice in textures:
             voice.aim = 0.0
             if wanted and (voice.key, voice.thickness_m) == (key, wanted.thickness_m):
-                fitting, voice.motion, voice.aim = voice, wanted.motion, gain
+                fitting = voice
+                voice.motion = wanted.motion
+                voice.aim = gain
         if wanted is None or key is None or fitting is not None:
             return
         if len(textures) <= _MOST_FADING_TEXTURES:
-            source, thickness_m = self._texture(key, wanted), wanted.thickness_m
+            source = self._texture(key, wanted)
+            thickness_m = wanted.thickness_m
             voice = Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
             hand.voices.append(voice)
 
@@ -237,7 +245,8 @@ class Voices:
             if hand.hum is not None and isinstance(voice.source, Tone):
                 voice.source.hum = hand.hum
         if hand.hum is not None and not humming:
-            tone, level = Tone(hand.hum, self._playback), hand.hum.level
+            tone = Tone(hand.hum, self._playback)
+            level = hand.hum.level
             hand.voices.append(Voice(tone, _STILL, ("", "hum"), gain=0.0, aim=level))
 
     def _texture(self, key: tuple[str, str], wanted: Command) -> Texture | PatternTexture:

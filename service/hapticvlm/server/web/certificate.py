@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-_EXPIRED, _NOT_YET = 10, 9  # X509_V_ERR_* of OpenSSL
+# X509_V_ERR_* of OpenSSL
+_EXPIRED = 10
+_NOT_YET = 9
 _ROUNDS = 8  # a handshake takes three
 
 logger = logging.getLogger(__name__)
@@ -84,7 +86,8 @@ def _examined(context: ssl.SSLContext, file: Path) -> Certificate:
 
 def _shake_hands(client: ssl.SSLContext, server: ssl.SSLContext) -> dict[str, Any]:
     """Return what the client learned of the server. Raises SSLError."""
-    there, back = ssl.MemoryBIO(), ssl.MemoryBIO()
+    there = ssl.MemoryBIO()
+    back = ssl.MemoryBIO()
     theirs = client.wrap_bio(back, there)
     ours = server.wrap_bio(there, back, server_side=True)
     for _ in range(_ROUNDS):

@@ -49,7 +49,8 @@ class AccessPolicy:
     def refusal(self, headers: Mapping[str, str]) -> str | None:
         """Return why a request with these headers is refused, or None."""
         try:
-            host, origin = headers.get("Host", ""), headers.get("Origin")
+            host = headers.get("Host", "")
+            origin = headers.get("Origin")
         except MultipleValuesError:
             return "more than one Host or Origin header"
         if not self._is_ours(_host_of("//" + host)):

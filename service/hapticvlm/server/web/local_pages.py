@@ -19,7 +19,8 @@ from hapticvlm.server.web import http
 from hapticvlm.server.web import stated_materials as statements
 from hapticvlm.server.web.recorded_sessions import RecordedSessions
 
-SESSIONS, STATED = "/sessions", "/stated.json"
+SESSIONS = "/sessions"
+STATED = "/stated.json"
 PIECE = 64 * 1024
 
 

@@ -27,7 +27,8 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.recordings.recorder import FRAMES, SESSION_LOG
 from hapticvlm.server.web import http
 
-PAGE, PART = "session.html", ".session.part.html"
+PAGE = "session.html"
+PART = ".session.part.html"
 MOST = 200  # sessions listed, the newest
 MAX_LOG_BYTES = 64 * 1024**2
 MAX_PAGE_BYTES = 32 * 1024**2  # a browser waits a handshake's 5 s for it
@@ -131,7 +132,8 @@ class RecordedSessions:
         if self._making is None:
             self._made = session.folder
             self._making = asyncio.create_task(self._make(session))
-        making, is_this = self._making, self._made == session.folder
+        making = self._making
+        is_this = self._made == session.folder
         await asyncio.wait({making}, timeout=WAIT_S)
         if not making.done():
             return False

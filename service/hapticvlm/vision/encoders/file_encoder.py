@@ -27,7 +27,8 @@ from hapticvlm.vision.encoders.networks import FINGERPRINT, PREPROCESSING, line
 from hapticvlm.vision.encoders.preprocessing import Preprocessing, read_preprocessing
 from hapticvlm.vision.pictures import Crop
 
-IMAGENET_MEAN, IMAGENET_DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
+IMAGENET_MEAN = (0.485, 0.456, 0.406)
+IMAGENET_DEVIATION = (0.229, 0.224, 0.225)
 SETTINGS = {
     "INFERENCE_PRECISION_HINT": "f32",  # half precision elsewhere would be another network
     "ENABLE_CPU_PINNING": False,  # else every process that recognises crowds onto the first core
@@ -96,14 +97,16 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         whole = core.read_model(path)
         layout = _layout(whole)
         whole.reshape({whole.input(0): _shape(layout)})
-        features, scores = _find_features(whole), _find_scores(whole)
+        features = _find_features(whole)
+        scores = _find_scores(whole)
         outputs = [features] if scores is None else [features, scores]
         cut = openvino.Model(outputs, whole.get_parameters(), path.stem)
         network = core.compile_model(cut, "CPU", {"INFERENCE_NUM_THREADS": threads, **SETTINGS})
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
         text = f"encoder `{path}` cannot be read ({line(error)})"
         raise EncoderError(f"{text}; give an image network as FILE.onnx or FILE.tflite") from None
-    beliefs, digest = scores is not None, _fingerprint(path)
+    beliefs = scores is not None
+    digest = _fingerprint(path)
     preprocessing = _read_preprocessing(path, layout)
     width = _width(features.get_partial_shape())
     name = f"{path.stem}-{digest} ({'classes' if beliefs else 'features'})"

@@ -21,7 +21,8 @@ Floats = NDArray[np.float32]
 CLASSES = 1000
 WITH_BACKGROUND = 1001  # some networks have a class "background" before the others
 TABLE = Path(__file__).with_name("imagenet.csv")
-_KNOWN_PLACE, _KNOWN_NAME = 398, "abacus"
+_KNOWN_PLACE = 398
+_KNOWN_NAME = "abacus"
 
 
 @lru_cache(maxsize=1)

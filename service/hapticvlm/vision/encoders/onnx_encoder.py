@@ -23,7 +23,8 @@ from hapticvlm.vision.encoders.packaged_weights import Array, Source, load_weigh
 from hapticvlm.vision.pictures import Crop
 
 GRAPH = "encoder.onnx"
-INPUT, OUTPUT = "crops", "embeddings"
+INPUT = "crops"
+OUTPUT = "embeddings"
 SILENT = 4  # onnxruntime's log level "fatal": what goes wrong arrives as an exception
 
 

@@ -33,7 +33,9 @@ Array = NDArray[np.generic]
 Doubles = NDArray[np.float64]
 
 EPSILON = 1e-3  # of the batch norms
-SUMMED_LEVELS, DEPTHWISE_LEVELS = 63, 127  # largest rounded weight; see the head of this file
+# largest rounded weight; see the head of this file
+SUMMED_LEVELS = 63
+DEPTHWISE_LEVELS = 127
 LARGEST_BIAS = 2.0**30
 LEAST_STEP = 1e-12
 # The batch norm of each convolution of a block, and of the two outside of the blocks.

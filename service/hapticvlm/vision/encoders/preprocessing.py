@@ -59,7 +59,8 @@ def read_preprocessing(given: Mapping[str, Any]) -> Preprocessing:
     scale = float(given.get("rescale_factor", 1 / 255)) if given.get("do_rescale", True) else 1.0
     if not given.get("do_normalize", True):
         return Preprocessing(side, input_side, scale, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
-    mean, deviation = _colour(given, "image_mean"), _colour(given, "image_std")
+    mean = _colour(given, "image_mean")
+    deviation = _colour(given, "image_std")
     if not min(deviation) > 0.0:
         raise ValueError(f"image_std is {deviation}: each must be above 0")
     return Preprocessing(side, input_side, scale, mean, deviation)

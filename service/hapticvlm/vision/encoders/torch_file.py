@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.generic]
 
-MAGIC, VERSION = 0x1950A86A20F9469CFC6C, 1001
+MAGIC = 0x1950A86A20F9469CFC6C
+VERSION = 1001
 KINDS: Mapping[str, np.dtype[Any]] = {
     "FloatStorage": np.dtype("<f4"),
     "LongStorage": np.dtype("<i8"),
@@ -102,7 +103,8 @@ def read_arrays(data: bytes) -> Mapping[str, Array]:
     machine = _unpickle(file)
     if not isinstance(machine, dict) or machine.get("little_endian") is not True:
         raise TorchFileError("its numbers are not little-endian")
-    tensors, keys = _unpickle(file), _unpickle(file)
+    tensors = _unpickle(file)
+    keys = _unpickle(file)
     if not isinstance(tensors, dict) or not isinstance(keys, list):
         raise TorchFileError("it holds no tensors by name")
     storages = _read_storages(file, tensors, keys)
@@ -147,7 +149,8 @@ def _view(name: str, tensor: object, storages: Mapping[str, Array]) -> Array:
     """Return a tensor as a strided view of its storage, once that is known to hold all of it."""
     if not isinstance(tensor, _Tensor) or not isinstance(tensor.storage, _Storage):
         raise TorchFileError(f"{name[:60]} is no tensor")
-    shape, strides = _counts(name, tensor.shape), _counts(name, tensor.strides)
+    shape = _counts(name, tensor.shape)
+    strides = _counts(name, tensor.strides)
     storage = storages.get(tensor.storage.key)
     if storage is None or len(shape) != len(strides) or not _is_count(tensor.offset):
         raise TorchFileError(f"{name[:60]} has no storage, or strides of another tensor")

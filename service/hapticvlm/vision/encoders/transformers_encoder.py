@@ -105,7 +105,8 @@ def load_transformers_encoder(name: str, device: str, threads: int) -> Transform
 
 def describe(network: Network, words: Any, images: Tensor, masks: Tensor) -> Floats:  # noqa: ANN401
     """Embed images (N, 3, I, I) float32 under masks (N, I, I) 0..1: (N, D) of unit norm."""
-    model, beliefs = network.model, None
+    model = network.model
+    beliefs = None
     if network.kind == "words":
         outputs = model.vision_model(pixel_values=images)
         beliefs = _beliefs_of_words(model, outputs.pooler_output, words)
@@ -115,7 +116,8 @@ def describe(network: Network, words: Any, images: Tensor, masks: Tensor) -> Flo
         outputs, scores = _with_base(model, images)
         beliefs = imagenet.material_beliefs(scores.cpu().numpy())
     else:
-        inner, outputs = model, model(pixel_values=images)
+        inner = model
+        outputs = model(pixel_values=images)
     return two_parts.join(pool(inner, outputs, masks).cpu().numpy(), beliefs)
 
 
@@ -166,7 +168,8 @@ def _read_words(network: Network, device: str) -> Tensor:
     import torch
     from torch.nn import functional
 
-    model, rows = network.model, []
+    model = network.model
+    rows = []
     longest = model.config.text_config.max_position_embeddings
     for phrases in material_phrases():
         tokens = network.tokenizer(

@@ -114,10 +114,12 @@ class _LeftOut:
 def _sharpen(left_out: _LeftOut, shipped: Doubles | None) -> Calibration:
     rows = left_out.has_others
     truth = left_out.truth[rows]
-    weights, place = evenly(truth), np.arange(len(truth))
+    weights = evenly(truth)
+    place = np.arange(len(truth))
     beside = 0.0 if shipped is None else shipped[rows]
     shares = SHARES if shipped is not None else (SHIPPED_SHARE,)
-    best, least = FEW, np.inf
+    best = FEW
+    least = np.inf
     for sharpness in SHARPNESSES:
         scores = np.maximum(left_out.scores(sharpness)[rows], -10.0)
         for scale, share in product(SCALES, shares):
@@ -125,7 +127,8 @@ def _sharpen(left_out: _LeftOut, shipped: Doubles | None) -> Calibration:
             found = float(-(weights * right).sum())
             if found < least:
                 weight = scale / sharpness
-                best, least = Calibration(sharpness, 0.0, 0.0, weight, share=share), found
+                best = Calibration(sharpness, 0.0, 0.0, weight, share=share)
+                least = found
     return best
 
 
@@ -141,13 +144,15 @@ def _know(left_out: _LeftOut, fitted: Calibration, unknown_scores: list[Doubles]
         unknown_scores.append(left_out.scores(fitted.sharpness, unknowns=True).max(axis=1))
     if not unknown_scores:
         return fitted
-    best, least = (2.0, THRESHOLDS[0]), np.inf
+    best = (2.0, THRESHOLDS[0])
+    least = np.inf
     for slope, threshold in product(SLOPES, THRESHOLDS):
         known = _surprise_of(familiar, slope, threshold)
         unknown = np.mean([_surprise_of(part, -slope, threshold) for part in unknown_scores])
         found = (1.0 - UNKNOWN_SHARE) * known + UNKNOWN_SHARE * float(unknown)
         if found < least:
-            best, least = (slope, threshold), found
+            best = (slope, threshold)
+            least = found
     return replace(fitted, slope=best[0], threshold=best[1])
 
 

@@ -102,7 +102,8 @@ class Gallery:
 
     def scores(self, embeddings: Floats) -> Doubles:
         """Soft-maximum similarities of (N, D) embeddings to `materials`: (N, C)."""
-        blocks, sharpness = _blocks(self), self.calibration.sharpness
+        blocks = _blocks(self)
+        sharpness = self.calibration.sharpness
         powers = np.exp(np.float32(sharpness) * (embeddings @ blocks.references.T))
         means = np.add.reduceat(powers, blocks.starts, axis=1) / blocks.counts
         return np.asarray(np.log(np.maximum(means.astype(np.float64), _LEAST)) / sharpness)
@@ -185,7 +186,8 @@ def _blocks(gallery: Gallery) -> _Blocks:
 def join(parts: Sequence[Gallery]) -> Gallery:
     """Join the references of galleries, as if enrolled together; the first one's calibration."""
     names = tuple(dict.fromkeys(name for part in parts for name in part.materials))
-    labels, places = [], []
+    labels = []
+    places = []
     for number, part in enumerate(parts):
         labels.append(np.array([names.index(name) for name in part.materials])[part.labels])
         known = part.places if part.places is not None else np.arange(len(part.labels))

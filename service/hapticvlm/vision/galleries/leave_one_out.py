@@ -100,7 +100,8 @@ def _likeness(enrolled: Enrolled, material: str, other: str) -> float:
     """
     shown = np.array([picture.material for picture in enrolled.pictures])
     is_lone = material == other and (shown == material).sum() == 1
-    nearest, firsts = [], enrolled.firsts
+    nearest = []
+    firsts = enrolled.firsts
     for place in np.flatnonzero(shown == material):
         first = firsts[place]
         eligible = shown[enrolled.places] == other

@@ -94,7 +94,8 @@ def _layer(embeddings: Floats, labels: Indices, gain: float, *, has_beliefs: boo
     features = two_parts.features_of(embeddings) if has_beliefs else embeddings
     weights = 1.0 / np.bincount(labels)[labels]
     found = fit_layer(features, labels, weights / weights.sum(), PENALTY)
-    rows, bias = found.weights * np.float32(gain), found.bias * np.float32(gain)
+    rows = found.weights * np.float32(gain)
+    bias = found.bias * np.float32(gain)
     return LinearLayer(two_parts.layer_of(rows, EXPONENT) if has_beliefs else rows, bias)
 
 
@@ -102,7 +103,8 @@ def _calibrate(
     embeddings: Floats, labels: Indices, folds: Indices, *, has_beliefs: bool
 ) -> tuple[float, float]:
     """Choose gain and scale by the mean surprise of pictures that are left out."""
-    plain, beside = np.zeros((len(labels), len(NAMES))), np.zeros((len(labels), len(NAMES)))
+    plain = np.zeros((len(labels), len(NAMES)))
+    beside = np.zeros((len(labels), len(NAMES)))
     for fold in range(FOLDS):
         out = folds == fold
         layer = _layer(embeddings[~out], labels[~out], 1.0, has_beliefs=has_beliefs)
@@ -110,7 +112,8 @@ def _calibrate(
     if has_beliefs:
         beside = EXPONENT * two_parts.log_beliefs(embeddings).astype(np.float64)
         plain -= beside
-    rows, even = np.arange(len(labels)), 1.0 / np.bincount(labels)[labels]
+    rows = np.arange(len(labels))
+    even = 1.0 / np.bincount(labels)[labels]
 
     def surprise(gain: float, scale: float) -> float:
         return -float(even @ log_softmax(scale * (gain * plain + beside))[rows, labels])

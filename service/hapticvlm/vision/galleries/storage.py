@@ -46,7 +46,8 @@ FILE_NAME = "gallery.npz"  # in a gallery folder
 SHIPPED = encoders.SHIPPED / encoders.DEFAULT / FILE_NAME
 _OWN = "own_"
 
-MAX_FILE_BYTES, MAX_UNFOLDED_BYTES = 512 * documents.MIB, 1024 * documents.MIB
+MAX_FILE_BYTES = 512 * documents.MIB
+MAX_UNFOLDED_BYTES = 1024 * documents.MIB
 # What numpy and zipfile raise for a file that is none of theirs, or was tampered with.
 _BROKEN = (
     EOFError,

@@ -146,7 +146,8 @@ def _understand(name: str, table: Mapping[str, object]) -> UserMaterial:
     if "like" not in table:
         raise MaterialError(f"like: missing; add the class it resembles: {', '.join(MATERIALS)}")
     facts = {key: table[key] for key in ("thermal", "vibration") if key in table}
-    like, words = str(table["like"]), table.get("words")
+    like = str(table["like"])
+    words = table.get("words")
     material = derive(name, like, words, facts)
     encoder, references = _references(table.get("references"))
     pictures = _pictures(table.get("references"), len(references))

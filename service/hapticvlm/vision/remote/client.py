@@ -43,7 +43,9 @@ class _Job:
     """One request for a `crop`, or a probe without; `outcome` is there once `done` is set."""
 
     def __init__(self, crop: Crop | None, identity: Identity | None, until: float) -> None:
-        self.crop, self.identity, self.until = crop, identity, until
+        self.crop = crop
+        self.identity = identity
+        self.until = until
         self.done = threading.Event()
         self.outcome = _Outcome()
 
@@ -71,7 +73,8 @@ class RemoteRecogniser:
     @property
     def state(self) -> RemoteState:
         """Return its state."""
-        identity, place = self._identity, self._address.name
+        identity = self._identity
+        place = self._address.name
         counts = self._answered, self._failed, self._local
         if identity is None:
             reason = f"{place}: {self._reason}" if self._reason else ""
@@ -116,10 +119,12 @@ class RemoteRecogniser:
 
     def _judge(self, outcome: _Outcome) -> None:
         if outcome.error is None:
-            self._breaker, self._identity = self._breaker.succeeded(), outcome.identity
+            self._breaker = self._breaker.succeeded()
+            self._identity = outcome.identity
             return
         self._failed += 1
-        self._identity, self._reason = None, outcome.error
+        self._identity = None
+        self._reason = outcome.error
         now = time.monotonic()
         self._breaker = self._breaker.failed(now, outcome.error, dice=random.random())
 

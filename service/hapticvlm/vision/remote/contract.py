@@ -30,7 +30,10 @@ from hapticvlm.vision.encoders.encoder import UNIT_ERROR
 from hapticvlm.vision.pictures import Crop
 
 CONTRACT = 1
-RECOGNISE, IDENTITY, HEALTH, READY = "/v1/recognise", "/v1/identity", "/v1/health", "/v1/ready"
+RECOGNISE = "/v1/recognise"
+IDENTITY = "/v1/identity"
+HEALTH = "/v1/health"
+READY = "/v1/ready"
 MESSAGEPACK = "application/msgpack"
 SHIPPED = "shipped"  # the gallery that every recogniser has
 MAX_CROPS = 64

@@ -21,7 +21,8 @@ class Exchange:
     """Opens the connection when it is needed and keeps it. For one thread."""
 
     def __init__(self, address: Address, token: str | None) -> None:
-        self._address, self._token = address, token
+        self._address = address
+        self._token = token
         self._sock: socket.socket | None = None
         self._connection: http.client.HTTPConnection | None = None
 

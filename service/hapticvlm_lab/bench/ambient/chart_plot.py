@@ -83,7 +83,8 @@ def _memory(axes: Axes, rows: Sequence[Row]) -> None:
         if row.timed is None or row.timed.peak_mb is None:
             continue
         colour, marker = STYLE[row.family]
-        seconds, peak = row.timed.median_s, row.timed.peak_mb
+        seconds = row.timed.median_s
+        peak = row.timed.peak_mb
         axes.plot([seconds, row.timed.longest_s], [peak, peak], color=colour, alpha=0.5)
         axes.plot(seconds, peak, marker, color=colour, markersize=7)
         if row.is_default:

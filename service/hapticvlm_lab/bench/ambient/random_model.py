@@ -13,8 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-END, PAD, START = "<|im_end|>", "<|endoftext|>", "<|im_start|>"
-IMAGE, VIDEO = "<|image_pad|>", "<|video_pad|>"
+END = "<|im_end|>"
+PAD = "<|endoftext|>"
+START = "<|im_start|>"
+IMAGE = "<|image_pad|>"
+VIDEO = "<|video_pad|>"
 VISION = ("<|vision_start|>", "<|vision_end|>")
 IMAGE_TOKENS = 256  # at most, of one picture
 SD = 0.02  # of the weights

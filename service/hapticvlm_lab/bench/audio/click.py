@@ -80,10 +80,12 @@ def _clicks(wanted: Clicks, realtime: bool) -> Generator[NDArray[np.float32], in
     count = yield np.empty(0, np.float32)
     if realtime:
         request_priority()
-    played, left = wanted[0], 0
+    played = wanted[0]
+    left = 0
     while True:
         if wanted[0] != played:
-            played, left = wanted[0], round(CLICK_S * RATE_HZ)
+            played = wanted[0]
+            left = round(CLICK_S * RATE_HZ)
         block = np.zeros(count, np.float32)
         block[:left] = 0.5
         left = max(0, left - count)

@@ -18,7 +18,8 @@ def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
     settings = AudioSettings(realtime=realtime)
     speaker = Speaker(settings)
     speaker.start()
-    started, stolen_before = time.monotonic(), stolen_s()
+    started = time.monotonic()
+    stolen_before = stolen_s()
     try:
         with helper("audio.deadlines", seconds, settings.block, int(realtime)) as bare:
             while time.monotonic() - started < seconds:
@@ -37,7 +38,8 @@ def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
 
 def line(clock: dict[str, Any]) -> str:
     """Return it in words."""
-    ours, bare = clock["underruns"], clock["floor"]["missed"]
+    ours = clock["underruns"]
+    bare = clock["floor"]["missed"]
     text = f"virtual clock, {clock['seconds']:.0f} s: {ours} underruns; a bare loop missed {bare}"
     stolen = clock["stolen_s"]
     return text if stolen is None else f"{text}; the host took {stolen:g} s from this machine"

@@ -21,14 +21,17 @@ def keep(seconds: float, block: int, *, realtime: bool) -> dict[str, object]:
     gc.disable()
     period = block / RATE_HZ
     deadline = time.monotonic()
-    ends_at, missed, worst_s = deadline + seconds, 0, 0.0
+    ends_at = deadline + seconds
+    missed = 0
+    worst_s = 0.0
     while deadline < ends_at:
         deadline += period
         ahead = deadline - time.monotonic()
         if ahead > 0:
             time.sleep(ahead)
         elif ahead < -period:
-            missed, worst_s = missed + 1, max(worst_s, -ahead)
+            missed = missed + 1
+            worst_s = max(worst_s, -ahead)
             deadline = time.monotonic()
     return {"missed": missed, "worst_ms": round(worst_s * 1000.0, 2), "realtime": has_priority}
 

@@ -25,7 +25,9 @@ from hapticvlm_lab.bench.audio.sink import SinkError, environment
 
 PRIORITY = 40  # above the engine's, as a sound server's is
 START_S = 20.0
-_LEASE_S, _RENEWED_S, _SETTLED_S = 0.5, 0.1, 0.5
+_LEASE_S = 0.5
+_RENEWED_S = 0.1
+_SETTLED_S = 0.5
 _SOCKETS = (Path("/dev/shm"), Path("/tmp"))
 
 
@@ -60,7 +62,8 @@ def underruns(seconds: float, block: int, *, realtime: bool) -> dict[str, Any]:
             while time.monotonic() < ends_at:
                 speaker.obey(command("slide", 1, _LEASE_S))
                 time.sleep(_RENEWED_S)
-            status, missed = speaker.status(), speaker.underruns - before
+            status = speaker.status()
+            missed = speaker.underruns - before
         finally:
             speaker.close()
     counts = {"seconds": seconds, "block": block, "underruns": missed}

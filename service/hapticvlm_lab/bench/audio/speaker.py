@@ -103,7 +103,8 @@ def _sinks(plan: Plan, console: Console) -> list[dict[str, Any]]:
         for name, during in (("idle", no_load), ("encoder flat out", load)):
             with console.status(name), during(longest_s) as busy_s:
                 for block in plan.blocks:
-                    started, before = time.monotonic(), busy_s()
+                    started = time.monotonic()
+                    before = busy_s()
                     row = _row(server, block, plan)
                     busy = (busy_s() - before) / (time.monotonic() - started)
                     rows.append({"condition": name, **row, "recogniser_busy": round(busy, 2)})
@@ -154,10 +155,12 @@ def _row(server: Server, block: int, plan: Plan) -> dict[str, Any]:
             before = speaker.underruns
             strikes, clicks = _alternate(speaker, floor, plan.seconds)
             holes, hole_ms = gaps(_slide(speaker, recorded))
-            status, underruns = speaker.status(), speaker.underruns - before
+            status = speaker.status()
+            underruns = speaker.underruns - before
         finally:
             speaker.close()
-    ours, bare = late(recorded.chunks, strikes), late(recorded.chunks, clicks)
+    ours = late(recorded.chunks, strikes)
+    bare = late(recorded.chunks, clicks)
     row = {"block": block, **ours.summary("touch"), **bare.summary("floor")}
     some = ours.delays_ms.size and bare.delays_ms.size
     beyond = round(row["touch_p99_ms"] - row["floor_p99_ms"], 2) if some else None
@@ -168,7 +171,8 @@ def _row(server: Server, block: int, plan: Plan) -> dict[str, Any]:
 
 def _alternate(speaker: Speaker, floor: Clicker, seconds: float) -> tuple[list[float], list[float]]:
     rng = random.Random(0)
-    strikes, clicks = [], []
+    strikes = []
+    clicks = []
     ends_at = time.monotonic() + seconds
     while time.monotonic() < ends_at:
         strikes.append(time.monotonic())

@@ -38,7 +38,8 @@ NAME = "arcade"
 PORT = 19_791
 URL = f"http://127.0.0.1:{PORT}"
 ALONE_S = 4.0
-READY_S, SETTLE_S = 120.0, 2.0
+READY_S = 120.0
+SETTLE_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +121,8 @@ def _settings(load: Load, gallery: Path) -> AppSettings:
 
 def _phase(scenes: Scenes, plan: Plan, event: Callable[[], None] | None) -> dict[str, Any]:
     _wait_until_idle()
-    before, used = _health(), _used_s()
+    before = _health()
+    used = _used_s()
     scenes.start()
     if event is not None:
         time.sleep(0.5 + plan.seconds / 3)

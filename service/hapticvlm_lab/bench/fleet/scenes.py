@@ -57,7 +57,8 @@ class Truth:
 
 def _is_of(named: Named, result: Result) -> bool:
     embedding = np.frombuffer(result.embedding, "<f4").astype(np.float32)
-    wanted, given = dict(named.gallery.match(embedding).beliefs), dict(result.beliefs)
+    wanted = dict(named.gallery.match(embedding).beliefs)
+    given = dict(result.beliefs)
     return wanted.keys() == given.keys() and all(
         abs(wanted[name] - given[name]) <= BELIEF_ERROR for name in wanted
     )
@@ -96,7 +97,9 @@ class Scenes:
     """The scenes of one run; `start`, then `finish`."""
 
     def __init__(self, url: str, plan: Plan, crops: Sequence[Crop], truth: Truth) -> None:
-        self._url, self._plan, self._truth = url, plan, truth
+        self._url = url
+        self._plan = plan
+        self._truth = truth
         wait_ms = plan.max_age_ms
         self._bodies = [
             contract.write_request([crop], plan.gallery, wait_ms=wait_ms) for crop in crops
@@ -120,10 +123,12 @@ class Scenes:
         return self.tallies
 
     def _play(self, scene: int) -> None:
-        plan, tally = self._plan, self.tallies[scene]
+        plan = self._plan
+        tally = self.tallies[scene]
         exchange = Exchange(read_address(self._url, "url"), None)
         phase = random.Random(scene).random() / plan.rate_hz
-        began, number = self._began + phase, 0
+        began = self._began + phase
+        number = 0
         while (due := began + number / plan.rate_hz) < began + plan.seconds:
             time.sleep(max(0.0, due - time.monotonic()))
             newest = max(number, int((time.monotonic() - began) * plan.rate_hz))

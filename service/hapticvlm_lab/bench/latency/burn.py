@@ -36,7 +36,9 @@ def burn(seconds: float, threads: int) -> dict[str, object]:
         vlm = load_vlm(VlmSettings(model=folder, threads=threads, image_tokens=256))
     vlm.ambient(pictures[0])
     print("burning", flush=True)
-    started, used, passes = time.monotonic(), time.process_time(), 0
+    started = time.monotonic()
+    used = time.process_time()
+    passes = 0
     while time.monotonic() - started < seconds:
         vlm.ambient(pictures[passes % len(pictures)])
         passes += 1
@@ -50,7 +52,8 @@ def burn(seconds: float, threads: int) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    seconds, threads = float(sys.argv[1]), int(sys.argv[2])
+    seconds = float(sys.argv[1])
+    threads = int(sys.argv[2])
     if hasattr(os, "nice"):
         os.nice(NICE)
     prepare_process(threads)

@@ -27,7 +27,8 @@ ANSWER_S = 10.0
 def pictures(count: int, size_bytes: int, seed: int = 0) -> list[bytes]:
     """Return `count` different 448 x 448 JPEGs of about `size_bytes` each."""
     rng = np.random.default_rng(seed)
-    low, high = 0.0, 80.0
+    low = 0.0
+    high = 80.0
     for _ in range(7):
         grain = (low + high) / 2
         low, high = (grain, high) if len(_picture(rng, grain)) < size_bytes else (low, grain)

@@ -66,8 +66,10 @@ class Row:
 
     def summary(self) -> dict[str, Any]:
         """Return the figures of this row."""
-        touches, echoes = np.array(self.touch_ms), np.array(self.echo_ms)
-        touch_99, echo_99 = np.percentile(touches, 99), np.percentile(echoes, 99)
+        touches = np.array(self.touch_ms)
+        echoes = np.array(self.echo_ms)
+        touch_99 = np.percentile(touches, 99)
+        echo_99 = np.percentile(echoes, 99)
         return {
             "condition": self.name,
             "n": touches.size,
@@ -126,7 +128,8 @@ async def _row(
             if load is not None:
                 await asyncio.to_thread(first_line, load)
                 await asyncio.sleep(SETTLE_S)
-            started, busy_s = time.monotonic(), service_status(service)["recogniser"]["busy_s"]
+            started = time.monotonic()
+            busy_s = service_status(service)["recogniser"]["busy_s"]
             touch_ms, echo_ms = await alternate(touches, echoes, seconds)
             status = service_status(service)
             busy = (status["recogniser"]["busy_s"] - busy_s) / (time.monotonic() - started)

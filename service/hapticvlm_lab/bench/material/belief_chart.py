@@ -116,7 +116,8 @@ def _draw_coverage(axes: Axes, found: list[Worth]) -> None:
 
 
 def _draw_error(axes: Axes, found: list[Worth]) -> None:
-    places, width = np.arange(len(found)), 0.27
+    places = np.arange(len(found))
+    width = 0.27
     for number, ((method, title), colour) in enumerate(
         zip(METHODS, (SOFT, *COLOURS), strict=False)
     ):

@@ -83,7 +83,8 @@ def among(beliefs: Doubles, names: Sequence[str]) -> Doubles:
 def drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np.int64]] | None:
     """Enrol `count` pictures a class DRAWS times; beliefs of all other objects, and their rows."""
     rng = np.random.default_rng([SEED, count])
-    found, rows = [], []
+    found = []
+    rows = []
     for _ in range(DRAWS):
         chosen = _draw(seen, count, rng)
         if chosen is None:

@@ -86,7 +86,8 @@ def spoken(
     Named is what costs 1 when wrong (p > 1/2), `startling` what costs 2 (p > 2/3).
     """
     right = beliefs.argmax(axis=1) == truth
-    speaks, startles = beliefs.max(axis=1) > 1 / 2, beliefs.max(axis=1) > 2 / 3
+    speaks = beliefs.max(axis=1) > 1 / 2
+    startles = beliefs.max(axis=1) > 2 / 3
     forced: Callable[[NDArray[np.int64]], float] = lambda rows: _balanced(right[rows], truth[rows])  # noqa: E731
     return {
         "said": _interval(lambda rows: float(speaks[rows].mean()), objects),
@@ -107,7 +108,8 @@ def contact_error(
     """
     contacts = np.array([_contact_c(MATERIALS[name].thermal) for name in FOUR])
     rendered = np.array([_rendered_c(row, contacts) for row in beliefs])
-    ours, neutral = np.abs(rendered - contacts[truth]), np.abs(contacts.mean() - contacts[truth])
+    ours = np.abs(rendered - contacts[truth])
+    neutral = np.abs(contacts.mean() - contacts[truth])
     guess = np.abs(contacts[beliefs.argmax(axis=1)] - contacts[truth])
 
     def gain(rows: NDArray[np.int64]) -> float:
@@ -139,7 +141,9 @@ def _scene_taught(seen: Seen, zero: Doubles) -> dict[str, object]:
     """Name NAMED objects at random, judge all others: forced choice without and with their help."""
     rng = np.random.default_rng([SEED, NAMED])
     names = np.unique(seen.objects)
-    before, after, rows = [], [], []
+    before = []
+    after = []
+    rows = []
     for _ in range(DRAWS):
         named = rng.permutation(names)[:NAMED]
         references = SceneReferences()
@@ -152,7 +156,8 @@ def _scene_taught(seen: Seen, zero: Doubles) -> dict[str, object]:
             before.append(zero[row].argmax() == seen.truth[row])
             after.append(adjusted.material == FOUR[seen.truth[row]])
             rows.append(row)
-    place, gains = np.array(rows), np.array(after, float) - np.array(before, float)
+    place = np.array(rows)
+    gains = np.array(after, float) - np.array(before, float)
     return {
         "named": NAMED,
         "without": _interval(lambda at: float(np.array(before)[at].mean()), seen.objects[place]),

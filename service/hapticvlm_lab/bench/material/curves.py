@@ -13,7 +13,8 @@ from hapticvlm_lab.bench.material.breaks import CHANCE, Curve
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-WIDTH_IN, PANEL_IN = 12.0, 2.5
+WIDTH_IN = 12.0
+PANEL_IN = 2.5
 COLUMNS = 4
 LINES = (  # field, label, colour, line and marker
     ("accuracy", "right of 4, zero-shot", BLUE, "-o"),

@@ -108,7 +108,8 @@ def occlude(picture: Picture, share: float, rng: np.random.Generator) -> Picture
 def shift_mask(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
     """Move the mask beside the object, by that share of its size."""
     mask = mask_of(picture)
-    angle, size = rng.uniform(0.0, 2.0 * np.pi), share * length_of(mask)
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    size = share * length_of(mask)
     return picture.over(mask=shifted(mask, np.sin(angle) * size, np.cos(angle) * size))
 
 
@@ -126,7 +127,8 @@ def box_mask(picture: Picture, share: float, _: np.random.Generator) -> Picture:
     from scipy.ndimage import distance_transform_edt
 
     mask = mask_of(picture)
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    rows = np.flatnonzero(mask.any(axis=1))
+    columns = np.flatnonzero(mask.any(axis=0))
     box = np.zeros(mask.shape, np.bool_)
     box[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
     away = distance_transform_edt(mask == 0)
@@ -138,7 +140,8 @@ def move(picture: Picture, length: float, rng: np.random.Generator) -> Picture:
     """Turn the head: blur along a line of so many px, and a mask of a frame as much earlier."""
     from scipy.ndimage import convolve
 
-    angle, side = rng.uniform(0.0, 2.0 * np.pi), 2 * int(np.ceil(length / 2)) + 1
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    side = 2 * int(np.ceil(length / 2)) + 1
     line = np.zeros((side, side))
     steps = np.linspace(-length / 2, length / 2, 4 * side)
     at = (side // 2 + np.outer((np.sin(angle), np.cos(angle)), steps)).round().astype(int)

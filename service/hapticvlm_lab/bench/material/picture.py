@@ -51,7 +51,8 @@ def window(view: View) -> Picture:
     if view.mask is None:
         return scaled(Picture(image, None), OBJECT_PX * 2 / max(image.shape[:2]))
     mask = np.where(np.asarray(_opened(view.mask).convert("L")) > 0, 255, 0).astype(np.uint8)
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    rows = np.flatnonzero(mask.any(axis=1))
+    columns = np.flatnonzero(mask.any(axis=0))
     cut = tuple(
         slice(max(0, int(at[0] - AROUND * len(at))), int(at[-1] + 1 + AROUND * len(at)))
         for at in (rows, columns)
@@ -125,7 +126,8 @@ def where_object(picture: Picture) -> NDArray[np.bool_]:
 
 def length_of(mask: Pixels) -> float:
     """Measure the longer side of the mask's box, px."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    rows = np.flatnonzero(mask.any(axis=1))
+    columns = np.flatnonzero(mask.any(axis=0))
     return float(max(rows[-1] - rows[0], columns[-1] - columns[0]) + 1)
 
 
@@ -133,7 +135,8 @@ def shifted(mask: Pixels, down: float, right: float) -> Pixels:
     """Shift a mask, but never out of the picture whole."""
     moved = np.zeros_like(mask)
     y, x = np.nonzero(mask)
-    y, x = y + round(down), x + round(right)
+    y = y + round(down)
+    x = x + round(right)
     kept = (y >= 0) & (y < mask.shape[0]) & (x >= 0) & (x < mask.shape[1])
     moved[y[kept], x[kept]] = 255
     return moved if kept.any() else mask

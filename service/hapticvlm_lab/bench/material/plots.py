@@ -17,7 +17,8 @@ from hapticvlm_lab.bench.material.scores import Score
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-WIDTH_IN, PANEL_IN = 12.0, 5.4
+WIDTH_IN = 12.0
+PANEL_IN = 5.4
 COLUMNS = 2
 STEP = 1.12  # between methods that take the same time, so that their intervals can be read
 SHOWN = "5"  # references a class of the hollow points
@@ -106,7 +107,8 @@ def _panel(axes: Axes, rows: Sequence[Row]) -> None:
 
 def _dot(axes: Axes, point: Point) -> None:
     colour, marker = STYLE[point.row.family]
-    low, high = 100 * point.score.low, 100 * point.score.high
+    low = 100 * point.score.low
+    high = 100 * point.score.high
     axes.vlines(point.x, low, high, color=colour, linewidth=1.0, alpha=0.45, zorder=2)
     face = "white" if point.hollow else colour
     axes.plot(point.x, point.y, marker, color=colour, markerfacecolor=face, markersize=7, zorder=4)

@@ -59,7 +59,8 @@ def enrolled(
     if len(usable) < 2:
         return None, None
     rng = np.random.default_rng([SEED, count])
-    scores, rejected = [], []
+    scores = []
+    rejected = []
     for _ in range(DRAWS):
         draw = draw_references(labelled, usable, count, rng)
         answers, truth, objects, familiar = _match(labelled, draw, usable)
@@ -80,10 +81,12 @@ def probe(labelled: LabelledEmbeddings, classes: Sequence[str]) -> Score | None:
     folds = _folds(labelled, rows, usable)
     believed = np.zeros((len(rows), len(usable)))
     for fold in sorted(set(folds.tolist())):
-        train, test = rows[folds != fold], rows[folds == fold]
+        train = rows[folds != fold]
+        test = rows[folds == fold]
         model = logistic.fit(labelled.embeddings[train], labels[folds != fold])
         believed[folds == fold] = model.probabilities(labelled.embeddings[test])
-    objects, truth = labelled.objects[rows], labelled.truth[rows]
+    objects = labelled.objects[rows]
+    truth = labelled.truth[rows]
     if labelled.fused:
         believed, truth, objects = _by_object(believed, truth, objects)
     return score(np.array(usable)[believed.argmax(axis=1)], truth, objects, usable)
@@ -136,7 +139,8 @@ def _match(
     """Answers, truth, objects and familiarity of what is tested, by the product's own match."""
     plain = _gallery(labelled, draw.references, draw.labels, classes)
     embeddings = labelled.embeddings[draw.tested]
-    truth, objects = labelled.truth[draw.tested], labelled.objects[draw.tested]
+    truth = labelled.truth[draw.tested]
+    objects = labelled.objects[draw.tested]
     scores = familiar = plain.scores(embeddings)
     if labelled.fused:
         familiar, *_ = _by_object(scores, truth, objects)

@@ -43,7 +43,8 @@ def default_captures() -> tuple[Path, ...]:
 
 def load_sources(where: Where) -> tuple[list[Source], list[str]]:
     """Read what is there; the second list names what is not. Raises CaptureError."""
-    found, skipped = [], []
+    found = []
+    skipped = []
     for path in where.captures:
         if (path / captures.LINES).is_file():
             found.append(read_capture(path, where.limit))
@@ -96,7 +97,8 @@ def read_teaching(data: Path | None) -> Source | None:
         return None
     cells: dict[tuple[str, str], list[Path]] = defaultdict(list)
     for path, label in _rows(data, sources.LABELLED):
-        truth, place = sources.material_of(label), path.relative_to(data)
+        truth = sources.material_of(label)
+        place = path.relative_to(data)
         if truth != materials.UNKNOWN and not sources.is_tile_held_back(place.as_posix()):
             cells[truth, place.parts[0]].append(path)
     views = [

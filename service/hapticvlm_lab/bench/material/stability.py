@@ -157,7 +157,8 @@ def _ask(
     embeddings: Floats, references: Floats, truth: Words, objects: Words, gallery: Gallery
 ) -> Predictions:
     head = GalleryHead(gallery, speaks=True)
-    beliefs, names = head.beliefs(embeddings), np.array(head.materials)
+    beliefs = head.beliefs(embeddings)
+    names = np.array(head.materials)
     among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
     best = beliefs.max(axis=1)
     spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
@@ -167,7 +168,8 @@ def _ask(
 
 
 def _step(severity: float, predictions: Predictions, clean: Clean, rows: NDArray[np.intp]) -> Step:
-    truth, objects = clean.truth[rows], clean.objects[rows]
+    truth = clean.truth[rows]
+    objects = clean.objects[rows]
     graded = score(predictions.forced[rows], truth, objects, FOUR)
     again = score(predictions.enrolled[rows], truth, objects, FOUR)
     assert graded is not None

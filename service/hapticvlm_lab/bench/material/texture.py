@@ -104,7 +104,9 @@ def _gradients(grey: Floats, inside: Inside) -> Floats:
     within = inside[1:-1, 1:-1]
     if not within.any():
         within = np.ones(within.shape, np.bool_)
-    dx, dy, bend = dx[within], dy[within], bend[within]
+    dx = dx[within]
+    dy = dy[within]
+    bend = bend[within]
     size = np.hypot(dx, dy)
     mean = size.mean() + EPSILON
     level = grey[1:-1, 1:-1][within].mean() + 0.05
@@ -118,7 +120,8 @@ def _gradients(grey: Floats, inside: Inside) -> Floats:
 
 def _patterns(grey: Floats, inside: Inside) -> Floats:
     """Rotation-invariant uniform local binary patterns: (10,) square roots of their shares."""
-    rows, columns = grey.shape[0] - 2, grey.shape[1] - 2
+    rows = grey.shape[0] - 2
+    columns = grey.shape[1] - 2
     centre = grey[1:-1, 1:-1] + LBP_STEP
     bits = np.stack([grey[y : y + rows, x : x + columns] > centre for y, x in _NEIGHBOURS])
     turns = (bits != np.roll(bits, 1, axis=0)).sum(axis=0)

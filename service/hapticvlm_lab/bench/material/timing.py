@@ -74,7 +74,8 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
     read = _reading(method, stated)
     if method.encoder is None:
         return read if method.rungs else None
-    encoder, head = method.encoder, method.head
+    encoder = method.encoder
+    head = method.head
     size: dict[str, Any] = {"width": FRAME_PX, "height": FRAME_PX}
     frame = messages.Frame(id=1, captured_at=0.0, format="jpeg", image=jpeg, origin="top", **size)
     cut = crop(frame, encoder.side)
@@ -122,7 +123,8 @@ def _timed(stage: Callable[[], object], floor: Callable[[], object]) -> Cost:
 
 def _once(stage: Callable[[], object]) -> tuple[float, float]:
     """Run once; return the time of a core and of the clock, ms."""
-    wall, core = time.perf_counter(), time.process_time()
+    wall = time.perf_counter()
+    core = time.process_time()
     stage()
     return (time.process_time() - core) * 1e3, (time.perf_counter() - wall) * 1e3
 

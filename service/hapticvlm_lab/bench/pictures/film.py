@@ -20,19 +20,29 @@ from hapticvlm.demo.show import confidence_text, degrees
 from hapticvlm.recordings.timeline import Timeline, TouchSpan
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
-WIDTH, HEIGHT = 960, 540
+WIDTH = 960
+HEIGHT = 540
 _FRAME = 486  # pixels a side
-_LEFT, _RIGHT = _FRAME + 26, WIDTH - 22
+_LEFT = _FRAME + 26
+_RIGHT = WIDTH - 22
 _BAR_Y = HEIGHT - 34
 _PLATE_BOX = (_LEFT, 250, _RIGHT - 64, 350)
 _WAVE_BOX = (_LEFT, 396, _RIGHT, 466)
-_PLATE_S, _WAVE_S = 8.0, 2.0
-_LOW_C, _HIGH_C, _NEUTRAL_C = 18.0, 40.0, 32.0
+_PLATE_S = 8.0
+_WAVE_S = 2.0
+_LOW_C = 18.0
+_HIGH_C = 40.0
+_NEUTRAL_C = 32.0
 _OUTLINE_PX = 5
 _LEAST_PEAK = 0.25  # of full scale: a weaker session is not drawn as a strong one
 
-GROUND, CARD, INK, SOFT, LINE = "#0f1418", "#182026", "#e9eff3", "#a4b2bd", "#323f48"
-WAVE, SETPOINT = "#45d3bf", "#7cc0f5"
+GROUND = "#0f1418"
+CARD = "#182026"
+INK = "#e9eff3"
+SOFT = "#a4b2bd"
+LINE = "#323f48"
+WAVE = "#45d3bf"
+SETPOINT = "#7cc0f5"
 _WARMTH_C = (14.0, 20.0, 27.0, 32.0, 35.0, 38.0, 42.0)  # the scale of pages/feel.js
 _WARMTH = np.array(
     [
@@ -164,7 +174,8 @@ def _draw_wave(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> Non
     draw.rectangle(_WAVE_BOX, CARD)
     low, high = envelope(timeline.wave, t_s, right - left)
     peak = max(float(np.abs(timeline.wave).max(initial=0.0)), _LEAST_PEAK)
-    middle, reach = (top + bottom) / 2.0, (bottom - top) / 2.0 / peak
+    middle = (top + bottom) / 2.0
+    reach = (bottom - top) / 2.0 / peak
     draw.line((left, middle, right, middle), LINE)
     for column in np.flatnonzero(high - low > 1e-3):
         x = left + int(column)
@@ -187,12 +198,14 @@ def envelope(
 
 
 def _draw_bar(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> None:
-    left, right = 12, WIDTH - 22
+    left = 12
+    right = WIDTH - 22
     scale = (right - left) / timeline.duration_s
     draw.rectangle((left, _BAR_Y, right, _BAR_Y + 18), CARD)
     for touch in timeline.touches:
         decision = timeline.decision_at(touch.to_s, touch.object_id)
-        begin, end = left + touch.from_s * scale, left + touch.to_s * scale
+        begin = left + touch.from_s * scale
+        end = left + touch.to_s * scale
         draw.rectangle((begin, _BAR_Y, end, _BAR_Y + 18), _setpoint_colour(decision))
     x = left + t_s * scale
     draw.line((x, _BAR_Y - 5, x, _BAR_Y + 23), INK, 2)

@@ -30,7 +30,8 @@ from hapticvlm_lab.bench.rigs import Process, first_line, helper
 TURN_S = 0.005  # what arrives is taken at once
 READ_BYTES = 4096
 PING_BYTES = 16  # as an OFF and a little more
-OFF, PING = "OFF on the line", "ping on the line"
+OFF = "OFF on the line"
+PING = "ping on the line"
 
 
 @dataclass(slots=True)
@@ -90,7 +91,9 @@ def main() -> None:
     tty.setraw(spare)
     print(os.ttyname(slave), os.ttyname(spare), flush=True)
     request_priority()
-    board, deframer, state = SimulatedBoard(), Deframer(), ""
+    board = SimulatedBoard()
+    deframer = Deframer()
+    state = ""
     while True:
         ready, _, _ = select.select([master, pinged], [], [], TURN_S)
         data = os.read(master, READ_BYTES) if master in ready else b""

@@ -33,8 +33,12 @@ from hapticvlm_lab.bench.latency.load import SIDE, pictures
 from hapticvlm_lab.bench.reliability.board import PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.rigs import Process, helper, service_status
 
-PATIENCE_S, WATCHED_S = 180.0, 15.0
-POLL_S, SLIDE_S, FRAME_EVERY = 0.01, 0.02, 10  # a frame with every tenth slide
+PATIENCE_S = 180.0
+WATCHED_S = 15.0
+# a frame with every tenth slide
+POLL_S = 0.01
+SLIDE_S = 0.02
+FRAME_EVERY = 10
 FROZEN_S = 3.0  # then a frozen board goes on
 KETTLE = {"object_id": "kettle", "material": "wood", "temperature_c": 5.0}
 SEEN = ("rest", "told", "works again", "board leaves the setpoint", "bridge open")
@@ -83,7 +87,8 @@ def _board(scenario: Scenario) -> int:
     return scenario.board.pid
 
 
-KILL, STOP = signal.SIGKILL, getattr(signal, "SIGSTOP", signal.SIGTERM)
+KILL = signal.SIGKILL
+STOP = getattr(signal, "SIGSTOP", signal.SIGTERM)
 REST, TOLD, AGAIN, LEAVES, OPEN = SEEN
 ROWS = {
     "audio engine killed": Row(_part("speaker"), KILL, (TOLD, AGAIN)),

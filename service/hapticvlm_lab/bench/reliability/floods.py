@@ -28,7 +28,8 @@ from websockets.frames import Frame, Opcode
 from hapticvlm.client.connection import Connection
 
 BURST = 2000  # small frames in one write
-TURN_S, PAUSE_S = 1.0, 9.0
+TURN_S = 1.0
+PAUSE_S = 9.0
 BACK_S = 0.01  # before it connects again
 
 
@@ -105,7 +106,8 @@ TINY = ("garbage", "pings", "pings before hello", "pongs", "set", "wrong materia
 
 async def flood(url: str, name: str, seconds: float, counts: Counter[str]) -> None:
     """Write as fast as it is taken, and read what comes; connect again after each close."""
-    kind, until = KINDS[name], time.monotonic() + seconds
+    kind = KINDS[name]
+    until = time.monotonic() + seconds
     data = kind.data()
     while (left := until - time.monotonic()) > 0.0:
         with contextlib.suppress(OSError, ConnectionClosed, InvalidHandshake, TimeoutError):
@@ -146,7 +148,8 @@ async def _visit(url: str, role: str | None, data: bytes, counts: Counter[str]) 
 
 
 async def _send_hello(socket: ClientConnection, role: str) -> None:
-    client, protocol = {"name": "flood", "version": "1"}, {"major": 1, "minor": 0}
+    client = {"name": "flood", "version": "1"}
+    protocol = {"major": 1, "minor": 0}
     await socket.send(_packed(type="hello", client=client, protocol=protocol, role=role))
     await socket.recv()
 

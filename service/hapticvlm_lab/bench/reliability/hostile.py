@@ -57,7 +57,8 @@ async def _row(kind: str, service: Service, echo_port: int, seconds: float) -> d
             if kind != NOBODY:
                 flood = helper("reliability.floods", service.url, kind, seconds + MARGIN_S)
                 await asyncio.to_thread(first_line, stack.enter_context(flood))
-            started, used = time.monotonic(), _processor_s(service)
+            started = time.monotonic()
+            used = _processor_s(service)
             touch_ms, echo_ms = await alternate(touches, echoes, seconds)
             cores = (_processor_s(service) - used) / (time.monotonic() - started)
     return {
@@ -82,6 +83,7 @@ def _table(rows: list[dict[str, Any]]) -> Table:
     for row in rows:
         cells = (row[name] for name in ("touch_ms", "echo_ms"))
         times = [f"{each['median']} / {each['p99']} / {each['max']}" for each in cells]
-        cores, load = str(row["gateway_cores"]), str(row["load"])
+        cores = str(row["gateway_cores"])
+        load = str(row["load"])
         table.add_row(row["hostile"], str(row["touch_ms"]["n"]), *times, cores, load)
     return table

@@ -31,12 +31,16 @@ from hapticvlm.client.local_service import Service, running
 from hapticvlm_lab.bench.latency.round_trip import echo, round_trip, sockets, touch
 from hapticvlm_lab.bench.rigs import helper, report_of, service_status, spread
 
-RATE_HZ, FRAME_RATE_HZ, FRAME_BYTES = 20.0, 10.0, 40_000
+RATE_HZ = 20.0
+FRAME_RATE_HZ = 10.0
+FRAME_BYTES = 40_000
 SAMPLE_S = 10.0
 KILL_S = 600.0  # a child each time, in turn
 CHILDREN = ("speaker", "recogniser")  # of the service, as its status names them
 LEAST = 30  # samples of a process after its warm-up, for a slope
-WARM_UP_S, WINDOW_S = 600.0, 300.0  # of an hour; shorter soaks have their share of them
+# of an hour; shorter soaks have their share of them
+WARM_UP_S = 600.0
+WINDOW_S = 300.0
 END_S = 1.0  # after the last lease
 
 
@@ -63,7 +67,8 @@ class Soak:
         import psutil
 
         self.loads.append((self.now, os.getloadavg()[0]))
-        gateway, found = psutil.Process(service.process.pid), service_status(service)
+        gateway = psutil.Process(service.process.pid)
+        found = service_status(service)
         pids = {"gateway": gateway.pid}
         pids |= {f"{part} {pid}": pid for part in CHILDREN if (pid := found[part]["pid"])}
         for name, pid in pids.items():
@@ -80,7 +85,8 @@ def run(*, minutes: float, as_json: bool) -> int:
     console = Console(quiet=as_json)
     seconds = minutes * 60.0
     with echo(realtime=False) as port, running() as service:
-        left_s, frames = max(1.0, seconds - 2.0), (FRAME_RATE_HZ, FRAME_BYTES)
+        left_s = max(1.0, seconds - 2.0)
+        frames = (FRAME_RATE_HZ, FRAME_BYTES)
         with (
             console.status(f"{minutes:g} minutes"),
             helper("latency.load", service.url, frames[0], left_s, frames[1]) as load,
@@ -113,8 +119,10 @@ def run(*, minutes: float, as_json: bool) -> int:
 
 def summary(soak: Soak, seconds: float) -> dict[str, Any]:
     """Return round trips at both ends, and how memory grew after the first minutes."""
-    warm_up_s, window_s = min(WARM_UP_S, seconds / 6), min(WINDOW_S, seconds / 12)
-    first, last = (0.0, window_s), (seconds - window_s, float("inf"))
+    warm_up_s = min(WARM_UP_S, seconds / 6)
+    window_s = min(WINDOW_S, seconds / 12)
+    first = (0.0, window_s)
+    last = (seconds - window_s, float("inf"))
     windows = {
         name: {
             "touch": _spread(soak.touches, *span),
@@ -203,7 +211,8 @@ async def _read_events(observer: Client) -> None:
 
 async def _never_read(url: str) -> None:
     """Ask to see everything and take nothing of it; come back when given up."""
-    client, protocol = {"name": "never reads", "version": "1"}, {"major": 1, "minor": 0}
+    client = {"name": "never reads", "version": "1"}
+    protocol = {"major": 1, "minor": 0}
     hello = {"type": "hello", "id": 1, "client": client, "protocol": protocol, "role": "observer"}
     watch = {"type": "set", "id": 2, "watch": ["frames", "waveform", "log"]}
     while True:

@@ -29,7 +29,8 @@ from hapticvlm_lab.bench.rigs import first_line, helper, service_status
 
 LOAD_S = 3600.0  # more than a condition lasts
 LOAD = ("120", "40000", "2")  # frames/s, bytes a frame, scenes: all that are admitted
-RECORDINGS, RECORDING_S = 30, 10.0
+RECORDINGS = 30
+RECORDING_S = 10.0
 RECORDED = ("carve", "slide", "swing")  # a recorded impact may not last as long
 PATIENCE_MS = 120_000.0  # of a browser on a busy machine
 FILL_S = 4.0  # some hundred lines a second: more than a pipe of 64 KiB holds

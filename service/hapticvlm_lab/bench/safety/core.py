@@ -18,10 +18,13 @@ from hapticvlm.errors import HapticVLMError
 
 FOLDER = Path(__file__).parents[4] / "firmware"
 STEP_S = 0.02
-FULL_SCALE_A, FULL_SCALE_COUNTS = 3.0, 512  # firmware/PROTOCOL.md
+# firmware/PROTOCOL.md
+FULL_SCALE_A = 3.0
+FULL_SCALE_COUNTS = 512
 _FLAGS = ("-std=gnu++14", "-O2", "-shared", "-fPIC", "-fno-gnu-unique")
 _SUM_FULL_SCALE = 16384.0  # 16 conversions of 10 bits
-_BETA_K, _R25_K = 3950.0, 298.15
+_BETA_K = 3950.0
+_R25_K = 298.15
 
 
 class CoreError(HapticVLMError):
@@ -66,7 +69,8 @@ def build(setting: Setting, place: Path) -> Core:
     compiler = shutil.which("g++")
     if compiler is None:
         raise CoreError("the firmware's core is compiled for this chart: install g++")
-    glue, sources = FOLDER / "hosttests" / "library.cpp", sorted((FOLDER / "core").glob("*.cpp"))
+    glue = FOLDER / "hosttests" / "library.cpp"
+    sources = sorted((FOLDER / "core").glob("*.cpp"))
     if not glue.is_file() or not sources:
         raise CoreError("needs the repository's firmware/ folder: run it from a checkout")
     library = place / f"core_{setting.window_ms}_{setting.heat_limit_ma}.so"

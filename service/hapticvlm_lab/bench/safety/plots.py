@@ -14,9 +14,11 @@ from hapticvlm_lab.bench.safety.trials import Off, Row
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SIZE_IN, DPI = (13.5, 5.6), 110
+SIZE_IN = (13.5, 5.6)
+DPI = 110
 COLOURS = (GREEN, BLUE, VERMILION, ORANGE)
-FAST_S, SLOW_S = 0.15, 1.5
+FAST_S = 0.15
+SLOW_S = 1.5
 
 
 def draw(rows: Sequence[Row], offs: Sequence[Off], source: str, stem: Path) -> list[Path]:

@@ -18,7 +18,8 @@ from hapticvlm_lab.bench.safety.core import STEP_S, Core, sum_at
 from hapticvlm_lab.bench.safety.variations import Variation
 
 Sums = tuple[int, int, int]
-RENEW_STEPS, TTL_MS = 5, 250
+RENEW_STEPS = 5
+TTL_MS = 250
 NOISE = 4.0  # standard deviation of a sum: one count a conversion, an assumption
 
 
@@ -52,7 +53,8 @@ class Rig:
         self._plant = variation.plant()
         self._rng = np.random.default_rng(seed)
         self._outcomes: dict[int, Outcome] = {}
-        self._hottest_c, self._coldest_c = -math.inf, math.inf
+        self._hottest_c = -math.inf
+        self._coldest_c = math.inf
         for core in cores:
             core.start()
 
@@ -101,7 +103,8 @@ class Rig:
 
     def _sums(self, noise: np.ndarray) -> Sums:
         first, second, sink = self._variation.offsets_c
-        plate_c, sink_c = self._plant.plate_c, self._plant.sink_c
+        plate_c = self._plant.plate_c
+        sink_c = self._plant.sink_c
         return (
             round(sum_at(plate_c + first) + noise[0]),
             round(sum_at(plate_c + second) + noise[1]),

@@ -10,8 +10,12 @@ from hapticvlm_lab.bench.safety.core import Core
 from hapticvlm_lab.bench.safety.rig import Outcome, Phase, Rig, Sums
 from hapticvlm_lab.bench.safety.variations import Variation
 
-OPEN, SHORT = 16_300, 100  # sums
-PLATE_A, PLATE_B, SINK = 0, 1, 2
+# sums
+OPEN = 16_300
+SHORT = 100
+PLATE_A = 0
+PLATE_B = 1
+SINK = 2
 DRIFT_PER_STEP = 2.0  # sum: about 0.6 degC a second
 JUMP = 1000  # sum: about 6 degC
 

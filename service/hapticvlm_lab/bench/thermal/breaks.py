@@ -60,7 +60,8 @@ def explicit_euler() -> list[Trial]:
             limit_s = grids.explicit_limit_s(bulk, grids.UNIFORM_M)
             contact = thermal_contact(bulk, 22.0, contact_resistance=5e-4)
             errors = euler_errors(contact, step_s)
-            late_c, lost = float(errors[errors.size // 2 :].max()), first_lost(errors)
+            late_c = float(errors[errors.size // 2 :].max())
+            lost = first_lost(errors)
             broken = not late_c < 1.0
             found = f"limit {limit_s * 1e3:.2g} ms; worst error from 1 to 2 s {late_c:.2g} degC"
             found += f", past {LOST_C:.0e} at step {lost}" if lost else ""
@@ -137,9 +138,11 @@ def stiffness() -> list[Trial]:
     """Skin under a face in fine cells has fast and slow parts; the plant takes any step."""
     fine = grids.system(grids.uniform(2e-5), thermal_contact(ALUMINIUM, 22.0), scaled=False)
     rates = np.sort(-np.linalg.eigvals(fine.matrix).real)
-    slow_s, fast_s = 1.0 / float(rates[1]), 1.0 / float(rates[-1])
+    slow_s = 1.0 / float(rates[1])
+    fast_s = 1.0 / float(rates[-1])
     stiff = f"slowest {slow_s:.2g} s, fastest {fast_s:.1e} s, explicit limit {2e6 * fast_s:.2g} us"
-    plant, beside = Plant(), Plant()
+    plant = Plant()
+    beside = Plant()
     plant.step(-2.0, 10.0)
     for _ in range(1000):
         beside.step(-2.0, 0.01)

@@ -18,8 +18,11 @@ from hapticvlm_lab.bench.thermal.methods import Closed, uniform_cells
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SIZE_IN, DPI = (12.0, 6.4), 80
-OURS, BAD, OTHER = GREEN, VERMILION, BLUE
+SIZE_IN = (12.0, 6.4)
+DPI = 80
+OURS = GREEN
+BAD = VERMILION
+OTHER = BLUE
 
 
 def draw(stem: Path) -> list[Path]:

@@ -104,7 +104,8 @@ def contact_error(method: Method, contact: ThermalContact, rate_hz: int) -> floa
 
 def slide_error(method: Method, stages: Sequence[Stage], known: Floats, rate_hz: int) -> float:
     """Worst error over the frames of a slide where finite differences can be trusted, degC."""
-    skin, waiting = method.begin(1.0 / rate_hz), list(stages)
+    skin = method.begin(1.0 / rate_hz)
+    waiting = list(stages)
     times = np.arange(1, round(known[-1, 0] * rate_hz) + 1) / rate_hz
     found = []
     for time_s in times:
@@ -147,7 +148,8 @@ def _row(method: Method, slides: Sequence[tuple[Sequence[Stage], Floats]]) -> Ro
             for rate_hz in RATES_HZ
         }
         cost = timing.cost(method)
-    felt_at, slide_at = max(errors_c, key=errors_c.__getitem__), max(slid, key=slid.__getitem__)
+    felt_at = max(errors_c, key=errors_c.__getitem__)
+    slide_at = max(slid, key=slid.__getitem__)
     return Row(
         method=method.name,
         family=method.family,

@@ -47,7 +47,8 @@ def uniform(size_m: float = UNIFORM_M) -> Floats:
 
 def system(cells_m: Floats, contact: ThermalContact, *, scaled: bool) -> System:
     """Cells of skin meet cells of the object; `scaled` gives these the same time to cross."""
-    count, bulk = cells_m.size, contact.thermal
+    count = cells_m.size
+    bulk = contact.thermal
     stretch = np.sqrt(_diffusivity(bulk) / _diffusivity(SKIN)) if scaled else 1.0
     size = np.concatenate((cells_m[::-1], cells_m * stretch))
     conductivity = np.repeat([SKIN.conductivity, bulk.conductivity], count)

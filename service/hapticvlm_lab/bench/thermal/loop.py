@@ -12,8 +12,13 @@ from hapticvlm.devices.simulated.simulated import COOL_LIMIT_A, HEAT_LIMIT_A
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm_lab.bench.thermal.grids import Floats
 
-IMPOSSIBLE_C, WISH_S, AFTER_S = 0.0, 30.0, 40.0  # more cold than 2 A on 2 K/W can give
-PROPORTIONAL, INTEGRAL = 2.0, 1.0  # A/K and A/(K s): one schedule for both signs
+# more cold than 2 A on 2 K/W can give
+IMPOSSIBLE_C = 0.0
+WISH_S = 30.0
+AFTER_S = 40.0
+# A/K and A/(K s): one schedule for both signs
+PROPORTIONAL = 2.0
+INTEGRAL = 1.0
 TICK_S = 0.02
 SETTLED_C = 0.5
 
@@ -31,7 +36,9 @@ class ReturnFromWindup:
 @cache
 def wind_up(*, guarded: bool) -> ReturnFromWindup:
     """Wish the impossible for WISH_S, then neutral; `guarded`: the integral waits at the limit."""
-    plant, integral_a, plate = Plant(), 0.0, []
+    plant = Plant()
+    integral_a = 0.0
+    plate = []
     count = round((WISH_S + AFTER_S) / TICK_S)
     times = np.arange(1, count + 1, dtype=np.float64) * TICK_S
     for time_s in times:

@@ -27,7 +27,9 @@ from hapticvlm_lab.bench.thermal.grids import Floats, Rule
 from hapticvlm_lab.bench.thermal.traces import Traced
 
 Family = Literal["step", "fitted", "cells", "closed", "stepped"]
-FIT_FROM_S, FIT_TO_S, FIT_POINTS = 1.0 / 120.0, 10.0, 60
+FIT_FROM_S = 1.0 / 120.0
+FIT_TO_S = 10.0
+FIT_POINTS = 60
 
 
 class Skin(Protocol):
@@ -54,7 +56,9 @@ class Closed:
     """The product: closed form, with what earlier contacts left."""
 
     def __init__(self, frame_s: float) -> None:
-        self._frame_s, self._now, self._count = frame_s, 0.0, 0
+        self._frame_s = frame_s
+        self._now = 0.0
+        self._count = 0
         self._course = ThermalTrajectory(lead_s=0.0)
 
     def touch(self, contact: ThermalContact) -> None:
@@ -72,12 +76,15 @@ class Forgetful:
     """The closed form restarted at each contact, as if skin were all as warm as its surface."""
 
     def __init__(self, frame_s: float) -> None:
-        self._frame_s, self._elapsed_s, self._skin_c = frame_s, 0.0, NEUTRAL_C
+        self._frame_s = frame_s
+        self._elapsed_s = 0.0
+        self._skin_c = NEUTRAL_C
         self._contact: ThermalContact | None = None
 
     def touch(self, contact: ThermalContact) -> None:
         """Restart from the present surface temperature."""
-        self._contact, self._elapsed_s = replace(contact, skin_c=self._skin_c), 0.0
+        self._contact = replace(contact, skin_c=self._skin_c)
+        self._elapsed_s = 0.0
 
     def step(self) -> float:
         """Evaluate the closed form."""
@@ -107,7 +114,9 @@ class Exponentials:
     """A sum of up to three exponentials fitted to the closed form; forgetful."""
 
     def __init__(self, frame_s: float, terms: int) -> None:
-        self._frame_s, self._terms, self._skin_c = frame_s, terms, NEUTRAL_C
+        self._frame_s = frame_s
+        self._terms = terms
+        self._skin_c = NEUTRAL_C
         self._end_c = NEUTRAL_C
         self._a = self._b = self._c = self._p = self._q = self._r = 0.0
 
@@ -134,7 +143,10 @@ class Cells:
     """Cells on both sides and one matrix a step; the skin's cells are its memory."""
 
     def __init__(self, frame_s: float, cells_m: Floats, rule: Rule, *, scaled: bool) -> None:
-        self._frame_s, self._cells_m, self._rule, self._scaled = frame_s, cells_m, rule, scaled
+        self._frame_s = frame_s
+        self._cells_m = cells_m
+        self._rule = rule
+        self._scaled = scaled
         self._state = np.full(2 * cells_m.size, NEUTRAL_C)
         self._onwards = self._surface = np.zeros(0)
 
@@ -142,7 +154,8 @@ class Cells:
         """Bring fresh cells of the object to the cells of skin."""
         count = self._cells_m.size
         made = grids.system(self._cells_m, contact, scaled=self._scaled)
-        self._onwards, self._surface = self._rule(made.matrix, self._frame_s), made.surface
+        self._onwards = self._rule(made.matrix, self._frame_s)
+        self._surface = made.surface
         self._state = np.concatenate((self._state[:count], np.full(count, contact.surface_c)))
 
     def step(self) -> float:

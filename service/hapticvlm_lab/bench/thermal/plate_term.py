@@ -28,14 +28,18 @@ from hapticvlm_lab.bench.rigs import core_us
 from hapticvlm_lab.bench.thermal.grids import Floats
 
 NAME = "chart-thermal-plate"
-FRAME_S, AFTER_S, SLIDE_S, ENDS_S = 0.02, 1.0, 2.0, 6.0
+FRAME_S = 0.02
+AFTER_S = 1.0
+SLIDE_S = 2.0
+ENDS_S = 6.0
 PALMS = (2e-4, 5e-4, 1e-3)  # m2 K/W
 ROOMS_C = (15.0, 22.0, 30.0)
 TOUCHED = ("wood", "glass", "fabric", "metal")
 ASSUMED = 5e-4  # of a term that does not know the palm
 LOWEST_C = 1e-3  # what errs by less is drawn there
 MARK_C = 0.3  # RMS of the skin from 1 s on
-ROUNDS, STEPS = 15, 200
+ROUNDS = 15
+STEPS = 200
 PANELS = (("contact_c", "one contact"), ("slide_c", "the second object of a slide"))
 
 # trajectory, palm resistance, now -> plate
@@ -61,7 +65,8 @@ def without(trajectory: ThermalTrajectory, resistance: float, now: float) -> flo
 
 def closed(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
     """Use the flow of a first contact with a thick body, dT / R'' erfcx(x): knows no past."""
-    contact, begun_at = trajectory.contact, trajectory.begun_at
+    contact = trajectory.contact
+    begun_at = trajectory.begun_at
     assert contact is not None
     assert begun_at is not None
     drop_c = contact.surface_c - contact.skin_c
@@ -110,7 +115,8 @@ def skin_on_plate(plate_c: Floats, resistance: float) -> Floats:
 def error_c(term: Term, palm: float, assumed: float, touched: Sequence[ThermalContact]) -> float:
     """RMS of the skin AFTER_S from the last contact on; the hand slides after SLIDE_S, degC."""
     trajectory = ThermalTrajectory(lead_s=0.0, plate_resistance=assumed)
-    plate, wanted = [], []
+    plate = []
+    wanted = []
     for frame in range(round(ENDS_S / FRAME_S)):
         turn = min(int(frame * FRAME_S / SLIDE_S), len(touched) - 1)
         trajectory = trajectory.touch(touched[turn], turn, frame * FRAME_S)

@@ -14,9 +14,12 @@ from hapticvlm_lab.bench.thermal.methods import Row
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SIZE_IN, DPI = (12.0, 5.6), 80
+SIZE_IN = (12.0, 5.6)
+DPI = 80
 PANELS = (("felt_c", "one contact of 10 s"), ("slide_c", "slides from object to object"))
-LOWEST_C, HIGHEST_C = 1e-3, 100.0  # what lies outside is drawn at the edge
+# what lies outside is drawn at the edge
+LOWEST_C = 1e-3
+HIGHEST_C = 100.0
 FLOORS_C = ((0.1, "cool floor 0.1"), (0.2, "warm floor 0.2"))
 STYLE = {  # colour and marker of each family
     "step": (GREY, "s"),

@@ -22,12 +22,17 @@ from hapticvlm.materials import Thermal
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import SKIN, ThermalContact
 
-CELLS, GROWTH = 120, 1.06
+CELLS = 120
+GROWTH = 1.06
 FIRST_M = 3e-6  # of skin; an object's first cell takes as long to cross
-FIRST_S, STEP_GROWTH, STEP_SHARE = 1e-5, 1.04, 0.01
+FIRST_S = 1e-5
+STEP_GROWTH = 1.04
+STEP_SHARE = 0.01
 SETTLED_S = 0.01  # after a change the reference is sharp from here on
 
-NODES, REACH = 200, 20.0  # of the quadrature, in units of the integrand's width
+# of the quadrature, in units of the integrand's width
+NODES = 200
+REACH = 20.0
 
 Floats = NDArray[np.float64]
 
@@ -51,7 +56,8 @@ class _Bodies:
 
 def contact_surface(contact: ThermalContact, times_s: Floats) -> Floats:
     """Skin surface temperature of resting skin on one thick object at these times, (N,)."""
-    skin, bulk = SKIN.effusivity, contact.thermal.effusivity
+    skin = SKIN.effusivity
+    bulk = contact.thermal.effusivity
     settled = bulk / (skin + bulk)
     left = np.zeros(times_s.size)
     if contact.contact_resistance > 0.0:
@@ -83,7 +89,8 @@ def _march(
     bodies: _Bodies, state: Floats, span: tuple[float, float], rows: list[tuple[float, float]]
 ) -> Floats:
     begin_s, end_s = span
-    elapsed_s, step_s = 0.0, FIRST_S
+    elapsed_s = 0.0
+    step_s = FIRST_S
     while end_s - begin_s - elapsed_s > 1e-12:
         step_s = min(step_s, end_s - begin_s - elapsed_s)
         state = _step(bodies, state, step_s)

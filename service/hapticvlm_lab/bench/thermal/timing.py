@@ -13,7 +13,8 @@ from hapticvlm_lab.bench.thermal.methods import Method
 
 TICK_S = 0.02  # how often the service asks
 STEPS_A_TOUCH = 50  # a touch of one second
-ROUNDS, STEPS = 25, 200
+ROUNDS = 25
+STEPS = 200
 SETUPS = 7
 
 
@@ -38,11 +39,13 @@ def cost(method: Method) -> Cost:
         skin.step()
         again = first if turn % 2 == 0 else second
         setups.append(core_us(lambda contact=again: skin.touch(contact), 1))  # type: ignore[misc]
-    floors, steps = [], []
+    floors = []
+    steps = []
     for _ in range(ROUNDS):
         floors.append(core_us(lambda: skin_surface_c(second, 1.0), STEPS))
         steps.append(core_us(skin.step, STEPS))
-    step_us, setup_us = float(np.median(steps)), float(np.median(setups))
+    step_us = float(np.median(steps))
+    setup_us = float(np.median(setups))
     touch_us = step_us + setup_us / STEPS_A_TOUCH
     floor_us = float(np.median(floors))
     return Cost(

@@ -44,7 +44,9 @@ class Traced:
     """The closed form on skin that keeps a trace of every contact it had."""
 
     def __init__(self, frame_s: float) -> None:
-        self._frame_s, self._now, self._begun_at = frame_s, 0.0, 0.0
+        self._frame_s = frame_s
+        self._now = 0.0
+        self._begun_at = 0.0
         self._contact: ThermalContact | None = None
         self._traces: tuple[Trace, ...] = ()
 
@@ -53,7 +55,8 @@ class Traced:
         if self._contact is not None:
             traces = (*self._traces, self._trace(self._contact))
             self._traces = _bounded(traces, self._now)
-        self._contact, self._begun_at = contact, self._now
+        self._contact = contact
+        self._begun_at = self._now
 
     def step(self) -> float:
         """Evaluate every trace and the closed form."""

@@ -46,7 +46,8 @@ def to_and_fro(material: str, _: str, seed: int) -> Wave:
     peak = MOTIONS["slide"]
     voices = Voices(table={material: MATERIALS[material]}, is_warm=False)
     command = Command(1, material, "slide", False, peak, seed, np.inf)
-    blocks, count = [], 256
+    blocks = []
+    count = 256
     for start in range(0, round(SECONDS * RATE_HZ), count):
         now = start / RATE_HZ
         voices.obey(replace(command, motion=motion_at("slide", peak, now)))

@@ -24,10 +24,15 @@ from hapticvlm_studio.observer.percepts import Percepts
 from hapticvlm_studio.observer.predict import paper_noise
 
 EIGHT = ("wood", "glass", "fabric", "metal", "plastic", "stone", "ceramic", "rubber")
-FRAME_HZ, PLANS_HZ, ACTUATOR_HZ = 72.0, 30.0, 170.0
-SECONDS, RENEWAL_S = 0.8, 1.0 / 90.0
+FRAME_HZ = 72.0
+PLANS_HZ = 30.0
+ACTUATOR_HZ = 170.0
+SECONDS = 0.8
+RENEWAL_S = 1.0 / 90.0
 MOTIONS = {"strike": Motion(1.0, 3.0), "slide": Motion(0.2, 2.0)}
-SEED, SEEDS = 5, tuple(range(1, 7))  # of the answers, of the strokes
+# of the answers, of the strokes
+SEED = 5
+SEEDS = tuple(range(1, 7))
 
 Wave = NDArray[np.float64]
 Matrix = NDArray[np.int64]
@@ -36,7 +41,8 @@ Path = Callable[[str, str, int], Wave]
 
 def commands(material: str, interaction: str, seed: int) -> list[tuple[float, Command]]:
     """Return what the session would ask for, with its times, s."""
-    motion, count = MOTIONS[interaction], round(SECONDS / RENEWAL_S)
+    motion = MOTIONS[interaction]
+    count = round(SECONDS / RENEWAL_S)
     is_strike = interaction == "strike"
     return [
         (at, Command(1, material, interaction, is_strike and at == 0.0, motion, seed, at + 0.25))
@@ -48,7 +54,8 @@ def by_speaker(material: str, interaction: str, seed: int) -> Wave:
     """Render what the palm speaker plays, (N,)."""
     voices = Voices(table={material: MATERIALS[material]}, is_warm=False)
     waiting = commands(material, interaction, seed)
-    blocks, count = [], 128
+    blocks = []
+    count = 128
     for start in range(0, round(SECONDS * RATE_HZ), count):
         now = start / RATE_HZ
         while waiting and waiting[0][0] <= now:
@@ -62,14 +69,17 @@ def by_event(material: str, interaction: str, seed: int) -> Wave:
     planner = _planner(material)
     planner.rest()
     waiting = commands(material, interaction, seed)
-    plan, planned_at, level = VibrationPlan(0.0125), 0.0, []
+    plan = VibrationPlan(0.0125)
+    planned_at = 0.0
+    level = []
     for frame in range(round(SECONDS * FRAME_HZ)):
         now = frame / FRAME_HZ
         begins = bool(waiting) and waiting[0][1].onset
         while waiting and waiting[0][0] <= now:
             planner.obey(waiting[0][1], waiting.pop(0)[0])
         if begins or frame == 0 or now - planned_at >= 1.0 / PLANS_HZ:
-            plan, planned_at = planner.plan("amplitude", now), now
+            plan = planner.plan("amplitude", now)
+            planned_at = now
         place = int((now + 0.5 / FRAME_HZ - planned_at) / plan.period_s)
         level.append(plan.amplitude[place] if place < len(plan.amplitude) else 0.0)
     return _actuator(np.array(level))

@@ -120,7 +120,8 @@ def _row(knob: str, value: str, errors: dict[str, float], cost_us: float) -> Row
 
 def _whole_row(vibration: Vibration) -> Vibration:
     """Go on where the table ends, up to as many modes as RATIOS has within the band."""
-    first, known = vibration.modes[0], len(vibration.modes)
+    first = vibration.modes[0]
+    known = len(vibration.modes)
     beyond = tuple(
         Mode(first.frequency_hz * ratio, first.decay_per_s * ratio, first.gain / ratio)
         for ratio in RATIOS[known:]
@@ -169,7 +170,10 @@ def _two_hands() -> Voices:
 def _moving(size: int) -> Wave:
     """Two hands whose contacts come between blocks of `size`; 1 stands for 8 samples."""
     voices = _two_hands()
-    step, every, updates, waves = max(size, 8), RATE_HZ / UPDATES_HZ, 0, []
+    step = max(size, 8)
+    every = RATE_HZ / UPDATES_HZ
+    updates = 0
+    waves = []
     for begin in range(0, 4 * RATE_HZ, step):
         while updates * every < begin:
             speed_mps = 0.2 + 0.1 * np.sin(2.0 * np.pi * updates / UPDATES_HZ)

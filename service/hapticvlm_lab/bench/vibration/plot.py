@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from hapticvlm_lab.bench.vibration.methods import Row
 
-SIZE_IN, DPI = (13.0, 4.8), 80
+SIZE_IN = (13.0, 4.8)
+DPI = 80
 LOWEST_DB = 0.02  # what differs less is drawn there
 PANELS = (  # knob, title, x axis, colour and marker
     ("modes", "modes of an impact", "us a strike", BLUE, "o"),

@@ -15,8 +15,12 @@ SIZE = 16_384  # samples of a spectrum, 2.9 Hz a line
 # implemented from its published formulae. Its reference software is under a BSD licence that gives
 # no patent rights; it is used here to measure, not to encode.
 JND_DB = 1.6  # least difference of amplitude told apart at the thenar (Forta and others 2012)
-_MODEL_BEST_HZ, _MODEL_HZ, _MODEL_BEST_DB = 250.0, 550.0, -45.0
-_PROMINENT_DB, _REACH_DB = 12.0, 45.0  # of a peak that masks: above its feet, below the highest
+_MODEL_BEST_HZ = 250.0
+_MODEL_HZ = 550.0
+_MODEL_BEST_DB = -45.0
+# of a peak that masks: above its feet, below the highest
+_PROMINENT_DB = 12.0
+_REACH_DB = 45.0
 BANDS_HZ = 20.0 * 2.0 ** (np.arange(18) / 3.0)  # third octaves, 20 to 1016 Hz
 
 

@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-FAR, NEAR = 0.6, 1.15  # share of the picture's side: root of the object's width times its height
+# share of the picture's side: root of the object's width times its height
+FAR = 0.6
+NEAR = 1.15
 VIEWS = 4
 ORBIT_STEP = np.radians(0.5)
-_CLOSEST, _FARTHEST = 0.15, 30.0  # scene units
+# scene units
+_CLOSEST = 0.15
+_FARTHEST = 30.0
 _HALVINGS = 30
 
 
@@ -31,9 +35,12 @@ class Camera:
 
 def approach(points: Array, rng: np.random.Generator, views: int = VIEWS) -> list[Camera]:
     """Move in on points (N, 3) from FAR to NEAR, turning a little and coming down or up."""
-    azimuth, elevation = _facing(points, rng), rng.uniform(0.12, 0.85)
-    turn, rise = rng.normal(0, 0.12), rng.normal(0, 0.06)
-    fov, aim = rng.uniform(40, 60), _aim(points, rng)
+    azimuth = _facing(points, rng)
+    elevation = rng.uniform(0.12, 0.85)
+    turn = rng.normal(0, 0.12)
+    rise = rng.normal(0, 0.06)
+    fov = rng.uniform(40, 60)
+    aim = _aim(points, rng)
     cameras = []
     for step in np.linspace(0, 1, views):
         at = direction(azimuth + turn * step, max(0.05, elevation + rise * step))
@@ -44,8 +51,10 @@ def approach(points: Array, rng: np.random.Generator, views: int = VIEWS) -> lis
 
 def orbit(points: Array, rng: np.random.Generator, frames: int) -> list[Camera]:
     """Circle points (N, 3) by ORBIT_STEP a frame, at the distance of the middle frame."""
-    azimuth, elevation = _facing(points, rng), rng.uniform(0.25, 0.6)
-    fov, aim = rng.uniform(42, 52), _aim(points, rng)
+    azimuth = _facing(points, rng)
+    elevation = rng.uniform(0.25, 0.6)
+    fov = rng.uniform(42, 52)
+    aim = _aim(points, rng)
     middle = direction(azimuth + ORBIT_STEP * frames / 2, elevation)
     far = distance(points, aim, middle, fov, 0.7)
     angles = azimuth + ORBIT_STEP * np.arange(frames)
@@ -60,7 +69,8 @@ def direction(azimuth: float, elevation: float) -> Array:
 
 def distance(points: Array, aim: Array, at: Array, fov: float, share: float) -> float:
     """Find how far along `at` the points fill `share` of a picture, by halving."""
-    low, high = _CLOSEST, _FARTHEST
+    low = _CLOSEST
+    high = _FARTHEST
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         if filled(points, Camera(aim + at * middle, aim, fov)) > share:
@@ -82,7 +92,8 @@ def filled(points: Array, camera: Camera) -> float:
     if depth.min() < _CLOSEST:
         return float("inf")
     half = depth * np.tan(np.radians(camera.fov) / 2)
-    width, height = np.ptp(seen @ right / half) / 2, np.ptp(seen @ up / half) / 2
+    width = np.ptp(seen @ right / half) / 2
+    height = np.ptp(seen @ up / half) / 2
     return float(np.sqrt(width * height))
 
 
@@ -94,6 +105,7 @@ def _facing(points: Array, rng: np.random.Generator) -> float:
 
 
 def _aim(points: Array, rng: np.random.Generator) -> Array:
-    low, high = points.min(axis=0), points.max(axis=0)
+    low = points.min(axis=0)
+    high = points.max(axis=0)
     aim: Array = (low + high) / 2 + rng.uniform(-0.12, 0.12, 3) * (high - low)
     return aim

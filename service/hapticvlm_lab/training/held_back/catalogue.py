@@ -109,12 +109,15 @@ def is_sky(row: Row, *, teaches: bool = False) -> bool:
 
 def _texture(data: Path, row: Row) -> Texture:
     albedo = data / row["path"]
-    material, metallic = sources.material_of(row["class"]), None
-    maps, name = {"albedo": albedo}, albedo.stem
+    material = sources.material_of(row["class"])
+    metallic = None
+    maps = {"albedo": albedo}
+    name = albedo.stem
     if row["path"].startswith("pbr/"):
         about = json.loads((albedo.parent / "material.json").read_text(encoding="utf-8"))
         maps = {kind: albedo.parent / file for kind, file in about["maps"].items()}
-        metallic, name = about.get("metallic"), albedo.parent.name
+        metallic = about.get("metallic")
+        name = albedo.parent.name
     return Texture(name, material, row["subclass"], maps, row["licence"], metallic)
 
 

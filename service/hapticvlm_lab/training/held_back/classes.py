@@ -145,7 +145,8 @@ def _patterned_cloth(rng: Rng, catalogue: Catalogue) -> Surface:
     share = bands.astype(np.float64)
     if rng.random() < 0.5:
         share = (share + share.T) / 2
-    first, second = np.array(any_colour(rng)), np.array(any_colour(rng))
+    first = np.array(any_colour(rng))
+    second = np.array(any_colour(rng))
     colour = first + (second - first) * share[..., None]
     return _woven(rng, "striped or checked cloth, woven by us", colour)
 

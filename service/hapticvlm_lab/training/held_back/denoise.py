@@ -23,10 +23,12 @@ def denoise(first: Linear, second: Linear) -> Linear:
     mean = _root((first + second) / 2)
     spread = (_root(first) - _root(second)) ** 2 / 4
     variance = _box(spread, 2 * _PATCH + 1)
-    total, weights = np.zeros_like(mean), np.zeros(mean.shape[:3], np.float32)
+    total = np.zeros_like(mean)
+    weights = np.zeros(mean.shape[:3], np.float32)
     for dy in range(-RADIUS, RADIUS + 1):
         for dx in range(-RADIUS, RADIUS + 1):
-            shifted, noise = _shift(mean, dy, dx), _shift(variance, dy, dx)
+            shifted = _shift(mean, dy, dx)
+            noise = _shift(variance, dy, dx)
             apart = (mean - shifted) ** 2 - (variance + np.minimum(variance, noise))
             apart = apart / (_EPSILON + STRENGTH**2 * (variance + noise))
             weight = np.exp(-np.maximum(_box(apart, _PATCH).mean(axis=-1), 0)).astype(np.float32)

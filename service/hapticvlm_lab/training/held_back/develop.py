@@ -74,7 +74,8 @@ def _chunk(kind: bytes, content: bytes) -> bytes:
 
 def _shrunk(linear: Linear, factor: int) -> Linear:
     """Mean squares of `factor` pixels: (N, k s, k s, 3) to (N, s, s, 3)."""
-    count, side = linear.shape[0], linear.shape[1] // factor
+    count = linear.shape[0]
+    side = linear.shape[1] // factor
     small: Linear = linear.reshape(count, side, factor, side, factor, 3).mean(axis=(2, 4))
     return small
 

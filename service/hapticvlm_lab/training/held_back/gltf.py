@@ -80,7 +80,8 @@ def _mesh(file: _File, primitive: Mapping[str, Any]) -> Mesh:
 def _accessor(file: _File, index: int) -> NDArray[Any]:
     accessor = file.tree["accessors"][index]
     view = file.tree["bufferViews"][accessor["bufferView"]]
-    kind, width = np.dtype(_TYPES[accessor["componentType"]]), _WIDTHS[accessor["type"]]
+    kind = np.dtype(_TYPES[accessor["componentType"]])
+    width = _WIDTHS[accessor["type"]]
     start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
     stride = view.get("byteStride", kind.itemsize * width)
     return np.ndarray(

@@ -102,7 +102,8 @@ def moved(mesh: Mesh, turn: Array, shift: Array) -> Mesh:
 def fitted(meshes: list[Mesh]) -> list[Mesh]:
     """Scale the parts of an object to a bounding radius of 1, centred in x and z, on y = 0."""
     points = np.concatenate([mesh.points for mesh in meshes])
-    low, high = points.min(axis=0), points.max(axis=0)
+    low = points.min(axis=0)
+    high = points.max(axis=0)
     radius = float(np.linalg.norm(points - (low + high) / 2, axis=1).max())
     foot = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
     return [replace(mesh, points=(mesh.points - foot) / radius) for mesh in meshes]
@@ -154,7 +155,8 @@ def write_ply(mesh: Mesh, path: Path) -> None:
 def revolved(profile: Array, steps: int = 64) -> Mesh:
     """Turn a closed or axis-to-axis profile (N, 2) of radius and height about y."""
     angle = np.linspace(0, 2 * np.pi, steps + 1)
-    radius, height = profile[:, :1], profile[:, 1:]
+    radius = profile[:, :1]
+    height = profile[:, 1:]
     points = np.stack(
         np.broadcast_arrays(radius * np.cos(angle), height, radius * np.sin(angle)), -1
     )

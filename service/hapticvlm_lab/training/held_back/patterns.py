@@ -42,7 +42,8 @@ def cells(rng: np.random.Generator, count: int) -> tuple[Plane, Plane]:
 def weave(threads: int, step: int = 1) -> Plane:
     """Heights of a cloth: over and under, each row shifted by `step` threads (2: twill)."""
     axis = np.arange(SIDE) * threads / SIDE
-    row, column = np.floor(axis)[:, None], np.floor(axis)[None, :]
+    row = np.floor(axis)[:, None]
+    column = np.floor(axis)[None, :]
     over = (row * step + column) % (step + 1) < step
     across = np.abs(np.sin(np.pi * axis))
     warp = across[None, :] * (0.6 + 0.4 * across[:, None])

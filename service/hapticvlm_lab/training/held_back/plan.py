@@ -13,7 +13,9 @@ from hapticvlm import materials
 from hapticvlm_lab.training.held_back.shapes import COMMON
 
 MAIN = ("wood", "glass", "fabric", "metal")
-MAIN_COUNT, FURTHER_COUNT, UNKNOWN_COUNT = 40, 10, 40
+MAIN_COUNT = 40
+FURTHER_COUNT = 10
+UNKNOWN_COUNT = 40
 ORBIT_FRAMES = 75
 
 # Models in the textures they came with; left out are those that show another material than their

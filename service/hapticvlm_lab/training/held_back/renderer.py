@@ -39,7 +39,8 @@ MASK_SAMPLES = 4
 DEPTH = 10  # of a path: a goblet has two walls before and two behind its inside
 _NEARLY_NONE = 1e-4
 _FLAT = np.zeros((2, 2), np.float32)
-LLVM, SCALAR = "llvm_ad_rgb", "scalar_rgb"
+LLVM = "llvm_ad_rgb"
+SCALAR = "scalar_rgb"
 
 Dict = dict[str, Any]
 Linear = NDArray[np.float32]

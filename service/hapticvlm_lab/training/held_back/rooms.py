@@ -54,7 +54,8 @@ def draw_room(rng: Rng, catalogue: Catalogue) -> Map:
 def _directions() -> Array:
     polar = (np.arange(HEIGHT) + 0.5) / HEIGHT * np.pi
     around = (np.arange(2 * HEIGHT) + 0.5) / HEIGHT * np.pi
-    sine, up = np.sin(polar)[:, None], np.cos(polar)[:, None]
+    sine = np.sin(polar)[:, None]
+    up = np.cos(polar)[:, None]
     parts = np.broadcast_arrays(sine * np.sin(around), up, -sine * np.cos(around))
     return np.stack(parts, -1)
 
@@ -74,7 +75,8 @@ def _lit(rng: Rng, wall: Map, at: Array, *, least: int) -> Map:
     """Put up to two windows or lamps on a wall (N, 3), whose points `at` (N, 2) are in -1..1."""
     lit = wall.copy()
     for _ in range(int(rng.integers(least, 3))):
-        centre, half = rng.uniform(-0.6, 0.6, 2), rng.uniform(0.1, 0.35, 2)
+        centre = rng.uniform(-0.6, 0.6, 2)
+        half = rng.uniform(0.1, 0.35, 2)
         inside = (np.abs(at - centre) < half).all(axis=1)
         warm = np.array([1.0, rng.uniform(0.8, 1.0), rng.uniform(0.55, 1.1)])
         panes = np.abs((at[inside, 0] - centre[0]) / half[0]) > _BAR

@@ -66,7 +66,8 @@ def _slab(rng: Rng) -> Mesh:
 
 def _stack(rng: Rng) -> Mesh:
     """Put boxes on each other: blocks, books, bricks."""
-    boxes, top = [], 0.0
+    boxes = []
+    top = 0.0
     for _ in range(int(rng.integers(2, 4))):
         half = rng.uniform([0.5, 0.15, 0.4], [0.75, 0.3, 0.6])
         turn = rotation(Y, rng.uniform(-0.4, 0.4))
@@ -83,7 +84,8 @@ def _ball(rng: Rng) -> Mesh:
 
 def _lump(rng: Rng) -> Mesh:
     """Draw low waves on a sphere: a stone, a piece of bread, a carved knob."""
-    k, phase = rng.normal(size=(7, 3)) * 1.9, rng.uniform(0, 6.28, 7)
+    k = rng.normal(size=(7, 3)) * 1.9
+    phase = rng.uniform(0, 6.28, 7)
 
     def warp(p: Array) -> Array:
         unit = p / np.linalg.norm(p, axis=1, keepdims=True)
@@ -98,20 +100,24 @@ def _cushion(rng: Rng) -> Mesh:
     flat = rng.uniform(0.28, 0.42)
 
     def warp(p: Array) -> Array:
-        u, v = p[:, 0], p[:, 2]
+        u = p[:, 0]
+        v = p[:, 2]
         bulge = (1 - np.abs(u) ** 4) * (1 - np.abs(v) ** 4)
         thin = 0.04 + (flat - 0.04) * np.sqrt(np.clip(bulge, 0, 1))
-        x, z = u * (1 - 0.1 * (1 - v**2)), v * (1 - 0.1 * (1 - u**2))
+        x = u * (1 - 0.1 * (1 - v**2))
+        z = v * (1 - 0.1 * (1 - u**2))
         return np.stack([x, p[:, 1] * thin, z], -1)
 
     return moved(cube_sphere(warp, 28), rotation(X, rng.uniform(0.0, 1.3)), ORIGIN)
 
 
 def _curtain(rng: Rng) -> Mesh:
-    folds, phase = rng.uniform(3, 6), rng.uniform(0, 6.28, 3)
+    folds = rng.uniform(3, 6)
+    phase = rng.uniform(0, 6.28, 3)
 
     def height(flat: Array) -> Array:
-        x, z = flat[:, 0], flat[:, 1]
+        x = flat[:, 0]
+        z = flat[:, 1]
         fold = np.sin(folds * x + phase[0] + 0.5 * np.sin(1.3 * z + phase[1]))
         return np.asarray(0.13 * fold + 0.04 * np.sin(2.1 * folds * x + phase[2] + z))
 
@@ -120,7 +126,8 @@ def _curtain(rng: Rng) -> Mesh:
 
 def _drape(rng: Rng) -> Mesh:
     """Drape cloth, foil or paper over something round."""
-    folds, phase = int(rng.integers(5, 9)), rng.uniform(0, 6.28)
+    folds = int(rng.integers(5, 9))
+    phase = rng.uniform(0, 6.28)
 
     def height(flat: Array) -> Array:
         r = np.linalg.norm(flat, axis=1)
@@ -134,7 +141,8 @@ def _drape(rng: Rng) -> Mesh:
 
 def _crumpled(rng: Rng) -> Mesh:
     """Crease a sheet along a few directions, as if crumpled and laid out again."""
-    k, phase = rng.normal(size=(9, 2)) * 2.6, rng.uniform(0, 6.28, 9)
+    k = rng.normal(size=(9, 2)) * 2.6
+    phase = rng.uniform(0, 6.28, 9)
 
     def height(flat: Array) -> Array:
         creases = np.abs(np.sin(flat @ k.T + phase))
@@ -157,11 +165,13 @@ def _leaves(rng: Rng) -> Mesh:
 
 def _leaf(rng: Rng) -> Mesh:
     """Narrow and bend a sheet; its uv run once over 0..1."""
-    half, bend = (0.09, rng.uniform(0.16, 0.24)), rng.uniform(1, 4)
+    half = (0.09, rng.uniform(0.16, 0.24))
+    bend = rng.uniform(1, 4)
     blade = sheet(lambda p: np.asarray(-bend * p[:, 1] ** 2 - 3 * p[:, 0] ** 2), half, 9)
     x, y, z = blade.points.T
     narrow = np.stack([x * np.sqrt(np.clip(1 - (z / half[1]) ** 2, 0, 1)), y, z], -1)
-    low, high = blade.uv.min(axis=0), blade.uv.max(axis=0)
+    low = blade.uv.min(axis=0)
+    high = blade.uv.max(axis=0)
     return replace(blade, points=narrow, uv=(blade.uv - low) / (high - low))
 
 

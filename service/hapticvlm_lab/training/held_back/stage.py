@@ -118,7 +118,8 @@ def _model(name: str, catalogue: Catalogue, rng: Rng) -> list[Part]:
 def _as_it_came(plan: Plan, catalogue: Catalogue, rng: Rng) -> tuple[Thing, ...]:
     things = []
     for part in _model(plan.shape, catalogue, rng):
-        rough, metallic = part.roughness, part.metallic
+        rough = part.roughness
+        metallic = part.metallic
         surface = Opaque(
             made_of=f"model: {plan.shape}",
             colour=(0.5, 0.5, 0.5) if part.colour is None else _unit(part.colour),

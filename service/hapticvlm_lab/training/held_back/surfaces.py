@@ -111,7 +111,8 @@ def dressed(rng: Rng, texture: Texture, *, depth: float = 0.02) -> Opaque:
 def lightness(colour: Map) -> Plane:
     """Grey of (H, W, 3), stretched to 0..1."""
     grey = colour @ GREY
-    low, high = float(grey.min()), float(grey.max())
+    low = float(grey.min())
+    high = float(grey.max())
     return (grey - low) / max(high - low, 0.05)
 
 
@@ -136,7 +137,8 @@ def to_linear(coded: NDArray[np.floating]) -> Map:
 
 def any_colour(rng: Rng, *, saturation: tuple[float, float] = (0.3, 0.9)) -> Triple:
     """Draw a linear colour of any hue."""
-    hue, most = rng.uniform(0, 6), rng.uniform(0.15, 0.75)
+    hue = rng.uniform(0, 6)
+    most = rng.uniform(0.15, 0.75)
     pure = np.clip(np.abs((hue + np.array([0.0, 4.0, 2.0])) % 6 - 3) - 1, 0, 1)
     colour = most * (1 - rng.uniform(*saturation) * (1 - pure))
     return float(colour[0]), float(colour[1]), float(colour[2])

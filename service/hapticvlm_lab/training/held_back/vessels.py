@@ -13,22 +13,28 @@ ORIGIN = np.zeros(3)
 
 def vase(rng: Rng) -> Mesh:
     """Turn a vase: foot, belly, neck, lip."""
-    belly, neck, height = rng.uniform(0.4, 0.7), rng.uniform(0.15, 0.3), rng.uniform(1.3, 2.2)
+    belly = rng.uniform(0.4, 0.7)
+    neck = rng.uniform(0.15, 0.3)
+    height = rng.uniform(1.3, 2.2)
     knots = [(0.3, 0.0), (belly, 0.38 * height), (neck, 0.78 * height), (neck * 1.5, height)]
     return _vessel(_spline(knots), rng.uniform(0.03, 0.06))
 
 
 def bottle(rng: Rng) -> Mesh:
     """Turn a bottle with a straight neck."""
-    width, height = rng.uniform(0.32, 0.5), rng.uniform(1.6, 2.2)
-    shoulder, neck = rng.uniform(0.5, 0.65) * height, rng.uniform(0.1, 0.16)
+    width = rng.uniform(0.32, 0.5)
+    height = rng.uniform(1.6, 2.2)
+    shoulder = rng.uniform(0.5, 0.65) * height
+    neck = rng.uniform(0.1, 0.16)
     knots = [(width * 0.9, 0.0), (width, 0.06), (width, shoulder), (neck, shoulder + 0.35)]
     return _vessel(_spline([*knots, (neck, height)]), rng.uniform(0.03, 0.05))
 
 
 def tumbler(rng: Rng) -> Mesh:
     """Turn a drinking glass that widens."""
-    low, high, height = rng.uniform(0.3, 0.45), rng.uniform(0.42, 0.6), rng.uniform(0.9, 1.5)
+    low = rng.uniform(0.3, 0.45)
+    high = rng.uniform(0.42, 0.6)
+    height = rng.uniform(0.9, 1.5)
     return _vessel(_spline([(low, 0.0), (low + 0.03, 0.05), (high, height)]), 0.05)
 
 
@@ -41,7 +47,8 @@ def bowl(rng: Rng) -> Mesh:
 
 def goblet(rng: Rng) -> Mesh:
     """Turn a bowl on a stem."""
-    bowl, stem = rng.uniform(0.35, 0.5), rng.uniform(0.5, 0.9)
+    bowl = rng.uniform(0.35, 0.5)
+    stem = rng.uniform(0.5, 0.9)
     outer = [(0.4, 0.0), (0.38, 0.05), (0.07, 0.14), (0.06, stem), (bowl * 0.6, stem + 0.12)]
     outer += [(bowl, stem + 0.5), (bowl * 0.85, stem + 0.95)]
     inner = [(bowl * 0.8, stem + 0.93), (bowl * 0.92, stem + 0.5), (bowl * 0.5, stem + 0.2)]
@@ -59,7 +66,8 @@ def plate(rng: Rng) -> Mesh:
 
 def cylinder(rng: Rng) -> Mesh:
     """Turn a solid cylinder with rounded rims."""
-    radius, height = rng.uniform(0.35, 0.7), rng.uniform(0.8, 1.6)
+    radius = rng.uniform(0.35, 0.7)
+    height = rng.uniform(0.8, 1.6)
     return revolved(_rounded_rim(radius, height, 0.05))
 
 
@@ -74,7 +82,8 @@ def ring(rng: Rng, least: float = 0.15, most: float = 0.4) -> Mesh:
 
 def pipe(rng: Rng) -> Mesh:
     """Turn a pipe, standing or lying."""
-    radius, height = rng.uniform(0.25, 0.5), rng.uniform(1.2, 2.0)
+    radius = rng.uniform(0.25, 0.5)
+    height = rng.uniform(1.2, 2.0)
     wall = rng.uniform(0.05, 0.12)
     turn = np.linspace(0, np.pi, 9)
     rim = np.stack([radius - wall / 2 * (1 - np.cos(turn)), height + wall / 2 * np.sin(turn)], -1)

@@ -64,7 +64,8 @@ def draw(data: Path, out: Path, numbers: range) -> None:
 
 def cut(picture: Picture) -> NDArray[np.uint8]:
     """Cut the first thing of a picture as the service does: (224, 224, 4), RGB and mask."""
-    inside, mask = picture.ids == picture.things[0].id, io.BytesIO()
+    inside = picture.ids == picture.things[0].id
+    mask = io.BytesIO()
     Image.fromarray(np.where(inside, 255, 0).astype(np.uint8)).save(mask, "PNG", compress_level=0)
     frame = messages.Frame(
         id=1, captured_at=0.0, format="rgb8", width=inside.shape[1], height=inside.shape[0],

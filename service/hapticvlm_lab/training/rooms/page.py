@@ -122,7 +122,8 @@ def opened(data: Path) -> Iterator[Rooms]:
 def teaching(data: Path) -> dict[str, list[str]]:
     """List tiles by folder, and skies, that may teach. Raises RoomsError for a folder of none."""
     found: dict[str, list[str]] = {name: [] for name in FOLDERS.split()}
-    tiles, skies = data.glob("ambientcg_tiles/*/*.jpg"), data.glob("hdri/*_512.hdr")
+    tiles = data.glob("ambientcg_tiles/*/*.jpg")
+    skies = data.glob("hdri/*_512.hdr")
     shown = [path for path in tiles if not sources.is_tile_held_back(path.name)]
     lit = [path for path in skies if path.name[: -len("_512.hdr")] not in sources.HDRI_HELD_BACK]
     for path in sorted([*shown, *lit]):
