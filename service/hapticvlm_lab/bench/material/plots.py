@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.palette import BLUE, INK, ORANGE, PURPLE, SKY, SOFT, VERMILION
+from hapticvlm.palette import BLUE, ORANGE, PURPLE, SKY, SOFT, VERMILION
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.labels import place
 from hapticvlm_lab.bench.material.rows import Row
@@ -27,7 +27,6 @@ STYLE = {  # colour and marker of each family
     "stated": (ORANGE, "v"),
     "plain": (SKY, "s"),
     "named": (PURPLE, "D"),
-    "untrained": (INK, "X"),
     "ours": (BLUE, "o"),
     "ladder": (VERMILION, "^"),
 }

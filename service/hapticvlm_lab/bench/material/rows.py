@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hapticvlm_lab.bench.material.scores import Open, Rejection, Score
 from hapticvlm_lab.bench.material.timing import Cost
 
-PICTURE_FAMILIES = ("plain", "named", "untrained", "ours")  # families that see the picture alone
+PICTURE_FAMILIES = ("plain", "named", "ours")  # families that see the picture alone
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,10 +29,6 @@ def print_source(source: Source, rows: Sequence[Row]) -> None:
         print(_line(row))
     print(knee_sentence(mine))
     for row in mine:
-        if row.cost is not None and row.cost.eager is not None and row.views == 1.0:
-            times = f"{row.cost.eager:.2g} times the core time"
-            print(f"{row.method}: the same net in torch eager takes {times}")
-    for row in mine:
         if row.is_default:
             _print_confusion("zero-shot, of all", row.eleven, row)
             twenty = row.enrolled.get(str(REFERENCES[-1]))

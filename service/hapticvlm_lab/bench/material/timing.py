@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,8 +33,7 @@ LEAST = 20
 class Cost:
     """Of one crop over n turns, ms: median of one core's time; median and p99 by the wall clock.
 
-    floors: median over the floor's. eager: how many times slower the same net was in torch eager in
-    the same run, None where that was not run. Both in core time.
+    floors: median over the floor's, in core time.
     """
 
     median: float
@@ -42,7 +41,6 @@ class Cost:
     p99: float
     floors: float
     n: int
-    eager: float | None = None
 
 
 def costs(methods: list[Method], stated: Source | None) -> dict[str, Cost]:
@@ -64,7 +62,7 @@ def costs(methods: list[Method], stated: Source | None) -> dict[str, Cost]:
         cost = same[work]
         if cost is not None:
             found[method.name] = cost
-    return _with_eager(found)
+    return found
 
 
 def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], object] | None:
@@ -127,16 +125,6 @@ def _once(stage: Callable[[], object]) -> tuple[float, float]:
     core = time.process_time()
     stage()
     return (time.process_time() - core) * 1e3, (time.perf_counter() - wall) * 1e3
-
-
-def _with_eager(found: Mapping[str, Cost]) -> dict[str, Cost]:
-    """Print for each encoder how many times slower the same net was in torch eager."""
-    rows = {}
-    for name, cost in found.items():
-        slow = found.get(f"{name}, torch eager")
-        factor = None if slow is None else round(slow.median / cost.median, 2)
-        rows[name] = replace(cost, eager=factor)
-    return rows
 
 
 def _picture() -> bytes:
