@@ -102,6 +102,16 @@ def test_its_name_tells_its_weights_apart(tmp_path: Path) -> None:
     assert first.name.startswith("a-")
 
 
+def test_an_efficientnet_lite_gets_its_own_colours_by_its_name(tmp_path: Path) -> None:
+    assumed = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
+    known = load_encoder(str(write_classifier(tmp_path / "EfficientNet-Lite0.onnx")))
+    assert np.abs(known.embed([crop(1, SIDE)]) - assumed.embed([crop(1, SIDE)])).max() > 1e-3
+    given = {"size": SIDE, "image_mean": [127 / 255] * 3, "image_std": [128 / 255] * 3}
+    (tmp_path / "preprocessor_config.json").write_text(json.dumps(given))
+    stated = load_encoder(str(tmp_path / "tiny.onnx"))
+    assert np.allclose(known.embed([crop(1, SIDE)]), stated.embed([crop(1, SIDE)]), atol=1e-5)
+
+
 def test_the_preprocessing_file_beside_it_counts(tmp_path: Path) -> None:
     path = write_classifier(tmp_path / "tiny.onnx")
     assumed = load_encoder(str(path)).embed([crop(1, SIDE)])

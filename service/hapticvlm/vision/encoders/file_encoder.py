@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,11 +25,16 @@ from hapticvlm.errors import installing
 from hapticvlm.vision.encoders import imagenet, two_parts
 from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
 from hapticvlm.vision.encoders.networks import FINGERPRINT, PREPROCESSING, line
-from hapticvlm.vision.encoders.preprocessing import Preprocessing, read_preprocessing
+from hapticvlm.vision.encoders.preprocessing import Colour, Preprocessing, read_preprocessing
 from hapticvlm.vision.pictures import Crop
 
 IMAGENET_MEAN = (0.485, 0.456, 0.406)
 IMAGENET_DEVIATION = (0.229, 0.224, 0.225)
+HALF = (0.5, 0.5, 0.5)
+# EfficientNet-Lite keeps TensorFlow's (level - 127) / 128 in torch's order of colours, too.
+LITE = "efficientnet[-_]?lite"
+LITE_MEAN = (127 / 255,) * 3
+LITE_DEVIATION = (128 / 255,) * 3
 SETTINGS = {
     "INFERENCE_PRECISION_HINT": "f32",  # half precision elsewhere would be another network
     "ENABLE_CPU_PINNING": False,  # else every process that recognises crowds onto the first core
@@ -193,10 +199,7 @@ def _read_preprocessing(path: Path, layout: Layout) -> Preprocessing | None:
         return None
     side = layout.side
     if beside is None:
-        half = (0.5, 0.5, 0.5)
-        mean, deviation = (
-            (half, half) if layout.colours_last else (IMAGENET_MEAN, IMAGENET_DEVIATION)
-        )
+        mean, deviation = _usual(path, layout)
         text = "encoder `%s`: no %s beside it, so colours are taken to have mean %s, deviation %s"
         logger.warning(text, path.name, PREPROCESSING[0], mean, deviation)
         return Preprocessing(side, side, 1 / 255, mean, deviation)
@@ -208,6 +211,13 @@ def _read_preprocessing(path: Path, layout: Layout) -> Preprocessing | None:
         text = f"encoder `{path}` takes {side} px, {beside.name} says {found.input_side}"
         raise EncoderError(f"{text}; correct it")
     return found
+
+
+def _usual(path: Path, layout: Layout) -> tuple[Colour, Colour]:
+    """Return the mean and deviation that a family's exports take, known by name and shape."""
+    if re.search(LITE, path.stem, re.IGNORECASE):
+        return LITE_MEAN, LITE_DEVIATION
+    return (HALF, HALF) if layout.colours_last else (IMAGENET_MEAN, IMAGENET_DEVIATION)
 
 
 def _prepare(

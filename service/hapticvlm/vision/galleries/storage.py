@@ -190,7 +190,7 @@ def require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:
     if made_with != encoder.name:
         text = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
         raise GalleryError(
-            f"{text}; make one with `hapticvlm gallery build --encoder ...`, or load `{made_with}`"
+            f"{text}; make it again from its pictures: `hapticvlm gallery build` or `gallery add`"
         )
 
 
