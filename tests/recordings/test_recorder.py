@@ -3,6 +3,7 @@
 import asyncio
 import json
 import logging
+import subprocess
 import sys
 import threading
 import time
@@ -88,6 +89,33 @@ async def test_a_log_line_of_another_thread_reaches_observers_on_the_event_loop(
     await asyncio.to_thread(log.emit, record)
     await asyncio.sleep(0)
     assert shown == [("no room in", threading.current_thread())]
+
+
+# The log may grow to so many bytes: the kernel then takes part of a line, as a full disk does.
+FULL = """
+import resource, signal, sys
+from pathlib import Path
+from hapticvlm.recordings.recorder import Recorder
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+recorder = Recorder(Path(sys.argv[1]), frames=False)
+tell = recorder.begin({"owner": True})
+resource.setrlimit(resource.RLIMIT_FSIZE, (400, resource.RLIM_INFINITY))
+for _ in range(100):
+    tell({"now": 1.0, "in": "tick", "reading": {}}, None)
+recorder.close()
+print(recorder.lost)
+"""
+
+
+def test_a_line_that_a_full_disk_cuts_is_not_kept(tmp_path):
+    pytest.importorskip("resource", reason="limits of a process, which Windows lacks")
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(tmp_path)], capture_output=True, text=True, check=True
+    )
+    written = numbers(tmp_path)  # every one is whole
+    assert written == list(range(len(written)))
+    assert len(written) == 101 - int(done.stdout)
+    assert int(done.stdout) > 0
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits another process's files")

@@ -40,6 +40,10 @@ DEFECTS = (
     Defect("server/ownership.py", "        if connection.session.owner:", "        if True:", f"{GATEWAY} -k first_scene"),
     Defect("server/ownership.py", "        self._notify()\n", "        pass\n", f"{GATEWAY} -k offered"),
     Defect("server/ownership.py", "not self.owner.is_open:", "False:", f"{GATEWAY} -k closing"),
+    Defect("server/ownership.py", "            self._vibration.rest()\n            self._vibration.end()\n", "", f"{GATEWAY} -k who_lost"),
+    Defect("server/gateway.py", "if not observer.is_local:", "if False:", f"{GATEWAY} -k states_materials"),
+    # the record
+    Defect("recordings/recorder.py", "if written != len(data):", "if False:", "tests/recordings/test_recorder.py -k disk_cuts"),
     # fair shares
     Defect("server/recognition_queue.py", "not connection.session.owner)", "False)", f"{GATEWAY} -k come_first"),
     Defect("server/recognition_queue.py", "if waiting + size > ENROL_BYTES:", "if False:", f"{GATEWAY} -k one_budget"),

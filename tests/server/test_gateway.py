@@ -9,7 +9,7 @@ import pytest
 from gateways import Peer, join, new_gateway
 from websockets.protocol import State
 
-from hapticvlm.messages import Error, Frame, MessageError, Ownership, Set, Touch
+from hapticvlm.messages import Error, Frame, MessageError, Ownership, Scene, SceneObject, Set, Touch
 from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.ownership import IDLE_OWNER_S
@@ -72,6 +72,31 @@ def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):
         first.session.receive(touch(), now)
     assert second.session.receive(touch(), now)
     assert gateway.counts["owners replaced"] == 1
+
+
+def test_who_lost_the_outputs_feels_nothing_of_what_the_new_owner_does(gateway):
+    first, second = join(gateway), join(gateway)
+    gateway.vibration.is_on = True  # as after a `set.feel`; its planners need an event loop
+    gateway.vibration._post = first.post
+    now = gateway.ownership.leased_at + IDLE_OWNER_S + 0.001
+    gateway.change_owner(second, wish("take"), now)
+    assert not gateway.vibration.is_on
+    assert gateway.vibration._post is None
+
+
+def test_only_an_observer_of_this_machine_states_materials(gateway):
+    owner = join(gateway)
+    remote = join(gateway, observer=True, peer=Peer(address="192.0.2.7"))
+    stated = Scene(id=7, objects=[SceneObject(object_id="a", material="metal")], replace=False)
+    owner.session.receive(
+        Scene(id=1, objects=[SceneObject(object_id="a", name="thing")], replace=True), 0.0
+    )
+    with pytest.raises(MessageError, match="own machine") as refused:
+        gateway.state_materials(remote, stated, 0.0)
+    assert (refused.value.code, refused.value.id) == ("protocol", 7)
+    assert not owner.stated
+    gateway.state_materials(join(gateway, observer=True), stated, 0.0)
+    assert owner.stated == {"a": "metal"}
 
 
 def test_an_observer_never_takes_the_outputs(gateway):
