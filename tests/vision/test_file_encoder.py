@@ -133,6 +133,16 @@ def test_what_is_no_network_is_refused_in_one_line(tmp_path: Path) -> None:
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_openvinos_own_format_is_no_onnx_file_whatever_its_name(
+    tmp_path: Path, encoding: str
+) -> None:
+    path = tmp_path / "disguised.onnx"
+    path.write_text('\n <?xml version="1.0"?><net name="x" version="11"/>', encoding=encoding)
+    with pytest.raises(EncoderError, match="it holds XML"):
+        load_encoder(str(path))
+
+
 def test_without_the_extra_it_says_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -136,6 +136,21 @@ def test_a_newer_contract_and_no_identity_are_refused() -> None:
     assert contract.read_identity(msgspec.json.encode(IDENTITY)) == IDENTITY
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"encoder": "e" * (contract.MAX_NAME + 1)},
+        {"service": "s" * 3_000_000},
+        {"materials": ["m" * (contract.MAX_NAME + 1)]},
+        {"materials": ["m"] * (contract.MAX_MATERIALS + 1)},
+    ],
+)
+def test_an_identity_of_endless_names_is_refused(given: dict[str, object]) -> None:
+    endless = msgspec.json.encode(msgspec.structs.asdict(IDENTITY) | given)
+    with pytest.raises(ContractError, match="no identity"):
+        contract.read_identity(endless)
+
+
 def test_the_hash_tells_galleries_and_encoders_apart_and_not_their_names() -> None:
     encoder = load_onnx_encoder(SHIPPED / DEFAULT)
     gallery = load_gallery(encoder=encoder)

@@ -100,6 +100,7 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         raise EncoderError(f"{text}: {installing('openvino')}") from None
     core = openvino.Core()
     try:
+        _refuse_markup(path)
         whole = core.read_model(path)
         layout = _layout(whole)
         whole.reshape({whole.input(0): _shape(layout)})
@@ -119,6 +120,14 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
     dimension = width + two_parts.ADDED * beliefs
     revision = f"{digest} {preprocessing}"  # prepared otherwise, it is another network
     return FileEncoder(name, revision, dimension, beliefs, layout, preprocessing, network)
+
+
+def _refuse_markup(path: Path) -> None:
+    """Refuse OpenVINO's XML, which it reads whatever a file's ending is. Raises ValueError."""
+    with path.open("rb") as file:
+        begin = file.read(1024).replace(b"\0", b"")  # UTF-16 has one beside each mark
+    if begin.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<"):
+        raise ValueError("it holds XML")
 
 
 def _fingerprint(path: Path) -> str:

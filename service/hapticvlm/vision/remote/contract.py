@@ -40,8 +40,11 @@ MAX_CROPS = 64
 MAX_ANSWER_BYTES = 4 << 20
 JPEG_QUALITY = 95
 SUM_ERROR = 1e-3  # of the beliefs, above 1
+MAX_NAME = 200  # characters of a name that it gives of itself: shown in /status, kept in logs
+MAX_MATERIALS = 4096
 
 Format = Literal["rgba8", "jpeg"]
+Name = Annotated[str, Meta(max_length=MAX_NAME)]
 GalleryName = Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
 _WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
 
@@ -74,13 +77,13 @@ class Identity(msgspec.Struct, frozen=True):
     """What answers: `hash` identifies this encoder with this gallery."""
 
     contract: int
-    service: str
-    encoder: str
-    gallery: str
-    hash: str
+    service: Name
+    encoder: Name
+    gallery: Name
+    hash: Name
     side: Annotated[int, Meta(ge=1, le=2048)]
     dimension: Annotated[int, Meta(ge=1, le=65_536)]
-    materials: list[str]
+    materials: Annotated[list[Name], Meta(max_length=MAX_MATERIALS)]
 
 
 class Result(msgspec.Struct, frozen=True):
