@@ -8,6 +8,8 @@ import pytest
 from PIL import Image
 from serving import endpoint, says, sends
 
+from hapticvlm.vlm.contract import VlmError, VlmSettings
+from hapticvlm.vlm.local import load_local
 from hapticvlm_lab.bench.ambient import chart_plot, methods
 from hapticvlm_lab.bench.ambient.chart import RANDOM, Plan, run
 from hapticvlm_lab.bench.ambient.rows import Row
@@ -41,7 +43,7 @@ def test_an_endpoint_that_does_not_answer_is_left_out_and_said_to_be() -> None:
 def test_the_ways_differ_in_one_thing_each_from_the_default() -> None:
     asked = methods.in_process("some/vlm", "cpu")
     default = next(way for way in asked if way.is_default)
-    assert (default.settings.image_tokens, default.settings.precision) == (64, "bfloat16")
+    assert (default.settings.image_tokens, default.precision) == (64, "bfloat16")
     assert {way.family for way in asked} == {"readout", "generation"}
     assert sorted(way.settings.image_tokens for way in asked) == [64, 64, 64, 128, 256]
     assert sum(way.is_default for way in asked) == 1
@@ -62,6 +64,24 @@ def test_a_chart_is_drawn_with_and_without_errors(tmp_path: Path) -> None:
         assert "random weights" in paths[1].read_text(encoding="utf-8")
         with Image.open(paths[0]) as picture:
             assert picture.width == 1200
+
+
+@pytest.mark.torch
+def test_the_charts_generation_reads_what_the_library_writes(tmp_path: Path) -> None:
+    pytest.importorskip("transformers", reason="the extra `models` brings transformers")
+    from tiny_llava import write_llava
+
+    from hapticvlm_lab.bench.ambient.writing import WritingVlm
+
+    def writer(name: str, answer: str) -> WritingVlm:
+        folder = write_llava(tmp_path / name, answer)
+        return WritingVlm(load_local(VlmSettings(model=str(folder)), "float32"))
+
+    reading = writer("number", "21").ambient(PICTURES[1])
+    assert (reading.value_c, reading.low_c, reading.high_c) == (21.0, 13.0, 29.0)
+    assert (reading.method, reading.prompt_sd_c, reading.share) == ("text", None, None)
+    with pytest.raises(VlmError, match="states no temperature: `warm`"):
+        writer("words", "warm").ambient(PICTURES[1])
 
 
 @pytest.mark.slow

@@ -200,8 +200,8 @@ def test_a_remote_model_is_graded_and_drawn(labelled: Path, tmp_path: Path) -> N
 
 def test_an_endpoint_that_fails_once_is_waited_for(labelled: Path) -> None:
     broken = sends("", "503 Service Unavailable")
-    with endpoint([says("9"), broken, says("11")]) as served:
-        settings = VlmSettings(url=served.url, model="some/vlm", wordings=1, method="text")
+    with endpoint([says("9"), says("9"), broken, says("11")]) as served:
+        settings = VlmSettings(url=served.url, model="some/vlm")
         ask = by_vlm(RemoteVlm(settings))
         picture = read_picture(read_pictures(labelled)[0])
         assert ask(picture) == Guess(9.0, 1.0, 17.0)

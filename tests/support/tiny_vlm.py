@@ -19,7 +19,7 @@ from hapticvlm_lab.bench.ambient import random_model
 Pixels = NDArray[np.uint8]
 
 ASKED = (
-    contract.about_ambient(contract.MOST_WORDINGS),
+    contract.about_ambient(),
     contract.about_material(tuple(materials.MATERIALS)),
 )
 SD = 0.15  # of the weights: with the usual 0.02 an answer hangs on its last token alone
@@ -58,7 +58,7 @@ def planting(vlm: LocalVlm, text: str) -> Iterator[None]:
 
     What was answered so far is what each row sees behind the prompt, so a wrong mask shows.
     """
-    answer = [*vlm.chat.encode(text), min(vlm.network.ends)]
+    answer = [*vlm.chat.encode(text), vlm.network.model.generation_config.eos_token_id]
     begun: list[list[int]] = []
 
     def look(_module: object, _inputs: object, given: dict[str, Any]) -> None:

@@ -22,10 +22,12 @@ from tiny_vlm import picture, planting, rewrite, write_tiny_vlm
 
 from hapticvlm import materials
 from hapticvlm.evidence.ladder import SURE, decide
-from hapticvlm.vlm import contract, generation, weights
+from hapticvlm.vlm import contract, weights
 from hapticvlm.vlm.contract import Vlm, VlmError, VlmSettings
-from hapticvlm.vlm.local import PASSIVE, TRUST, LocalVlm, load_local, load_vlm
+from hapticvlm.vlm.limits import TRUST
+from hapticvlm.vlm.local import PASSIVE, LocalVlm, load_local, load_vlm
 from hapticvlm.vlm.numbers import CANDIDATES_C, number_beliefs, spread
+from hapticvlm.vlm.weights import Precision
 
 pytestmark = pytest.mark.torch
 
@@ -39,7 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def vlm(folder: Path) -> LocalVlm:
-    return load_local(settings(folder))
+    return load(folder)
 
 
 @pytest.fixture
@@ -48,13 +50,16 @@ def copied(folder: Path, tmp_path: Path) -> Path:
 
 
 def settings(folder: Path, **options: Any) -> VlmSettings:
-    given: dict[str, Any] = {"model": str(folder), "precision": "float32", **options}
-    return VlmSettings(**given)
+    return VlmSettings(**{"model": str(folder), **options})
+
+
+def load(folder: Path, precision: Precision = "float32", **options: Any) -> LocalVlm:
+    return load_local(settings(folder, **options), precision)
 
 
 def brute_force(vlm: LocalVlm, question: int) -> NDArray[np.float64]:
     """Score every candidate string by itself: a pass a token, nothing packed, nothing kept."""
-    asked = contract.about_ambient(contract.MOST_WORDINGS)
+    asked = contract.about_ambient()
     one = replace(asked, questions=(asked.questions[question],))
     prompt = vlm.chat.prompt(one, [picture()])
     texts = [tuple(vlm.chat.encode(str(number))) for number in range(-99, 200)]
@@ -77,7 +82,7 @@ def brute_force(vlm: LocalVlm, question: int) -> NDArray[np.float64]:
 
 
 def test_the_readout_is_what_scoring_every_candidate_string_gives(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(contract.about_ambient(2), [picture()])
+    prompt = vlm.chat.prompt(contract.about_ambient(), [picture()])
     read = [number_beliefs(vlm.numbers, one) for one in vlm.network.readout(prompt, vlm.numbers)]
     for question in range(2):
         scored = brute_force(vlm, question)
@@ -88,7 +93,7 @@ def test_the_readout_is_what_scoring_every_candidate_string_gives(vlm: LocalVlm)
 
 
 def test_a_kept_head_changes_nothing(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(contract.about_ambient(3), [picture()])
+    prompt = vlm.chat.prompt(contract.about_ambient(), [picture()])
     keeping = vlm.network.readout(prompt, vlm.numbers)
     again = vlm.network.readout(prompt, vlm.numbers)
     whole = replace(prompt, head=(), body=(*prompt.head, *prompt.body))  # nothing to keep
@@ -100,14 +105,14 @@ def test_a_kept_head_changes_nothing(vlm: LocalVlm) -> None:
 def test_the_answer_hangs_on_picture_and_wording(vlm: LocalVlm) -> None:
     rows = []
     for seed in range(2):
-        prompt = vlm.chat.prompt(contract.about_ambient(2), [picture(seed)])
+        prompt = vlm.chat.prompt(contract.about_ambient(), [picture(seed)])
         rows.append(np.exp(vlm.network.readout(prompt, vlm.numbers)[:, 0]))
     assert np.abs(rows[0] - rows[1]).max() > 1e-3
     assert np.abs(rows[0][0] - rows[0][1]).max() > 1e-3
 
 
 def test_a_plain_pass_is_the_librarys_own(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(contract.about_ambient(1), [picture()])
+    prompt = vlm.chat.prompt(contract.about_ambient(), [picture()])
     ids = torch.tensor([[*prompt.head, *prompt.body, *prompt.tails[0]]])
     kinds = (ids == vlm.network.model.config.image_token_id).int()
     with torch.inference_mode():
@@ -116,23 +121,6 @@ def test_a_plain_pass_is_the_librarys_own(vlm: LocalVlm) -> None:
         ).logits
     wanted = torch.log_softmax(logits[0, -1].float(), dim=-1).numpy()
     assert np.abs(vlm.network.following(prompt) - wanted).max() < 1e-4
-
-
-def test_writing_gives_what_the_librarys_own_generation_gives(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(contract.about_ambient(1), [picture()])
-    ids = torch.tensor([[*prompt.head, *prompt.body, *prompt.tails[0]]])
-    kinds = (ids == vlm.network.model.config.image_token_id).int()
-    made = vlm.network.model.generate(
-        input_ids=ids,
-        attention_mask=torch.ones_like(ids),
-        mm_token_type_ids=kinds,
-        do_sample=False,
-        max_new_tokens=12,
-        **prompt.tensors,
-    )
-    wanted = [id for id in made[0, ids.shape[1] :].tolist() if id not in vlm.network.ends]
-    assert vlm.network.write(prompt, 12) == wanted
-    assert len(wanted) > 3
 
 
 def test_planted_logits_are_read_as_the_number_they_spell(vlm: LocalVlm) -> None:
@@ -157,22 +145,18 @@ def test_a_reading_tells_interval_quarrel_and_share(vlm: LocalVlm) -> None:
     assert vlm.ambient(picture()).value_c == reading.value_c
 
 
-def test_one_wording_has_no_quarrel(folder: Path) -> None:
-    assert load_local(settings(folder, wordings=1)).ambient(picture()).prompt_sd_c is None
-
-
 def test_bfloat16_gives_nearly_the_same(folder: Path, vlm: LocalVlm) -> None:
-    half = load_local(settings(folder, precision="bfloat16"))
+    half = load(folder, "bfloat16")
     assert half.network.model.dtype == torch.bfloat16
     assert abs(half.ambient(picture()).value_c - vlm.ambient(picture()).value_c) < 3.0
 
 
 @pytest.mark.parametrize("budget", [4, 16, 64])
 def test_a_picture_costs_no_more_tokens_than_allowed(folder: Path, budget: int) -> None:
-    vlm = load_local(settings(folder, image_tokens=budget))
+    vlm = load(folder, image_tokens=budget)
     for shape in ((480, 640), (90, 300), (1, 1), (30, 20)):
         small = np.zeros((*shape, 3), np.uint8)
-        prompt = vlm.chat.prompt(contract.about_ambient(1), [small])
+        prompt = vlm.chat.prompt(contract.about_ambient(), [small])
         assert 1 <= prompt.body.count(vlm.chat.image_id) <= budget
 
 
@@ -199,27 +183,6 @@ def test_a_model_that_says_unknown_believes_nothing(vlm: LocalVlm) -> None:
     with planting(vlm, materials.UNKNOWN):
         evidence = vlm.material(picture(), picture(1, 60, 60), NAMES)
     assert sum(chance for _, chance in evidence.beliefs) < 1e-3
-
-
-def test_a_sentence_is_read(folder: Path) -> None:
-    writer = load_local(settings(folder, method="generation"))
-    with planting(writer, "22"):
-        reading = writer.ambient(picture())
-    assert (reading.value_c, reading.method) == (22.0, "generation")
-    assert (reading.low_c, reading.high_c) == (14.0, 30.0)
-    assert reading.prompt_sd_c is reading.share is None
-
-
-def test_nonsense_is_told(folder: Path) -> None:
-    writer = load_local(settings(folder, method="generation"))
-    with planting(writer, "warm"), pytest.raises(VlmError, match="states no temperature: `warm`"):
-        writer.ambient(picture())
-
-
-def test_writing_gives_up_in_time(folder: Path) -> None:
-    writer = load_local(settings(folder, method="generation", timeout_s=0.0))
-    with pytest.raises(VlmError, match="longer than allowed"):
-        writer.ambient(picture())
 
 
 def test_it_is_a_vlm_that_can_be_closed(folder: Path) -> None:
@@ -308,12 +271,12 @@ def test_a_spoilt_folder_is_refused(
 ) -> None:
     spoil(copied)
     with pytest.raises(VlmError, match=complaint):
-        load_local(settings(copied))
+        load(copied)
 
 
 def test_an_encoder_is_no_vision_language_model(tmp_path: Path) -> None:
     with pytest.raises(VlmError, match=r"cannot be loaded|failed"):
-        load_local(settings(write_network(tmp_path / "convnext")))
+        load(write_network(tmp_path / "convnext"))
 
 
 @pytest.mark.parametrize(
@@ -323,10 +286,6 @@ def test_an_encoder_is_no_vision_language_model(tmp_path: Path) -> None:
         ({"device": "tpu"}, "none of cpu, cuda"),
         ({"threads": 0}, "1 thread or more"),
         ({"image_tokens": 3}, "4 image tokens or more"),
-        ({"wordings": 0}, "1 to 4 wordings"),
-        ({"wordings": 5}, "1 to 4 wordings"),
-        ({"method": "text"}, "readout or generation"),
-        ({"precision": "int1"}, "none of bfloat16, float32"),
         ({"model": "no/such/folder"}, "no folder here"),
         ({"model": ""}, "no folder here|has no config"),
     ],
@@ -337,7 +296,7 @@ def test_settings_that_do_not_fit_are_refused(
     if options.get("device") == "cuda" and torch.cuda.is_available():
         pytest.skip("there is a CUDA device here")
     with pytest.raises(VlmError, match=complaint):
-        load_local(settings(folder, **options))
+        load(folder, **options)
 
 
 def test_a_model_larger_than_the_free_memory_is_refused(
@@ -347,7 +306,7 @@ def test_a_model_larger_than_the_free_memory_is_refused(
     told.write_text("MemTotal: 100 kB\nMemAvailable: 90 kB\n")
     monkeypatch.setattr(weights, "MEMINFO", told)
     with pytest.raises(VlmError, match="out of memory"):
-        load_local(settings(folder))
+        load(folder)
 
 
 @pytest.mark.parametrize(
@@ -408,12 +367,12 @@ def test_a_process_is_prepared_before_torch_is_imported(folder: Path) -> None:
         "from hapticvlm.vlm.local import load_vlm, prepare_process\n"
         "from hapticvlm.vlm.contract import VlmSettings\n"
         "assert prepare_process(1)\n"
-        "load_vlm(VlmSettings(model=sys.argv[1], precision='float32'))\n"
+        "load_vlm(VlmSettings(model=sys.argv[1]))\n"
         "assert not prepare_process(1)\n"
         f"assert all(os.environ[k] == v for k, v in {PASSIVE!r}.items())\n"
     )
     clean = {key: value for key, value in os.environ.items() if key not in PASSIVE}
-    root = Path(generation.__file__).parents[2]
+    root = Path(contract.__file__).parents[2]
     subprocess.run(
         [sys.executable, "-c", code, str(folder)],
         check=True,
@@ -439,7 +398,7 @@ def test_a_folder_that_is_not_there_is_refused_before_torch_is_imported(tmp_path
 
 
 def test_the_interval_is_that_of_the_mixed_wordings(vlm: LocalVlm) -> None:
-    prompt = vlm.chat.prompt(contract.about_ambient(2), [picture()])
+    prompt = vlm.chat.prompt(contract.about_ambient(), [picture()])
     read = [number_beliefs(vlm.numbers, one) for one in vlm.network.readout(prompt, vlm.numbers)]
     reading = vlm.ambient(picture())
     found = spread(read)

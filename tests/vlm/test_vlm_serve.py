@@ -84,7 +84,7 @@ def await_health(url: str, process: subprocess.Popen[bytes], log: Path) -> None:
 
 
 def vlm(url: str, model: str) -> RemoteVlm:
-    return RemoteVlm(VlmSettings(url=url, model=model, wordings=2, timeout_s=ANSWER_S))
+    return RemoteVlm(VlmSettings(url=url, model=model, timeout_s=ANSWER_S))
 
 
 def test_a_served_model_is_asked_and_read(served: str, folder: Path) -> None:

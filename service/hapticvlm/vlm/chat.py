@@ -60,11 +60,6 @@ class Chat:
         tokens: list[int] = self.tokenizer.encode(text, add_special_tokens=False)
         return tokens
 
-    def decode(self, tokens: Sequence[int]) -> str:
-        """Return the text of an answer's tokens, without special ones."""
-        text: str = self.tokenizer.decode(list(tokens), skip_special_tokens=True)
-        return text
-
     def _wholes(
         self, asked: Asked, images: Sequence[Any]
     ) -> tuple[list[list[int]], Mapping[str, Any]]:

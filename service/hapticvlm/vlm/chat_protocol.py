@@ -19,11 +19,10 @@ import numpy as np
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import UNKNOWN
-from hapticvlm.vlm.contract import Asked, Picture, VlmError
+from hapticvlm.vlm.contract import Asked, Picture, VlmError, widened
 from hapticvlm.vlm.endpoint import EndpointError, Json
-from hapticvlm.vlm.generation import MOST_TOKENS, interval, read_celsius
+from hapticvlm.vlm.limits import ANSWER_TOKENS, LEAST_KNOWN, TEXT_BELIEF, TOP
 from hapticvlm.vlm.logprobs import (
-    TOP,
     CandidateMass,
     Fits,
     fit_number,
@@ -32,6 +31,7 @@ from hapticvlm.vlm.logprobs import (
     read_places,
 )
 from hapticvlm.vlm.numbers import spread
+from hapticvlm.vlm.sentence import read_celsius
 
 QUALITY = 90  # of the JPEG
 TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2
@@ -44,7 +44,7 @@ def question(asked: Asked, wording: int, pictures: Sequence[Picture], image_toke
     content.append({"type": "text", "text": asked.questions[wording]})
     return {
         "messages": [{"role": "user", "content": content}],
-        "max_tokens": MOST_TOKENS,
+        "max_tokens": ANSWER_TOKENS,
         "temperature": 0.0,
         "stream": False,
     }
@@ -102,12 +102,6 @@ def _shown(picture: Picture) -> Json:
     return {"type": "image_url", "image_url": {"url": url}}
 
 
-LEAST_KNOWN = 0.5  # share of candidates below which log-probabilities are left for the text
-# Belief in a material named without a probability: enough to be rendered (ladder.KNOWN), not
-# to end the climb (ladder.SURE). Set, not measured.
-TEXT_BELIEF = 0.6
-
-
 def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | None:
     """Read a temperature off the log-probabilities, one choice a wording; None without them."""
     replies = [_reply(choice, fit_number) for choice in choices]
@@ -128,9 +122,10 @@ def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
     The interval holds those of all wordings.
     """
     stated = [read_celsius(text_of(choice)) for choice in choices]
-    lows, highs = zip(*(interval(reading) for reading in stated), strict=True)
-    values = [reading.value_c for reading in stated]
+    values = [one.value_c for one in stated]
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
+    intervals = [widened(one.value_c, one.low_c, one.high_c) for one in stated]
+    lows, highs = zip(*intervals, strict=True)
     return Reading(float(np.mean(values)), min(lows), max(highs), deviation, "text", seconds)
 
 

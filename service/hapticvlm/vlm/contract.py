@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,11 @@ from numpy.typing import NDArray
 from hapticvlm import materials, messages
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.evidence.ladder import Evidence
-from hapticvlm.evidence.reading import Method, Reading
+from hapticvlm.evidence.reading import Reading
+from hapticvlm.vlm.limits import ANSWER_S, HALF_WIDTH_C, IMAGE_TOKENS, LEAST_C, MOST_C
 
 DEFAULT_MODEL = "Qwen/Qwen2-VL-2B-Instruct"
-# degC, the candidate numbers, each whole degree
-LEAST_C = -30
-MOST_C = 60
 
-Precision = Literal["bfloat16", "float32"]
 Picture = NDArray[np.uint8]
 
 
@@ -35,10 +32,8 @@ class VlmError(HapticVLMError):
 class VlmSettings:
     """Which model to ask and how. With a `url` it is asked over HTTP, else loaded in process.
 
-    `image_tokens` is the speed knob: the most tokens a picture may become. `wordings` is over how
-    many prompts the answer is averaged. A `token` is sent to the endpoint as a bearer token.
-    `precision` is that of the weights in process, None for the faster
-    one here that fits into memory.
+    `image_tokens` is the speed knob: the most tokens a picture may become. A `token` is sent to the
+    endpoint as a bearer token.
     """
 
     model: str = DEFAULT_MODEL
@@ -46,11 +41,8 @@ class VlmSettings:
     token: str | None = field(default=None, repr=False)
     device: str = "cpu"
     threads: int = 1
-    image_tokens: int = 64
-    wordings: int = 2
-    method: Method | None = None
-    timeout_s: float = 30.0
-    precision: Precision | None = None
+    image_tokens: int = IMAGE_TOKENS
+    timeout_s: float = ANSWER_S
 
 
 class Vlm(Protocol):
@@ -89,10 +81,7 @@ AMBIENT_INSTRUCTION = (
 AMBIENT_QUESTIONS = (
     "What is the air temperature here, in degrees Celsius?",
     "How many degrees Celsius is it in this place?",
-    "Estimate the ambient temperature in degrees Celsius.",
-    "A thermometer hangs here. What does it read, in degrees Celsius?",
 )
-MOST_WORDINGS = len(AMBIENT_QUESTIONS)
 
 
 def highlight(picture: Picture, region: messages.Region) -> Picture:
@@ -132,9 +121,9 @@ class Asked:
     questions: tuple[str, ...]
 
 
-def about_ambient(wordings: int) -> Asked:
-    """Ask how warm it is, in 1 to MOST_WORDINGS wordings."""
-    return Asked(AMBIENT_INSTRUCTION, AMBIENT_QUESTIONS[:wordings])
+def about_ambient() -> Asked:
+    """Ask how warm it is, in two wordings: where they differ the answer is worth less."""
+    return Asked(AMBIENT_INSTRUCTION, AMBIENT_QUESTIONS)
 
 
 def about_material(names: Sequence[str]) -> Asked:
@@ -145,3 +134,8 @@ def about_material(names: Sequence[str]) -> Asked:
         f"Say what its surface is made of, with one word of: {listed}, {materials.UNKNOWN}."
     )
     return Asked(instruction, ("What is the outlined object made of?",))
+
+
+def widened(value_c: float, low_c: float, high_c: float) -> tuple[float, float]:
+    """Return the interval to believe of a reading, degC: at least HALF_WIDTH_C each way."""
+    return min(low_c, value_c - HALF_WIDTH_C), max(high_c, value_c + HALF_WIDTH_C)

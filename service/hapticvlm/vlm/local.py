@@ -1,8 +1,8 @@
 """A vision-language model in this process, asked for temperatures and materials; `load_vlm`.
 
-A readout takes its answer from next-token probabilities in one pass; generation writes a sentence
-and reads it. When loaded, a model is asked about a grey picture in the packed way and plainly, and
-refused where the two differ or give what is no number. Knows no session and no ladder.
+A readout takes its answer from next-token probabilities in one pass. When loaded, a model is asked
+about a grey picture in the packed way and plainly, and refused where the two differ or give what is
+no number. Knows no session and no ladder.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ import numpy as np
 
 from hapticvlm import materials
 from hapticvlm.evidence.ladder import Evidence
-from hapticvlm.evidence.reading import Method, Reading
-from hapticvlm.vlm import contract, generation, weights
+from hapticvlm.evidence.reading import Reading
+from hapticvlm.vlm import contract, weights
 from hapticvlm.vlm.chat import Chat
 from hapticvlm.vlm.contract import Picture, Vlm, VlmError, VlmSettings
+from hapticvlm.vlm.limits import TRUST
 from hapticvlm.vlm.network import Network
 from hapticvlm.vlm.numbers import (
     ChoiceTree,
@@ -30,18 +31,15 @@ from hapticvlm.vlm.numbers import (
     number_tree,
     spread,
 )
+from hapticvlm.vlm.weights import Precision
 
-METHODS: tuple[Method, ...] = ("readout", "generation")
-# A model's beliefs in materials are not calibrated: it never reaches the ladder's SURE by itself;
-# the rest stays open.
-TRUST = 0.75
 # Threads of OpenMP that wait by spinning take the cores from the gateway and from each other:
 # with a third busy process on two cores a pass was seen to take eight times as long.
 PASSIVE = {"OMP_WAIT_POLICY": "PASSIVE", "GOMP_SPINCOUNT": "0"}
 CHECK_SIDE = 56  # px, the grey picture of the check at loading
 # Largest difference in probability, summed over the vocabulary and halved, between a packed pass
 # and a plain one: rounding of bfloat16 alone; a wrong mask or position moves far more.
-AGREEMENT = {"bfloat16": 0.1, "float32": 1e-3}
+AGREEMENT: dict[Precision, float] = {"bfloat16": 0.1, "float32": 1e-3}
 
 
 class LocalVlm:
@@ -49,11 +47,9 @@ class LocalVlm:
 
     is_remote = False
 
-    def __init__(self, network: Network, chat: Chat, settings: VlmSettings) -> None:
-        self.name = settings.model
-        self.settings = settings
+    def __init__(self, network: Network, chat: Chat, name: str) -> None:
+        self.name = name
         self.chat = chat
-        self.method = settings.method or "readout"
         self.numbers = _tree(lambda: number_tree(chat.encode))
         self._network: Network | None = network
 
@@ -67,19 +63,17 @@ class LocalVlm:
     def ambient(self, picture: Picture) -> Reading:
         """Read the ambient temperature off a picture (H, W, 3) uint8 RGB. Raises VlmError.
 
-        A readout cannot be broken off; writing gives up after `timeout_s`.
+        A pass cannot be broken off: a worker that takes too long is ended as a process.
         """
         start = time.monotonic()
-        if self.method == "generation":
-            return self._written(picture, start)
-        asked = contract.about_ambient(self.settings.wordings)
-        log_probs = self.network.readout(self.chat.prompt(asked, [picture]), self.numbers)
+        prompt = self.chat.prompt(contract.about_ambient(), [picture])
+        log_probs = self.network.readout(prompt, self.numbers)
         found = spread([number_beliefs(self.numbers, row) for row in log_probs])
-        half_c = generation.HALF_WIDTH_C  # a model sure of one number is not thereby right
+        low_c, high_c = contract.widened(found.value_c, found.low_c, found.high_c)
         return Reading(
             value_c=found.value_c,
-            low_c=min(found.low_c, found.value_c - half_c),
-            high_c=max(found.high_c, found.value_c + half_c),
+            low_c=low_c,
+            high_c=high_c,
             prompt_sd_c=found.prompt_sd_c,
             method="readout",
             seconds=time.monotonic() - start,
@@ -102,40 +96,28 @@ class LocalVlm:
         self._network = None
         gc.collect()
 
-    def _written(self, picture: Picture, start: float) -> Reading:
-        prompt = self.chat.prompt(contract.about_ambient(1), [picture])
-        until_s = start + self.settings.timeout_s
-        tokens = self.network.write(prompt, generation.MOST_TOKENS, until_s)
-        stated = generation.read_celsius(self.chat.decode(tokens))
-        low, high = generation.interval(stated)
-        seconds = time.monotonic() - start
-        return Reading(stated.value_c, low, high, None, "generation", seconds)
 
+def load_local(settings: VlmSettings, precision: Precision | None = None) -> LocalVlm:
+    """Load a model by folder or name and check it on a grey picture. Raises VlmError.
 
-def load_local(settings: VlmSettings) -> LocalVlm:
-    """Load a model by folder or name and check it on a grey picture. Raises VlmError."""
-    if settings.method not in (None, *METHODS):
-        raise VlmError(f"a model in process answers by {' or '.join(METHODS)}")
-    if not 1 <= settings.wordings <= contract.MOST_WORDINGS:
-        raise VlmError(f"there are 1 to {contract.MOST_WORDINGS} wordings")
+    precision: of the weights; None for the faster one here that fits into memory.
+    """
     weights.find_here(settings.model)  # a slip in the path is said before torch is imported
-    settings = weights.settled(settings)
-    vlm = LocalVlm(*weights.load(settings), settings)
-    _require_agreement(vlm)
+    precision = precision or weights.faster_precision(settings)
+    vlm = LocalVlm(*weights.load(settings, precision), settings.model)
+    _require_agreement(vlm, precision)
     return vlm
 
 
-def _require_agreement(vlm: LocalVlm) -> None:
+def _require_agreement(vlm: LocalVlm, precision: Precision) -> None:
     grey = np.full((CHECK_SIDE, CHECK_SIDE, 3), 127, np.uint8)
-    prompt = vlm.chat.prompt(contract.about_ambient(vlm.settings.wordings), [grey])
+    prompt = vlm.chat.prompt(contract.about_ambient(), [grey])
     plain = vlm.network.following(prompt)
-    if vlm.method == "generation":
-        return
     packed = vlm.network.readout(prompt, vlm.numbers)[0, 0]
     apart = float(np.abs(np.exp(plain) - np.exp(packed)).sum()) / 2
-    if not apart <= AGREEMENT[vlm.settings.precision or "bfloat16"]:
+    if not apart <= AGREEMENT[precision]:
         text = f"model `{vlm.name}` cannot be read in one pass (it differs by {apart:.2f})"
-        raise VlmError(f"{text}; ask it by generation")
+        raise VlmError(f"{text}; name another, or serve it elsewhere and give --vlm-url")
 
 
 def _spellings(names: Sequence[str]) -> dict[str, int]:

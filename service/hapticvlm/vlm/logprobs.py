@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from hapticvlm.vlm.endpoint import EndpointError, Json
 from hapticvlm.vlm.numbers import CANDIDATES_C
 
-TOP = 20  # tokens a place, the most that OpenAI and vLLM give; first signs and digits are 11
 SLACK = 0.01  # by which the probabilities of one place may exceed 1, for rounding
 
 _NUMBER = re.compile(r"(-?)(\d{0,2})(.*)", re.DOTALL)

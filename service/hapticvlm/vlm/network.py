@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import copy
 import inspect
-import time
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,12 +20,12 @@ from numpy.typing import NDArray
 from hapticvlm.vision.encoders.networks import line
 from hapticvlm.vlm.chat import Prompt
 from hapticvlm.vlm.contract import VlmError
+from hapticvlm.vlm.limits import KEPT_HEADS
 from hapticvlm.vlm.numbers import ChoiceTree, Packed, pack
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-KEPT_HEADS = 4  # caches of instructions kept: ambient and a few scenes' material names
 CURE_MEMORY = "ask with fewer image tokens, give the machine more memory or name a smaller model"
 
 
@@ -37,16 +35,13 @@ class Network:
     def __init__(self, model: Any) -> None:  # noqa: ANN401 - any kind
         self.model = model
         self._heads: OrderedDict[tuple[int, ...], Any] = OrderedDict()
-        given = model.generation_config.eos_token_id
-        self.ends = frozenset([given] if isinstance(given, int) else given or [])
 
     def readout(self, prompt: Prompt, tree: ChoiceTree) -> NDArray[np.float32]:
         """Return log-probabilities (wordings, nodes, vocabulary) of one pass. Raises VlmError."""
         with guarded("the model's pass"):
             packed = pack(prompt.tails, tree)
             rows = len(prompt.body) + packed.rows.ravel()
-            logits, _ = self._pass(prompt, packed, rows)
-            flat = log_probs(logits[0])
+            flat = log_probs(self._pass(prompt, packed, rows)[0])
             return flat.reshape((*packed.rows.shape, flat.shape[-1]))
 
     def following(self, prompt: Prompt, tokens: Sequence[int] = ()) -> NDArray[np.float32]:
@@ -63,46 +58,21 @@ class Network:
             beliefs: NDArray[np.float32] = log_probs(logits[0, -1:])[0]
             return beliefs
 
-    def write(self, prompt: Prompt, most: int, until_s: float = inf) -> list[int]:
-        """Write the likeliest answer to the first wording, its end not included. Raises VlmError.
-
-        most: tokens, of which the end is one. until_s: when to give up, time.monotonic.
-        """
-        with guarded("the model's answer"):
-            return list(self._write(prompt, most, until_s))
-
-    def _write(self, prompt: Prompt, most: int, until_s: float) -> Iterator[int]:
-        packed = pack(prompt.tails[:1], ChoiceTree(((),), (), 0))
-        last = np.array([len(prompt.body) + len(packed.ids) - 1])
-        logits, cache = self._pass(prompt, packed, last)
-        for count in range(1, most + 1):
-            token = int(log_probs(logits[0, -1:])[0].argmax())
-            if token in self.ends:
-                return
-            yield token
-            if count < most:
-                _require_before(until_s)
-                steps = np.array([len(packed.ids) + count - 1])
-                positions = self._positions(prompt, steps)[..., -1:]
-                outputs = self._call((token,), positions, past_key_values=cache)
-                logits = outputs.logits
-                cache = outputs.past_key_values
-
-    def _pass(self, prompt: Prompt, packed: Packed, rows: NDArray[np.int64]) -> tuple[Tensor, Any]:
+    def _pass(self, prompt: Prompt, packed: Packed, rows: NDArray[np.int64]) -> Tensor:
         """Run a prompt's body with what is packed behind; logits (1, rows, vocabulary)."""
         import torch
 
         ids = (*prompt.body, *packed.ids.tolist())
         positions = self._positions(prompt, packed.steps)[..., -len(ids) :]
-        outputs = self._call(
+        logits: Tensor = self._call(
             ids,
             positions,
             attention_mask=self._mask(len(prompt.head) + len(prompt.body), packed, len(ids)),
             past_key_values=self._head(prompt.head),
             logits_to_keep=torch.from_numpy(rows).to(self.model.device),
             **prompt.tensors,
-        )
-        return outputs.logits, outputs.past_key_values
+        ).logits
+        return logits
 
     def _head(self, head: tuple[int, ...]) -> Any:  # noqa: ANN401 - a cache of transformers
         """Copy the kept cache of a head, computing it at first; a pass writes into its copy."""
@@ -184,7 +154,7 @@ def log_probs(logits: Tensor) -> NDArray[np.float32]:
     wrong = int((~torch.isfinite(logits)).sum())
     if wrong:
         text = f"the model gives NaN or infinite logits ({wrong} of {logits.numel()})"
-        raise VlmError(f"{text}: its weights are damaged, or need another precision")
+        raise VlmError(f"{text}: its weights are damaged")
     found: NDArray[np.float32] = torch.log_softmax(logits.float(), dim=-1).cpu().numpy()
     return found
 
@@ -203,8 +173,3 @@ def guarded(doing: str) -> Iterator[None]:
         if "alloc" in str(error):  # torch's word for a lack of the cpu's memory
             raise VlmError(f"{doing} ran out of memory ({line(error)}): {CURE_MEMORY}") from None
         raise VlmError(f"{doing} failed ({type(error).__name__}: {line(error)})") from error
-
-
-def _require_before(until_s: float) -> None:
-    if time.monotonic() > until_s:
-        raise VlmError("the model took longer than allowed to write its answer")

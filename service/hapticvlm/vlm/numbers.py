@@ -29,13 +29,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.evidence.reading import COVERAGE
-from hapticvlm.vlm.contract import LEAST_C, MOST_C, VlmError
+from hapticvlm.vlm.contract import VlmError
+from hapticvlm.vlm.limits import LEAST_C, LEAST_SHARE, MOST_C
 
 Encode = Callable[[str], Sequence[int]]
 Text = tuple[int, ...]
 
 CANDIDATES_C = np.arange(LEAST_C, MOST_C + 1)  # degC
-LEAST_SHARE = 1e-6  # probability of any number at all below which a readout is rounding noise
 
 Beliefs = NDArray[np.float64]
 

@@ -51,14 +51,12 @@ class RemoteVlm:
         """Read url and token; nothing is sent yet. Raises VlmError."""
         if settings.url is None:
             raise VlmError("no url of an endpoint is given")
-        if settings.method not in (None, "logprobs", "text"):
-            raise VlmError(f"an endpoint cannot do {settings.method}: take logprobs or text")
         address = read_address(settings.url)
         self._settings = settings
         self._now = now
         self._endpoint = Endpoint(address, check_token(settings.token, address))
         self._model = None if settings.model == DEFAULT_MODEL else settings.model
-        self._gives_logprobs = settings.method != "text"
+        self._gives_logprobs = True
         self._breaker, self._asking = Breaker(), threading.Lock()
 
     @property
@@ -73,7 +71,7 @@ class RemoteVlm:
 
     def ambient(self, picture: Picture) -> Reading:
         """Read the ambient temperature off a picture (H, W, 3) uint8 RGB. Raises VlmError."""
-        asked = about_ambient(self._settings.wordings)
+        asked = about_ambient()
         tokens = self._settings.image_tokens
 
         def ask() -> Reading:
@@ -82,7 +80,9 @@ class RemoteVlm:
                 self._choice(chat_protocol.question(asked, wording, (picture,), tokens), begun)
                 for wording in range(len(asked.questions))
             ]
-            return self._reading(choices, time.monotonic() - begun)
+            seconds = time.monotonic() - begun
+            reading = chat_protocol.ambient_by_logprobs(choices, seconds)
+            return chat_protocol.ambient_by_text(choices, seconds) if reading is None else reading
 
         return self._guarded(ask)
 
@@ -127,14 +127,6 @@ class RemoteVlm:
         self._breaker = self._breaker.succeeded()
         return answer
 
-    def _reading(self, choices: Sequence[Json], seconds: float) -> Reading:
-        reading = None
-        if self._settings.method != "text":
-            reading = chat_protocol.ambient_by_logprobs(choices, seconds)
-        if reading is None and self._settings.method == "logprobs":
-            raise VlmError(f"{self.name} gives no log-probabilities of numbers")
-        return chat_protocol.ambient_by_text(choices, seconds) if reading is None else reading
-
     def _choice(self, body: Json, begun: float) -> Json:
         """Ask once, without log-probabilities where the endpoint does not know them."""
         deadline = begun + self._settings.timeout_s
@@ -144,7 +136,7 @@ class RemoteVlm:
                 asked = chat_protocol.with_logprobs(body)
                 return chat_protocol.first_choice(self._endpoint.post(CHAT, asked, deadline))
             except EndpointError as error:
-                if error.status not in _NO_SUCH_FIELD or self._settings.method == "logprobs":
+                if error.status not in _NO_SUCH_FIELD:
                     raise
         choice = chat_protocol.first_choice(self._endpoint.post(CHAT, body, deadline))
         self._gives_logprobs = False

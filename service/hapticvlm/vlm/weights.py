@@ -11,9 +11,8 @@ from __future__ import annotations
 import logging
 import time
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from hapticvlm.errors import installing
 from hapticvlm.vision.encoders.networks import (
@@ -26,30 +25,31 @@ from hapticvlm.vision.encoders.networks import (
 )
 from hapticvlm.vlm.chat import Chat
 from hapticvlm.vlm.contract import VlmError, VlmSettings
+from hapticvlm.vlm.limits import LEAST_TOKENS
 from hapticvlm.vlm.network import CURE_MEMORY, Network, guarded
 
 FILES = ("*.json", "*.safetensors", "*.txt", "*.jinja", "*.model")
-BYTES = {"bfloat16": 2, "float32": 4}
+Precision = Literal["bfloat16", "float32"]
+BYTES: dict[Precision, int] = {"bfloat16": 2, "float32": 4}
 TRIALS = 8
 MEMINFO = Path("/proc/meminfo")
-LEAST_TOKENS = 4  # what Qwen's image processor makes of the smallest picture
 FOLDER = "give a folder that save_pretrained wrote, with network, tokenizer and image processor"
 
 logger = logging.getLogger(__name__)
 
 
-def load(settings: VlmSettings) -> tuple[Network, Chat]:
+def load(settings: VlmSettings, precision: Precision) -> tuple[Network, Chat]:
     """Load a model and what prepares its questions. Raises VlmError."""
     _require_sense(settings)
     _quieten(settings)
     folder = find(settings.model)
     _require_device(settings)
     if settings.device == "cpu":
-        _require_memory(folder, settings)
+        _require_memory(folder, settings, precision)
     try:
         with guarded(f"loading the model `{settings.model}`"):
             chat_parts = _chat_parts(folder, settings)
-            model = _model(folder, settings)
+            model = _model(folder, settings, precision)
     except VlmError:
         raise
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
@@ -60,20 +60,17 @@ def load(settings: VlmSettings) -> tuple[Network, Chat]:
     return Network(model), Chat(*chat_parts, image_id)
 
 
-def settled(settings: VlmSettings) -> VlmSettings:
-    """Choose the precision where none is asked for: the faster here that fits. Raises VlmError.
+def faster_precision(settings: VlmSettings) -> Precision:
+    """Choose the precision of the weights: the faster one here that fits. Raises VlmError.
 
     Processors without bfloat16 products emulate them, at a quarter of the speed of float32.
     """
-    if settings.precision is not None:
-        return settings
     _quieten(settings)
-    exact = replace(settings, precision="float32")
     if settings.device == "cpu" and _is_float32_faster():
         with suppress(VlmError):
-            _require_memory(find(settings.model), exact)
-            return exact
-    return replace(settings, precision="bfloat16")
+            _require_memory(find(settings.model), settings, "float32")
+            return "float32"
+    return "bfloat16"
 
 
 def _is_float32_faster() -> bool:
@@ -144,8 +141,6 @@ def _require_sense(settings: VlmSettings) -> None:
         raise VlmError(f"a picture needs {LEAST_TOKENS} image tokens or more")
     if settings.threads < 1:
         raise VlmError("a model needs 1 thread or more")
-    if settings.precision not in (None, *BYTES):
-        raise VlmError(f"precision `{settings.precision}` is none of {', '.join(BYTES)}")
 
 
 def _quieten(settings: VlmSettings) -> None:
@@ -165,24 +160,24 @@ def _require_device(settings: VlmSettings) -> None:
         raise VlmError("torch finds no CUDA device here: use the cpu, or the torch that fits it")
 
 
-def _require_memory(folder: Path, settings: VlmSettings) -> None:
+def _require_memory(folder: Path, settings: VlmSettings, precision: Precision) -> None:
     """Refuse weights that do not fit; they are taken to lie in the file as bfloat16."""
     stored = sum(path.stat().st_size for path in folder.glob("*.safetensors"))
-    needed = stored * BYTES[settings.precision or "bfloat16"] // BYTES["bfloat16"]
+    needed = stored * BYTES[precision] // BYTES["bfloat16"]
     free = free_bytes()
     if free is not None and needed > free:
         text = f"model `{settings.model}` needs {needed / 1e9:.1f} GB, {free / 1e9:.1f} GB are free"
         raise VlmError(f"out of memory: {text}; {CURE_MEMORY}")
 
 
-def _model(folder: Path, settings: VlmSettings) -> Any:  # noqa: ANN401 - any kind
+def _model(folder: Path, settings: VlmSettings, precision: Precision) -> Any:  # noqa: ANN401
     import torch
     import transformers
 
     library: Any = transformers
     model, report = library.AutoModelForImageTextToText.from_pretrained(
         folder,
-        dtype=getattr(torch, settings.precision or "bfloat16"),
+        dtype=getattr(torch, precision),
         attn_implementation="sdpa",  # takes the mask of a packed pass
         local_files_only=True,
         output_loading_info=True,

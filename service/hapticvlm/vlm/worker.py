@@ -31,12 +31,7 @@ from hapticvlm.processes.model_worker import (
 )
 from hapticvlm.processes.supervised import Started
 from hapticvlm.vlm.contract import Picture, Vlm, VlmError, VlmSettings
-
-LOAD_S = 900.0  # a model may first have to come over the network
-GRACE_S = 5.0  # beyond the model's own time limit, before the process is ended
-TRIES = 2
-NICE = 15
-SIDE = 448  # px, more than any image-token budget here needs
+from hapticvlm.vlm.limits import GRACE_S, LOAD_S, LOADS, NICE, SIDE
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +97,7 @@ class VlmWorker:
         if trouble is None:
             return None
         self._failed_loads = self._failed_loads + 1 if self.name is None else 0
-        if self._failed_loads >= TRIES:
+        if self._failed_loads >= LOADS:
             self.worker.close()
             self.absent = f"{trouble.rsplit(';', 1)[0]}; given up, ambient_c falls to the default"
             return self.absent

@@ -86,7 +86,7 @@ def _model(plan: Plan, folder: Path) -> str:
     from hapticvlm.vlm import contract
     from hapticvlm_lab.bench.ambient import random_model
 
-    asked = contract.about_ambient(contract.MOST_WORDINGS)
+    asked = contract.about_ambient()
     sizes = random_model.TINY if plan.size == "tiny" else random_model.FULL
     random_model.write(folder, [asked.instruction, *asked.questions], sizes, "bfloat16")
     return str(folder)

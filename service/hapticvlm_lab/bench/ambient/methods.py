@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from hapticvlm.vlm.contract import VlmSettings
+from hapticvlm.vlm.limits import IMAGE_TOKENS
+from hapticvlm.vlm.weights import Precision
 
 Family = Literal["readout", "generation", "remote", "wire"]
 
@@ -16,29 +18,35 @@ REPLY = "21"  # of the stand-in endpoint
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A method to ask, by its name. `settings` of the wire name no url yet."""
+    """A method to ask, by its name. `settings` of the wire name no url yet.
+
+    precision: of the weights in process.
+    """
 
     name: str
     family: Family
     settings: VlmSettings
     is_default: bool = False
+    precision: Precision = "bfloat16"
 
 
 def in_process(model: str, device: str, budgets: Sequence[int] = BUDGETS) -> list[Method]:
     """Readout at every budget, then generation and the other precision at the default's."""
-    base = VlmSettings(model=model, device=device, precision="bfloat16")
+    base = VlmSettings(model=model, device=device)
     methods = []
     for tokens in budgets:
-        settings = replace(base, image_tokens=tokens, method="readout")
-        is_default = tokens == base.image_tokens
+        settings = replace(base, image_tokens=tokens)
+        is_default = tokens == IMAGE_TOKENS
         methods.append(Method(f"readout, {tokens} tokens, bf16", "readout", settings, is_default))
-    generating = replace(base, method="generation", wordings=1, timeout_s=600.0)
-    methods.append(
-        Method(f"generation, {base.image_tokens} tokens, bf16", "generation", generating)
+    methods.append(Method(f"generation, {IMAGE_TOKENS} tokens, bf16", "generation", base))
+    exact = Method(
+        f"readout, {IMAGE_TOKENS} tokens, fp32",
+        "readout",
+        base,
+        is_default=False,
+        precision="float32",
     )
-    exact = replace(base, precision="float32", method="readout")
-    methods.append(Method(f"readout, {base.image_tokens} tokens, fp32", "readout", exact))
-    return methods
+    return [*methods, exact]
 
 
 def remote(url: str, model: str | None, token: str | None) -> Method:
@@ -50,4 +58,4 @@ def remote(url: str, model: str | None, token: str | None) -> Method:
 
 def wire() -> Method:
     """Ask an endpoint on loopback that answers at once: what a remote question costs at least."""
-    return Method("remote: the wire alone", "wire", VlmSettings(model="stand-in", wordings=1))
+    return Method("remote: the wire alone", "wire", VlmSettings(model="stand-in"))

@@ -57,10 +57,8 @@ def measure(method: Method, pictures: Sequence[Picture]) -> Timed | str:
 
 
 def _measure(method: Method, pictures: Sequence[Picture]) -> Timed:
-    from hapticvlm.vlm.local import load_vlm
-
     started = time.monotonic()
-    vlm = load_vlm(method.settings)
+    vlm = _loaded(method)
     load_s = time.monotonic() - started
     vlm.ambient(pictures[0]) if vlm.is_remote else _ask(vlm, pictures[0])
     times: list[float] = []
@@ -73,6 +71,20 @@ def _measure(method: Method, pictures: Sequence[Picture]) -> Timed:
     vlm.close()
     figures = float(np.median(times)), max(times), load_s, _peak_mb()
     return Timed(len(times), *figures, tuple(guesses))
+
+
+def _loaded(method: Method) -> Vlm:
+    from hapticvlm.vlm.local import load_local, load_vlm, prepare_process
+
+    if method.family not in ("readout", "generation"):
+        return load_vlm(method.settings)
+    prepare_process(method.settings.threads)
+    vlm = load_local(method.settings, method.precision)
+    if method.family == "readout":
+        return vlm
+    from hapticvlm_lab.bench.ambient.writing import WritingVlm
+
+    return WritingVlm(vlm)
 
 
 def _ask(vlm: Vlm, picture: Picture) -> Reading | None:

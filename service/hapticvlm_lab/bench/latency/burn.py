@@ -19,8 +19,8 @@ import numpy as np
 
 from hapticvlm.vlm import contract
 from hapticvlm.vlm.contract import VlmSettings
+from hapticvlm.vlm.limits import NICE
 from hapticvlm.vlm.local import load_vlm, prepare_process
-from hapticvlm.vlm.worker import NICE
 from hapticvlm_lab.bench.ambient import random_model
 
 SIZES = random_model.Sizes(1024, 4096, 8, 16, 2, (8, 12, 12), 768, 12, 12, 32000)
@@ -30,7 +30,7 @@ def burn(seconds: float, threads: int) -> dict[str, object]:
     """Read pictures for `seconds` after a first one; return what that took."""
     pictures = np.random.default_rng(0).integers(0, 255, (8, 448, 448, 3), np.uint8)
     with tempfile.TemporaryDirectory() as folder:
-        wording = contract.about_ambient(contract.MOST_WORDINGS)
+        wording = contract.about_ambient()
         texts = [wording.instruction, *wording.questions]
         random_model.write(Path(folder), texts, SIZES, "bfloat16")
         vlm = load_vlm(VlmSettings(model=folder, threads=threads, image_tokens=256))

@@ -1,0 +1,35 @@
+"""Every budget and limit of asking a vision-language model, each with its reason, in one place."""
+
+from __future__ import annotations
+
+# What is asked and believed.
+LEAST_C = -30  # degC, the candidate numbers, each whole degree
+MOST_C = 60
+LEAST_SHARE = 1e-6  # probability of any number at all below which a readout is rounding noise
+LEAST_KNOWN = 0.5  # share of candidates below which log-probabilities are left for the text
+# A model that is sure of one number is not thereby right, and a sentence states no interval. The
+# paper counts an answer within 8 degC of the truth as right and had 13 of 15 right, so +- 8 degC is
+# what is known to hold about COVERAGE of such answers. No reading is narrower.
+HALF_WIDTH_C = 8.0
+# Belief in a material that is named without a probability: enough to be rendered (ladder.KNOWN),
+# not to end the climb (ladder.SURE). Set, not measured.
+TEXT_BELIEF = 0.6
+# A model's beliefs in materials are not calibrated: it never reaches the ladder's SURE by itself;
+# the rest stays open.
+TRUST = 0.75
+
+# What a question may cost.
+IMAGE_TOKENS = 64  # of a picture at most
+LEAST_TOKENS = 4  # what Qwen's image processor makes of the smallest picture
+SIDE = 448  # px of a frame as it is decoded: more than any budget here needs
+ANSWER_TOKENS = 24  # a number and a few words; what a model writes after that is not read
+TOP = 20  # log-probabilities a token, the most that OpenAI and vLLM give
+ANSWER_BYTES = 1 << 20  # of an endpoint; one with 20 log-probabilities a token stays below 64 KiB
+KEPT_HEADS = 4  # caches of instructions kept: ambient and a few scenes' material names
+
+# How long things may take.
+ANSWER_S = 30.0  # until an answer is there, unless `--vlm-timeout` says otherwise
+LOAD_S = 900.0  # a model may first have to come over the network
+GRACE_S = 5.0  # beyond the model's own time limit, before the process is ended
+NICE = 15  # of its process: everything else here goes first
+LOADS = 2  # times that a model may fail to load running, before it is given up
