@@ -53,6 +53,7 @@ toolchains:
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix $(CAPTURE); fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix tests/browser; fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix tests/engines; fi
+	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix tests/contract; fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix examples/webxr; fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix service/hapticvlm_lab/training/rooms; fi
 

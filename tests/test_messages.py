@@ -92,6 +92,14 @@ def test_every_generated_file_is_current():
     assert generate.main(["--check"]) == 0
 
 
+def test_every_field_and_every_choice_of_words_says_what_it_means():
+    meanings = importlib.import_module("meanings")
+    fields = {kind: text for kind, text in meanings.of_fields().items() if kind in SCHEMA["$defs"]}
+    for kind, said in fields.items():
+        assert said.keys() == SCHEMA["$defs"][kind]["properties"].keys() - {"type"}, kind
+    assert meanings.of_choices().keys() == meanings.choices().keys()
+
+
 def test_a_stale_file_is_noticed(tmp_path, monkeypatch):
     generate = importlib.import_module("generate")
     monkeypatch.setattr(generate, "HERE", tmp_path)
@@ -107,7 +115,7 @@ def test_the_asyncapi_document_names_every_message_and_resolves_every_reference(
         for step in reference.split("/"):
             target = target[step]
         assert target
-    assert len(document["channels"]["scene"]["messages"]) == 15
+    assert len(document["channels"]["socket"]["messages"]) == 15
     assert document["asyncapi"].startswith("3.")
 
 

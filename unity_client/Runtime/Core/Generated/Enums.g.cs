@@ -387,27 +387,6 @@ namespace HapticVLM.Wire
         }
     }
 
-    public enum ViewOrigin { Other, Bottom, Top }
-
-    internal static class ViewOriginWire
-    {
-        static readonly byte[][] Texts =
-        {
-            MsgPackWriter.Encoded("bottom"),
-            MsgPackWriter.Encoded("top"),
-        };
-
-        public static ViewOrigin Read(ref MsgPackReader r)
-        {
-            return (ViewOrigin)Choice.Read(ref r, Texts);
-        }
-
-        public static void Write(MsgPackWriter w, ViewOrigin value)
-        {
-            Choice.Write(w, Texts, (int)value, "ViewOrigin");
-        }
-    }
-
     public enum Watch { Other, Frames, Log, Waveform }
 
     internal static class WatchWire

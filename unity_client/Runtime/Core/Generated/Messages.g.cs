@@ -1897,8 +1897,8 @@ namespace HapticVLM.Wire
     /// <summary>Settings of this connection's session; `feel` and gains are the owner's alone.
     ///
     /// `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
-    /// nothing for 30 s, and its owner may give them up, as a tool that only shows pictures does;
-    /// anybody may end the owner's connection. The event `ownership` says when the outputs are free.
+    /// nothing for 30 s. Their owner may give them up, as a tool that only shows pictures does.
+    /// Anybody may end the owner's connection. The event `ownership` says when the outputs are free.
     /// Gains, `feel` and the touch are sent again after they were taken.</summary>
     public struct Set
     {
@@ -2925,7 +2925,7 @@ namespace HapticVLM.Wire
         public string Format;
         public ArraySegment<byte> Image;
         public ArraySegment<byte> Mask;
-        public ViewOrigin? Origin;
+        public FrameOrigin? Origin;
         public double? RateHz;
         public long? Start;
         public List<double> Samples;
@@ -2980,7 +2980,7 @@ namespace HapticVLM.Wire
             if (Origin != null)
             {
                 w.Raw(ViewKeys.Origin);
-                ViewOriginWire.Write(w, Origin.Value);
+                FrameOriginWire.Write(w, Origin.Value);
             }
             if (RateHz != null)
             {
@@ -3061,7 +3061,7 @@ namespace HapticVLM.Wire
                 {
                     if (!r.TryNil())
                     {
-                        Origin = ViewOriginWire.Read(ref r);
+                        Origin = FrameOriginWire.Read(ref r);
                     }
                 }
                 else if (r.TryKey(ViewKeys.RateHz))
@@ -3113,7 +3113,7 @@ namespace HapticVLM.Wire
             Format = default(string);
             Image = default(ArraySegment<byte>);
             Mask = default(ArraySegment<byte>);
-            Origin = default(ViewOrigin?);
+            Origin = default(FrameOrigin?);
             RateHz = default(double?);
             Start = default(long?);
             Samples = default(List<double>);
