@@ -12,7 +12,8 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.messages import FeelForm, Transient, Vibration

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import msgspec
+
 from hapticvlm.messages import FeelForm, Frame, Scope, ServiceMessage
 from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session.targets import ObjectTarget, RecognitionRequest
 
 
-@dataclass(frozen=True, slots=True)
-class Reply:
+class Reply(msgspec.Struct, frozen=True, gc=False):
     """Send this to the session's own connection."""
 
     message: ServiceMessage
@@ -38,15 +39,13 @@ class AskMaterial:
 Ask = AskAmbient | AskMaterial
 
 
-@dataclass(frozen=True, slots=True)
-class PlayVibration:
+class PlayVibration(msgspec.Struct, frozen=True, gc=False):
     """Write this to the audio ring."""
 
     command: Command
 
 
-@dataclass(frozen=True, slots=True)
-class ReleaseHand:
+class ReleaseHand(msgspec.Struct, frozen=True, gc=False):
     """Fade one hand's vibration (0 left, 1 right)."""
 
     hand: int

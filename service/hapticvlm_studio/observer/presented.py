@@ -6,10 +6,10 @@ rendered, so that limits, leads, levels and the plate's sloth are those of the s
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
@@ -113,5 +113,5 @@ def _sound(voices: Voices, action: Action, seed: int) -> None:
     elif isinstance(action, PlayVibration):
         command = action.command
         if command.onset or command.interaction not in IMPACTS:
-            seeded = dataclasses.replace(command, seed=1000 * seed + command.seed)
+            seeded = replace(command, seed=1000 * seed + command.seed)
             voices.obey(seeded)

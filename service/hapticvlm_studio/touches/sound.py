@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 import wave
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from hapticvlm.materials import Material

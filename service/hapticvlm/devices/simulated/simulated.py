@@ -22,7 +22,7 @@ _FORWARD_A_S_K = 0.26  # the face holds 1 J/K, an ampere moves 3.86 W
 _FORWARD_FROM_C_S = 4.0  # a touch of something cold; slower courses do without
 _FORWARD_S = 0.06  # over which the slope is averaged
 _LEAD_C = 0.4  # how far the target may be ahead of a plate at its current limit
-_TICK_S = 0.02
+TICK_S = 0.02
 _LONGEST_GAP_S = 5.0  # s of a longer silence are lived through, the rest is not
 _ARRIVED_C = 0.3
 _LONGEST_RETURN_S = 10.0
@@ -87,9 +87,9 @@ class SimulatedPlate:
         if not 0.0 <= elapsed_s <= _LONGEST_GAP_S:
             self._lapse()
             elapsed_s = _LONGEST_GAP_S if elapsed_s > 0.0 else 0.0
-        ticks = math.ceil(elapsed_s / _TICK_S - 1e-6)
+        ticks = math.ceil(elapsed_s / TICK_S - 1e-6)
         for _ in range(ticks):
-            self._tick(elapsed_s / ticks)
+            self._tick(round(elapsed_s / ticks, 9))  # the same step is solved once
         return self._reading()
 
     @property

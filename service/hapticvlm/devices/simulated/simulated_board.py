@@ -6,6 +6,7 @@ has the simulated plate's guards, fewer than the firmware's, which is tested as 
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -24,7 +25,12 @@ from hapticvlm.devices.plate.protocol import (
     Setpoint,
     Telemetry,
 )
-from hapticvlm.devices.simulated.simulated import COOL_LIMIT_A, HEAT_LIMIT_A, SimulatedPlate
+from hapticvlm.devices.simulated.simulated import (
+    COOL_LIMIT_A,
+    HEAT_LIMIT_A,
+    TICK_S,
+    SimulatedPlate,
+)
 from hapticvlm.rendering.heat import limits as plate_limits
 
 TELEMETRY_HZ = 20
@@ -43,6 +49,7 @@ class SimulatedBoard:
         self._major = major
         self._deframer = Deframer()
         self._started_at: float | None = None
+        self._lived_to = 0.0
         self._reported_at = 0.0
         self._seq = self._refused = 0
         self._is_greeted = False
@@ -50,15 +57,28 @@ class SimulatedBoard:
     def exchange(self, data: bytes, now: float) -> bytes:
         """Receive what the host sent, advance to `now` and return what is to be sent."""
         if self._started_at is None:
-            self._started_at = self._reported_at = now
-        out = b"".join(self._handle(received, now) for received in self._deframer.feed(data))
-        self.plate.advance(now)
+            self._started_at = self._reported_at = self._lived_to = now
+        self._live(now)
+        out = b"".join(self._handle(received) for received in self._deframer.feed(data))
         if now - self._reported_at >= 1.0 / TELEMETRY_HZ:
             self._reported_at = now
             out += self._encode(self._telemetry(now))
         return out
 
-    def _handle(self, received: Frame, now: float) -> bytes:
+    def _live(self, now: float) -> None:
+        """Let the plate live in whole steps of its control loop, as a firmware's does.
+
+        The host comes at any moment, and a plate that lived up to each of them would solve another
+        system of equations each time. What is ordered between two steps counts from the last one,
+        so a lease ends up to one step early, never late.
+        """
+        if not self._lived_to <= now < math.inf:  # a clock that jumped is the plate's matter
+            self._lived_to = now
+        else:
+            self._lived_to += math.floor((now - self._lived_to) / TICK_S) * TICK_S
+        self.plate.advance(self._lived_to)
+
+    def _handle(self, received: Frame) -> bytes:
         try:
             message = plate_protocol.decode(received)
         except plate_protocol.LineError:
@@ -67,18 +87,18 @@ class SimulatedBoard:
         reply = b""
         if isinstance(message, Hello):
             reply = plate_protocol.encode(self._hello_reply(), received.seq)
-        return reply + self._acknowledge(received, self._do(message, now))
+        return reply + self._acknowledge(received, self._do(message))
 
-    def _do(self, message: Message, now: float) -> Answer:
+    def _do(self, message: Message) -> Answer:
         match message:
             case Hello():
                 return self._handshake(message)
             case Setpoint():
-                return self._hold(message, now)
+                return self._hold(message)
             case plate_protocol.Off():
                 self.plate.close()
             case plate_protocol.Rest():
-                self.plate.rest(now)
+                self.plate.rest(self._lived_to)
             case Clear():
                 return self._clear(message.fault) if self._is_greeted else Answer.NEEDS_HELLO
             case _:
@@ -92,7 +112,7 @@ class SimulatedBoard:
         self.plate.close()
         return Answer.VERSION
 
-    def _hold(self, message: Setpoint, now: float) -> Answer:
+    def _hold(self, message: Setpoint) -> Answer:
         if not self._is_greeted:
             return Answer.NEEDS_HELLO
         setpoint_c = message.setpoint_mc / 1000.0
@@ -102,7 +122,7 @@ class SimulatedBoard:
             return Answer.TTL
         if self.plate.state is plate_protocol.State.FAULTED:
             return Answer.FAULTED
-        self.plate.command(setpoint_c, message.ttl_ms / 1000.0, now)
+        self.plate.command(setpoint_c, message.ttl_ms / 1000.0, self._lived_to)
         return Answer.OK
 
     def _clear(self, number: int) -> Answer:
@@ -140,7 +160,7 @@ class SimulatedBoard:
         )
 
     def _telemetry(self, now: float) -> Telemetry:
-        reading = self.plate.advance(now)
+        reading = self.plate.advance(self._lived_to)
         state = self.plate.state
         is_driving = state in (plate_protocol.State.HOLDING, plate_protocol.State.RETURNING)
         plate_mc = None if reading.plate_c is None else round(reading.plate_c * 1000)

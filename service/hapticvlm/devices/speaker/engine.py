@@ -23,6 +23,7 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
 
 FADE_S = 0.05
+REPORTED_SILENCE_S = 0.02  # of silence are reported at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +64,11 @@ class Engine:
         self._rested = ring.newest
         self._lost = 0
         self._samples = 0
+        self._is_idle = False
+        self._seen = (-1, -1)
+        self._stood = 0
+        self._silence = np.zeros(0, np.float32)
+        self._unreported = 0
         self._scrubbed = 0
         self.level = 1.0
         self.underruns = 0
@@ -75,7 +81,16 @@ class Engine:
         # This runs in the audio system's own thread, which must be done before the output runs dry.
         # So nothing here waits: no lock, no file, no allocation that grows. Everything it knows
         # comes out of the ring, and what it says goes back into it.
+        #
+        # An engine plays silence for most of a day, 375 blocks a second, and carrying out nothing,
+        # mixing nothing and reporting it costs as much as a hand. So once all that was ordered is
+        # done and nothing sounds, it looks at two numbers and hands out the same zeros. It wakes
+        # within the block in which an order comes, as if it had never slept.
+        if self._is_idle and self._ring.numbers == self._seen:
+            return self._sleep(count)
         now = time.monotonic()
+        self._report_silence(now)
+        self._seen = self._ring.numbers
         for number, written_at, order in self._ring.take(self._newest):
             self._newest = number
             if order is None:
@@ -94,7 +109,27 @@ class Engine:
         if self.tee is not None:
             self.tee(block)
         self._ring.report(self._status(now), block)
+        is_done = (self._newest, self._stood) == self._seen
+        self._is_idle = is_done and self._voices.is_silent and not self._voices.level
         return block
+
+    def _sleep(self, count: int) -> NDArray[np.float32]:
+        """Return `count` zeros, the same each time, and report now and then."""
+        if self._silence.size != count:
+            self._silence = np.zeros(count, np.float32)
+            self._silence.flags.writeable = False
+        self._samples += count
+        self._unreported += count
+        if self.tee is not None:
+            self.tee(self._silence)
+        if self._unreported >= REPORTED_SILENCE_S * RATE_HZ:
+            self._report_silence(time.monotonic())
+        return self._silence
+
+    def _report_silence(self, now: float) -> None:
+        if self._unreported:
+            self._ring.report(self._status(now), np.zeros(self._unreported, np.float32))
+            self._unreported = 0
 
     def beat(self) -> None:
         """Report without playing: the engine is well although nothing asks it for samples."""
@@ -102,6 +137,7 @@ class Engine:
 
     def rest_unplayed(self) -> None:
         """End what sounds while nothing plays, and pass over what is commanded meanwhile."""
+        self._seen = self._ring.numbers
         for number, _, _ in self._ring.take(self._newest):
             self._newest = number
         self._follow_standing()
@@ -123,13 +159,18 @@ class Engine:
 
     def _follow_standing(self) -> None:
         """Apply the gain, and rest if the order to do so was lost with others."""
+        if self._stood == self._seen[1]:
+            return
         standing = self._ring.standing()
         if standing is None:
-            return
+            return  # half written: it is looked for again in the next block
         self._voices.gain = standing.gain
-        if self._rested < standing.rested <= self._newest:
+        if self._rested < standing.rested:
+            if standing.rested > self._newest:
+                return  # the order itself is still to come
             self._rested = standing.rested
             self._voices.rest()
+        self._stood = self._seen[1]
 
     def _obey(self, order: Order) -> None:
         match order:

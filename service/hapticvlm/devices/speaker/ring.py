@@ -98,6 +98,11 @@ class Ring:
         """Number of the newest command written; 0 = none."""
         return self._number(_NEWEST)
 
+    @property
+    def numbers(self) -> tuple[int, int]:
+        """Numbers of the newest command and of the newest persistent state written."""
+        return self._number(_NEWEST), self._number(_NEWEST_STANDING)
+
     def put(self, order: Order, now: float) -> int:
         """Write one order (gateway side) and return its number.
 

@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,8 +36,7 @@ _MOST_IMPACTS = 8
 _MOST_FADING_TEXTURES = 2
 
 
-@dataclass(frozen=True, slots=True)
-class Command:
+class Command(msgspec.Struct, frozen=True, gc=False):
     """What one hand does now: hand 0 left, 1 right; no material is nothing to feel.
 
     `onset` starts an impact; `expires_at` is in seconds of the clock that `render` is given. `gain`
@@ -166,6 +166,10 @@ class Voices:
     def render(self, count: int, now: float) -> NDArray[np.float32]:
         """Next `count` samples, (count,) float32 in [-1, 1]; `now` sounds DELAY_S into them."""
         wave = np.zeros(count, np.float32)
+        if self.is_silent:  # as most blocks of a day are; nobody hears a gain that changes at once
+            self._gain = self.gain
+            self.level = 0.0
+            return wave
         for begin in range(0, count, _CHUNK):
             part = wave[begin : begin + _CHUNK]
             self._mix_into(part, now + begin / self._rate_hz)

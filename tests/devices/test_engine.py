@@ -1,0 +1,85 @@
+"""The audio engine's blocks: what it plays, what it reports, and that it sleeps while silent."""
+
+import time
+
+import numpy as np
+import pytest
+
+from hapticvlm.devices.speaker.engine import REPORTED_SILENCE_S, Engine
+from hapticvlm.devices.speaker.engine_orders import RestAll, Standing
+from hapticvlm.devices.speaker.ring import Ring
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.voices import Command
+
+BLOCK = 128
+
+
+def _strike() -> Command:
+    until = time.monotonic() + 0.25
+    return Command(0, "metal", "strike", True, Motion(0.5, 1.0), seed=1, expires_at=until)
+
+
+@pytest.fixture
+def asleep() -> tuple[Ring, Engine]:
+    ring = Ring.create()
+    engine = Engine(ring)
+    for _ in range(3):
+        engine.fill(BLOCK)
+    return ring, engine
+
+
+def test_a_sleeping_engine_hands_out_the_same_zeros_each_time(asleep: tuple[Ring, Engine]) -> None:
+    _, engine = asleep
+    first = engine.fill(BLOCK)
+    assert not first.any()
+    assert engine.fill(BLOCK) is first
+
+
+def test_a_sleeping_engine_plays_an_order_in_the_very_next_block(
+    asleep: tuple[Ring, Engine],
+) -> None:
+    ring, engine = asleep
+    engine.fill(BLOCK)
+    number = ring.put(_strike(), time.monotonic())
+    played = np.concatenate([engine.fill(BLOCK) for _ in range(4)])
+    assert np.abs(played).max() > 0.1
+    assert ring.status().newest == number
+    assert ring.status().level > 0.0
+
+
+def test_silence_is_counted_and_reported_as_it_is_played(asleep: tuple[Ring, Engine]) -> None:
+    ring, engine = asleep
+    ring.put(_strike(), time.monotonic())
+    sounding = [engine.fill(BLOCK) for _ in range(8)]
+    ring.put(RestAll(), time.monotonic())
+    silent = [engine.fill(BLOCK) for _ in range(300)]
+    assert not silent[-1].any()
+    played = (3 + len(sounding) + len(silent)) * BLOCK
+    behind = played - ring.status().samples
+    assert 0 <= behind <= REPORTED_SILENCE_S * RATE_HZ + BLOCK
+    assert not ring.waveform(250 * BLOCK).any()
+    assert ring.status().level == 0.0
+    wave = np.concatenate([*sounding, *silent])[: played - behind - 3 * BLOCK]
+    assert np.array_equal(ring.waveform(wave.size), wave)
+
+
+def test_a_gain_set_in_silence_is_in_force_from_the_first_sample(
+    asleep: tuple[Ring, Engine],
+) -> None:
+    ring, engine = asleep
+    ring.stand(Standing(0.0, 0))
+    engine.fill(BLOCK)
+    ring.put(_strike(), time.monotonic())
+    assert not any(engine.fill(BLOCK).any() for _ in range(20))
+
+
+def test_an_engine_does_not_sleep_over_an_order_to_rest_that_is_still_to_come(
+    asleep: tuple[Ring, Engine],
+) -> None:
+    ring, engine = asleep
+    ring.stand(Standing(1.0, ring.newest + 2))  # it stands before the order itself is in the ring
+    ring.put(_strike(), time.monotonic())
+    assert np.concatenate([engine.fill(BLOCK) for _ in range(4)]).any()
+    ring.put(RestAll(), time.monotonic())
+    last = [engine.fill(BLOCK) for _ in range(40)][-1]
+    assert not last.any()
