@@ -10,6 +10,7 @@ const FORGOTTEN_MS = 120; // a pointer that rests sends nothing: its speed is ov
 
 export const hand = { x: 0.5, y: 0.5, size: SIZES.first, over: false, pressed: false, pressure: 0 };
 let moved = { at: 0, mps: 0 };
+let pinned = { x: 0.5, y: 0.5 }; // pressed last: who leaves the picture for a button speaks of that place
 
 export function offerHand(canvas, onMove, onSound) {
   const follow = (event) => {
@@ -29,12 +30,14 @@ export function offerHand(canvas, onMove, onSound) {
     onMove();
   });
   const release = () => {
+    if (hand.pressed) pinned = { x: hand.x, y: hand.y };
     hand.pressed = false;
     onMove();
   };
   for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(end, release);
   canvas.addEventListener("pointerleave", () => {
     hand.over = hand.pressed;
+    if (!hand.over) Object.assign(hand, pinned);
     onMove();
   });
   canvas.addEventListener("wheel", (event) => {

@@ -21,6 +21,7 @@ const canvas = byId("picture");
 let picture = null;
 let watching = null;
 let scene = null;
+let chosen = null; // the material that a person chose for a patch: no newer decision changes that choice
 
 function connect() {
   const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? sessionStorage.getItem(TOKEN_KEY);
@@ -75,7 +76,8 @@ function show() {
   setText(byId("sure"), `${percent(confidence)} sure, ${SOURCES[source]}${material !== "unknown" && next ? `; else ${next}` : ""}`);
   list(byId("because"), because(decision));
   byId("correct").hidden = !decision.object_id;
-  if (document.activeElement !== byId("correct-material")) byId("correct-material").value = material === "unknown" ? (next ?? "wood") : material;
+  const likeliest = material === "unknown" ? (next ?? "wood") : material;
+  byId("correct-material").value = chosen?.id === decision.object_id ? chosen.material : likeliest;
   outline();
 }
 
@@ -95,9 +97,9 @@ function outline() {
   if (!picture) return;
   const context = canvas.getContext("2d");
   context.drawImage(picture.canvas, 0, 0, canvas.width, canvas.height);
-  if (!hand.over) return;
-  const { x, y, w, h } = region(picture.canvas);
   const decision = scene.decision();
+  if (!hand.over && !decision) return;
+  const { x, y, w, h } = region(picture.canvas);
   context.lineWidth = Math.max(2, canvas.width / 250);
   context.strokeStyle = hand.pressed ? "#45d3bf" : "#fff";
   context.fillStyle = `${materialColour(decision?.material)}40`;
@@ -127,6 +129,9 @@ byId("correct").addEventListener("submit", async (event) => {
   const answer = await scene.state(material);
   setText(byId("corrected"), answer.type === "ok" ? `Taken: ${material}. It feels so from now on.` : (answer.text ?? "The service did not answer."));
   byId("keep").hidden = answer.type !== "ok";
+});
+byId("correct-material").addEventListener("input", () => {
+  chosen = { id: scene.decision()?.object_id, material: byId("correct-material").value };
 });
 byId("keep").addEventListener("click", async () => {
   const answer = await scene.keep();

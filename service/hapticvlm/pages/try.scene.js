@@ -73,10 +73,16 @@ export class TryScene {
 
   take() { return this.#link.ask({ type: "set", ownership: "take" }); }
 
-  // States what the hand is on; resolves with the service's answer.
-  state(material) {
-    const { id } = this.target();
-    return this.#link.ask({ type: "scene", objects: [{ object_id: id, material }], replace: false });
+  // States what the hand is on; resolves with the service's answer. Nothing touches it just now, so the
+  // decision that follows is asked for by one more picture of it.
+  async state(material) {
+    const target = this.target();
+    const answer = await this.#link.ask({ type: "scene", objects: [{ object_id: target.id, material }], replace: false });
+    if (answer.type === "ok") {
+      const looked = await this.#look(target, "live");
+      if (looked.type === "decision") this.#decided(looked);
+    }
+    return answer;
   }
 
   // Sends the picture once more, to teach this scene: other patches that look like it profit at once.
