@@ -1,33 +1,34 @@
 """One HTTP connection to a machine that the user named: address, token, one deadline, bounded size.
 
-The standard library's client, because it follows no redirect and reads no proxy from the
-environment: a picture goes where the user chose and nowhere else. One deadline holds for a whole
-exchange, so that a peer which dribbles a byte a second is cut off like one which is silent. Knows
-no question and no answer.
+No redirect is followed and no proxy read from the environment: a picture goes where the user chose
+and nowhere else. Knows no question and no answer.
 """
 
 from __future__ import annotations
 
-import http.client
-import io
+import asyncio
 import ipaddress
-import socket
+import os
 import ssl
 import string
 import time
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from hapticvlm import errors
 from hapticvlm.errors import HapticVLMError
+
+if TYPE_CHECKING:
+    import httpx2
 
 PORTS = {"http": 80, "https": 443}
 CONNECT_S = 5.0
 MOST_TEXT = 200  # characters of a peer's own words that an error repeats
 
 
-class LineError(HapticVLMError):
-    """An address or a token that cannot be used, or a peer that gave no whole answer."""
+class HttpError(HapticVLMError):
+    """An address or a token that cannot be used, or a peer that gave no complete response."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +46,11 @@ class Address:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
     @property
+    def url(self) -> str:
+        """The url without /v1."""
+        return f"http{'s' if self.is_encrypted else ''}://{self.name}{self.path}"
+
+    @property
     def is_loopback(self) -> bool:
         """Whether what is sent stays on this machine."""
         try:
@@ -54,7 +60,7 @@ class Address:
 
 
 def read_address(url: str, flag: str) -> Address:
-    """Read a url, with or without /v1 at its end; `flag` is where it was given. Raises LineError.
+    """Read a url, with or without /v1 at its end; `flag` is where it was given. Raises HttpError.
 
     The name of the flag and never the url stands in an error: there may be a password in it.
     """
@@ -62,25 +68,25 @@ def read_address(url: str, flag: str) -> Address:
         parts = urlsplit(url)
         port = parts.port
     except ValueError as error:
-        raise LineError(f"{flag} is no url: {error}") from None
+        raise HttpError(f"{flag} is no url: {error}") from None
     if parts.username is not None or parts.password is not None:
-        raise LineError(f"{flag}: no user or password in it; a token is given apart")
+        raise HttpError(f"{flag}: no user or password in it; a token is given apart")
     if parts.scheme not in PORTS or not parts.hostname or is_odd(url):
-        raise LineError(f"{flag} is not like http://127.0.0.1:8000 or https://HOST/PATH")
+        raise HttpError(f"{flag} is not like http://127.0.0.1:8000 or https://HOST/PATH")
     if parts.query or parts.fragment:
-        raise LineError(f"{flag}: give host, port and path alone")
+        raise HttpError(f"{flag}: give host, port and path alone")
     path = parts.path.rstrip("/").removesuffix("/v1")
     return Address(parts.scheme == "https", parts.hostname, port or PORTS[parts.scheme], path)
 
 
 def check_token(token: str | None, address: Address, flag: str) -> str | None:
-    """Return a token that may be sent there. Raises LineError, which does not repeat it."""
+    """Return a token that may be sent there. Raises HttpError, which does not repeat it."""
     if token is None:
         return None
     if not token or is_odd(token):
-        raise LineError(f"the token for {flag} is empty or holds spaces or control characters")
+        raise HttpError(f"the token for {flag} is empty or holds spaces or control characters")
     if not address.is_encrypted and not address.is_loopback:
-        raise LineError(f"a token would travel in clear text to {address.name}: use https")
+        raise HttpError(f"a token would travel in clear text to {address.name}: use https")
     return token
 
 
@@ -94,76 +100,112 @@ def printable(text: str) -> str:
     return errors.printable(text, MOST_TEXT)
 
 
-class Line:
-    """What http.client calls of a socket, every send and read of it before `deadline`.
+@dataclass(frozen=True, slots=True)
+class Response:
+    """What a peer responded: its status, its body as it came, its Retry-After header."""
 
-    The deadline is of `time.monotonic`, s; it may be set anew for the next exchange.
+    status: int
+    body: bytes
+    retry_after: str | None
+
+
+class HttpClient:
+    """A client of one peer, whose connection is kept between requests. For one thread at a time.
+
+    The library's own time limits are those of one read: a peer that sends a byte a second would
+    hold a request for hours. So its asynchronous half is used, in a private event loop that runs
+    only while a request is under way, and one deadline cancels the whole exchange wherever it
+    stands: connecting, sending, waiting, reading. A cancelled exchange leaves no half-read
+    response behind, since the library then drops that connection. Looking up a host's name alone
+    cannot be cancelled; it lasts as long as the system's resolver takes.
     """
 
-    def __init__(self, sock: socket.socket, deadline: float) -> None:
-        self.deadline = deadline
-        self._sock = sock
+    def __init__(
+        self, address: Address, token: str | None, content_type: str, most_bytes: int
+    ) -> None:
+        """Send nothing yet. Raises ModuleNotFoundError without httpx2."""
+        import httpx2  # noqa: F401 - a quarter of a second, for those alone who ask elsewhere
 
-    def sendall(self, data: bytes) -> None:
-        """Send all of it. Raises TimeoutError."""
-        self._sock.settimeout(left_s(self.deadline))
-        self._sock.sendall(data)
+        self.address = address
+        self._token = token
+        self._content_type = content_type
+        self._most_bytes = most_bytes
+        self._runner: asyncio.Runner | None = None
+        self._client: httpx2.AsyncClient | None = None
 
-    def makefile(self, _mode: str) -> io.BufferedReader:
-        """Return the answer as a file; each read of it is before the deadline."""
-        return io.BufferedReader(_Reader(self._sock, self.deadline))
+    def request(self, verb: str, path: str, body: bytes | None, deadline: float) -> Response:
+        """Send a request; the whole response is there before `deadline` (`time.monotonic`, s).
+
+        Raises HttpError, whatever goes wrong; a status of 400 is a response like any other.
+        """
+        import httpx2
+
+        begun = time.monotonic()
+        if self._runner is None or self._client is None:
+            self._runner = asyncio.Runner()
+            self._client = self._open()
+        try:
+            return self._runner.run(self._exchange(self._client, verb, path, body, deadline))
+        except httpx2.ConnectTimeout:
+            text = f"{self.address.name} does not take the connection"
+        except TimeoutError:
+            text = f"incomplete response after {round(max(0.0, deadline - begun), 2):g} s"
+        except (httpx2.HTTPError, OSError) as error:
+            text = _reason(error)
+        raise HttpError(self.redacted(text))
 
     def close(self) -> None:
-        """Leave the socket to its owner: http.client drops it before the body is read."""
+        """Close the connection; the next request opens another."""
+        if self._runner is not None and self._client is not None:
+            self._runner.run(self._client.aclose())
+            self._runner.close()
+        self._runner = self._client = None
+
+    def redacted(self, text: str) -> str:
+        """Return a text without the token, which a peer may have put into its own words."""
+        return text if self._token is None else text.replace(self._token, "(token)")
+
+    def _open(self) -> httpx2.AsyncClient:
+        import httpx2
+
+        headers = {"Content-Type": self._content_type, "Accept-Encoding": "identity"}
+        if self._token is not None:
+            headers["Authorization"] = f"Bearer {self._token}"
+        return httpx2.AsyncClient(
+            headers=headers,
+            verify=ssl.create_default_context() if self.address.is_encrypted else False,
+            trust_env=False,
+            follow_redirects=False,
+            timeout=httpx2.Timeout(None, connect=CONNECT_S),
+        )
+
+    async def _exchange(
+        self,
+        client: httpx2.AsyncClient,
+        verb: str,
+        path: str,
+        body: bytes | None,
+        deadline: float,
+    ) -> Response:
+        async with (
+            asyncio.timeout(deadline - time.monotonic()),
+            client.stream(verb, self.address.url + path, content=body) as response,
+        ):
+            data = bytearray()
+            async for chunk in response.aiter_raw():
+                data += chunk
+                if len(data) > self._most_bytes:
+                    raise HttpError(f"a response larger than {self._most_bytes} bytes")
+            return Response(response.status_code, bytes(data), response.headers.get("Retry-After"))
 
 
-class _Reader(io.RawIOBase):
-    def __init__(self, sock: socket.socket, deadline: float) -> None:
-        self._sock = sock
-        self._deadline = deadline
-
-    def readable(self) -> bool:
-        return True
-
-    def readinto(self, buffer: bytearray | memoryview) -> int:  # type: ignore[override]
-        self._sock.settimeout(left_s(self._deadline))
-        return self._sock.recv_into(buffer)
-
-
-def connect(address: Address, deadline: float) -> socket.socket:
-    """Open the connection; raises LineError, TimeoutError and OSError.
-
-    Looking up a name takes as long as the system's resolver does.
-    """
-    place = (address.host, address.port)
-    try:
-        sock = socket.create_connection(place, timeout=min(CONNECT_S, left_s(deadline)))
-    except TimeoutError:
-        raise LineError(f"{address.name} does not take the connection") from None
-    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    if not address.is_encrypted:
-        return sock
-    try:
-        return ssl.create_default_context().wrap_socket(sock, server_hostname=address.host)
-    except BaseException:
-        sock.close()
-        raise
-
-
-def left_s(deadline: float) -> float:
-    """Seconds until then. Raises TimeoutError when none are left."""
-    left = deadline - time.monotonic()
-    if left <= 0:
-        raise TimeoutError
-    return left
-
-
-def read_body(response: http.client.HTTPResponse, most_bytes: int) -> bytes:
-    """Read a body of at most so many bytes, whole. Raises LineError."""
-    announced = response.length or 0
-    data = b"" if announced > most_bytes else response.read(most_bytes + 1)
-    if announced > most_bytes or len(data) > most_bytes:
-        raise LineError(f"the endpoint's answer is larger than {most_bytes} bytes")
-    if response.length:
-        raise LineError(f"the endpoint's answer ends {response.length} bytes early")
-    return data
+def _reason(error: BaseException) -> str:
+    """Put on one line why a connection failed: the error that all others came of says it best."""
+    reason = ""
+    found: BaseException | None = error
+    while found is not None:
+        if isinstance(found, ConnectionError) and found.errno is not None:
+            return os.strerror(found.errno)
+        reason = printable(str(found)) or reason
+        found = found.__cause__ or found.__context__
+    return reason or type(error).__name__

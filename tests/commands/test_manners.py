@@ -127,21 +127,34 @@ def test_bash_completes_commands_and_options(tmp_path):
     assert "--url" in second.split()
 
 
-def test_a_model_that_cannot_be_loaded_is_refused_before_the_service_starts():
+MODELS = "torch transformers safetensors"
+
+
+@pytest.mark.parametrize(
+    ("options", "package", "installed"),
+    [
+        (["--vlm"], "torch", MODELS),
+        (["--vlm-url", "http://127.0.0.1:1"], "httpx2", "httpx2"),
+        (["--recogniser-url", "http://127.0.0.1:1"], "httpx2", "httpx2"),
+    ],
+)
+def test_a_package_that_will_be_needed_is_asked_for_before_the_service_starts(
+    options: list[str], package: str, installed: str
+):
     without = (
         "import importlib.util, sys\n"
         "found = importlib.util.find_spec\n"
-        "importlib.util.find_spec = lambda name: None if name == 'torch' else found(name)\n"
+        f"importlib.util.find_spec = lambda name: None if name == '{package}' else found(name)\n"
         "from hapticvlm.commands.main import main\n"
-        "sys.exit(main(['serve', '--port', '0', '--vlm']))"
+        f"sys.exit(main(['serve', '--port', '0', *{options!r}]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", without], capture_output=True, text=True, check=False, timeout=300
     )
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
-    assert line.startswith("hapticvlm serve: needs torch: `")
-    assert line.endswith("install torch transformers safetensors`")
+    assert line.startswith(f"hapticvlm serve: needs {package}: `")
+    assert line.endswith(f"install {installed}`")
     assert not done.stdout
 
 

@@ -2,11 +2,13 @@
 
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
 import threading
 import time
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -23,6 +25,7 @@ from hapticvlm.doctor import devices, machine, network
 from hapticvlm.doctor.findings import BackgroundCheck, Finding
 from hapticvlm.server.settings import ServeOptions
 
+ROOT = Path(__file__).parents[2]
 PATIENCE_S = 120.0
 TOKEN = "a token of a dozen"
 
@@ -189,6 +192,13 @@ def test_packages_that_are_missing_or_old_are_named_and_those_of_extras_do_no_ha
     assert "msgspec" not in core.said
     assert extras.verdict == "ok"
     assert "install opencv-python-headless" in str(extras.cure)
+
+
+def test_every_extra_it_looks_for_is_one_that_the_package_has():
+    stated = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    for name, packages in machine.EXTRAS.items():
+        bare = [re.split("[>=]", text)[0] for text in stated["optional-dependencies"][name]]
+        assert " ".join(bare) == packages, name
 
 
 def test_what_this_package_states_is_understood_whole():

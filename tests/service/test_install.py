@@ -237,7 +237,7 @@ def test_the_metadata_says_licence_python_and_addresses_anyone_can_open(built):
     assert said.get_all("Classifier") == sorted(PROJECT["classifiers"])
     for address in said.get_all("Project-URL", []):
         assert re.fullmatch(r"[^,]+, https://[\w.-]+/\S*", address)
-    extras = {"lite2", "video", "models", "files", "train", "studio", "ray", "dev"}
+    extras = {"lite2", "video", "models", "files", "train", "studio", "ray", "remote", "dev"}
     assert set(said.get_all("Provides-Extra", [])) == extras
 
 

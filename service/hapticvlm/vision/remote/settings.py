@@ -37,14 +37,14 @@ class RemoteSettings:
         return REMOTE_SHARE * self.deadline_s
 
     def address(self) -> Address:
-        """Return where it is, checked with the token. Raises LineError."""
-        from hapticvlm import http_client as http_line  # TLS, for those alone who ask elsewhere
+        """Return where it is, checked with the token. Raises HttpError."""
+        from hapticvlm import http_client  # TLS, for those alone who ask elsewhere
 
-        address = http_line.read_address(self.url, FLAG)
+        address = http_client.read_address(self.url, FLAG)
         if not (address.is_encrypted or address.is_loopback or self.may_be_clear):
             text = f"{FLAG}: pictures would travel in clear text to {address.name}: use https"
-            raise http_line.LineError(f"{text}, or allow it with --recogniser-clear-text")
-        http_line.check_token(self.token, address, FLAG)
+            raise http_client.HttpError(f"{text}, or allow it with --recogniser-clear-text")
+        http_client.check_token(self.token, address, FLAG)
         return address
 
 

@@ -18,7 +18,7 @@ import msgspec
 import numpy as np
 
 from hapticvlm import captures
-from hapticvlm.http_client import LineError, read_address
+from hapticvlm.http_client import HttpError, read_address
 from hapticvlm.messages import Frame
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
@@ -148,7 +148,7 @@ class Scenes:
         try:
             data = exchange.ask("POST", contract.RECOGNISE, self._bodies[crop], until)
             answer = msgspec.msgpack.decode(data, type=Answer)
-        except (LineError, msgspec.MsgspecError) as error:
+        except (HttpError, msgspec.MsgspecError) as error:
             late = time.monotonic() >= until
             tally.stale += late
             tally.failed += not late
