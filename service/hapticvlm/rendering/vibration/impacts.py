@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.vibration.memo import MEMO
 from hapticvlm.rendering.vibration.perceived_level import perceived_amplitude
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
@@ -135,8 +136,19 @@ def full_strength(interaction: str) -> float:
 @lru_cache(maxsize=256)
 def leaves_band(vibration: Vibration, damping: float) -> bool:
     """Whether a pulse of any of the lengths has these modes ring above the band."""
-    waves = (struck(vibration.modes, s, damping, RATE_HZ, limits=False) for s in _LENGTHS_S)
-    return any(above_band_db(wave, RATE_HZ) > BAND_DB for wave in waves)
+
+    def highest_db() -> _Floats:
+        waves = _struck_at_each_length(vibration, damping)
+        return np.array([max(above_band_db(wave, RATE_HZ) for wave in waves)])
+
+    return bool(MEMO.get(f"above band {damping!r} {vibration!r}", highest_db)[0] > BAND_DB)
+
+
+@lru_cache(maxsize=1)  # asked for twice in a row: does it leave the band, and how loud is it
+def _struck_at_each_length(vibration: Vibration, damping: float) -> tuple[_Floats, ...]:
+    return tuple(
+        struck(vibration.modes, length_s, damping, RATE_HZ, limits=False) for length_s in _LENGTHS_S
+    )
 
 
 def struck(
@@ -190,6 +202,13 @@ def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
 
 @lru_cache(maxsize=256)
 def _log_gains(vibration: Vibration, damping: float) -> _Floats:
-    limits = leaves_band(vibration, damping)
-    waves = (struck(vibration.modes, s, damping, RATE_HZ, limits=limits) for s in _LENGTHS_S)
+    return MEMO.get(
+        f"gains {damping!r} {vibration!r}", lambda: _computed_log_gains(vibration, damping)
+    )
+
+
+def _computed_log_gains(vibration: Vibration, damping: float) -> _Floats:
+    waves = _struck_at_each_length(vibration, damping)
+    if leaves_band(vibration, damping):
+        waves = tuple(struck(vibration.modes, s, damping, RATE_HZ, limits=True) for s in _LENGTHS_S)
     return np.asarray(-np.log(np.array([perceived_amplitude(wave) for wave in waves])))

@@ -13,7 +13,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.rendering.vibration.perceived_level import drive_needed
+from hapticvlm.rendering.vibration.memo import MEMO
+from hapticvlm.rendering.vibration.perceived_level import GRID_HZ, drive_needed
 
 _Floats = NDArray[np.float64]
 
@@ -56,12 +57,23 @@ class Loop:
         return np.asarray(below + (at - whole) * (self.wave[index + 1] - below))
 
 
-@lru_cache(maxsize=64)
 def noise(bandwidth: float, roughness: float) -> Loop:
     """Noise around one cycle a period, `bandwidth` wide at half maximum; the rougher, the patchier.
 
     Peaks are kept near 3 times the rms, so that a texture uses the range it has.
     """
+    packed = MEMO.get(
+        f"noise {bandwidth!r} {roughness!r}", lambda: _packed(_noise(bandwidth, roughness))
+    )
+    drive, wave = packed[: GRID_HZ.size], packed[GRID_HZ.size :]
+    return Loop(wave, SAMPLES, 1.0 + bandwidth, drive)
+
+
+def _packed(loop: Loop) -> _Floats:
+    return np.concatenate((loop.drive, loop.wave))
+
+
+def _noise(bandwidth: float, roughness: float) -> Loop:
     cycles = np.arange(PERIODS * SAMPLES // 2 + 1) / PERIODS
     shape = np.exp(-0.5 * ((cycles - 1.0) / (bandwidth / 2.355)) ** 2)
     inside = (cycles >= _LOWEST) & (cycles <= 1.0 + bandwidth)
@@ -90,9 +102,13 @@ def stick_slip() -> Loop:
 
 def _random(shape: _Floats | NDArray[np.bool_], seed: int) -> _Floats:
     """Noise of rms 1 with this amplitude spectrum (K,), (2 K - 2,)."""
-    phases = np.random.default_rng(seed).random(shape.size)
-    wave = np.fft.irfft(shape * np.exp(2j * math.pi * phases))
+    wave = np.fft.irfft(shape * _phases(shape.size, seed))
     return np.asarray(wave / np.sqrt(np.mean(wave**2)))
+
+
+@lru_cache(maxsize=2)  # the two that every noise is made of
+def _phases(count: int, seed: int) -> NDArray[np.complex128]:
+    return np.asarray(np.exp(2j * math.pi * np.random.default_rng(seed).random(count)))
 
 
 def _filled(wave: _Floats) -> _Floats:

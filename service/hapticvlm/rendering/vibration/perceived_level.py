@@ -29,8 +29,8 @@ def drive_needed(cycles: NDArray[np.float64], power: NDArray[np.float64]) -> NDA
     The loop's power (K,) lies at `cycles` (K,) times the centre frequency.
     """
     total = power.sum()
-    strength = [np.sqrt((power * _sensitivity(cycles * hz)).sum() / total) for hz in GRID_HZ]
-    return np.minimum(1.0 / np.array(strength), MOST_BOOST)
+    felt = (power * _sensitivity(np.outer(GRID_HZ, cycles))).sum(axis=1)
+    return np.asarray(np.minimum(1.0 / np.sqrt(felt / total), MOST_BOOST))
 
 
 def _sensitivity(hertz: NDArray[np.float64]) -> NDArray[np.float64]:

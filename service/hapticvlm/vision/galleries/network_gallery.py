@@ -11,7 +11,6 @@ with two small networks of ImageNet, on rooms and on pictures that are reported 
 from __future__ import annotations
 
 import hashlib
-import os
 import sys
 from itertools import product
 from pathlib import Path
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hapticvlm import materials
+from hapticvlm.cache_folder import cache_folder
 from hapticvlm.vision.encoders import two_parts
 from hapticvlm.vision.encoders.encoder import SHIPPED, NetworkEncoder
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
@@ -47,7 +47,7 @@ VERSION = 2  # of what is fitted here: another is fitted anew
 def cached_gallery(encoder: NetworkEncoder) -> Path:
     """Return where the gallery of a network is kept."""
     key = f"{VERSION} {encoder.name} {encoder.revision}".encode()
-    return _cache_folder() / f"gallery-{hashlib.sha256(key).hexdigest()[:16]}.npz"
+    return cache_folder() / f"gallery-{hashlib.sha256(key).hexdigest()[:16]}.npz"
 
 
 def make_gallery(encoder: NetworkEncoder) -> Gallery:
@@ -144,17 +144,6 @@ def _cut(sheet: Image.Image, masks: Image.Image, side: int) -> list[Crop]:
         Crop(np.asarray(image), np.where(np.asarray(mask) >= 128, 255, 0).astype(np.uint8))
         for image, mask in zip(images, inside, strict=True)
     ]
-
-
-def _cache_folder() -> Path:
-    """Return the user's cache folder for this program, as each system has it."""
-    home = Path.home()
-    usual = {
-        "win32": Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local")),
-        "darwin": home / "Library" / "Caches",
-    }
-    fallback = usual.get(sys.platform, home / ".cache")
-    return Path(os.environ.get("XDG_CACHE_HOME") or fallback) / "hapticvlm"
 
 
 def fit_layer(embeddings: Floats, labels: Indices, weights: Doubles, penalty: float) -> LinearLayer:

@@ -1,0 +1,79 @@
+"""Keeps what the engine computes before its first block in the user's cache folder.
+
+The file is named by what its contents follow from: the code that computes them and numpy's
+version. So a newer program never reads an older one's numbers, and nothing ever has to be marked
+as out of date. Whatever is wrong with the file, the engine computes instead, as at its first start.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import tempfile
+import zlib
+from pathlib import Path
+from types import ModuleType
+
+import msgspec
+import numpy as np
+
+from hapticvlm import documents, perception
+from hapticvlm.cache_folder import cache_folder
+from hapticvlm.rendering.vibration import impacts, loops, perceived_level
+from hapticvlm.rendering.vibration.memo import Doubles, Memo
+
+MOST_BYTES = 64 * documents.MIB
+_MADE_BY: tuple[ModuleType, ...] = (impacts, loops, perceived_level, perception)
+_SUM_BYTES = 4
+
+logger = logging.getLogger(__name__)
+
+
+def load(memo: Memo, folder: Path | None = None) -> None:
+    """Fill the memo with what an earlier run kept, if there is a whole file of it."""
+    try:
+        data = documents.read_bytes(_file(folder), MOST_BYTES)
+        memo.fill(_unpacked(data))
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:
+        logger.info("what the last run computed is not read, it is computed anew: %s", error)
+
+
+def save(memo: Memo, folder: Path | None = None) -> None:
+    """Keep the memo for the next run if anything in it is new; a file of another version goes."""
+    if not memo.computed:
+        return
+    try:
+        file = _file(folder)
+        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        for old in file.parent.glob("vibration-*.bin"):
+            old.unlink(missing_ok=True)
+        handle, name = tempfile.mkstemp(dir=file.parent)
+        with os.fdopen(handle, "wb") as written:
+            written.write(_packed(memo.arrays()))
+        Path(name).replace(file)  # whole or not at all, whoever else starts now
+    except OSError as error:
+        logger.info("what was computed is not kept, the next start computes it anew: %s", error)
+
+
+def _file(folder: Path | None) -> Path:
+    digest = hashlib.sha256(np.__version__.encode())
+    for module in _MADE_BY:
+        digest.update(Path(str(module.__file__)).read_bytes())
+    return (folder or cache_folder()) / f"vibration-{digest.hexdigest()[:16]}.bin"
+
+
+def _packed(arrays: dict[str, Doubles]) -> bytes:
+    body = msgspec.msgpack.encode({name: array.tobytes() for name, array in arrays.items()})
+    return zlib.crc32(body).to_bytes(_SUM_BYTES, "little") + body
+
+
+def _unpacked(data: bytes) -> dict[str, Doubles]:
+    """Return the arrays of such a file. Raises ValueError."""
+    body = memoryview(data)[_SUM_BYTES:]
+    if zlib.crc32(body) != int.from_bytes(data[:_SUM_BYTES], "little"):
+        raise ValueError("the file is damaged")
+    found = msgspec.msgpack.decode(body, type=dict[str, bytes])
+    return {name: np.frombuffer(array, np.float64) for name, array in found.items()}
