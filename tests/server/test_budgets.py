@@ -42,7 +42,7 @@ def test_a_bucket_never_holds_more_than_its_burst_and_a_clock_that_jumps_back_gi
 
 def test_the_socket_that_waits_longest_for_hello_makes_room_and_is_counted():
     counts: Counter[str] = Counter()
-    entrance = Entrance(counts, most=3)
+    entrance: Entrance[Socket] = Entrance(counts, most=3)
     sockets = [socket() for _ in range(4)]
     for each in sockets[:3]:
         entrance.opened(each)
@@ -55,7 +55,7 @@ def test_the_socket_that_waits_longest_for_hello_makes_room_and_is_counted():
 
 
 def test_a_newcomer_goes_when_all_others_have_said_hello():
-    entrance = Entrance(Counter(), most=1)
+    entrance: Entrance[Socket] = Entrance(Counter(), most=1)
     first, second = socket(), socket()
     entrance.opened(first)
     entrance.greeted(first)

@@ -34,13 +34,14 @@ def gateway():
 
 
 async def until(is_so, gateway, *running):
-    """Run these beside every connection's sending until it is so."""
-    senders = [each.send_posted() for each in gateway.connections]
-    tasks = [asyncio.create_task(each) for each in (*running, *senders)]
+    """Run these, with every client reading, until it is so."""
+    tasks = [asyncio.create_task(each) for each in running]
     try:
         async with asyncio.timeout(WITHIN_S):
-            while not is_so():  # noqa: ASYNC110 - nothing says when
+            while not is_so():
                 await asyncio.sleep(TICK_S / 4)
+                for connection in gateway.connections:
+                    connection._socket.read()
     finally:
         for task in tasks:
             task.cancel()

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections.abc import Callable
 from typing import Any, cast
 
 import msgpack
-from websockets.asyncio.server import ServerConnection
-from websockets.exceptions import ConnectionClosedError
 from websockets.protocol import State
 
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.edge.socket import EdgeSocket
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
@@ -34,9 +34,10 @@ class Peer:
         self.remote_address = (address, 50_000)
         self.sent: list[dict[str, Any]] = []
         self.is_greeted = False
-        self.state = State.OPEN
+        self.state = State.CLOSED if gone else State.OPEN
         self.closed: tuple[int, str] | None = None
-        self._said, self._gone = list(said), gone
+        self._said = list(said)
+        self._next_posted: Callable[[], bytes | str | None] = lambda: None
 
     def greeted(self) -> None:
         self.is_greeted = True
@@ -46,12 +47,21 @@ class Peer:
             await asyncio.Future()
         return self._said.pop(0)
 
-    async def send(self, data: bytes | str) -> None:
-        if self._gone:
-            raise ConnectionClosedError(None, None)
+    def write(self, data: bytes | str) -> None:
         self.sent.append(json.loads(data) if isinstance(data, str) else msgpack.unpackb(data))
 
-    async def close(self, code: int, reason: str) -> None:
+    def post_from(self, next_posted: Callable[[], bytes | str | None]) -> None:
+        self._next_posted = next_posted
+
+    def posted(self) -> None:
+        """Leave it waiting: `read` is the client that reads."""
+
+    def read(self) -> None:
+        """Read all that was posted."""
+        while (data := self._next_posted()) is not None:
+            self.write(data)
+
+    def close(self, code: int, reason: str) -> None:
         self.closed = code, reason
 
 
@@ -63,7 +73,7 @@ def join(gateway: Gateway, *, observer: bool = False, peer: Peer | None = None) 
             owner=is_owner, observer=observer, thermal_gain=gateway.outputs.thermal_gain
         )
     )
-    socket = cast("ServerConnection", peer or Peer())
+    socket = cast("EdgeSocket", peer or Peer())
     connection = Connection(socket, "test", session, as_text=False)
     gateway.join(connection)
     return connection

@@ -28,6 +28,7 @@ SPARE_FILES = 40  # descriptors that are not for sockets: children, record, plat
 
 # What comes in from one socket. A message costs its handling whether it is accepted or not.
 READ_BYTES = 2048  # at once: all frames of one read are parsed before anybody else has a turn
+TURN_BYTES = 256 * 1024  # at once of one frame whose length is known: it is copied, not parsed
 HELLO_FRAMES = 4  # WebSocket frames of any kind before hello
 MAX_HELLO_BYTES = 16 * 1024
 MAX_TEXT_BYTES = MIB  # text carries no pictures, and JSON is slow to parse
@@ -61,3 +62,31 @@ class TokenBucket:
             return False
         self._left -= amount
         return True
+
+
+class PeerBudget:
+    """What one client may still send: very little before its hello, then at the rates above."""
+
+    def __init__(self, now: float) -> None:
+        self._bytes = TokenBucket(BYTES, now)
+        self._messages = TokenBucket(MESSAGES, now)
+        self._control = TokenBucket(CONTROL_FRAMES, now)
+        self._before_hello = HELLO_FRAMES
+        self._is_greeted = False
+
+    def greeted(self) -> None:
+        """Set the budgets of an admitted client."""
+        self._is_greeted = True
+
+    def spend_bytes(self, count: int, now: float) -> bool:
+        """Count what arrived; false: it is too much."""
+        return self._bytes.spend(count, now)
+
+    def excess(self, now: float, *, is_control: bool) -> str | None:
+        """Spend one frame; return what it is too much of, if it is."""
+        if not self._is_greeted:
+            self._before_hello -= 1
+            return "too much before hello" if self._before_hello < 0 else None
+        if is_control:
+            return None if self._control.spend(1, now) else "too many control frames"
+        return None if self._messages.spend(1, now) else "too many messages"

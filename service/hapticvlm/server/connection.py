@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
 import socket
 from collections import Counter, deque
 from contextlib import suppress
 
-from websockets.asyncio.server import ServerConnection
-from websockets.exceptions import ConnectionClosed
 from websockets.protocol import State
 
 from hapticvlm.messages import ServiceMessage, Telemetry, Vibration, View, encode
 from hapticvlm.server.budgets import MAX_EVENTS
+from hapticvlm.server.edge.socket import EdgeSocket
 from hapticvlm.server.web import http
 from hapticvlm.session.session import SceneSession
 
@@ -43,19 +41,18 @@ class Connection:
     """Shell around one admitted client."""
 
     def __init__(
-        self, socket_: ServerConnection, name: str, session: SceneSession, *, as_text: bool
+        self, socket_: EdgeSocket, name: str, session: SceneSession, *, as_text: bool
     ) -> None:
         self.name = name
-        self.is_local = http.is_loopback(str((socket_.remote_address or [""])[0]))
+        self.is_local = http.is_loopback(str(socket_.remote_address[0]))
         self.session = session
         self.watches: frozenset[str] = frozenset()
         self.stated: dict[str, str] = {}  # materials that a person stated of this scene's objects
+        self.as_text = as_text
         self._socket = socket_
-        self._as_text = as_text
         self._waiting: deque[Event] = deque()
-        self._wake = asyncio.Event()
         self._counts: Counter[str] = Counter()
-        self._ending: asyncio.Task[None] | None = None
+        socket_.post_from(self._next_posted)
 
     @property
     def counts(self) -> Counter[str]:
@@ -67,9 +64,9 @@ class Connection:
         """Whether neither side has begun to close it."""
         return self._socket.state is State.OPEN
 
-    async def send(self, message: ServiceMessage) -> None:
-        """Send a reply now, waiting if the client reads slowly."""
-        await self._socket.send(encode(message, as_text=self._as_text))
+    def send(self, message: ServiceMessage) -> None:
+        """Send a reply now. The client's next message waits until it has read enough of them."""
+        self._socket.write(encode(message, as_text=self.as_text))
 
     def post(self, message: ServiceMessage | Event) -> None:
         """Send an event soon; telemetry and views give way when the client reads slowly."""
@@ -82,21 +79,14 @@ class Connection:
                 return
             self._make_room()
         self._waiting.append(event)
-        self._wake.set()
-
-    async def send_posted(self) -> None:
-        """Send what was posted, for as long as the connection lives."""
-        with suppress(ConnectionClosed):
-            while True:
-                await self._wake.wait()
-                self._wake.clear()
-                while self._waiting:
-                    event = self._waiting.popleft()
-                    await self._socket.send(event.encoded(as_text=self._as_text))
+        self._socket.posted()
 
     def end(self, reason: str) -> None:
-        """Close the connection soon, also one whose client does not answer any more."""
-        self._ending = asyncio.create_task(self._socket.close(CLOSE_ENDED, reason))
+        """Close the connection, also one whose client does not answer any more."""
+        self._socket.close(CLOSE_ENDED, reason)
+
+    def _next_posted(self) -> bytes | str | None:
+        return self._waiting.popleft().encoded(as_text=self.as_text) if self._waiting else None
 
     def _drop_older_plan(self, new: Vibration) -> None:
         """Forget a plan for this hand that was not sent: the new one replaces it."""
@@ -116,7 +106,7 @@ class Connection:
         self._counts["events not sent"] += 1
 
 
-def notice_dead_peers(connection: ServerConnection) -> None:
+def notice_dead_peers(connection: EdgeSocket) -> None:
     """Make the kernel end a half-open connection, so that a paused program never loses its own.
 
     A program that is only paused still has a kernel that answers; a late WebSocket ping would cut

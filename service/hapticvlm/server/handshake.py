@@ -10,7 +10,7 @@ import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from websockets.exceptions import ConnectionClosed
+from websockets.protocol import State
 
 from hapticvlm import __version__
 from hapticvlm.materials import Material
@@ -50,7 +50,7 @@ from hapticvlm.server.budgets import (
     MAX_SCENES,
 )
 from hapticvlm.server.connection import Connection
-from hapticvlm.server.entrance import LimitedSocket
+from hapticvlm.server.edge.socket import EdgeSocket
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.web import http
 from hapticvlm.server.web.recorded_sessions import RecordedSessions
@@ -97,7 +97,7 @@ class Handshake:
         self._numbers = itertools.count(1)
         self._guesses = Guesses()
 
-    async def welcome(self, socket: LimitedSocket) -> Connection | None:
+    async def welcome(self, socket: EdgeSocket) -> Connection | None:
         """Wait for hello; answer welcome, or an error and close."""
         as_text = False
         try:
@@ -113,14 +113,14 @@ class Handshake:
             error = refused
         else:
             socket.greeted()
-            return await self._open(socket, hello, as_text)
+            return self._open(socket, hello, as_text)
         if error.path == "$.token":
             await self.slow_guess(str(socket.remote_address[0]))
         self._gateway.refuse(error.code)
         text = error.text if error.code == "protocol" else f"before hello: {error.text}"
         answer = Error(id=error.id, code="protocol", text=text, path=error.path)
-        await socket.send(encode(answer, as_text=as_text))
-        await socket.close(CLOSE_PROTOCOL, "hello first")
+        socket.write(encode(answer, as_text=as_text))
+        socket.close(CLOSE_PROTOCOL, "hello first")
         return None
 
     def _admit(self, message: ClientMessage, peer: str) -> Hello:
@@ -167,18 +167,16 @@ class Handshake:
         self._guesses.note(peer, self._clock())
         await asyncio.sleep(GUESS_S)
 
-    async def _open(self, socket: LimitedSocket, hello: Hello, as_text: bool) -> Connection:
+    def _open(self, socket: EdgeSocket, hello: Hello, as_text: bool) -> Connection | None:
+        if socket.state is not State.OPEN:
+            return None
         observer = hello.role == "observer"
         session = self._session(observer=observer)
         name = f"{hello.client.name[:40]!r} #{next(self._numbers)}"
         connection = Connection(socket, name, session, as_text=as_text)
         self._gateway.join(connection)
         logger.info("%s connected as %s, owner: %s", name, hello.role, session.owner)
-        try:
-            await connection.send(self._welcome_message(hello, session))
-        except ConnectionClosed:
-            self._gateway.leave(connection)
-            raise
+        connection.send(self._welcome_message(hello, session))
         return connection
 
     def _session(self, *, observer: bool) -> SceneSession:

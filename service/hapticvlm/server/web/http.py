@@ -13,10 +13,9 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 from urllib.parse import urlsplit
 
-from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
@@ -29,6 +28,18 @@ NAMES = {"/": "index.html", "/try": "try.html"}  # pages by a shorter address
 REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
 PAGES = Path(__file__).parents[2] / "pages"
 _CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
+
+
+class Ends(Protocol):
+    """Address and port of both ends of a connection."""
+
+    @property
+    def remote_address(self) -> tuple[str, int]:
+        """The client's."""
+
+    @property
+    def local_address(self) -> tuple[str, int]:
+        """Ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +108,7 @@ def is_loopback(host: str | None) -> bool:
 
 
 def answer(
-    connection: ServerConnection,
+    connection: Ends,
     request: Request,
     policy: AccessPolicy,
     status: Callable[[], dict[str, Any]],
@@ -124,14 +135,14 @@ def is_upgrade(request: Request) -> bool:
     return "upgrade" in request.headers.get("Connection", "").lower()
 
 
-def refuse(connection: ServerConnection, request: Request, policy: AccessPolicy) -> Response | None:
+def refuse(connection: Ends, request: Request, policy: AccessPolicy) -> Response | None:
     """Refuse a WebSocket or a browser that may not come in; None: it may."""
     refusal = policy.refusal(request.headers)
     if refusal is not None:
         return response(403, refusal + "\n")
     if is_upgrade(request):
         return None
-    return turn_away(str(connection.remote_address[0]), request.headers, policy.lan_pages)
+    return turn_away(connection.remote_address[0], request.headers, policy.lan_pages)
 
 
 def _report(path: str, status: dict[str, Any]) -> Response:

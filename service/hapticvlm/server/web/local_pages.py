@@ -1,18 +1,14 @@
 """What is served to a browser of the service's own machine only, for the token where one is set.
 
 Recorded sessions show what somebody saw and did, and statements name a scene's objects: other
-machines, and other users of this one, have no right to them. A long answer is sent in pieces, so
-that the event loop is never held by one of megabytes: websockets writes an answer whole, so all but
-its last piece go ahead, each when the one before has left.
+machines, and other users of this one, have no right to them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from urllib.parse import unquote, urlsplit
 
-from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from hapticvlm.server.web import http
@@ -21,7 +17,6 @@ from hapticvlm.server.web.recorded_sessions import RecordedSessions
 
 SESSIONS = "/sessions"
 STATED = "/stated.json"
-PIECE = 64 * 1024
 
 
 class LoopbackPages:
@@ -37,7 +32,7 @@ class LoopbackPages:
         self._sessions = sessions
         self._stated = stated
 
-    async def answer(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def answer(self, connection: http.Ends, request: Request) -> Response | None:
         """Answer a request for one of them; None: it is for something else."""
         path = urlsplit(request.path).path
         of_sessions = (path + "/").startswith(SESSIONS + "/")
@@ -53,33 +48,10 @@ class LoopbackPages:
         if self._sessions is None:
             return http.response(404, "no session is recorded: see `hapticvlm record`\n")
         name = unquote(path.removeprefix(SESSIONS).removeprefix("/"))
-        return await send_ahead(connection, await self._sessions.answer(name))
+        return await self._sessions.answer(name)
 
-    def _refuse(self, connection: ServerConnection, request: Request) -> Response | None:
-        if not http.is_loopback(str(connection.remote_address[0])):
+    def _refuse(self, connection: http.Ends, request: Request) -> Response | None:
+        if not http.is_loopback(connection.remote_address[0]):
             return http.response(403, "this is shown on the service's own machine only\n")
         token = self._policy.token
         return None if token is None else http.ask_for(token, request.headers)
-
-
-class _Rest(Response):
-    """What is left of an answer whose head was sent."""
-
-    def serialize(self) -> bytes:
-        """Return the last piece, without a head."""
-        return bytes(self.body)
-
-
-async def send_ahead(connection: ServerConnection, answer: Response) -> Response:
-    """Send what is long of the answer; return what is still to be sent."""
-    if len(answer.body) <= PIECE:
-        return answer
-    body = memoryview(answer.body)
-    last = (len(body) - 1) // PIECE * PIECE
-    head = Response(answer.status_code, answer.reason_phrase, answer.headers)
-    with suppress(OSError):  # the browser has gone
-        connection.transport.write(head.serialize())
-        for start in range(0, last, PIECE):
-            connection.transport.write(body[start : start + PIECE])
-            await connection.drain()
-    return _Rest(answer.status_code, answer.reason_phrase, answer.headers, bytes(body[last:]))

@@ -1,0 +1,1 @@
+"""The edge of the network: sockets, their budgets, and what arrives whole."""
