@@ -31,6 +31,7 @@ check: $(VENV)/.dev
 
 schemas: $(VENV)/.dev
 	$(BIN)/python schemas/generate.py
+	@if [ -d tests/contract/node_modules ]; then node tests/contract/types.mjs schemas/asyncapi.yaml > examples/webxr/client/messages.d.ts; fi
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .

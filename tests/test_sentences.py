@@ -13,7 +13,7 @@ PAGES = [
     *(ROOT / name for name in ("SECURITY.md", "CHANGELOG.md", "CONTRIBUTING.md")),
     *(page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in FOR_DEVELOPERS),
     *sorted((ROOT / "examples").glob("*/README.md")),
-    ROOT / "unity_client/README.md",
+    *(ROOT / name for name in ("examples/webxr/client/README.md", "unity_client/README.md")),
 ]
 MOST_WORDS, MOST_LINES, MEAN_WORDS = 30, 130, 15
 

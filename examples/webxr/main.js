@@ -1,16 +1,15 @@
 /** Puts the example together: scene, hands, frames, the service, and how a touch is shown and heard. */
 import * as THREE from 'three';
+import {Haptics, Pulses} from 'hapticvlm';
 import {offerSound, startWithTouch} from '/hear.js';
 import {Surface} from '../captures/make/page/collision.js';
 import {pointingHand} from './bodies.js';
 import {Drawing} from './drawing.js';
 import {FrameCamera} from './frames.js';
 import {Hands} from './hands.js';
-import {Haptics} from './haptics.js';
 import {buildObjects, makeGlass} from './objects.js';
 import {Board, explain, write} from './panel.js';
 import {Pointer} from './pointer.js';
-import {Pulses} from './pulses.js';
 import {isPlain, pixelRatio} from './quality.js';
 import {Readout} from './readout.js';
 import {buildScene} from './scene.js';
@@ -68,6 +67,7 @@ drawn.step();
 const token = query.get('token') ?? undefined;
 export const haptics = new Haptics(service(), {token});
 const stream = new Stream(service(), token);
+let devices = null; // what the service drives
 let mode = 'ids';
 let last = null; // the object touched last
 export let plate = null; // the newest telemetry
@@ -206,13 +206,17 @@ function service() {
   return query.get('service') ?? `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
 }
 
-function showWelcome({detail: {owner, devices}}) {
+function showState() {
   const {speaker, peltier} = devices;
-  const simulated = speaker.simulated && peltier.simulated ? 'Connected; plate and speaker are simulated' : `Connected; plate: ${peltier.name}`;
-  part('state').textContent = owner ? simulated : 'Connected; another scene owns the outputs, so nothing here is felt';
+  const outputs = speaker.simulated && peltier.simulated ? 'plate and speaker are simulated' : `plate: ${peltier.name}`;
+  part('state').textContent = `Connected; ${haptics.silence ? `nothing here is felt: ${haptics.silence}` : outputs}`;
 }
 
-haptics.addEventListener('welcome', showWelcome);
+haptics.addEventListener('welcome', ({detail}) => {
+  ({devices} = detail);
+  showState();
+});
+haptics.addEventListener('ownership', showState);
 haptics.addEventListener('state', ({detail}) => {
   if (detail === 'disconnected') part('state').textContent = 'The service is gone; trying again';
 });
@@ -222,9 +226,8 @@ haptics.addEventListener('decision', ({detail}) => {
   if (last?.object_id === detail.object_id) announce(last, detail);
 });
 haptics.addEventListener('telemetry', ({detail}) => (plate = detail));
-haptics.addEventListener('vibration', ({detail}) => pulses.receive(detail));
 haptics.addEventListener('refused', ({detail}) => console.warn(`HapticVLM: ${detail.text}`));
-haptics.feel({left: 'amplitude', right: 'amplitude'});
+pulses.follow(haptics);
 for (const choice of document.getElementsByName('mode')) {
   choice.addEventListener('change', () => tell(choice.value));
 }

@@ -129,25 +129,6 @@ def test_the_service_sends_a_controller_the_vibration_of_what_it_touches(visit: 
     assert "amplitude" not in plans[-1]
 
 
-def test_a_motor_runs_as_planned_and_rests_when_the_plan_has_ended(visit: Visit) -> None:
-    pulses = visit.modules.evaluate(
-        """async ({main}) => {
-          const pulses = [];
-          const motor = {pulse: (amplitude, ms) => pulses.push([amplitude, ms])};
-          const source = {handedness: 'left', gamepad: {hapticActuators: [motor]}};
-          main.pulses.receive({hand: 'left', period_ms: 1e4, amplitude: [0.5]});
-          main.pulses.play(source);
-          main.pulses.receive({hand: 'left', period_ms: 12.5});
-          main.pulses.play(source);
-          main.pulses.receive({hand: 'left', period_ms: 1, amplitude: [0.5]});
-          await new Promise((done) => setTimeout(done, 20));
-          main.pulses.play(source);
-          return pulses;
-        }"""
-    )
-    assert pulses == [[0.5, 22]]
-
-
 def test_a_controller_is_drawn_where_it_is_held(visit: Visit) -> None:
     visit.touch("linen")
     drawn = visit.modules.evaluate(

@@ -1,7 +1,8 @@
-"""A client in another language, from the contract alone: types made of asyncapi.yaml, then a touch.
+"""Clients in another language: one made from the contract alone, and the package of the web client.
 
 AsyncAPI's own generator makes the types of TypeScript; a client that knows nothing else is compiled
-`strict` and run under node against a real service.
+`strict` and run under node against a real service. The package is packed and installed as npm
+would, and feels.
 """
 
 from __future__ import annotations
@@ -10,14 +11,17 @@ import json
 import os
 import shutil
 import subprocess
+import tarfile
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from hapticvlm.client.local_service import Service, running
+from hapticvlm import __version__
+from hapticvlm.client.local_service import Service
+
+pytestmark = pytest.mark.process
 
 HERE = Path(__file__).parent
 ASYNCAPI = HERE.parents[1] / "schemas" / "asyncapi.yaml"
@@ -29,24 +33,16 @@ STRICT = (
 )
 TOOL_S = 60.0  # a busy machine; some seconds on a quiet one
 
-pytestmark = pytest.mark.process
+Run = Callable[..., str]
+PACKAGE = HERE.parents[1] / "examples" / "webxr" / "client"
+QUIET = ("--offline", "--ignore-scripts", "--no-audit", "--no-fund")
+# What the package needs comes from here and not from the network.
+BESIDE = (MODULES / "@msgpack" / "msgpack", MODULES / "ws", MODULES / "@types" / "ws")
 
 
-def node(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run node on these; what it says is returned, also of a failure."""
-    return subprocess.run(
-        ["node", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=TOOL_S,
-        check=False,
-        cwd=HERE,
-    )
-
-
-@pytest.fixture(scope="module")
-def folder() -> Iterator[Path]:
-    """A folder from which node finds the packages."""
+@pytest.fixture(scope="session")
+def run() -> Run:
+    """A function that runs a program and returns what it says; one that fails fails a test."""
     reason = None if shutil.which("node") else "no node: see .ci/toolchains"
     if not reason and not TSC.exists():
         reason = "no packages: npm ci --prefix tests/contract"
@@ -54,36 +50,34 @@ def folder() -> Iterator[Path]:
         pytest.fail(reason)
     if reason:
         pytest.skip(reason)
+
+    def run(*command: str | Path, cwd: Path = HERE) -> str:
+        ran = subprocess.run(
+            [str(part) for part in command],
+            capture_output=True,
+            text=True,
+            timeout=TOOL_S,
+            check=False,
+            cwd=cwd,
+        )
+        assert ran.returncode == 0, ran.stdout + ran.stderr
+        return ran.stdout
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def types(run: Run) -> str:
+    """The types of TypeScript, as AsyncAPI's generator makes them of the contract."""
+    return run("node", "types.mjs", ASYNCAPI)
+
+
+@pytest.fixture
+def folder() -> Iterator[Path]:
+    """An empty folder from which node finds the tests' packages."""
     with tempfile.TemporaryDirectory(dir=MODULES, prefix=".made-") as made:
         (Path(made) / "package.json").write_text('{"type": "module"}')
         yield Path(made)
-
-
-@pytest.fixture(scope="module")
-def types(folder: Path) -> str:
-    """The types as the generator makes them."""
-    made = node("types.mjs", ASYNCAPI)
-    assert made.returncode == 0, made.stderr
-    (folder / "messages.ts").write_text(made.stdout)
-    return made.stdout
-
-
-@pytest.fixture(scope="module")
-def service() -> Iterator[Service]:
-    with running() as service:
-        yield service
-
-
-@pytest.fixture(scope="module")
-def said(folder: Path, types: str, service: Service) -> Any:
-    """What the client was answered by a real service."""
-    assert types
-    shutil.copy(HERE / "client.ts", folder / "client.ts")
-    compiled = node(TSC, *STRICT, folder / "client.ts")
-    assert compiled.returncode == 0, compiled.stdout
-    ran = node(folder / "client.js", service.url)
-    assert ran.returncode == 0, ran.stderr
-    return json.loads(ran.stdout)
 
 
 def test_every_type_has_one_name_that_says_what_it_is(types: str) -> None:
@@ -99,9 +93,62 @@ def test_what_the_contract_says_of_a_field_is_said_in_its_type(types: str) -> No
     assert "'image': Uint8Array;" in types
 
 
-def test_a_client_made_from_the_contract_alone_feels_a_touch(said: Any) -> None:
+def test_a_client_made_from_the_contract_alone_feels_a_touch(
+    run: Run, folder: Path, types: str, service: Service
+) -> None:
+    (folder / "messages.ts").write_text(types)
+    shutil.copy(HERE / "client.ts", folder)
+    run("node", TSC, *STRICT, folder / "client.ts")
+    said = json.loads(run("node", folder / "client.js", service.url))
     assert said["welcome"]["owner"] is True
     assert (said["decision"]["object_id"], said["decision"]["material"]) == ("table", "wood")
     assert (said["vibration"]["hand"], said["vibration"]["period_ms"]) == ("right", 5)
     assert max(said["vibration"]["amplitude"]) > 0.1
     assert said["seen"]["object_id"] == "thing"
+
+
+@pytest.fixture
+def packed(run: Run, tmp_path: Path) -> Path:
+    run("npm", "pack", PACKAGE, "--silent", "--pack-destination", tmp_path)
+    return tmp_path / f"hapticvlm-{__version__}.tgz"
+
+
+def test_its_types_are_those_of_the_contract(types: str) -> None:
+    assert (PACKAGE / "messages.d.ts").read_text() == types, "run `make schemas`"
+
+
+def test_it_holds_the_client_its_types_its_licence_and_nothing_else(packed: Path) -> None:
+    with tarfile.open(packed) as archive:
+        names = {name.removeprefix("package/") for name in archive.getnames()}
+    code = {"index.js", "haptics.js", "pulses.js", "index.d.ts", "messages.d.ts"}
+    assert names == code | {"package.json", "README.md", "LICENSE"}
+
+
+def test_installed_it_is_felt_gives_way_takes_over_and_says_why_it_is_silent(
+    run: Run, folder: Path, packed: Path, service: Service
+) -> None:
+    clean = folder / "clean"
+    clean.mkdir()
+    (clean / "package.json").write_text('{"type": "module", "private": true}')
+    run("npm", "install", *QUIET, packed, *BESIDE, cwd=clean)
+    shutil.copy(HERE / "user.ts", clean)
+    run("node", TSC, *STRICT, "--skipLibCheck", "false", clean / "user.ts", cwd=clean)
+    said = json.loads(run("node", clean / "user.js", service.url))
+    assert said["before"] == f"no service answers at {service.url}"
+    assert said["material"] == "wood"
+    assert min(said["felt"], said["feltAfter"]) >= 0.1
+    assert said["bare"] == "the browser gives this controller no motor"
+    assert said["refused"] == "another scene owns the outputs"
+    assert said["stopped"] == "a stop holds the outputs: let go and touch again"
+    assert said["after"] == ""
+
+
+def test_a_motor_plays_the_strongest_since_the_last_picture_and_rests_after_the_plan(
+    run: Run,
+) -> None:
+    told = json.loads(run("node", HERE / "pulses.mjs"))
+    assert told["steady"] == [0.5, 0.5, 0.5]
+    assert told["a strike between two pictures"] == [0.8]
+    assert told["an empty plan"] == told["a picture long after"] == told["too weak"] == []
+    assert told["turned up"] == [1]
+    assert told["a gamepad"] == [0.5]

@@ -1,0 +1,2 @@
+export {Haptics} from './haptics.js';
+export {Pulses} from './pulses.js';

@@ -1,0 +1,120 @@
+"""The A-Frame scene of one file, in a real headless Chromium, with an emulated headset (iwer)."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgpack
+import pytest
+
+pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
+
+from playwright.sync_api import Page, sync_playwright
+from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS
+
+from hapticvlm.client.local_service import running
+
+pytestmark = pytest.mark.browser
+
+MODULES = EXAMPLES / "webxr" / "node_modules"
+HEADSET = """
+  window.headset = new IWER.XRDevice(IWER.metaQuest3, {stereoEnabled: true});
+  headset.installRuntime({forceInstall: true});
+"""
+# Where a thing is drawn, in shares of the page.
+PLACE = """(name) => {
+  const at = new AFRAME.THREE.Vector3();
+  document.querySelector(`[data-name=${name}]`).object3D.getWorldPosition(at);
+  at.project(document.querySelector('a-scene').camera);
+  return [(at.x + 1) / 2, (1 - at.y) / 2];
+}"""
+HOLD = """(name) => {
+  const {x, y, z} = document.querySelector(`[data-name=${name}]`).object3D.position;
+  headset.controllers.right.position.set(x, y, z);
+}"""
+
+
+@dataclass
+class Visit:
+    """The page, what went through its WebSocket and what it complained of."""
+
+    page: Page
+    heard: list[Any] = field(default_factory=list)
+    complaints: list[str] = field(default_factory=list)
+
+    def watch(self, socket: Any) -> None:
+        socket.on("framereceived", lambda data: self.heard.append(msgpack.unpackb(data)))
+
+    def hear(self, said: Any) -> None:
+        if said.type == "error":
+            self.complaints.append(said.text)
+
+    def felt(self, since: int) -> float:
+        """Return the strongest vibration since so many messages."""
+        plans = [one for one in self.heard[since:] if one["type"] == "vibration"]
+        return max((value for plan in plans for value in plan.get("amplitude", ())), default=0.0)
+
+
+def missing() -> str | None:
+    if shutil.which(CHROMIUM) is None:
+        return "no chromium: see .ci/toolchains"
+    if not (MODULES / "aframe").is_dir():
+        return "no A-Frame: npm ci --prefix examples/webxr"
+    return None
+
+
+@pytest.fixture(scope="module")
+def visit() -> Iterator[Visit]:
+    reason = missing()
+    if reason and os.environ.get("CI"):
+        pytest.fail(reason)
+    if reason:
+        pytest.skip(reason)
+    with running(["--scene", str(EXAMPLES)]) as service, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
+        )
+        page = browser.new_page(viewport={"width": 240, "height": 180})
+        page.set_default_timeout(SLOW_MS)
+        page.add_init_script(path=MODULES / "iwer" / "build" / "iwer.min.js")
+        page.add_init_script(HEADSET)
+        visit = Visit(page)
+        page.on("websocket", visit.watch)
+        page.on("console", visit.hear)
+        page.on("pageerror", lambda error: visit.complaints.append(str(error)))
+        page.goto(f"{service.page}scene/webxr/aframe.html")
+        page.locator("#said", has_text="Connected").wait_for()
+        yield visit
+        browser.close()
+
+
+def test_a_thing_pressed_with_the_mouse_is_decided_by_its_name_and_felt(visit: Visit) -> None:
+    since = len(visit.heard)
+    x, y = visit.page.evaluate(PLACE, "SteelBlock")
+    visit.page.mouse.move(240 * x, 180 * y)
+    visit.page.mouse.down()
+    visit.page.locator("#said", has_text="SteelBlock is metal").wait_for()
+    visit.page.wait_for_timeout(200)
+    visit.page.mouse.up()
+    assert visit.felt(since) >= 0.1
+
+
+def test_a_controller_in_a_thing_feels_it_and_rests_when_it_leaves(visit: Visit) -> None:
+    visit.page.evaluate("document.querySelector('a-scene').enterVR()")
+    since = len(visit.heard)
+    visit.page.evaluate(HOLD, "VelvetCushion")
+    visit.page.locator("#said", has_text="VelvetCushion is fabric").wait_for()
+    visit.page.wait_for_timeout(200)
+    visit.page.evaluate("headset.controllers.right.position.set(0.4, 1.4, 0)")
+    visit.page.wait_for_timeout(500)
+    assert visit.felt(since) >= 0.1
+    assert "amplitude" not in [one for one in visit.heard if one["type"] == "vibration"][-1]
+
+
+def test_nothing_was_refused_and_nothing_went_wrong(visit: Visit) -> None:
+    assert [one for one in visit.heard if one["type"] == "error"] == []
+    assert visit.complaints == []
