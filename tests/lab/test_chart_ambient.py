@@ -43,9 +43,9 @@ def test_an_endpoint_that_does_not_answer_is_left_out_and_said_to_be() -> None:
 def test_the_ways_differ_in_one_thing_each_from_the_default() -> None:
     asked = methods.in_process("some/vlm", "cpu")
     default = next(way for way in asked if way.is_default)
-    assert (default.settings.image_tokens, default.precision) == (64, "bfloat16")
+    assert (default.settings.image_tokens, default.precision) == (256, "bfloat16")
     assert {way.family for way in asked} == {"readout", "generation"}
-    assert sorted(way.settings.image_tokens for way in asked) == [64, 64, 64, 128, 256]
+    assert sorted(way.settings.image_tokens for way in asked) == [64, 128, 256, 256, 256]
     assert sum(way.is_default for way in asked) == 1
     assert len({way.name for way in asked}) == len(asked)
 

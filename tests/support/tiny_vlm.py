@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -53,27 +54,33 @@ def rewrite(folder: Path, change: Callable[[str, torch.Tensor], torch.Tensor | N
 
 
 @contextmanager
-def planting(vlm: LocalVlm, text: str) -> Iterator[None]:
-    """Make a network sure of one answer and its end, whatever it is shown.
+def planting(vlm: LocalVlm, *texts: str, share: float = 1.0) -> Iterator[None]:
+    """Make a network answer with a text and its end, one each wording, whatever it is shown.
 
-    What was answered so far is what each row sees behind the prompt, so a wrong mask shows.
+    share: probability of the first token; the rest is that of a word that begins a sentence. What
+    was answered so far is what each row sees behind the prompt, so a wrong mask shows.
     """
-    answer = [*vlm.chat.encode(text), vlm.network.model.generation_config.eos_token_id]
+    end = vlm.network.model.generation_config.eos_token_id
+    answers = [[*vlm.chat.encode(text), end] for text in texts]
+    filler = vlm.chat.encode("What")[0]
     begun: list[list[int]] = []
 
     def look(_module: object, _inputs: object, given: dict[str, Any]) -> None:
         ids, mask = given["input_ids"][0], given.get("attention_mask")
         if mask is None:
-            begun[:] = [answer[: len(begun[0]) + 1]] if len(ids) == 1 else []
+            begun[:] = []
             return
         seen = [ids[mask[0, 0, row, -len(ids) :] == 0] for row in given["logits_to_keep"]]
         begun[:] = [_answered(vlm, row.tolist()) for row in seen]
 
     def speak(_module: object, _inputs: object, outputs: Any) -> None:
         for row, text in enumerate(begun):
+            answer = answers[row * len(answers) // len(begun)]
             is_on_its_way = text == answer[: len(text)] and len(text) < len(answer)
             outputs.logits[0, row] = -40.0
-            outputs.logits[0, row, answer[len(text)] if is_on_its_way else answer[-1]] = 40.0
+            outputs.logits[0, row, answer[len(text)] if is_on_its_way else end] = 40.0
+            if not text and share < 1.0:
+                outputs.logits[0, row, filler] = 40.0 + math.log(1.0 / share - 1.0)
 
     model = vlm.network.model
     hooks = [

@@ -68,7 +68,7 @@ def test_a_branch_that_was_not_followed_is_spread_over_what_it_may_become() -> N
 
 def test_what_the_likeliest_tokens_leave_widens_the_interval_but_moves_nothing() -> None:
     sure = told(("2", {"2": 1.0}), ("1", {"1": 1.0}))
-    doubtful = told(("2", {"2": 0.6}), ("1", {"1": 0.5}))
+    doubtful = told(("2", {"2": 0.8}), ("1", {"1": 0.7}))
     assert doubtful.seen.sum() + doubtful.unseen.sum() == pytest.approx(1.0)
     narrow, wide = spread([sure.seen]), spread([doubtful.seen + doubtful.unseen])
     assert narrow.high_c - narrow.low_c < 1.0

@@ -137,13 +137,13 @@ def test_answers_that_share_their_tokens_are_refused() -> None:
 def test_wordings_count_the_same_and_their_quarrel_is_told() -> None:
     sure, faint = np.zeros(len(CANDIDATES_C)), np.zeros(len(CANDIDATES_C))
     sure[CANDIDATES_C == 10] = 1.0
-    faint[CANDIDATES_C == 20] = 0.01
+    faint[CANDIDATES_C == 20] = 0.6
     found = spread([sure, faint])
     assert found.value_c == pytest.approx(15.0)
     assert found.prompt_sd_c == pytest.approx(np.std([10, 20], ddof=1))
     assert found.low_c == pytest.approx(9.7)
     assert found.high_c == pytest.approx(20.3)
-    assert found.share == pytest.approx(0.505)
+    assert found.share == pytest.approx(0.8)
 
 
 def test_an_even_belief_has_its_interval_where_it_should() -> None:
@@ -155,10 +155,15 @@ def test_an_even_belief_has_its_interval_where_it_should() -> None:
     assert quantile(even, 0.5) == pytest.approx((LEAST_C + MOST_C) / 2)
 
 
-@pytest.mark.parametrize("share", [0.0, 1e-9, float("nan")])
-def test_an_answer_that_is_no_number_is_refused(share: float) -> None:
-    with pytest.raises(VlmError, match="no number"):
-        spread([np.full(len(CANDIDATES_C), share / len(CANDIDATES_C))])
+def even(share: float) -> NDArray[np.float64]:
+    return np.full(len(CANDIDATES_C), share / len(CANDIDATES_C))
+
+
+@pytest.mark.parametrize("share", [0.0, 1e-9, 0.49, float("nan")])
+def test_what_a_sentence_leaves_to_numbers_is_no_temperature(share: float) -> None:
+    with pytest.raises(VlmError, match="is a number"):
+        spread([even(1.0), even(share)])
+    assert spread([even(1.0), even(0.51)]).share == pytest.approx(0.755)
 
 
 def test_packed_texts_see_their_own_beginning_alone() -> None:

@@ -61,8 +61,7 @@ def test_log_probabilities_are_used_where_they_are_offered() -> None:
         reading = vlm(served.url).ambient(PICTURE)
     teens = 0.1 * (1 + sum(range(10, 20))) / 11
     assert reading.value_c == pytest.approx(0.63 * 21 + 0.27 * 24 + teens)
-    assert reading.low_c < 19.5
-    assert 23.0 < reading.high_c < 25.0
+    assert (reading.low_c, reading.high_c) == (reading.value_c - 8.0, reading.value_c + 8.0)
     assert reading.method == "logprobs"
     assert reading.share == pytest.approx(1.0)
 
@@ -92,6 +91,58 @@ def test_an_endpoint_that_knows_no_log_probabilities_is_asked_without_from_then_
         remote = vlm(served.url)
         assert [remote.ambient(PICTURE).value_c for _ in range(2)] == [9.0, 9.0]
         assert ["logprobs" in body for body in served.questions] == [True, *[False] * 4]
+
+
+def openai_says(parameter: str, hint: str = "") -> str:
+    message = f"Unsupported parameter: '{parameter}' is not supported with this model.{hint}"
+    return json.dumps({"error": {"message": message, "param": parameter, "code": "unsupported"}})
+
+
+def test_parameters_that_a_new_endpoint_refuses_are_dropped_from_then_on() -> None:
+    hints = {"max_tokens": " Use 'max_completion_tokens' instead."}
+
+    def modern(sock: socket.socket, request: Request) -> None:
+        refused = [n for n in ("max_tokens", "temperature", "logprobs") if n in request.body]
+        if refused:
+            error = openai_says(refused[0], hints.get(refused[0], ""))
+            sends(error, "400 Bad Request")(sock, request)
+        else:
+            says("9")(sock, request)
+
+    with endpoint(modern) as served:
+        remote = vlm(served.url)
+        assert [remote.ambient(PICTURE).value_c for _ in range(2)] == [9.0, 9.0]
+        kept = [set(body) - {"model", "messages", "stream"} for body in served.questions]
+    assert kept == [
+        {"max_tokens", "temperature", "logprobs", "top_logprobs"},
+        {"max_completion_tokens", "temperature", "logprobs", "top_logprobs"},
+        {"max_completion_tokens", "logprobs", "top_logprobs"},
+        *[{"max_completion_tokens"}] * 4,
+    ]
+    assert served.questions[-1]["max_completion_tokens"] >= 1000, "what it thinks counts, too"
+
+
+def test_a_model_that_may_not_give_log_probabilities_is_asked_without() -> None:
+    def closed(sock: socket.socket, request: Request) -> None:
+        text = '{"error": {"message": "You are not allowed to request logprobs from this model"}}'
+        refused = "logprobs" in request.body
+        (sends(text, "403 Forbidden") if refused else says("9"))(sock, request)
+
+    with endpoint(closed) as served:
+        assert vlm(served.url).ambient(PICTURE).value_c == 9.0
+    text = refused(sends('{"error": "no access"}', "403 Forbidden"))
+    assert "HTTP 403: no access" in text
+
+
+@pytest.mark.parametrize("parameter", ["max_tokens", "temperature"])
+def test_a_parameter_that_is_refused_again_without_it_is_an_error(parameter: str) -> None:
+    stubborn = sends(openai_says(parameter), "400 Bad Request")
+    with endpoint(stubborn) as served:
+        with pytest.raises(VlmError, match=f"HTTP 400: Unsupported parameter: '{parameter}'"):
+            vlm(served.url).ambient(PICTURE)
+        assert len(served.questions) <= 3
+        with_it = [parameter in body for body in served.questions]
+    assert with_it == [True, *[False] * (len(with_it) - 1)]
 
 
 def test_wordings_are_averaged_and_their_disagreement_is_told() -> None:

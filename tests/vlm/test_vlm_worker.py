@@ -15,7 +15,7 @@ import pytest
 from conftest import peer, status
 from serving import endpoint, says, sends, tells
 from test_server import OBJECTS, frame, until
-from tiny_vlm import write_tiny_vlm
+from tiny_llava import write_llava
 
 from hapticvlm.client.local_service import running
 
@@ -40,7 +40,7 @@ def drops(sock, _):
 @pytest.fixture(scope="module")
 def loading(tmp_path_factory):
     """A service that loads a model, or has loaded it."""
-    tiny = write_tiny_vlm(tmp_path_factory.mktemp("vlm"))
+    tiny = write_llava(tmp_path_factory.mktemp("vlm"), "21")
     with running(["--vlm", str(tiny), "--vlm-timeout", "3"]) as service:
         yield service
 
@@ -197,7 +197,7 @@ async def test_a_model_loaded_here_answers_and_no_frame_leaves_the_machine(loadi
         await until_shown(loading, client, lambda found: found["vlm"]["answered"] >= 1)
         decision = await until_touched(client, lambda d: d["object_id"] == "table")
     found = status(loading)["vlm"]
-    assert decision["ambient_source"] in ("vlm", "default")  # random weights may say nothing
+    assert decision["ambient_source"] in ("vlm", "default")  # the touch may be the quicker one
     assert found["last_error"] is None
     assert not found["remote"]
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from hapticvlm.server.options import Flag, contact_resistance, options_of, plate_resistance
+from hapticvlm.vlm.limits import ANSWER_S, IMAGE_TOKENS
 
 CONNECTIONS = "connections"
 OUTPUTS = "outputs"
@@ -239,14 +240,15 @@ class ServeOptions:
         int,
         Flag(
             SURROUNDINGS,
-            "a frame is given to it as at most this many tokens; fewer are quicker",
+            "a frame is given to it as at most this many tokens; fewer are quicker, and the makers "
+            "of the default model advise 256 or more",
             "N",
             range=(4, 4096),
         ),
-    ] = 64
+    ] = IMAGE_TOKENS
     vlm_timeout: Annotated[
         float, Flag(SURROUNDINGS, "seconds to wait for its answer", "S", range=(0.1, 600.0))
-    ] = 30.0
+    ] = ANSWER_S
 
 
 OPTIONS = options_of(ServeOptions)

@@ -3,8 +3,7 @@
 vLLM, `transformers serve` and others use it. The instruction comes before the pictures, so that
 an endpoint which caches prefixes computes it once. A reply is read by log-probabilities where they
 are given and are mostly of candidates, else by its text. The value is the expectation over what was
-given; the interval also counts what was not, evenly spread, and reaches to the value where a long
-tail pulls that out of it.
+given; the interval also counts what was not, evenly spread.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from __future__ import annotations
 import base64
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.vlm.contract import Asked, Picture, VlmError, widened
 from hapticvlm.vlm.endpoint import EndpointError, Json
-from hapticvlm.vlm.limits import ANSWER_TOKENS, LEAST_KNOWN, TEXT_BELIEF, TOP
+from hapticvlm.vlm.limits import ANSWER_TOKENS, LEAST_SHARE, TEXT_BELIEF, THINKING_TOKENS, TOP
 from hapticvlm.vlm.logprobs import (
     CandidateMass,
     Fits,
@@ -34,6 +33,11 @@ from hapticvlm.vlm.numbers import spread
 from hapticvlm.vlm.sentence import read_celsius
 
 QUALITY = 90  # of the JPEG
+# What some endpoints refuse, each in turn: the newest want `max_completion_tokens` and their own
+# temperature, others know no log-probabilities.
+PARAMETERS = ("max_tokens", "temperature", "logprobs")
+UNKNOWN_FIELD = (400, 422)
+REFUSING = (*UNKNOWN_FIELD, 403)  # OpenAI's for log-probabilities of a model that thinks
 TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2
 
 
@@ -46,13 +50,34 @@ def question(asked: Asked, wording: int, pictures: Sequence[Picture], image_toke
         "messages": [{"role": "user", "content": content}],
         "max_tokens": ANSWER_TOKENS,
         "temperature": 0.0,
+        "logprobs": True,
+        "top_logprobs": TOP,
         "stream": False,
     }
 
 
-def with_logprobs(body: Json) -> Json:
-    """Ask for log-probabilities too."""
-    return body | {"logprobs": True, "top_logprobs": TOP}
+def without(body: Json, refused: Collection[str]) -> Json:
+    """Word a question for an endpoint that refuses some of PARAMETERS."""
+    kept = {name: value for name, value in body.items() if name not in refused}
+    if "logprobs" in refused:
+        del kept["top_logprobs"]
+    if "max_tokens" in refused:
+        kept["max_completion_tokens"] = THINKING_TOKENS
+    return kept
+
+
+def refused_parameter(body: Json, status: int | None, text: str) -> str | None:
+    """Return which of PARAMETERS in a body an error is about, None where it is another error.
+
+    One that knows no log-probabilities may refuse them without a name.
+    """
+    if status not in REFUSING:
+        return None
+    for name in PARAMETERS:
+        if name in body and name in text:
+            return name
+    is_unnamed = status in UNKNOWN_FIELD and "logprobs" in body
+    return "logprobs" if is_unnamed else None
 
 
 def first_choice(answer: Json) -> Json:
@@ -110,8 +135,7 @@ def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | No
         return None
     value = spread([reply.seen for reply in known])
     ends = spread([reply.seen + reply.unseen for reply in known])
-    low_c = min(ends.low_c, value.value_c)
-    high_c = max(ends.high_c, value.value_c)
+    low_c, high_c = widened(value.value_c, ends.low_c, ends.high_c)
     deviation = value.prompt_sd_c
     return Reading(value.value_c, low_c, high_c, deviation, "logprobs", seconds, value.share)
 
@@ -156,4 +180,4 @@ def _reply(choice: Json, fits: Fits) -> CandidateMass | None:
     if not places:
         return None
     reply = follow(places, fits, is_whole=choice.get("finish_reason") == "stop")
-    return reply if reply.seen.sum() >= LEAST_KNOWN else None
+    return reply if reply.seen.sum() >= LEAST_SHARE else None

@@ -175,11 +175,13 @@ def number_beliefs(tree: ChoiceTree, log_probs: NDArray[np.float32]) -> Beliefs:
 def spread(wordings: Sequence[Beliefs]) -> Spread:
     """Average beliefs in CANDIDATES_C, each (91,) summing to at most 1, over the wordings.
 
-    Each wording counts the same, whatever its share. Raises VlmError where no number is believed.
+    Each wording counts the same, whatever its share. Raises VlmError where most of an answer is
+    no number.
     """
     shares = [float(wording.sum()) for wording in wordings]
-    if not min(shares, default=0.0) >= LEAST_SHARE:
-        raise VlmError("the model's answer begins with no number: is it an instruct model?")
+    if not all(share >= LEAST_SHARE for share in shares):
+        text = f"only {min(shares):.2g} of the model's answer is a number"
+        raise VlmError(f"{text}: is it an instruct model?")
     normal = [wording / share for wording, share in zip(wordings, shares, strict=True)]
     means = [float(wording @ CANDIDATES_C) for wording in normal]
     mixed: Beliefs = np.mean(normal, axis=0)

@@ -29,7 +29,6 @@ from hapticvlm.vlm.endpoint import Endpoint, EndpointError, Json, check_token, r
 
 CHAT = "/v1/chat/completions"
 MODELS = "/v1/models"
-_NO_SUCH_FIELD = (400, 422)  # what an endpoint answers that does not know log-probabilities
 
 Answer = TypeVar("Answer")
 
@@ -56,7 +55,7 @@ class RemoteVlm:
         self._now = now
         self._endpoint = Endpoint(address, check_token(settings.token, address))
         self._model = None if settings.model == DEFAULT_MODEL else settings.model
-        self._gives_logprobs = True
+        self._refused: frozenset[str] = frozenset()
         self._breaker, self._asking = Breaker(), threading.Lock()
 
     @property
@@ -128,19 +127,26 @@ class RemoteVlm:
         return answer
 
     def _choice(self, body: Json, begun: float) -> Json:
-        """Ask once, without log-probabilities where the endpoint does not know them."""
+        """Ask, and once more without each parameter that the endpoint refuses.
+
+        What it refused is remembered as soon as an answer came without it: a question that is
+        wrong for another reason must not cost the log-probabilities of all later ones.
+        """
         deadline = begun + self._settings.timeout_s
         body = {"model": self._asked_model(deadline), **body}
-        if self._gives_logprobs:
+        refused = self._refused
+        while True:
+            asked = chat_protocol.without(body, refused)
             try:
-                asked = chat_protocol.with_logprobs(body)
-                return chat_protocol.first_choice(self._endpoint.post(CHAT, asked, deadline))
+                choice = chat_protocol.first_choice(self._endpoint.post(CHAT, asked, deadline))
             except EndpointError as error:
-                if error.status not in _NO_SUCH_FIELD:
+                wrong = chat_protocol.refused_parameter(asked, error.status, str(error))
+                if wrong is None:
                     raise
-        choice = chat_protocol.first_choice(self._endpoint.post(CHAT, body, deadline))
-        self._gives_logprobs = False
-        return choice
+                refused |= {wrong}
+            else:
+                self._refused = refused
+                return choice
 
     def _asked_model(self, deadline: float) -> str:
         """Name the model: the one given, else the default, else the only one there is."""
