@@ -50,6 +50,10 @@ class BoardClock:
         if before is None:
             return
         then, was_late_s = before
+        # Lateness is what the line, the operating system and this process add: it is never negative
+        # and changes from one telemetry to the next. The least of a window is nearly free of it. A
+        # clock that runs at the right rate keeps that least value, one that runs wrong moves it by
+        # the same share in every window.
         drift = abs(self._least_late_s - was_late_s) / (now - then)
         self._wrong_windows = self._wrong_windows + 1 if drift > LARGEST_DRIFT else 0
         self.is_wrong = self._wrong_windows >= WRONG_WINDOWS

@@ -23,6 +23,9 @@ class Dose:
 
     def update(self, dose_cem43: float, heated_s: float, now: float) -> None:
         """Update from the board's report; the report of its earlier run is dropped after a rest."""
+        # A board that was reset by its watchdog keeps its dose in memory that survives, one that
+        # lost its supply counts from zero. Both report one number. So after a reset what was known
+        # before is added, unless the board's own count already contains it.
         is_remembered = dose_cem43 >= self._carried[0] and heated_s >= self._carried[1]
         if self._is_restarted and is_remembered:
             self._carried = (0.0, 0.0)

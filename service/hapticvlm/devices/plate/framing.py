@@ -85,6 +85,9 @@ class Deframer:
         return frames
 
     def _append(self, part: bytes) -> None:
+        # A line that sends anything but zeros must not fill the memory: what cannot be a frame any
+        # more is dropped at once and counted when its end comes. The next zero begins a new frame,
+        # so a single bad byte costs one frame and never two.
         if len(self._pending) + len(part) >= MAX_WIRE:
             self._is_too_long = True
             self._pending.clear()

@@ -98,6 +98,10 @@ class Peltier:
         if self._port is None:
             return
         try:
+            # The read blocks for READ_S at most and outside the lock: a serial adapter that hangs
+            # in the kernel holds up this thread and nobody else. Everything between is computed
+            # under the lock, and what it gives is written outside again. A command that comes
+            # between is sent in the next round, 10 ms later.
             data = self._port.read(READ_BYTES)
             now = self._clock()
             with self._lock:
@@ -197,6 +201,9 @@ class Peltier:
     def _lose(self, trouble: str) -> None:
         self._trouble = trouble
         with self._lock:  # nobody cancels a read of what is being closed
+            # The port is taken away under the lock and closed outside it: closing may block in the
+            # driver of an adapter that was pulled out, and `off` must find either a port that is
+            # open or none.
             port = self._port
             self._port = None
             self._session.lost()
@@ -211,6 +218,8 @@ class Peltier:
         while not self._closing.is_set():
             if self._port is not None:
                 self.turn()
+                # A port that opens is no plate yet: another device may answer there, or a boot
+                # loader. So the pauses grow until a board has answered, and only then begin anew.
                 tries = 0 if self._session.is_ready else tries
             elif not self._closing.wait(PAUSES_S[min(tries, len(PAUSES_S) - 1)]):
                 self._reopen(tries)

@@ -44,6 +44,9 @@ class Orders:
 
     def put(self, message: Message) -> None:
         """Order something; it replaces an older order, but no rest replaces an unanswered off."""
+        # One order waits for its acknowledgement, the newest. But a rest drives the plate to
+        # neutral, and who ordered off may have seen that its sensor lies: that order outlives a
+        # later rest.
         if isinstance(message, Rest) and isinstance(self._message, Off):
             return
         self._message, self._message_seq = message, self._next_seq()
@@ -101,6 +104,10 @@ class Drive:
         """Accept a setpoint, limited to the band, for `ttl_s`; return whether it takes effect."""
         if not 0.0 < ttl_s < math.inf:
             return False
+        # After a fault or a reset the plate must not go on by itself: the hand may have left, the
+        # cause may be there still. A touch that is still renewed looks like any other command, so
+        # what tells a new one is a pause, longer than any lease. A caller that never pauses is
+        # ignored and counted.
         goes_on = abs(now - self._commanded_at) <= PAUSE_S
         self._commanded_at = now
         self._is_held = not may_drive or (self._is_held and goes_on)

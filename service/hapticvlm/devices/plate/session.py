@@ -221,6 +221,9 @@ class PlateSession:
 
     def _follow(self, telemetry: Telemetry, now: float) -> None:
         if self._uptime_ms is not None and _went_back(self._uptime_ms, telemetry.uptime_ms):
+            # An uptime that went back is a reset. What was commanded before is void, the lease on
+            # the board has ended with its memory. The dose of the skin has not: the board may count
+            # from zero, so what it had reported is carried over here.
             self._dose.restart()
             if self.telemetry is not None:  # else the port was just opened: expected
                 self._restarted()
@@ -250,6 +253,9 @@ class PlateSession:
         elif self._unfollowed_since is None:
             self._unfollowed_since = now
         elif now - self._unfollowed_since > FOLLOW_S:
+            # The board acknowledged nothing wrong, and yet does not drive: its supply is off, its
+            # cut-out open, or the module came loose. It cannot know, the host can: setpoints went
+            # out for longer than the slowest board takes to hold one.
             self._is_unfollowed = True
 
     def _acknowledge(self, ack: Ack) -> None:

@@ -120,6 +120,10 @@ class Plant:
         An inverse is most of a step's cost, and a plate at rest asks for the same one 50 times a
         second for hours, in the process that answers touches: so the last one is kept.
         """
+        # Implicit steps: the skin's thinnest cell would force an explicit step below a millisecond,
+        # an implicit one stays stable at the 20 ms of the control loop. What that costs is one
+        # system of equations for each current and step, in which pumped heat stands beside the
+        # flows.
         kept = self._kept
         if kept is not None and kept[:2] == (current_a, dt_s):
             return kept[2:]
@@ -145,6 +149,8 @@ def _after(state_c: _Floats, onwards: _Floats, offset: _Floats, count: int) -> _
         for _ in range(count):
             state_c = onwards @ state_c + offset
         return state_c
+    # Many equal steps are one power of a matrix: state and a constant 1 go in, so that the offset
+    # is part of it. A minute of a plate at rest then costs as much as a dozen steps.
     size = len(offset)
     whole = np.eye(size + 1)
     whole[:size, :size], whole[:size, size] = onwards, offset

@@ -148,6 +148,10 @@ class SimulatedPlate:
             limited = plate_limits.limit(self._asked_c, self._target_c, dt_s, reading)
             slope_c_s = (limited.setpoint_c - self._target_c) / dt_s
             self._slope_c_s += min(dt_s / _FORWARD_S, 1.0) * (slope_c_s - self._slope_c_s)
+            # A target that ran on while the current is at its limit would be far ahead of the
+            # plate. When it turned, the plate would go on in the old direction until it met the
+            # target again, and a hand that left something cold would go on being cooled. So the
+            # target waits for the plate.
             if not self._must_wait(limited.setpoint_c):
                 self._target_c = limited.setpoint_c
             self._control(self._sensed_c(), dt_s)
@@ -203,6 +207,9 @@ class SimulatedPlate:
         The hotter the sink, the less it may be cooled, as more current would warm the plate.
         """
         error_c = self._target_c - sensed_c
+        # A module heats better than it cools: its own loss warms both faces. So the gains differ by
+        # direction, and the integral stands still while the current is at its limit and more of it
+        # would push in the same direction, or it would overshoot by what it had saved up.
         proportional, integral = _COOL_GAINS if self._current_a < 0.0 else _HEAT_GAINS
         wanted_a = proportional * error_c + self._integral_a + self._forward_a()
         most_cool_a = COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))

@@ -75,6 +75,8 @@ class SimulatedBoard:
         if not self._lived_to <= now < math.inf:  # a clock that jumped is the plate's matter
             self._lived_to = now
         else:
+            # Whole steps, counted from the last one and not from now: the remainder is lived
+            # through at the next call, so no time is lost however often the host comes.
             self._lived_to += math.floor((now - self._lived_to) / TICK_S) * TICK_S
         self.plate.advance(self._lived_to)
 

@@ -61,6 +61,10 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     if wav is not None:
         engine.tee = wav.append
     engine.level = settings.level
+    # The first block costs far more than the others: tables are filled and code is met for the
+    # first time. It is rendered here and thrown away, before an output waits for it. Then the
+    # garbage collector is switched off, since its pause would be a gap that a palm feels, and
+    # what `fill` makes is freed without it. Last, what is in use is kept from being paged out.
     engine.fill(settings.block)
     gc.collect()
     gc.disable()
@@ -112,6 +116,9 @@ class WavFile:
 
     def append(self, block: NDArray[np.float32]) -> None:
         """Queue one block; never blocks."""
+        # Called from the audio thread, so the file is written by another. A deque's append is
+        # atomic and takes no lock; beyond its bound the oldest block goes, so a disk that hangs
+        # costs a part of the file and no memory.
         self._waiting.append(block)
 
     def close(self) -> None:

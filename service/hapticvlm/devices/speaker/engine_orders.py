@@ -26,6 +26,9 @@ class Standing:
     `gain` is 0..1; `rested` numbers the newest order to rest everything, 0 = none.
     """
 
+    # Orders may be lost: a gateway that outruns a stopped engine writes over the oldest. For a blow
+    # that is right, a late one is worse than none. A gain or a stop must not be lost, so both stand
+    # beside the ring as a state, which the engine compares with what it has done.
     gain: float
     rested: int
 

@@ -88,6 +88,10 @@ class Output:
         gives_up_at = time.monotonic() + STEADY_WITHIN_S
         asked = self.asked
         since = time.monotonic()
+        # An output that opened may ask in bursts at first, to fill its own buffer, or not at all
+        # for two seconds. Until it has asked for half of what STEADY_S plays, within STEADY_S, no
+        # touch would be heard when it should be: the service is not said to be ready, and no gap
+        # counts as an underrun.
         while self.asked - asked < STEADY_S * RATE_HZ / 2:
             beat()
             time.sleep(_POLL_S)
@@ -105,6 +109,10 @@ class Output:
         `awake_since` is since when the caller has watched without a gap: while a machine sleeps no
         output asks, and none is lost.
         """
+        # Two clocks can stop without a fault. The output's: PulseAudio and PipeWire ask for nothing
+        # while a machine is suspended. And ours: after a suspend this process may be scheduled
+        # before the sound server is. So the last request counts only as far back as the caller has
+        # been awake, and an output gets a whole LOST_S after waking to ask again.
         return now - max(self.asked_at, awake_since) > LOST_S
 
     def close(self) -> None:

@@ -52,6 +52,10 @@ class VirtualClock:
         while not self._stopped.is_set():
             engine.fill(block)
             deadline += period
+            # Deadlines are absolute, so a block that was late does not delay those behind it, and
+            # the clock does not drift by what each block took. One that is late by more than a
+            # block is an underrun; then time begins anew, since playing the missed blocks in a
+            # burst would put every later touch out of its time.
             ahead = deadline - time.monotonic()
             if ahead > 0:
                 time.sleep(ahead)
@@ -103,6 +107,9 @@ class Player:
         self._engine.realtime = output.has_priority
         self._engine.underruns = self._underruns_before + output.underruns
         if output.is_lost(now, self._awake_since):
+            # An output that is gone says nothing and calls nothing: closing it is up to us. The
+            # engine goes on. What is ordered meanwhile is passed over (`rest_unplayed`), so that
+            # nothing old is played when an output comes back.
             self._underruns_before = self._engine.underruns
             output.close()
             self._output = None

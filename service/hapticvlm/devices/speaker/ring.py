@@ -112,6 +112,11 @@ class Ring:
         number = self.newest + 1
         fields = _fields(order, self._materials)
         self._write(_RECORD.pack(number, *fields, now), _record_at(number))
+        # The record first, its number last: a reader that sees the number finds the record. Nothing
+        # here forbids the processor to show the two stores in the other order, which ARM may do;
+        # then number or checksum do not fit yet, and the engine looks again in its next block. A
+        # lock would forbid it, too, but a gateway that is put aside while it holds one would
+        # silence the speaker.
         self._view[_NEWEST : _NEWEST + 8] = _NUMBER.pack(number)
         return number
 

@@ -96,6 +96,9 @@ class Speaker:
 
     def rest(self) -> None:
         """Fade everything."""
+        # The order to rest goes both ways: through the ring, where it takes its place among the
+        # commands, and into the state beside it, which survives a ring that was written over. The
+        # number ties them: the engine rests once, and a command behind the order is played.
         self._rested = self._ring.put(RestAll(), time.monotonic())
         self._ring.stand(Standing(self._settings.gain, self._rested))
 
@@ -148,6 +151,8 @@ class Speaker:
         self._watched_at = now
         alive_at = max(self._ring.status().beat_at, self._child.ready_at or now)
         is_well = now - max(alive_at, self._awake_since) <= SILENT_S
+        # Read before `supervise`, which may replace the engine: the new one counts from 0, and what
+        # the old one had counted must not vanish from the figures.
         underruns = self.underruns
         trouble = self._child.supervise(now, is_well=is_well)
         if trouble is None:
