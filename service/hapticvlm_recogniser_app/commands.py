@@ -1,16 +1,17 @@
 """`hapticvlm recogniser-app`: one recogniser for many services, on this machine or on a cluster.
 
-Runs it here until it is asked to stop, or writes the config that `serve run` and `serve deploy` of
-Ray take. Needs the extra `ray`.
+Runs it here until it is asked to stop: in one process on uvicorn, or on Ray. Or writes the config
+that `serve run` and `serve deploy` of Ray take. Needs the extra `fleet`, or for Ray `ray`.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import functools
 import importlib.util
 import os
 import signal
-import sys
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,21 +24,33 @@ if TYPE_CHECKING:
 
 LEAST_TOKEN = 12  # characters, off loopback, as of the service
 PORT = 8791
+UVICORN = "uvicorn"
+RAY = "ray"
+ENGINES = (UVICORN, RAY)
+WAIT_MS = {UVICORN: 0.0, RAY: 4.0}  # our choice: batches save nothing on a core (docs/fleet.md)
 
 
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
     app = commands.add_parser(
         "recogniser-app",
-        help="run one recogniser for many services (needs Ray Serve)",
-        description="Run one recogniser that many services share, on this machine or on a cluster. "
-        "Or write the config that `serve run` and `serve deploy` of Ray take.",
+        help="run one recogniser for many services",
+        description="Run one recogniser that many services share: one process on this machine "
+        "(uvicorn), or replicas on many nodes and GPUs (Ray). Or write the config that `serve run` "
+        "and `serve deploy` of Ray take.",
         examples=(
-            "hapticvlm recogniser-app --replicas 2",
+            "hapticvlm recogniser-app",
+            "hapticvlm recogniser-app --engine ray --replicas 2",
             "hapticvlm recogniser-app --replicas 1:4 --gpus 0.25 --write recogniser.yaml",
         ),
     )
     app.set_defaults(run=_run)
+    app.add_argument(
+        "--engine",
+        choices=ENGINES,
+        help="what serves it: uvicorn, one process, for more cores run one for each behind a "
+        "proxy; ray, for many nodes and shares of a GPU (uvicorn, with --write ray)",
+    )
     app.add_argument("--host", default="127.0.0.1", help="address to listen on (%(default)s)")
     app.add_argument(
         "--port", type=int, default=PORT, metavar="PORT", help="port to listen on (%(default)s)"
@@ -75,29 +88,24 @@ def add(commands: Commands) -> None:
     app.add_argument(
         "--threads", type=int, default=1, metavar="N", help="CPU threads of one batch (%(default)s)"
     )
-    scale = app.add_argument_group("replicas and batches")
-    scale.add_argument(
-        "--replicas", default="1", metavar="N|LEAST:MOST", help="how many replicas (%(default)s)"
-    )
-    scale.add_argument(
-        "--cpus", type=float, default=1.0, metavar="N", help="CPUs for each replica (%(default)s)"
-    )
-    scale.add_argument(
+    replicas = app.add_argument_group("replicas, on Ray")
+    replicas.add_argument("--replicas", metavar="N|LEAST:MOST", help="how many replicas (1)")
+    replicas.add_argument("--cpus", type=float, metavar="N", help="CPUs for each replica (1)")
+    replicas.add_argument(
         "--gpus",
         type=float,
-        default=0.0,
         metavar="N",
-        help="GPUs for each replica; with 0.25 four share one (%(default)s)",
+        help="GPUs for each replica; with 0.25 four share one (0)",
     )
+    scale = app.add_argument_group("batches")
     scale.add_argument(
         "--batch", type=int, default=16, metavar="N", help="most crops in one batch (%(default)s)"
     )
     scale.add_argument(
         "--batch-wait-ms",
         type=float,
-        default=4.0,
         metavar="MS",
-        help="time a batch may take to fill (%(default)s)",
+        help="time a batch may take to fill (0, on Ray 4); while one is under way the next gathers",
     )
     scale.add_argument(
         "--queue",
@@ -115,23 +123,21 @@ def add(commands: Commands) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    if importlib.util.find_spec("ray") is None:  # imported only once its environment is set
-        raise ModuleNotFoundError(name="ray")
-    from hapticvlm_recogniser_app.settings import serve_config
-
+    engine = options.engine or (UVICORN if options.write is None else RAY)
+    if importlib.util.find_spec(engine) is None:  # Ray is imported only once its environment is set
+        raise ModuleNotFoundError(name=engine)
     with usage_errors():
-        settings = settle(options, os.environ)
+        settings = settle(options, engine, os.environ)
     if options.write is not None:
-        import yaml
-
-        config = serve_config(settings, options.host, options.port)
-        options.write.write_text(yaml.safe_dump(config, sort_keys=False), "utf-8")
-        print(f"{options.write}: `serve run {options.write}`, or `serve deploy` on a cluster")
+        _write(settings, options)
         return 0
-    return _run_here(settings, options)
+    run = _run_on_ray if engine == RAY else _run_on_uvicorn
+    run(settings, options)
+    print("recogniser stopped", flush=True)
+    return 0
 
 
-def settle(options: argparse.Namespace, environment: os._Environ[str]) -> AppSettings:
+def settle(options: argparse.Namespace, engine: str, environment: os._Environ[str]) -> AppSettings:
     """Return what is to be run. Raises ValueError, naming the option."""
     from hapticvlm.server.web.http import is_loopback
     from hapticvlm_recogniser_app import settings as app
@@ -143,38 +149,86 @@ def settle(options: argparse.Namespace, environment: os._Environ[str]) -> AppSet
         )
     if (options.tls_cert is None) != (options.tls_key is None):
         raise UsageError("--tls-cert and --tls-key go together: state both")
+    if engine != RAY:
+        _refuse_what_is_rays(options)
     is_open = token is None and options.write is None
+    wait_ms = options.batch_wait_ms
     found = app.AppSettings(
         app.Model(options.encoder, options.encoder_device, options.threads, is_open),
         app.Live(
             dict(app.read_gallery_option(text) for text in options.gallery),
             options.batch,
-            options.batch_wait_ms,
+            WAIT_MS[engine] if wait_ms is None else wait_ms,
         ),
-        app.Scale(app.read_replicas(options.replicas), options.cpus, options.gpus, options.queue),
+        app.Scale(
+            app.read_replicas(options.replicas or "1"),
+            1.0 if options.cpus is None else options.cpus,
+            options.gpus or 0.0,
+            options.queue,
+        ),
     )
     app.check(found)
     return found
 
 
-def _run_here(settings: AppSettings, options: argparse.Namespace) -> int:
-    from hapticvlm_recogniser_app.local import running
+def _refuse_what_is_rays(options: argparse.Namespace) -> None:
+    """Refuse options that one process cannot follow. Raises UsageError."""
+    if options.write is not None:
+        raise UsageError("--write is a config for Ray: leave --engine out, or give --engine ray")
+    for name in ("replicas", "cpus", "gpus"):
+        if getattr(options, name) is not None:
+            text = f"--{name} needs --engine ray; without it, run one process for each core or GPU"
+            raise UsageError(f"{text} behind a proxy")
+
+
+def _write(settings: AppSettings, options: argparse.Namespace) -> None:
+    import yaml
+
+    from hapticvlm_recogniser_app.settings import serve_config
+
+    config = serve_config(settings, options.host, options.port)
+    options.write.write_text(yaml.safe_dump(config, sort_keys=False), "utf-8")
+    print(f"{options.write}: `serve run {options.write}`, or `serve deploy` on a cluster")
+
+
+def _run_on_uvicorn(settings: AppSettings, options: argparse.Namespace) -> None:
+    import asyncio
+
+    from hapticvlm.commands.service_address import port_errors
+    from hapticvlm_recogniser_app import here
+
+    # uvicorn takes these for itself while it serves, and hands them on when it has ended.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)
+    certificate = None if options.tls_cert is None else (options.tls_cert, options.tls_key)
+    with contextlib.ExitStack() as stack:
+        with port_errors(options.port):
+            listener = stack.enter_context(here.listening(options.host, options.port))
+        port = listener.getsockname()[1]
+        ready = functools.partial(_print_ready, settings, options, port)
+        asyncio.run(here.run(settings, listener, certificate, ready))
+
+
+def _run_on_ray(settings: AppSettings, options: argparse.Namespace) -> None:
+    from hapticvlm_recogniser_app.ray_here import running
 
     http: dict[str, Any] = {"host": options.host, "port": options.port, "keep_alive_timeout_s": 90}
-    scheme = "http"
     if options.tls_cert is not None:
         http |= {"ssl_certfile": str(options.tls_cert), "ssl_keyfile": str(options.tls_key)}
-        scheme = "https"
     stopping = threading.Event()
     with running(settings, http):
         for number in (signal.SIGINT, signal.SIGTERM):  # after Ray, which takes them for itself
             signal.signal(number, lambda *_: stopping.set())
-        url = f"{scheme}://{options.host}:{options.port}/"
-        print(f"recogniser ready on {url}", flush=True)
-        names = ", ".join(("shipped", *settings.live.galleries))
-        print(f"  galleries    {names}", flush=True)
-        print(f"  token        {'none: loopback only' if settings.model.is_open else 'needed'}")
-        sys.stdout.flush()
+        _print_ready(settings, options, options.port)
         stopping.wait()
-    print("recogniser stopped", flush=True)
-    return 0
+
+
+def _print_ready(settings: AppSettings, options: argparse.Namespace, port: int) -> None:
+    host = f"[{options.host}]" if ":" in options.host else options.host
+    scheme = "http" if options.tls_cert is None else "https"
+    print(f"recogniser ready on {scheme}://{host}:{port}/", flush=True)
+    print(f"  galleries    {', '.join(('shipped', *settings.live.galleries))}")
+    print(
+        f"  token        {'none: loopback only' if settings.model.is_open else 'needed'}",
+        flush=True,
+    )

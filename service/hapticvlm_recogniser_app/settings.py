@@ -10,7 +10,7 @@ from typing import Any
 
 from hapticvlm.vision.remote.contract import MAX_CROPS, SHIPPED
 
-IMPORT_PATH = "hapticvlm_recogniser_app.deployment:build"
+IMPORT_PATH = "hapticvlm_recogniser_app.ray_deployment:build"
 DEPLOYMENT = "Recogniser"
 APPLICATION = "recogniser"
 TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"  # the variable of the environment that holds it

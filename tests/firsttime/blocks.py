@@ -33,7 +33,10 @@ NOT_RUN = (
     (r"npm ", "downloads; tests/browser/test_webxr.py uses what it brings"),
     (r"hapticvlm demo --browser", "needs three.js; tests/browser/test_webxr.py runs it"),
     (r"export ", "sets a variable for the command below it"),
-    (r"hapticvlm recogniser-app|serve (?:run|deploy)", "needs Ray; tests/recogniser_app runs it"),
+    (
+        r"hapticvlm recogniser-app|serve (?:run|deploy)",
+        "runs until it is stopped; tests/recogniser_app runs it",
+    ),
     (r"hapticvlm .*--recogniser-url", "needs a shared recogniser; tests/recogniser_app"),
     (r"hapticvlm stream", "needs a service that runs; tests/client/test_stream.py"),
     (r"hapticvlm stop", "needs a service that runs; tests/commands/test_stop_command.py"),

@@ -40,6 +40,7 @@ PACKAGES = {
     "openvino": "openvino",
     "mitsuba": "mitsuba",
     "httpx2": "httpx2",
+    "uvicorn": "uvicorn",
     "ray": "'ray[serve]'",
 }
 # The other houses: each brings commands of its own, and here is what to say where it is missing.

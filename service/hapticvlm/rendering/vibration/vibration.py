@@ -22,7 +22,7 @@ have the speed they arrive with.
 
 from __future__ import annotations
 
-import msgspec
+from dataclasses import dataclass
 
 RATE_HZ = 48_000
 IMPACTS = ("tap", "strike", "press")
@@ -32,7 +32,8 @@ SWEEP_S = {"slide": 0.6, "carve": 0.6, "swing": 0.4}
 PAUSE_S = {"slide": 0.0, "carve": 0.2, "swing": 0.4}  # a blade and an arm come back unfelt
 
 
-class Motion(msgspec.Struct, frozen=True, gc=False):
+@dataclass(frozen=True, slots=True)
+class Motion:
     """How the hand moves over or onto a surface: m/s and N, both >= 0."""
 
     speed_mps: float

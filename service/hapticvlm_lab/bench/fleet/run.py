@@ -1,8 +1,8 @@
 """`hapticvlm measure fleet`: many simulated scenes against one deployment on this machine.
 
-Recorded frames, simulated scenes, real Ray processes. Four phases: one scene alone (batches of 1),
-all scenes, all scenes while the replica is killed, all scenes while the gallery is replaced. The
-floor is the bare encoder.
+Recorded frames, simulated scenes, real processes. One scene alone (batches of 1), all scenes, and
+on Ray all scenes while the replica is killed and while the gallery is replaced. The floor is the
+bare encoder.
 """
 
 from __future__ import annotations
@@ -10,12 +10,14 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
+import sys
 import tempfile
 import time
 import urllib.request
 from collections import Counter
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -29,7 +31,6 @@ from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery, save_gallery
 from hapticvlm_lab.bench.fleet import curve as curves
 from hapticvlm_lab.bench.fleet.scenes import Plan, Scenes, Tally, Truth, recorded
-from hapticvlm_recogniser_app.local import deploy, running
 from hapticvlm_recogniser_app.replies import load_galleries
 from hapticvlm_recogniser_app.settings import AppSettings, Live, Model, Scale
 
@@ -40,6 +41,7 @@ URL = f"http://127.0.0.1:{PORT}"
 ALONE_S = 4.0
 READY_S = 120.0
 SETTLE_S = 2.0
+RAY = "ray"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,7 @@ class Load:
     max_age_ms: float
     batch: int
     replicas: int
+    engine: str
 
 
 def run(load: Load, *, as_json: bool) -> int:
@@ -66,21 +69,24 @@ def run(load: Load, *, as_json: bool) -> int:
         hashes = [gallery.identity.hash for gallery in named]
         truth = Truth(named)
         settings = _settings(load, old)
-        http = {"host": "127.0.0.1", "port": PORT, "keep_alive_timeout_s": 90}
         phases: list[dict[str, Any]] = []
-        with running(settings, http):
+        with _running(settings, load.engine):
             plan = Plan(load.scenes, load.rate_hz, load.seconds, load.max_age_ms, NAME)
             events: list[tuple[str, Plan, Callable[[], None] | None]] = [
                 ("one scene alone", replace(plan, scenes=1, seconds=ALONE_S), None),
                 ("all scenes", plan, None),
-                ("replica killed", plan, _kill),
-                ("gallery replaced", plan, lambda: _replace(settings, new)),
             ]
+            if load.engine == RAY:
+                events += [
+                    ("replica killed", plan, _kill),
+                    ("gallery replaced", plan, lambda: _replace(settings, new)),
+                ]
             for name, wanted, event in events:
                 with console.status(name):
                     scenes = Scenes(URL, wanted, crops, truth)
                     phases.append({"phase": name, **_phase(scenes, wanted, event)})
-        phases[-1]["ended_with_new"] = phases[-1]["last_hashes"] == [hashes[1]]
+        if load.engine == RAY:
+            phases[-1]["ended_with_new"] = phases[-1]["last_hashes"] == [hashes[1]]
     result = {
         "measure": "fleet",
         "hapticvlm": __version__,
@@ -88,6 +94,7 @@ def run(load: Load, *, as_json: bool) -> int:
         "rate_hz": load.rate_hz,
         "max_age_ms": load.max_age_ms,
         "batch": load.batch,
+        "engine": load.engine,
         "replicas": load.replicas,
         "cores": os.cpu_count(),
         "curve_core_ms": {str(b): round(1e3 * s, 3) for b, s in curve.passes_s.items()},
@@ -109,6 +116,26 @@ def _galleries(folder: Path) -> tuple[Path, Path]:
     save_gallery(gallery, paths[0])
     save_gallery(replace(gallery, calibration=calibration), paths[1])
     return paths
+
+
+@contextmanager
+def _running(settings: AppSettings, engine: str) -> Iterator[None]:
+    """Run the recogniser on this engine until the block ends."""
+    if engine == RAY:
+        from hapticvlm_recogniser_app.ray_here import running
+
+        with running(settings, {"host": "127.0.0.1", "port": PORT, "keep_alive_timeout_s": 90}):
+            yield
+        return
+    galleries = [f"--gallery={name}={path}" for name, path in settings.live.galleries.items()]
+    command = [sys.executable, "-m", "hapticvlm", "recogniser-app", f"--port={PORT}", *galleries]
+    command += [f"--batch={settings.live.batch}", f"--queue={settings.scale.queue}"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.wait()
 
 
 def _settings(load: Load, gallery: Path) -> AppSettings:
@@ -221,6 +248,8 @@ def _kill() -> None:
 
 
 def _replace(settings: AppSettings, gallery: Path) -> None:
+    from hapticvlm_recogniser_app.ray_here import deploy
+
     deploy(replace(settings, live=replace(settings.live, galleries={NAME: str(gallery)})))
 
 

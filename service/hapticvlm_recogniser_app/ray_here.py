@@ -78,7 +78,7 @@ def deploy(settings: AppSettings) -> None:
     """Deploy, or change what is deployed; returns when it is."""
     from ray import serve
 
-    from hapticvlm_recogniser_app.deployment import application
+    from hapticvlm_recogniser_app.ray_deployment import application
 
     logs = serve.schema.LoggingConfig(log_level="WARNING", enable_access_log=False)
     name = APPLICATION

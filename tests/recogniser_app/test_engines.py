@@ -1,4 +1,7 @@
-"""A shared recogniser on real Ray processes, asked by a real service: killed, hung, another's."""
+"""A shared recogniser on uvicorn and on real Ray processes: killed, hung, asked for another's.
+
+What every engine must do runs on both, what only replicas can runs on Ray.
+"""
 
 import asyncio
 import http.client
@@ -32,12 +35,11 @@ DEADLINE_S = 0.8
 MOST_MS = 1000.0 * DEADLINE_S
 TRIES = 3
 SECRET = "the-token-of-this-test"
+QUEUE = ("--queue", "32")
 
 pytestmark = pytest.mark.slow
-if importlib.util.find_spec("ray") is None:
-    if os.environ.get("CI"):
-        raise ModuleNotFoundError("ray: the extra `ray` is part of `dev`")
-    pytest.skip("needs ray: pip install 'ray[serve]'", allow_module_level=True)
+on_ray = pytest.mark.parametrize("app", ["ray"], indirect=True)
+on_uvicorn = pytest.mark.parametrize("app", ["uvicorn"], indirect=True)
 
 
 @dataclass
@@ -69,13 +71,18 @@ def free_port():
         return listener.getsockname()[1]
 
 
-@pytest.fixture(scope="module")
-def app():
+@pytest.fixture(scope="module", params=["uvicorn", "ray"])
+def app(request):
+    if importlib.util.find_spec(request.param) is None:
+        if os.environ.get("CI"):
+            raise ModuleNotFoundError(f"{request.param}: its extra is part of `dev`")
+        pytest.skip(f"needs {request.param}")
     os.environ[TOKEN] = SECRET
-    started = (start(free_port()) for _ in range(TRIES))  # Ray gives a busy machine 30 s
+    tries = TRIES if request.param == "ray" else 1  # Ray gives a busy machine 30 s
+    started = (start(free_port(), request.param) for _ in range(tries))
     process, port, said = next((one for one in started if one[0].poll() is None), (None, 0, []))
     try:
-        assert process is not None, "Ray did not start: see the output above"
+        assert process is not None, "it did not start: see the output above"
         assert any("ready on" in line for line in said), "".join(said)
         yield App(port)
     finally:
@@ -84,9 +91,10 @@ def app():
         del os.environ[TOKEN]
 
 
-def start(port):
+def start(port, engine):
     """Start the app and wait until it is ready or has ended."""
     command = [sys.executable, "-m", "hapticvlm", "recogniser-app", "--port", str(port)]
+    command += ["--engine", engine, *QUEUE]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     ready, said = threading.Event(), []
 
@@ -147,6 +155,7 @@ def test_what_comes_together_is_embedded_together(app):
     assert sum(map(int, app.health()["batches"].values())) < app.health()["counts"]["crops"]
 
 
+@on_ray
 async def test_a_killed_replica_is_bridged_here_and_replaced_by_ray(app, sharing):
     async with scene(sharing) as client:
         await until_shared(client, BACK_S)
@@ -158,6 +167,7 @@ async def test_a_killed_replica_is_bridged_here_and_replaced_by_ray(app, sharing
     assert status(sharing)["recogniser"]["restarts"] == 0
 
 
+@on_ray
 async def test_a_hung_replica_is_bridged_here_and_no_touch_waits(app, sharing):
     async with scene(sharing) as client:
         await until_shared(client, BACK_S)
@@ -176,6 +186,7 @@ async def test_a_hung_replica_is_bridged_here_and_no_touch_waits(app, sharing):
         await until_shared(client, BACK_S)
 
 
+@on_uvicorn
 async def test_another_identity_than_demanded_gets_no_crop(app):
     arguments = ["--recogniser-url", app.url, "--recogniser-hash", "0" * 16]
     before = await settled_crops(app)
@@ -187,6 +198,67 @@ async def test_another_identity_than_demanded_gets_no_crop(app):
                 await look(client)
     assert "not 0000000000000000 as demanded" in told["reason"]
     assert app.health()["counts"].get("crops", 0) == before
+
+
+@on_uvicorn
+async def test_a_service_is_answered_and_goes_on_alone_while_the_process_stands_still(app, sharing):
+    async with scene(sharing) as client:
+        await until_shared(client, BACK_S)
+        pid = app.health()["pid"]
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            first = await until_here(client)
+            assert recognising_ms(first) < MOST_MS
+        finally:
+            os.kill(pid, signal.SIGCONT)
+        await until_shared(client, BACK_S)
+
+
+@on_uvicorn
+def test_more_requests_than_the_queue_holds_are_refused_at_once_and_health_is_not(app):
+    waiting = [socket.create_connection(("127.0.0.1", app.port), timeout=30) for _ in range(32)]
+    head = (
+        f"POST {contract.RECOGNISE} HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer {SECRET}\r\n"
+        "Content-Length: 1000\r\n\r\n"
+    )
+    try:
+        for one in waiting:
+            one.sendall(head.encode())  # and no body
+        gives_up_at = time.monotonic() + 30.0
+        while app.ask("POST", contract.RECOGNISE, b"\xc1")[0] != 503:
+            assert time.monotonic() < gives_up_at
+        assert app.ask("GET", contract.READY)[0] == 200
+    finally:
+        for one in waiting:
+            one.close()
+    while app.ask("POST", contract.RECOGNISE, b"\xc1")[0] == 503:
+        assert time.monotonic() < gives_up_at
+    assert app.ask("POST", contract.RECOGNISE, b"\xc1")[0] == 422
+
+
+@on_uvicorn
+def test_a_request_larger_than_any_is_refused_before_it_is_read(app):
+    assert app.ask("POST", contract.RECOGNISE, bytes(64 << 20))[0] in (413, 422)
+    assert app.health()["counts"]["refused: 413"] >= 1
+
+
+@pytest.mark.parametrize(
+    ("flags", "named"),
+    [
+        (["--replicas", "2"], "--engine ray"),
+        (["--gpus", "1"], "--engine ray"),
+        (["--engine", "uvicorn", "--write", "app.yaml"], "--write"),
+        (["--host", "0.0.0.0"], TOKEN),
+        (["--batch", "0"], "--batch"),
+    ],
+)
+def test_an_option_that_cannot_be_followed_is_refused_with_its_cure(flags, named):
+    command = [sys.executable, "-m", "hapticvlm", "recogniser-app", *flags]
+    environment = {name: value for name, value in os.environ.items() if name != TOKEN}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
+    assert done.returncode == 2
+    assert named in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 async def settled_crops(app):

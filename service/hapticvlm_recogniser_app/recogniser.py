@@ -1,0 +1,176 @@
+"""The recogniser that many services share: one HTTP request in, its answer out, whoever serves it.
+
+It holds the encoder and every gallery. What serves it (uvicorn here, or Ray) brings the requests
+and gathers the crops of several of them into a batch; both give the same answers by the same code.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import time
+from collections import Counter
+from collections.abc import AsyncIterable, Awaitable, Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from hapticvlm.errors import HapticVLMError, UsageError
+from hapticvlm.vision.encoders.encoder import Floats
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.pictures import Crop
+from hapticvlm.vision.remote import contract
+from hapticvlm_recogniser_app import replies
+from hapticvlm_recogniser_app.replies import Embedded, Named, Refusal, load_galleries
+from hapticvlm_recogniser_app.settings import TOKEN, Live, Model
+
+HUNG_S = 10.0  # a batch under way for longer: the recogniser is not well
+JSON = "application/json"
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """One HTTP request; the body comes in parts and is read only where it is wanted."""
+
+    verb: str
+    path: str
+    gallery: str
+    authorization: str | None
+    body: AsyncIterable[bytes]
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """What is sent back."""
+
+    status: int
+    content: bytes
+    media_type: str = JSON
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """One crop that waits for its batch: since when, and until when somebody wants it, s."""
+
+    crop: Crop
+    since: float
+    until: float
+
+
+Gather = Callable[[Waiting], Awaitable[Embedded | None]]
+
+
+class Recogniser:
+    """Encoder, galleries and counts of one process; `gather` puts a crop into the next batch."""
+
+    def __init__(self, model: Model, gather: Gather) -> None:
+        """Load the encoder. Raises HapticVLMError."""
+        self._token = os.environ.get(TOKEN) or None
+        if self._token is None and not model.is_open:
+            raise UsageError(f"set {TOKEN} where the replicas run, or `is_open: true`")
+        self._gather = gather
+        self._encoder = load_encoder(model.encoder, device=model.device, threads=model.threads)
+        self._galleries: dict[str, Named] = {}
+        self._began: float | None = None
+        self._counts: Counter[str] = Counter()
+        self._batches: Counter[int] = Counter()
+        self._encode_s: dict[int, float] = {}
+
+    def load(self, live: Live) -> None:
+        """Load these galleries in place of the others, all or none. Raises HapticVLMError."""
+        self._galleries = load_galleries(live.galleries, self._encoder)
+
+    @property
+    def hangs(self) -> bool:
+        """Whether a batch has been under way for too long."""
+        return self._began is not None and time.monotonic() - self._began > HUNG_S
+
+    async def answer(self, request: Request) -> Reply:
+        """Answer one request; never raises for what is wrong with it."""
+        try:
+            return await self._answer(request)
+        except Refusal as refusal:
+            return self.refuse(refusal)
+        except HapticVLMError:
+            logger.exception("a recognition failed")
+            return Reply(500, msgspec.json.encode({"error": "recognising failed"}))
+
+    def refuse(self, refusal: Refusal) -> Reply:
+        """Count a refusal and return what is sent for it."""
+        self._counts[f"refused: {refusal.status}"] += 1
+        return Reply(refusal.status, msgspec.json.encode({"error": str(refusal)}))
+
+    async def embed(self, waiting: Sequence[Waiting]) -> list[Embedded | None]:
+        """Embed what waits together, but for what nobody waits for any more."""
+        self._began = began = time.monotonic()
+        wanted = [item for item in waiting if item.until > began]
+        try:
+            # In a thread: health and the next requests are answered meanwhile.
+            embeddings, cpu_s = await asyncio.to_thread(self._timed, [item.crop for item in wanted])
+        finally:
+            self._began = None
+        took_ms = (time.monotonic() - began) * 1000.0
+        self._batches[len(wanted)] += 1
+        self._encode_s[len(wanted)] = self._encode_s.get(len(wanted), 0.0) + cpu_s
+        rows = iter(embeddings)
+        return [
+            Embedded(next(rows), len(wanted), (began - item.since) * 1000.0, took_ms)
+            if item.until > began
+            else None
+            for item in waiting
+        ]
+
+    async def _answer(self, request: Request) -> Reply:
+        path = request.path
+        wanted = "POST" if path == contract.RECOGNISE else "GET"
+        if path not in (contract.RECOGNISE, contract.IDENTITY, contract.HEALTH, contract.READY):
+            raise Refusal(404, f"paths here are {contract.RECOGNISE} and {contract.IDENTITY}")
+        if request.verb != wanted:
+            raise Refusal(405, f"{path} takes {wanted}")
+        if path in (contract.HEALTH, contract.READY):
+            status = 503 if self.hangs else 200
+            return Reply(status, msgspec.json.encode(self._health()))
+        replies.check_token(self._token, request.authorization)
+        if path == contract.IDENTITY:
+            named = replies.find(self._galleries, request.gallery)
+            return Reply(200, msgspec.json.encode(named.identity))
+        return await self._recognise(request)
+
+    async def _recognise(self, request: Request) -> Reply:
+        now = time.monotonic()
+        body = await self._read(request.body)
+        job = replies.read_job(body, self._galleries, now)
+        waiting = [Waiting(crop, now, job.until) for crop in job.crops]
+        embedded = await asyncio.gather(*map(self._gather, waiting))
+        self._counts["late"] += sum(result is None for result in embedded)
+        answer = replies.write_answer(job, embedded)
+        self._counts["crops"] += len(embedded)
+        return Reply(200, answer, contract.MESSAGEPACK)
+
+    async def _read(self, body: AsyncIterable[bytes]) -> bytes:
+        """Read the body, but not one that is larger than any request. Raises Refusal."""
+        most = replies.most_bytes(self._encoder.side)
+        data = bytearray()
+        async for part in body:
+            data += part
+            if len(data) > most:
+                raise Refusal(413, f"a request has at most {most} bytes")
+        return bytes(data)
+
+    def _timed(self, crops: Sequence[Crop]) -> tuple[Floats, float]:
+        started = time.thread_time()
+        embeddings = self._encoder.embed(crops)
+        return embeddings, time.thread_time() - started
+
+    def _health(self) -> dict[str, Any]:
+        return {
+            "status": "a batch hangs" if self.hangs else "ok",
+            "pid": os.getpid(),
+            "counts": dict(self._counts),
+            "batches": {str(size): count for size, count in sorted(self._batches.items())},
+            "encode_cpu_s": {str(size): used for size, used in sorted(self._encode_s.items())},
+        }
