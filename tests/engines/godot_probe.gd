@@ -49,6 +49,12 @@ func _process(_delta: float) -> void:
 	)
 
 
+## The tests' hand on the scene: F takes the ball away, as a game does with what breaks.
+func _unhandled_key_input(event: InputEvent) -> void:
+	if event.is_pressed() and (event as InputEventKey).keycode == KEY_F:
+		get_tree().current_scene.get_node("RubberBall").queue_free()
+
+
 func _count(vibration: Dictionary) -> void:
 	_vibrations += 1
 	for value: float in vibration.get("amplitude", []):

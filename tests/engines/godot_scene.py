@@ -76,14 +76,17 @@ class Game:
         default_factory=dict
     )  # of objects, in shares of the page
     frames: list[Event] = field(default_factory=list)  # as they went over the wire
+    told: list[Event] = field(default_factory=list)  # all other messages that did
 
     def watch(self, socket: Any) -> None:
-        """Keep the frames that go out through a WebSocket."""
+        """Keep what goes out through a WebSocket."""
         socket.on("framesent", self._sent)
 
     def _sent(self, data: str | bytes) -> None:
         if isinstance(data, bytes):
             self.frames.append(msgpack.unpackb(data))
+        else:
+            self.told.append(json.loads(data))
 
     def hear(self, said: Any) -> None:
         """Take one line of the browser's console."""
@@ -103,6 +106,16 @@ class Game:
                     return found
             self.page.wait_for_timeout(50)
         raise TimeoutError(f"no {what} {wanted}; {self.events[-3:]} {self.complaints[-3:]}")
+
+    def wait_to_tell(self, since: int, **wanted: Any) -> Event:
+        """Return the first message sent after so many with these values. Raises TimeoutError."""
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            for message in self.told[since:]:
+                if wanted.items() <= message.items():
+                    return message
+            self.page.wait_for_timeout(50)
+        raise TimeoutError(f"nothing sent like {wanted}; {self.told[-3:]}")
 
     def state(self) -> Event:
         """Return the state that the probe tells next."""

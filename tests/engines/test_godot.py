@@ -1,15 +1,19 @@
 """The Godot sample in a real engine: physics, renderer and WebSocket of Godot 4.6, in Chromium."""
 
 import io
+import itertools
+import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
+from websockets.sync.client import connect as open_socket
 
 pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
 
@@ -66,6 +70,15 @@ def test_the_engine_gets_the_vibration_of_what_is_touched(
     assert state["silence"] == ""
 
 
+def test_what_hums_and_what_carries_it_is_said_of_an_object(game: Game) -> None:
+    scene = game.wait_to_tell(0, type="scene", replace=True)
+    (kettle,) = [one for one in scene["objects"] if one["object_id"] == "Table/SteelKettle"]
+    assert kettle["vibrates"] == {"frequency_hz": 100.0, "level": 0.2, "on": True}
+    assert kettle["stands_on"] == ["Table/OakTable"]
+    others = [one for one in scene["objects"] if one is not kettle]
+    assert not any("vibrates" in one or "stands_on" in one for one in others)
+
+
 def test_an_object_whose_name_says_nothing_is_recognised_from_pictures(
     game: Game, decided: dict[str, Any]
 ) -> None:
@@ -108,6 +121,60 @@ def test_its_mask_holds_the_object_and_nothing_else(frame: Any) -> None:
     assert max(np.ptp(rows), np.ptp(columns)) > 448 / 2
     assert not mask[:, 0].any()
     assert not mask[0].any()
+
+
+def test_an_object_that_is_no_more_costs_an_id_and_not_the_whole_scene(
+    game: Game, decided: dict[str, Any]
+) -> None:
+    assert decided
+    since = len(game.told)
+    game.page.keyboard.press("f")
+    news = game.wait_to_tell(since, type="scene")
+    assert (news["replace"], news["objects"]) == (False, [])
+    assert news["forget"] == ["Table/RubberBall"]
+
+
+@contextmanager
+def other_scene(game: Game) -> Iterator[Callable[..., dict[str, Any]]]:
+    """Connect a second scene; yield how to ask the service for something as that scene."""
+    ids = itertools.count(1)
+
+    def ask(**message: Any) -> dict[str, Any]:
+        id = next(ids)
+        socket.send(json.dumps({**message, "id": id}))
+        while True:
+            answer: dict[str, Any] = json.loads(socket.recv())
+            if answer["id"] == id:
+                return answer
+
+    with open_socket(game.service.url) as socket:
+        client, protocol = {"name": "other", "version": "1"}, {"major": 1, "minor": 1}
+        hello = ask(type="hello", role="scene", client=client, protocol=protocol)
+        assert hello["owner"] is False
+        yield ask
+
+
+def test_a_scene_that_was_ended_connects_again_waits_for_the_outputs_and_is_felt(
+    game: Game, decided: dict[str, Any]
+) -> None:
+    assert decided
+    with other_scene(game) as ask:
+        ask(type="set", ownership="end")
+        while ask(type="set", ownership="take")["type"] == "error":  # until they are free
+            pass
+        since = len(game.events)
+        waiting = game.wait_for("state", since, is_owner=False, is_open=True)
+        assert waiting["silence"].startswith("another scene owns the outputs")
+    felt = game.wait_for("state", since, is_owner=True)["vibrations"]
+    sent = len(game.told)
+    game.point("Table/OakTable")
+    game.page.mouse.down()
+    game.wait_to_tell(sent, type="touch", phase="contact")
+    game.stroke("Table/OakTable")
+    game.page.mouse.up()
+    assert game.state()["vibrations"] > felt + 3
+    scenes = [message for message in game.told if message["type"] == "scene"]
+    assert "Table/RubberBall" not in [one["object_id"] for one in scenes[-1]["objects"]]
 
 
 def test_nothing_went_wrong_in_the_engine(game: Game, decided: dict[str, Any]) -> None:

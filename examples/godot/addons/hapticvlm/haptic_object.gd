@@ -16,6 +16,13 @@ static var by_body := {}
 @export var states_temperature := false
 @export_range(-100.0, 400.0, 0.1, "suffix:degC") var temperature_c := 22.0
 @export_enum("Not stated", "In the sun", "In the shade") var sunlit := 0
+@export_group("Vibrates by itself")
+@export_enum("As its name says", "Yes", "No") var hums := 0
+@export_range(15.0, 360.0, 0.1, "suffix:Hz") var hum_hz := 50.0
+## How strongly it is felt in a hand on it.
+@export_range(0.0, 1.0, 0.01) var hum_level := 0.3
+## The bodies that carry it: what hums is felt through them, too.
+@export var stands_on: Array[NodePath] = []
 @export_group("More")
 ## Thickness of a thin thing in metres; 0: not stated.
 @export_range(0.0, 10.0, 0.001, "suffix:m") var thickness_m := 0.0
@@ -32,6 +39,12 @@ func _enter_tree() -> void:
 		object_id = _id_of(str(get_parent().get_path()))
 	by_body[get_parent()] = self
 	say()
+
+
+## Only now are the ids of all that it stands on known.
+func _ready() -> void:
+	if not Engine.is_editor_hint() and not stands_on.is_empty():
+		say()
 
 
 func _exit_tree() -> void:
@@ -73,10 +86,25 @@ func _described() -> Dictionary:
 		object["thickness_m"] = thickness_m
 	if sunlit > 0:
 		object["sunlit"] = sunlit == 1
+	if hums > 0:
+		object["vibrates"] = {"frequency_hz": hum_hz, "level": hum_level, "on": hums == 1}
+	var carriers := _carriers()
+	if not carriers.is_empty():
+		object["stands_on"] = carriers
 	var shader := _shader()
 	if not shader.is_empty():
 		object["shader"] = shader
 	return object
+
+
+## The ids of what carries it; the protocol takes 16.
+func _carriers() -> Array[String]:
+	var found: Array[String] = []
+	for path in stands_on:
+		var carrier: HapticObject = by_body.get(get_node_or_null(path))
+		if carrier != null:
+			found.append(carrier.object_id)
+	return found.slice(0, 16)
 
 
 ## The parameters of the first standard material: metals are told by them.

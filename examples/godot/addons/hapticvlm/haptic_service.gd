@@ -20,9 +20,10 @@ signal refused(error: Dictionary)
 signal ownership_changed(is_owner: bool)
 
 const Link := preload("link.gd")
-const HERE := "ws://127.0.0.1:8790/"
+const SceneBook := preload("scene_book.gd")
+const FrameSlot := preload("frame_slot.gd")
 const TAKE_EVERY_S := 2.0  # how often a touch asks for outputs that another scene owns
-const MOST_OBJECTS := 4096  # of one message
+const HANDS: Array[String] = ["left", "right"]
 const FASTEST_MPS := 20.0  # the protocol's limits: a tracked hand that jumps is faster
 const STRONGEST_N := 200.0
 
@@ -41,19 +42,20 @@ var feels := {}:
 var ambient_c := NAN:
 	set(value):
 		ambient_c = value
-		_has_changed = true
+		_book.ambient_c = value
 var is_owner := false
 ## The newest decision on each object id.
 var decisions := {}
 ## What was not sent: touches while there was no link, frames that a newer one replaced.
-var lost := {"touches": 0, "frames": 0}
+var lost: Dictionary:
+	get:
+		return {"touches": _lost_touches, "frames": _frames.lost}
 
 var _link := Link.new()
+var _frames := FrameSlot.new(_link)
 var _url := ""
-var _objects := {}  # object id -> what the scene says of it
-var _has_changed := false  # tell the scene at the end of this frame
-var _frame_id := 0  # of the frame that the service has; 0: none
-var _next_frame := {}
+var _book := SceneBook.new()
+var _lost_touches := 0
 var _took_at := -INF
 var _is_stopped := false
 var _has_touched := false
@@ -65,7 +67,7 @@ func _enter_tree() -> void:
 	process_priority = 1000  # after the scene's own nodes, so that their news goes out this frame
 	_link.on_message = _receive
 	_link.on_lost = _lose
-	connect_to(_address(), token)
+	connect_to(Link.address(), token)
 
 
 func _exit_tree() -> void:
@@ -76,7 +78,7 @@ func _exit_tree() -> void:
 
 func _process(_delta: float) -> void:
 	_link.poll()
-	if _link.is_open and _has_changed:
+	if _link.is_open and _book.has_news:
 		_tell_scene()
 
 
@@ -94,28 +96,26 @@ func is_open() -> bool:
 
 ## Say what one object is: {object_id, name?, material?, ...}. Kept over reconnects.
 func add(object: Dictionary) -> void:
-	_objects[object["object_id"]] = object
-	_has_changed = true
+	_book.add(object)
 
 
-## Forget an object.
+## Forget an object that is no more.
 func forget(object_id: String) -> void:
-	if _objects.erase(object_id):
-		decisions.erase(object_id)
-		_has_changed = true
+	_book.forget(object_id)
+	decisions.erase(object_id)
 
 
 ## Say what a hand does: phase, hand, object_id, speed_mps, force_n, and what else the protocol has.
 func touch(message: Dictionary) -> void:
 	_has_touched = true
 	if not is_open():
-		lost["touches"] += 1
+		_lost_touches += 1
 		return
 	if not is_owner:
 		take_outputs()
 	if message["phase"] == "release":
 		_is_stopped = false
-	if _has_changed:
+	if _book.has_news:
 		_tell_scene()  # an object is made known before it is touched
 	var sent := message.duplicate()
 	sent["captured_at"] = Link.now_s()
@@ -125,13 +125,8 @@ func touch(message: Dictionary) -> void:
 
 
 ## Show a picture: format, width, height, origin, image, object_id, mask? or region?
-## One is with the service at a time; the newest waits and takes the place of one that waits.
 func show_frame(message: Dictionary) -> void:
-	if not is_open() or not _next_frame.is_empty():
-		lost["frames"] += 1
-	if is_open():
-		_next_frame = message.merged({"captured_at": Link.now_s()})
-		_send_frame()
+	_frames.put(message.merged({"captured_at": Link.now_s()}))
 
 
 ## Rest outputs at once: all, speaker or peltier.
@@ -163,23 +158,8 @@ static func now_s() -> float:
 	return Link.now_s()
 
 
-## A page that the service itself serves talks to that service; all else to this machine.
-func _address() -> String:
-	var given: String = ProjectSettings.get_setting("hapticvlm/url", "")
-	if not given.is_empty():
-		return given
-	if not OS.has_feature("web"):
-		return HERE
-	var location := JavaScriptBridge.get_interface("location")
-	if not str(location.pathname).begins_with("/scene/"):
-		return HERE
-	return "%s://%s/" % ["wss" if location.protocol == "https:" else "ws", location.host]
-
-
 func _receive(message: Dictionary, asked: String) -> void:
-	if _frame_id > 0 and int(message.get("id", 0)) == _frame_id:
-		_frame_id = 0
-		_send_frame()
+	_frames.hear(int(message.get("id", 0)))
 	match message.get("type"):
 		"welcome":
 			_welcome(message)
@@ -202,6 +182,7 @@ func _receive(message: Dictionary, asked: String) -> void:
 
 func _welcome(message: Dictionary) -> void:
 	decisions.clear()
+	_book.begin_anew()
 	_tell_scene()
 	_own(message["owner"])
 	opened.emit(message)
@@ -225,8 +206,7 @@ func _refuse(message: Dictionary, asked: String) -> void:
 
 
 func _lose() -> void:
-	_frame_id = 0
-	_next_frame = {}
+	_frames.clear()
 	_own(false)
 	closed.emit()
 
@@ -235,8 +215,18 @@ func _own(value: bool) -> void:
 	if value == is_owner:
 		return
 	is_owner = value
-	_ask_to_feel()
+	if is_owner:
+		_begin()
 	ownership_changed.emit(value)
+
+
+## A stop outlives the session in which it was sent: hands let go, so that their next touch is felt.
+func _begin() -> void:
+	_is_stopped = false
+	for hand in HANDS:
+		var still := {"hand": hand, "speed_mps": 0.0, "force_n": 0.0, "captured_at": Link.now_s()}
+		_link.tell("touch", still.merged({"phase": "release"}))
+	_ask_to_feel()
 
 
 func _ask_to_feel() -> void:
@@ -245,17 +235,5 @@ func _ask_to_feel() -> void:
 
 
 func _tell_scene() -> void:
-	_has_changed = false
-	var all := _objects.values()
-	var first := {"replace": true, "objects": all.slice(0, MOST_OBJECTS)}
-	if not is_nan(ambient_c):
-		first["ambient_c"] = ambient_c
-	_link.tell("scene", first)
-	for i in range(MOST_OBJECTS, all.size(), MOST_OBJECTS):
-		_link.tell("scene", {"replace": false, "objects": all.slice(i, i + MOST_OBJECTS)})
-
-
-func _send_frame() -> void:
-	if _frame_id == 0 and not _next_frame.is_empty():
-		_frame_id = _link.tell_packed("frame", _next_frame)
-		_next_frame = {}
+	for news in _book.take_news():
+		_link.tell("scene", news)

@@ -5,7 +5,8 @@ extends RefCounted
 ## never waits: what has arrived is handed on, what is sent goes into the socket's own buffer.
 
 const MessagePack := preload("message_pack.gd")
-const PROTOCOL := {"major": 1, "minor": 0}
+const PROTOCOL := {"major": 1, "minor": 1}
+const HERE := "ws://127.0.0.1:8790/"
 const FIRST_WAIT_S := 0.25  # before the first reconnect; doubled each time, with jitter
 const LONGEST_WAIT_S := 5.0
 const LONGEST_FRAME_S := 0.5
@@ -40,6 +41,20 @@ func open(url: String, token: String) -> void:
 	_polled_at = now_s()
 	if _socket.connect_to_url(url) != OK:
 		_lose("not the address of a WebSocket")
+
+
+## Where the service is, as the project says. A page that the service itself serves talks to that
+## service; all else to this machine.
+static func address() -> String:
+	var given: String = ProjectSettings.get_setting("hapticvlm/url", "")
+	if not given.is_empty():
+		return given
+	if not OS.has_feature("web"):
+		return HERE
+	var location := JavaScriptBridge.get_interface("location")
+	if not str(location.pathname).begins_with("/scene/"):
+		return HERE
+	return "%s://%s/" % ["wss" if location.protocol == "https:" else "ws", location.host]
 
 
 ## End the link, with a close that the service sees at once.
