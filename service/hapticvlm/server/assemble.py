@@ -75,6 +75,9 @@ def build_service(serving: ServeOptions) -> ServiceParts:
         serving.threads,
         _remote_settings(serving),
     )
+    # Everything that reads a file or may refuse an option has happened above. From here on parts
+    # are made that own processes, memory and ports; none is started yet, so a refusal leaves
+    # nothing behind, and who starts them ends them in the other order.
     return ServiceParts(
         speaker=Speaker(_audio(serving, table)),
         plate=_plate(serving),

@@ -55,6 +55,9 @@ class TokenBucket:
 
     def spend(self, amount: float, now: float) -> bool:
         """Take `amount` if it is left; false changes nothing but the time."""
+        # What was gained since the last time is added now, so no timer runs for each client. A
+        # clock that went back gains nothing; the bucket never holds more than its burst, however
+        # long nobody came.
         gained = max(0.0, now - self._at) * self._rate.per_s
         self._left = min(self._rate.burst, self._left + gained)
         self._at = now

@@ -82,6 +82,10 @@ class LogWriter(logging.Handler):
             return
         line = f"{self.format(record)}{folded}\n".encode("utf-8", "replace")
         try:
+            # A write to stderr blocks when it is a pipe that nobody reads, and a terminal that is
+            # paused with Ctrl-S. On the event loop that would hold up every touch. So a thread
+            # writes, and what it cannot write in time waits here, up to LOG_LINES; then lines are
+            # lost and counted.
             self._waiting.put_nowait(line)
         except queue.Full:
             self.lost += 1
@@ -90,6 +94,8 @@ class LogWriter(logging.Handler):
         """Write what waits, as far as somebody reads it soon."""
         with suppress(queue.Full):
             self._waiting.put_nowait(None)
+        # The thread is a daemon: one that hangs in its write ends with the process. Waiting for it
+        # is bounded, since who ends the service wants it to end.
         if self._thread.is_alive():
             self._thread.join(CLOSE_S)
         super().close()
@@ -122,6 +128,9 @@ class ObserverLog(logging.Handler):
         line = self.format(record) + folded
         text = line.encode("utf-8", "replace").decode()  # a path may be no text
         with suppress(RuntimeError):  # the loop has closed
+            # Logging is called from any thread, sockets belong to the event loop. The line is
+            # handed over and shown at the loop's next turn. It is formatted here, in the thread
+            # that logs: a record may hold objects that change later.
             self._loop.call_soon_threadsafe(self._show, text)
 
 

@@ -57,6 +57,9 @@ class Mailbox(Generic[T]):
             item, _, size_bytes = self._enrol.popleft()
             self.enrol_bytes -= size_bytes
             return item
+        # After a live frame it is the turn of one to be enrolled, and the other way round. With a
+        # fixed order a scene at 60 frames a second would keep its own teaching waiting for ever, or
+        # eight views of each of its objects would keep what is looked at now.
         self._enrol_next = True
         newest = self._live
         self._live = None

@@ -134,6 +134,9 @@ def options_of(settings: type[Any]) -> tuple[Option, ...]:
     hints = get_type_hints(settings, include_extras=True)
     found = []
     for declared in fields(settings):
+        # `Annotated[int | None, Flag(...)]` is taken apart: what stands inside the union beside
+        # None is the type that a flag and a file are read as. So a setting is declared once, and
+        # the command line, the file and the check of both cannot disagree.
         hint, flag = get_args(hints[declared.name])
         kinds = [part for part in get_args(hint) if part is not NoneType]
         is_optional = NoneType in get_args(hint)

@@ -34,6 +34,10 @@ class Outputs:
 
     def close(self) -> None:
         """Rest both at once, the plate's bridge open, and move nothing from now on."""
+        # From here on nothing drives anything: between this and the end of the process a session
+        # may still tick, and a touch on its way may arrive. The engine fades within 20 ms; the
+        # board opens its bridge and needs nobody, should this process end before the line is
+        # served.
         self.is_closed = True
         self.speaker.rest()
         self.plate.off(time.monotonic())
@@ -71,6 +75,9 @@ class Outputs:
                 self.speaker.release(action.hand)
             case SetGain():
                 self.speaker.set_gain(action.gain)
+            # The gain of heat belongs to the session, which scales its own setpoints. It is kept
+            # here for whoever owns the outputs next, as the speaker keeps that of vibration: who
+            # turned it down did so for the person, and not for one scene.
             case KeepThermalGain():
                 self.thermal_gain = action.gain
             case DrivePlate():

@@ -57,6 +57,9 @@ class OutputOwnership:
         A scene that closes and connects again at once, as at a change of scene, finds them free:
         its old connection is still being taken apart then, and what arrived on it drives nothing.
         """
+        # A closing handshake takes a round trip, and a scene that reloads connects within it.
+        # Waiting for the old connection to be gone would make it a second scene for that moment,
+        # which owns nothing and feels nothing until its user finds out why.
         if self.owner is not None and not self.owner.is_open:
             self._give(self.owner)
 
@@ -109,6 +112,9 @@ class OutputOwnership:
                 f"wait until {IDLE_OWNER_S:.0f} s have passed, or end it from the dashboard"
             )
             raise MessageError("not_owner", text, path=PATH, id=wanted.id)
+        # In this order: the session first, so that nothing it still does reaches the outputs; then
+        # the outputs, which rest as at a stop; then the message. The new owner begins with a plate
+        # on its way to neutral and a speaker that fades, and must touch anew to drive them.
         owner.session.set_owner(owner=False)
         owner.session.rest()
         self._outputs.rest()

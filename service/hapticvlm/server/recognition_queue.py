@@ -104,6 +104,10 @@ class RecognitionQueue:
             request = self._next_of(connection, now)
             if request is None:
                 continue
+            # A dict keeps the order in which its keys were put in. Taking a connection out and
+            # putting it back makes it the last, so three scenes get a third of the recogniser each,
+            # whatever they send. The owner is looked at first in any case: what its hand touches is
+            # felt now.
             self._mailboxes[connection] = self._mailboxes.pop(connection)  # behind all others
             self._begin(connection, request, now)
             return
@@ -111,6 +115,9 @@ class RecognitionQueue:
     def accept(self, answered: Answered[Recognised]) -> None:
         """Deliver the recogniser's answer; one to a request that was given up is dropped."""
         now = time.monotonic()
+        # Answers come from a thread that reads the worker's pipe, through the event loop. Between
+        # the answer and this call the worker may have been given up and started again; then the
+        # number does not fit, and the frame of its successor must not get the answer of this one.
         if not self._recogniser.worker.accept(answered, now):
             self._counts["late answers dropped"] += 1
             return
@@ -152,6 +159,9 @@ class RecognitionQueue:
         """Queue a view of an object. Raises QueueFull."""
         picture = request.picture
         size = len(picture.image) + len(picture.mask or b"")
+        # Live frames need no bound: each kind has one place, and a newer one takes it. Views to be
+        # enrolled all count, so they queue up, and a client could fill the memory with them at the
+        # speed of its line. The bound is over all connections, since opening another is free.
         waiting = sum(other.enrol_bytes for other in self._mailboxes.values())
         if waiting + size > ENROL_BYTES:
             raise QueueFull
@@ -208,6 +218,8 @@ class RecognitionQueue:
         frame = under_way.request.picture
         if shrunk is None and not _is_small(frame):
             return
+        # Object ids come from clients. When there are too many all are forgotten: at worst each
+        # object is shown once more than it need be.
         if len(self._shown_at) >= MOST_VIEWED:
             self._shown_at.clear()
         self._shown_at[under_way.connection, frame.object_id] = time.monotonic()

@@ -40,6 +40,10 @@ class Supervision:
             if gateway.owner is not None:
                 if gateway.leases:
                     gateway.ownership.leased_at = now
+                # A lease ends here and nowhere else on this side: no timer is set for each touch,
+                # the tick looks at all of them 50 times a second. Should the loop be held up,
+                # outputs still end by themselves: the engine knows when each command expires, the
+                # board how long its setpoint lives.
                 actions = gateway.owner.session.tick(now, gateway.outputs.reading)
                 gateway.deliver(gateway.owner, actions)
                 if gateway.vibration.is_on:
@@ -81,6 +85,9 @@ class Supervision:
             self._gateway.stop("peltier")
 
     def _supervise(self, now: float) -> None:
+        # Each child is looked at in every tick and started again in a thread of its own, so nothing
+        # here waits for a process. What a child that died was asked is answered at once by an
+        # error: a client that waits must not wait for a restart of seconds.
         trouble = self._gateway.outputs.speaker.supervise(now)
         if trouble is not None:
             self._rest_owner()
@@ -99,6 +106,9 @@ class Supervision:
     def _report_losses(self, now: float) -> None:
         """Report that the record misses lines, when it begins and from time to time."""
         lost = 0 if self._gateway.recorder is None else self._gateway.recorder.lost
+        # A full disk loses hundreds of lines a second, and each would be an error to every
+        # connection. The first is reported at once, since who records wants to know, then the sum
+        # now and then.
         if lost <= self._lost_lines or now - self._losses_at < LOSSES_S:
             return
         self._lost_lines = lost

@@ -45,6 +45,9 @@ class VibrationEvents:
     def prepare(self) -> None:
         """Make the planners, in a thread, unless they are made or being made."""
         if not self._planners and self._making is None:
+            # The planners are made in a thread and handed over on the loop (`_made`). The thread
+            # shares nothing while it works: it reads settings, which are frozen, and returns what
+            # it made. So no planner is ever seen half made, and none is touched by two threads.
             self._making = asyncio.get_running_loop().run_in_executor(None, self._make)
             self._making.add_done_callback(self._made)
 
@@ -79,12 +82,18 @@ class VibrationEvents:
                 self._missed.pop(action.hand, None)
                 self._silence(action.hand)
             case PlayVibration(command) if not self._planners:
+                # Until the planners are there the newest command of each hand is kept. A slide goes
+                # on from it when they are; a blow is left out then, since it is over and would be
+                # felt as another one.
                 self._missed[command.hand] = command
             case PlayVibration(command) if self._planners:
                 planner = self._planners[command.hand]
                 now = time.monotonic()
                 planner.obey(command, now)
                 if command.onset:  # at once, but not before the touch is answered
+                    # `call_soon` puts the planning behind what this turn of the loop still does,
+                    # the reply to the touch among it: who renders the blow hears of the touch
+                    # first.
                     asyncio.get_running_loop().call_soon(self._send, command.hand, now)
 
     def stop(self) -> None:

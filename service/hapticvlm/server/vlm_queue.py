@@ -60,6 +60,9 @@ class VlmQueue:
             if following is None:
                 return
             connection, ask, since = following
+            # A question takes a second on a GPU and a minute without one. What waited longer than a
+            # scene keeps its weather is not asked any more, and its session is told that there is
+            # no reply, or it would wait for one and ask nothing else.
             if now - since > MAX_AGE_S:
                 self._drop(connection, ask)
                 continue
@@ -116,6 +119,8 @@ class VlmQueue:
             return connection, before[0]
         if len(self._material) <= MAX_OBJECTS:
             return None
+        # Of many unknown objects the newest matter, they are what is looked at. The oldest question
+        # makes room and is answered by nothing; its object may ask again when it is seen anew.
         (oldest, _), (given_up, _) = self._material.popitem(last=False)
         return oldest, given_up
 

@@ -123,6 +123,9 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
         height, width, _, _ = simplejpeg.decode_jpeg_header(data)
     except (ValueError, KeyError) as error:  # KeyError: a colour space it has no name for
         raise PictureError("$.image", f"no JPEG ({error}); check `format`") from None
+    # A progressive JPEG is decoded once for each scan. Thousands of empty scans fit into some
+    # kilobytes and keep a decoder busy for minutes in C, where no time limit of ours reaches. Their
+    # markers are counted before anything is decoded.
     if data.count(b"\xff\xda") > MAX_SCANS:
         text = f"a JPEG of more than {MAX_SCANS} scans; send a baseline JPEG"
         raise PictureError("$.image", text)
@@ -145,6 +148,9 @@ def _require_few_chunks(path: str, data: bytes) -> None:
     """Refuse a PNG of thousands of chunks, which keeps a decoder busy for seconds."""
     at = len(_PNG_MAGIC)
     for _ in range(MAX_CHUNKS):
+        # From chunk to chunk by their own lengths, without reading what they hold. A length that
+        # leaves the data ends the walk, and the decoder finds out later; so the walk is bounded by
+        # MAX_CHUNKS and by the data, whatever the lengths say.
         at += _CHUNK_FRAME + int.from_bytes(data[at : at + 4], "big")
         if at >= len(data):
             return

@@ -61,6 +61,8 @@ def read_frame(path: Path, mask: Path | None = None) -> Frame:
 def _upright(path: Path, data: bytes, image: Image.Image, mask: Path | None) -> Frame:
     turn = _orientation(image)
     size = image.size[::-1] if turn >= _QUARTER else image.size
+    # A JPEG that needs nothing done goes on as its own bytes. Decoded and encoded again it would be
+    # another picture than the one a scene sends, and what is enrolled from it would not fit.
     is_plain = image.format == "JPEG" and image.mode in ("RGB", "L") and turn == 1
     if is_plain and max(size) <= MAX_SIDE_PX:
         return _frame("jpeg", data, size, None if mask is None else _mask(mask, size, size))

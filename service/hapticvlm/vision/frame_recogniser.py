@@ -117,6 +117,10 @@ class FrameRecogniser:
         if self._remote is not None:
             self._follow(self._remote)
         unchanged = self._is_unchanged(subject, crop)
+        # A scene sends what it renders, up to 90 times a second, and most of it shows what was
+        # shown before. Comparing a few cells costs next to nothing beside embedding them. `anew` is
+        # set where the same picture may mean something else: what the scene can be made of has
+        # changed, or it is to teach.
         if unchanged and frame.purpose == "live" and not anew:
             return Recognition(None, stages)
         found = None
@@ -142,6 +146,10 @@ class FrameRecogniser:
         """Recognise every object anew when another encoder or gallery answers from now on."""
         remote.probe()
         answering = "" if remote.identity is None else remote.identity.hash
+        # Two encoders do not agree on what is near what. When the shared recogniser comes or goes,
+        # all pictures count as changed, so that each object is decided once more by whoever answers
+        # now, and no decision is a mixture. References that were taught stay apart by the same name
+        # (`_taught`).
         if answering != self._answered_by:
             self._answered_by = answering
             self._signatures.clear()
@@ -151,6 +159,8 @@ class FrameRecogniser:
     ) -> Found | None:
         identity = remote.identity
         if identity is not None and identity.side != self._encoder.side:
+            # The picture is cut once more from the frame, and not the crop enlarged: the other
+            # encoder may want more pixels than this one kept.
             crop = pictures.crop(frame, identity.side)
         found = remote.recognise(crop)
         if found is None:
@@ -174,6 +184,8 @@ class FrameRecogniser:
         if before is not None and not pictures.has_changed(before, signature):
             return True
         self._signatures[subject] = signature
+        # The newest of MAX_REMEMBERED subjects are kept. A client names them, so without a bound it
+        # could fill the memory; one that is forgotten is recognised once more and nothing else.
         self._signatures.move_to_end(subject)
         if len(self._signatures) > MAX_REMEMBERED:
             self._signatures.popitem(last=False)

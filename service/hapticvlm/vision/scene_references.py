@@ -54,6 +54,8 @@ class SceneReferences:
         if len(others) < LEAST_OBJECTS or not evidence.beliefs:
             return evidence
         scores = _scores(others, embedding)
+        # How much a scene may teach grows with how many of its objects do. Two named ones could
+        # both be odd; twenty say what this scene's wood looks like better than any gallery.
         weight = float(np.interp(len(others), (0, FEW, MANY), (0.0, *WEIGHTS)))
         powers = [
             (name, belief * float(np.exp(weight * scores.get(name, 0.0))))
@@ -69,6 +71,8 @@ def _scores(others: Sequence[tuple[str, deque[Floats]]], embedding: Floats) -> d
     rows = np.stack([view for _, views in others for view in views])
     names = np.array([material for material, views in others for _ in views])
     middle = rows.mean(axis=0)
+    # All pictures of one scene resemble each other: the same light, the same renderer. Without
+    # taking their mean away that likeness would swamp what tells materials apart.
     cosines = _unit(rows - middle) @ _unit(embedding[None] - middle)[0]
     return {
         str(name): float(np.log(np.exp(SHARPNESS * cosines[names == name]).mean()) / SHARPNESS)

@@ -129,6 +129,10 @@ class RecogniserWorker:
         `subject` names what it shows, to notice an unchanged picture; `anew` = even if unchanged;
         `shrink` = return a small picture of it too; `shown` = which object of which scene.
         """
+        # The frame goes into the shared memory of the worker as bytes, whole and once: megabytes
+        # through a pipe would hold up the event loop while the other side reads. Nothing here may
+        # touch that memory until the answer is there or the worker was given up, which `is_busy`
+        # says.
         data = msgspec.msgpack.encode(frame)
         self.worker.request(data, (subject, now, anew, shrink, shown), now)
 
@@ -193,6 +197,10 @@ def _load(
     settings: RecogniserSettings,
 ) -> tuple[FrameRecogniser | Blind, str, RemoteRecogniser | None]:
     try:
+        # The packaged network comes from another package, which a user may have removed or
+        # replaced. Then objects are still known by what the scene states, by names and shaders, so
+        # the service runs on and says so. Who names a network wants that one, and gets an error
+        # instead.
         encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
     except EncoderError as error:
         if settings.encoder is not None:  # who names one wants that one
@@ -206,6 +214,9 @@ def _load(
         remote = RemoteRecogniser(settings.remote, table_with(settings.own))
     gallery = load_gallery(settings.gallery, encoder=encoder, own=settings.own)
     recogniser = FrameRecogniser(encoder, gallery, remote)
+    # The first inference allocates all that later ones use again and takes much longer. It happens
+    # here, while the service still says that it is starting, and it shows a network that loads and
+    # cannot run before a scene has to find out.
     recogniser.warm_up()
     return recogniser, encoder.name, remote
 

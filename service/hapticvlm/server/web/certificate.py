@@ -86,6 +86,9 @@ def _examined(context: ssl.SSLContext, file: Path) -> Certificate:
 
 def _shake_hands(client: ssl.SSLContext, server: ssl.SSLContext) -> dict[str, Any]:
     """Return what the client learned of the server. Raises SSLError."""
+    # Two ends of one handshake in memory, each reading what the other wrote: the standard library
+    # tells the names and the last day of a certificate only to somebody it was presented to. It
+    # also shows what a client would say to it, before the first one does.
     there = ssl.MemoryBIO()
     back = ssl.MemoryBIO()
     theirs = client.wrap_bio(back, there)

@@ -54,6 +54,9 @@ class LanPages:
             name = urlsplit(f"//{host}").hostname
         except ValueError:
             return False
+        # A page of any site can have its own name point to this machine and then read from it as
+        # from itself (DNS rebinding). Its browser still says that name in `Host`, so a name that is
+        # not ours is refused. A bare address is safe: nobody can point an address elsewhere.
         return name is not None and (name in self.names or _address(name) is not None)
 
 
@@ -66,6 +69,8 @@ def is_token(authorization: str, token: str) -> bool:
         _, _, password = base64.b64decode(given, validate=True).partition(b":")
     except (binascii.Error, ValueError):
         return False
+    # Compared in a time that does not depend on how many characters are right, or a token could be
+    # found one character after the other.
     return hmac.compare_digest(password, token.encode())
 
 

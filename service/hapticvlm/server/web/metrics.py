@@ -59,6 +59,8 @@ class _StatusCollector(Collector):
 
 def render(status: Mapping[str, Any]) -> str:
     """Return all figures in the text format of Prometheus."""
+    # A registry of its own for each request: the library's global one would add figures of the
+    # Python process and would need counters that are kept in two places.
     registry = CollectorRegistry(auto_describe=False)
     registry.register(_StatusCollector(status))
     return generate_latest(registry).decode()

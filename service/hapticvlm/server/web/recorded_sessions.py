@@ -132,6 +132,9 @@ class RecordedSessions:
         if self._making is None:
             self._made = session.folder
             self._making = asyncio.create_task(self._make(session))
+        # One page at a time, whoever asks: two browsers that reload would otherwise start a process
+        # each time. Who asks for another session meanwhile is told to come again, as is who waits
+        # longer than a handshake may take.
         making = self._making
         is_this = self._made == session.folder
         await asyncio.wait({making}, timeout=WAIT_S)
@@ -148,6 +151,11 @@ class RecordedSessions:
         part = session.folder / PART
         process: asyncio.subprocess.Process | None = None
         try:
+            # A page of an hour is seconds of work on megabytes, in Python that would hold the
+            # interpreter's lock and so every touch. In a process of its own at low priority it
+            # costs the touches nothing, and a session that was tampered with brings down that
+            # process alone. It writes beside the page; the rename at the end makes it whole for
+            # whoever reads at that moment.
             process = await asyncio.create_subprocess_exec(
                 *self._command,
                 "--view",

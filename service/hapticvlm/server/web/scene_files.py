@@ -64,6 +64,9 @@ def find(folder: Path, path: str) -> Path | None:
     if parts[-1] == "":
         name += "index.html"
     try:
+        # Links are followed before the comparison, so a link inside the folder that leads out of it
+        # is not served, and `..` in any spelling ends outside. Hidden names are refused before:
+        # `.git` and `.env` lie in many folders of a scene.
         root = folder.resolve()
         file = (root / name.lstrip("/")).resolve()
         inside = file.is_relative_to(root) and kind(file) is not None and file.is_file()
@@ -91,6 +94,8 @@ def policy(page: str) -> str:
     The page is the user's: each inline script is let run by its hash, so that none which somebody
     manages to write into it later does.
     """
+    # The policy allows what the page had when it was read from the disk. A script that reaches the
+    # page later, through a name of an object or a message, has another hash and does not run.
     hashes = (hashlib.sha256(text.encode()).digest() for text in _INLINE_SCRIPT.findall(page))
     sources = "".join(f" 'sha256-{base64.b64encode(digest).decode()}'" for digest in hashes)
     return _ENGINE_POLICY + sources

@@ -33,6 +33,9 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def read(path: Path, table: Mapping[str, Material]) -> dict[str, str]:
     """Read the materials by object id. Raises OSError, and ValueError naming file and fault."""
     try:
+        # The file was written by a browser and may have been edited by hand. It is read whole or
+        # not at all, and each name is looked up: a material that no table has would otherwise be
+        # found out by the first touch, in a scene that is running.
         found = msgspec.json.decode(documents.read_bytes(path), type=_File)
     except (ValueError, RecursionError) as error:
         text = "--stated names a file that the dashboard's Save gave"

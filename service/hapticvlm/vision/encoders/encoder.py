@@ -74,6 +74,9 @@ def embed_all(
     """
     parts = [np.zeros((0, encoder.dimension), np.float32)]
     for start in range(0, len(crops), BATCH):
+        # In batches, since a gallery of thousands at once would take gigabytes of the network's
+        # inner layers. Whatever a foreign network makes is checked here, once for all kinds of
+        # encoders: length, size and NaN. What is behind may rely on it.
         pixels = _stack(crops[start : start + BATCH], encoder)
         parts.append(_require_unit(run(pixels), len(pixels), encoder))
     return np.concatenate(parts)

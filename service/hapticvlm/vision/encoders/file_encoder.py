@@ -163,6 +163,10 @@ def _find_features(network: Any) -> Any:  # noqa: ANN401
     """Find the map (1, D, h, w or 1, h, w, D) before the last mean, else the last layer's input."""
     nodes = network.get_ordered_ops()
     for node in reversed(nodes):
+        # A file says nothing of what its layers mean. But nearly every image network ends by a mean
+        # over places, and what goes into it is the map that can be averaged under a mask instead.
+        # The last such mean counts: squeeze-and-excitation blocks have means of their own before
+        # it.
         if node.get_type_name() in _POOLING and _is_over_places(node):
             return node.input_value(0)
     for node in reversed(nodes):

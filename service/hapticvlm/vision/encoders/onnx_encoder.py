@@ -104,12 +104,16 @@ def open_session(graph: bytes, threads: int, weights: Mapping[str, Array]) -> An
     onnxruntime.set_default_logger_severity(SILENT)
     options = onnxruntime.SessionOptions()
     options.log_severity_level = SILENT
+    # Threads of onnxruntime wait by spinning unless told otherwise. On two cores a recogniser that
+    # waits for its next picture would take half of what the audio engine needs, so they sleep.
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.add_session_config_entry("session.inter_op.allow_spinning", "0")
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_ALL
     values = [onnxruntime.OrtValue.ortvalue_from_numpy(array) for array in weights.values()]
+    # The graph holds no weights, only their names. They are handed over in memory, so no file of
+    # ours with another's weights ever exists.
     options.add_external_initializers(list(weights), values)
     return onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
 

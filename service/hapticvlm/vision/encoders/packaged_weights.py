@@ -156,6 +156,9 @@ def quantise(layers: Mapping[str, Layer], scales: Mapping[str, float]) -> dict[s
         # A channel that weighs next to nothing keeps steps so large that its bias fits 30 bits.
         least = np.abs(layer.bias) / scales[name] / LARGEST_BIAS + LEAST_STEP
         steps = np.maximum(np.abs(rows).max(axis=1) / layer.levels, least).astype(np.float32)
+        # Rounded in double precision from the same float32 step that the graph multiplies with
+        # later. Rounding by a more exact step would be nearer to the float weights and further from
+        # what is computed with them.
         whole = np.rint(rows / steps[:, None].astype(np.float64)).astype(np.int8)
         unit = steps * np.float32(scales[name])
         found[f"{name}.weights"] = np.ascontiguousarray(whole.reshape(layer.weights.shape))

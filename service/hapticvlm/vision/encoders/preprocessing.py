@@ -39,6 +39,9 @@ class Preprocessing:
 
     def apply(self, pixels: Pixels) -> tuple[Floats, Floats]:
         """Map (N, S, S, 4) uint8 RGB and mask to (N, 3, I, I) float32 and mask (N, I, I) 0..1."""
+        # Crops are cut at the side before a network's own central crop. So the object's
+        # surroundings that it would throw away are thrown away here, too, and the object appears as
+        # large as the network has learned it.
         edge = (self.side - self.input_side) // 2
         inner = slice(edge, edge + self.input_side)
         square = pixels[:, inner, inner]

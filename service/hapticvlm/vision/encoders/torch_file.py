@@ -66,6 +66,10 @@ class _Unpickler(pickle.Unpickler):
     """Knows the four names of a file of weights."""
 
     def find_class(self, module: str, name: str) -> Any:  # noqa: ANN401 - as pickle declares it
+        # Whatever a pickle calls, it must have found here. OrderedDict makes a dict, `_rebuild` a
+        # record, and a `_Kind` cannot be called at all. Nothing that is found can open a file,
+        # import a module or run a text, and looking up any other name ends the reading before the
+        # name is imported.
         if (module, name) == ("collections", "OrderedDict"):
             return OrderedDict
         if (module, name) == ("torch._utils", "_rebuild_tensor_v2"):
@@ -136,6 +140,9 @@ def _read_storages(
         storage = named.get(key) if isinstance(key, str) else None
         if storage is None:
             raise TorchFileError("it has a storage that no tensor uses")
+        # Each length stands in the file twice, in the pickle and before the numbers. Both must
+        # agree before as many bytes are asked for: a length that lies would otherwise shift all
+        # storages behind it.
         if int.from_bytes(file.read(_LENGTH), "little") != storage.count:
             raise TorchFileError(f"storage {storage.key[:40]} has another length than it says")
         content = file.read(storage.count * storage.kind.itemsize)
@@ -154,6 +161,9 @@ def _view(name: str, tensor: object, storages: Mapping[str, Array]) -> Array:
     storage = storages.get(tensor.storage.key)
     if storage is None or len(shape) != len(strides) or not _is_count(tensor.offset):
         raise TorchFileError(f"{name[:60]} has no storage, or strides of another tensor")
+    # `as_strided` believes what it is told and would read outside its buffer. All counts are known
+    # not to be negative, so the last element lies furthest; if it is inside, all are. The product
+    # of the shape is compared, too: strides of 0 would repeat one number into a tensor of any size.
     last = sum((size - 1) * stride for size, stride in zip(shape, strides, strict=True))
     if 0 in shape or math.prod(shape) > storage.size or tensor.offset + last >= storage.size:
         raise TorchFileError(f"{name[:60]} leaves its storage")

@@ -39,6 +39,10 @@ def join(features: Floats, beliefs: Floats | None) -> Floats:
     unit = np.where(norms > _SHORTEST, features / np.maximum(norms, _SHORTEST), nowhere)
     if beliefs is None:
         return np.asarray(unit, np.float32)
+    # Beliefs enter as logarithms, so that a linear layer behind can multiply them by its own (a
+    # product of probabilities), and shifted to be positive. The last number fills up what is
+    # missing to the length of SHARE: with it every embedding is of unit norm and cosines keep their
+    # meaning.
     logs = np.log(np.clip(beliefs.astype(np.float64), 0.0, 1.0 - FLOOR) + FLOOR)
     levels = SCALE * (logs - math.log(FLOOR))
     rest = np.sqrt(np.maximum(SHARE - (levels**2).sum(axis=1, keepdims=True), 0.0))

@@ -79,6 +79,9 @@ class _LeftOut:
         self.members = np.eye(len(gallery.materials))[gallery.labels]
         self.truth: Indices = gallery.labels[self.firsts]
         of_material = gallery.labels == self.truth[:, None]
+        # Leaving out the picture itself is not enough. A user enrols five views of one cup, and the
+        # four that stay would recognise the fifth whatever the calibration. So views that are as
+        # near as its own variations go with it, and the nearest share of the rest of its material.
         self.others = ~(same | (self._is_alike(same) & of_material))
         for row, is_other in enumerate(self.others & of_material):
             self.others[row] &= ~self._nearest(row, is_other, pictures)
@@ -147,6 +150,9 @@ def _know(left_out: _LeftOut, fitted: Calibration, unknown_scores: list[Doubles]
     best = (2.0, THRESHOLDS[0])
     least = np.inf
     for slope, threshold in product(SLOPES, THRESHOLDS):
+        # What is known must count as known and what is unknown as unknown, weighed by how often a
+        # hand meets either. Unknowns are made from what is there: each material in turn as if it
+        # had never been enrolled, and shipped references that no own material represents.
         known = _surprise_of(familiar, slope, threshold)
         unknown = np.mean([_surprise_of(part, -slope, threshold) for part in unknown_scores])
         found = (1.0 - UNKNOWN_SHARE) * known + UNKNOWN_SHARE * float(unknown)

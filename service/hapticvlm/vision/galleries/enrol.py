@@ -137,6 +137,8 @@ def views(picture: Picture, frame: messages.Frame, side: int) -> list[Crop]:
         raise EnrolError(f"{_culprit(picture, error)}: {_reason(error)}") from None
     if first.image.std(axis=(0, 1)).max() < BLANK:
         raise EnrolError(f"{picture.path}: one plain colour, shows no material; take it out")
+    # A user gives three pictures where a network learns from thousands. What they lack is made: the
+    # object the other way round, and nearer. Each view is a reference of its own.
     found = [first, _mirrored(first)]
     for scale in CLOSER:
         region = _closer(frame, scale)

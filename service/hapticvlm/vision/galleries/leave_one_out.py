@@ -65,6 +65,8 @@ def leave_one_out(enrolled: Enrolled, base: Gallery | None = None) -> LeaveOneOu
         others = np.ones(len(names), np.bool_)
         others[: len(enrolled.places)] = enrolled.places != place
         can_be_right = enrolled.pictures[place].material in names[others]
+        # Only the picture's unvaried view is matched, and all its views are left out: its mirror
+        # image would recognise it every time.
         like = references[others] @ enrolled.embeddings[row]
         guesses.append(str(names[others][like.argmax()]) if can_be_right else None)
     return LeaveOneOut(tuple(picture.material for picture in enrolled.pictures), tuple(guesses))

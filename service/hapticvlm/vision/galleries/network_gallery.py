@@ -58,6 +58,9 @@ def make_gallery(encoder: NetworkEncoder) -> Gallery:
     crops, labels = read_references(encoder.side)
     console = Console(file=sys.stderr)
     text = f"fitting `{encoder.name}`, once"
+    # One by one and not in batches, as the service will ask: an int8 network scales its activations
+    # by all that is in a batch, so its embeddings would be other ones than those it is compared
+    # with.
     rows = [encoder.embed([crop]) for crop in track(crops, text, console=console)]
     return fit(encoder.name, np.concatenate(rows), labels, has_beliefs=encoder.beliefs)
 
@@ -107,6 +110,9 @@ def _calibrate(
     beside = np.zeros((len(labels), len(NAMES)))
     for fold in range(FOLDS):
         out = folds == fold
+        # The layer that ships with the gallery is fitted to all pictures and is too sure of them.
+        # How sure it may be is read off layers that had not seen what they are asked: each fold is
+        # left out, and whole stretches of a sheet at a time, since neighbours on it show one room.
         layer = _layer(embeddings[~out], labels[~out], 1.0, has_beliefs=has_beliefs)
         plain[out] = embeddings[out] @ layer.weights + layer.bias
     if has_beliefs:

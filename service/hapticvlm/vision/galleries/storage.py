@@ -141,6 +141,10 @@ def network_gallery(encoder: NetworkEncoder) -> Gallery:
     path = cached_gallery(encoder)
     with suppress(GalleryError):
         return read_gallery(path)
+    # Made on first use and kept for the next: hundreds of pictures through a large network take
+    # minutes. The file's name holds network and preprocessing, so another one is never taken for
+    # it. Where the folder cannot be written the gallery is used all the same and made again next
+    # time.
     gallery = make_gallery(encoder)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -160,6 +164,9 @@ def file_of(path: Path | None) -> Path:
 def read_gallery(path: Path) -> Gallery:
     """Read one .npz file, whichever encoder it was made with. Raises GalleryError."""
     try:
+        # A gallery may come from anybody. Its size is bounded before it is read, and what it would
+        # unfold to before it is unfolded; numpy is told to read no pickles. Only then are its
+        # arrays looked at, and each is checked against the others.
         data = documents.read_bytes(path, MAX_FILE_BYTES)
         _check_unfolded(data)
         with np.load(BytesIO(data), allow_pickle=False) as file:

@@ -107,6 +107,9 @@ def replace_file(path: Path, data: bytes) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         part.write_bytes(data)
+        # A rename within a folder is whole or not at all, also when the machine loses its supply.
+        # The part's name holds the process, so two that save at once overwrite nothing half, and it
+        # begins with a dot, so a folder that is read meanwhile does not have it.
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
@@ -119,6 +122,9 @@ def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gall
     parts = [_references_of(material, gallery) for material in added if material.encoder]
     if gallery.layer is None and gallery.own is None and gallery.places is not None:
         whole = join([gallery, *parts])
+        # A gallery that a user built knows its pictures and has no layer: added references join it
+        # as if they had been enrolled together, and one calibration is fitted to all. Any other
+        # gallery keeps its own figures, and the user's stand beside it.
         return replace(whole, calibration=calibrate(whole)) if parts else gallery
     galleries = [part for part in (gallery.own, *parts) if part is not None]
     if not galleries:

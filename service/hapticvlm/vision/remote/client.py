@@ -89,6 +89,8 @@ class RemoteRecogniser:
             if not pending.done.is_set():
                 return
             self._pending = None
+            # Only a probe's outcome is used late. A crop's has been judged when its time was over;
+            # taking its answer now would heal a circuit that is too slow to be of use.
             if pending.crop is None:
                 self._judge(pending.outcome)
         if self._identity is None and self._breaker.rest_s(time.monotonic()) <= 0.0:
@@ -99,6 +101,11 @@ class RemoteRecogniser:
         if self._identity is None:
             self._local += 1
             return None
+        # Asked by the other thread, waited for in this one. The thread has the same deadline and
+        # keeps it, but for one thing that cannot be cancelled: looking up a host's name. So this
+        # side waits no longer than the share of the other machine in any case. What comes after
+        # that is nobody's: the next `probe` finds the job done and drops it, and no crop is sent
+        # while it is not.
         job = self._submit(crop, time.monotonic() + self._settings.remote_s)
         if job.done.wait(self._settings.remote_s):
             self._pending = None
@@ -150,6 +157,8 @@ class RemoteRecogniser:
         self._check(identity)
         side = identity.side
         grey = Crop(np.full((side, side, 3), 127, np.uint8), central_mask(side))
+        # An identity is quick to give, also for a machine whose graphics card is busy. So a grey
+        # crop is asked within the time that a real one would have: what cannot keep it is not used.
         self._ask(exchange, grey, identity, time.monotonic() + self._settings.remote_s)
         return _Outcome(identity)
 

@@ -189,6 +189,9 @@ def _found(result: Result, identity: Identity) -> Found:
     if len(result.embedding) != 4 * identity.dimension:
         raise ContractError(f"an embedding of {len(result.embedding)} bytes")
     embedding = np.frombuffer(result.embedding, "<f4").astype(np.float32)
+    # Everything that comes from another machine is checked to the last number, since it goes on as
+    # if this process had made it: beliefs become what is felt, and an embedding teaches others. NaN
+    # fails every comparison, so each is written such that it passes only what is right.
     if not abs(float(np.linalg.norm(embedding)) - 1.0) <= UNIT_ERROR:
         raise ContractError("an embedding that is not of unit norm")
     ranked = sorted(beliefs.items(), key=lambda item: -item[1])
