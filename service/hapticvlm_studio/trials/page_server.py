@@ -3,26 +3,33 @@
 A page is sent the texts of all languages once, then the whole view after every change. It sends
 what is to be done ({"do": ...}); what cannot be done is answered with {"refused": why}. The
 participant's page is at `/`, the experimenter's at `/experimenter`: only that one is sent which
-pattern was presented. Pages of other origins are refused, as by the service itself.
+pattern was presented. They come in by the service's front door, with its budgets. Only pages of
+this very address are let in, and one that does not read what it is sent is closed.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Callable, Coroutine
+import time
+from collections import Counter
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterable
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
-from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from hapticvlm import documents
 from hapticvlm.client import Client, connect
+from hapticvlm.server.budgets import REFUSED, TokenBucket
+from hapticvlm.server.edge.front_door import FrontDoor
+from hapticvlm.server.edge.socket import EdgeSocket
+from hapticvlm.server.entrance import Entrance
 from hapticvlm.server.web import http
 from hapticvlm_studio.design import languages
 from hapticvlm_studio.design.design import Design
@@ -38,6 +45,7 @@ EXPERIMENTER = "/experimenter.html"
 EXPERIMENTER_SOCKET = "/experimenter"  # the WebSocket of the experimenter's page
 OUTPUTS_EVERY_S = 0.5  # how often that page is sent the outputs
 MAX_COMMAND_BYTES = 32_768
+MAX_UNREAD_BYTES = 1024 * 1024  # a page that reads nothing is closed, and comes again
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,17 +66,17 @@ class StudyServer:
     def __init__(self, conductor: Conductor, greeting: dict[str, Any]) -> None:
         self._conductor = conductor
         self._greeting = json.dumps(greeting)
-        self._pages: set[ServerConnection] = set()
-        self._experimenters: set[ServerConnection] = set()
+        self._pages: set[EdgeSocket] = set()
+        self._experimenters: set[EdgeSocket] = set()
         self._turn = asyncio.Lock()
         conductor.notify = self._notify
 
     def _notify(self) -> None:
-        broadcast(self._pages, json.dumps(self._conductor.view()))
+        _send(self._pages, json.dumps(self._conductor.view()))
         self._notify_experimenters()
 
     def _notify_experimenters(self) -> None:
-        broadcast(self._experimenters, json.dumps(self._conductor.overview()))
+        _send(self._experimenters, json.dumps(self._conductor.overview()))
 
     async def report_outputs(self) -> None:
         """Send the outputs to the experimenter's pages, until cancelled."""
@@ -79,25 +87,29 @@ class StudyServer:
 
     def play(self, waveform: dict[str, Any]) -> None:
         """Send the speaker's waveform to the participant's pages, which play it."""
-        broadcast(self._pages, json.dumps({"waveform": waveform}))
+        _send(self._pages, json.dumps({"waveform": waveform}))
 
-    async def serve_page(self, socket: ServerConnection) -> None:
+    async def serve_page(self, socket: EdgeSocket) -> None:
         """Serve one page until it leaves."""
         is_experimenter = socket.request is not None and socket.request.path == EXPERIMENTER_SOCKET
         pages = self._experimenters if is_experimenter else self._pages
         shown = self._conductor.overview() if is_experimenter else self._conductor.view()
+        refusals = TokenBucket(REFUSED, time.monotonic())
+        socket.greeted()
+        socket.write(self._greeting)
+        socket.write(json.dumps(shown))
+        pages.add(socket)
         try:
-            await socket.send(self._greeting)
-            pages.add(socket)
-            await socket.send(json.dumps(shown))
-            async for data in socket:
-                await self._receive(socket, data)
-        except ConnectionClosed:
-            pass
+            while True:
+                done = await self._receive(socket, await socket.recv())
+                if not done and not refusals.spend(1, time.monotonic()):
+                    socket.refuse("too many refused messages")
+                await asyncio.sleep(0)  # the other pages have a turn
         finally:
             pages.discard(socket)
 
-    async def _receive(self, socket: ServerConnection, data: bytes | str) -> None:
+    async def _receive(self, socket: EdgeSocket, data: bytes | str) -> bool:
+        """Do what a page asks, or refuse it; return whether it was done."""
         try:
             command = documents.parse_json(data)
             if not isinstance(command, dict):
@@ -106,6 +118,16 @@ class StudyServer:
                 await self._conductor.do(command)
         except (StudyError, ConnectionError, ConnectionClosed, ValueError) as error:
             await socket.send(json.dumps({"refused": str(error)}))
+            return False
+        return True
+
+
+def _send(pages: Iterable[EdgeSocket], text: str) -> None:
+    """Send each page a text now."""
+    for page in tuple(pages):
+        if page.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
+            page.close(CloseCode.TRY_AGAIN_LATER, "the page reads too slowly")
+        page.write(text)
 
 
 async def run(design: Design, setting: Setting, ready: Callable[[str], None]) -> None:
@@ -165,20 +187,12 @@ async def _cancel(task: asyncio.Task[Any]) -> None:
 
 @asynccontextmanager
 async def _listening(server: StudyServer, port: int) -> AsyncIterator[int]:
-    policy = http.AccessPolicy(HOST, frozenset(), pages=PAGES)
+    policy = http.AccessPolicy(HOST, frozenset(), pages=PAGES, is_open_to_own_pages_only=True)
 
-    def answer(connection: ServerConnection, request: Request) -> Response | None:
+    async def answer(socket: EdgeSocket, request: Request) -> Response | None:
         asked = replace(request, path=PAGE) if request.path == "/" else request
-        return http.answer(connection, asked, policy, dict)
+        return http.answer(socket, asked, policy, dict)
 
-    async with serve(
-        server.serve_page,
-        HOST,
-        port,
-        process_request=answer,
-        compression=None,
-        max_size=MAX_COMMAND_BYTES,
-        close_timeout=1,
-        server_header=None,
-    ) as listening:
-        yield listening.sockets[0].getsockname()[1]
+    door = FrontDoor(Entrance(Counter()), answer, server.serve_page, MAX_COMMAND_BYTES)
+    async with door.listen(HOST, port) as found:
+        yield found

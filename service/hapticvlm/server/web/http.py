@@ -46,7 +46,8 @@ class Ends(Protocol):
 class AccessPolicy:
     """Who is admitted, and to what; `host` is the address the service listens on.
 
-    Without `lan_pages` pages go to this machine only. `names` are this machine's own.
+    Without `lan_pages` pages go to this machine only. `names` are this machine's own. A study is
+    open to its own pages only: another program's page on this machine must not answer a trial.
     """
 
     host: str
@@ -56,6 +57,7 @@ class AccessPolicy:
     names: frozenset[str] = frozenset()
     token: str | None = None
     pages: tuple[Path, ...] = (PAGES,)  # folders whose files are pages; the first that has one
+    is_open_to_own_pages_only: bool = False
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
         """Return why a request with these headers is refused, or None."""
@@ -66,6 +68,9 @@ class AccessPolicy:
             return "more than one Host or Origin header"
         if not self._is_ours(_host_of("//" + host)):
             return f"Host {host[:80]!r} is not this machine: use its name or address"
+        if self.is_open_to_own_pages_only:
+            is_own = origin is None or origin == f"http://{host}"
+            return None if is_own else "only the study's own pages may connect"
         if origin is None or origin in self.allowed_origins or is_loopback(_host_of(origin)):
             return None
         if self.lan_pages is not None and self.lan_pages.is_own_origin(origin, host):
