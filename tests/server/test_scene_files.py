@@ -1,15 +1,24 @@
 """The files of a browser scene: what is served, and what never leaves the machine."""
 
+import asyncio
 import base64
 import hashlib
+import socket
 import urllib.error
 import urllib.request
+from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+from websockets.datastructures import Headers
+from websockets.http11 import Request
 
 from hapticvlm.client.local_service import ServiceError, running
-from hapticvlm.server.web import scene_files
+from hapticvlm.server.edge.front_door import FrontDoor
+from hapticvlm.server.entrance import Entrance
+from hapticvlm.server.web import http, scene_files, scene_pages
 
 MAP = '\n  {"imports": {"three": "./three.js"}}\n'
 PAGE = f'<!doctype html>\n<script type="importmap">{MAP}</script>\n'
@@ -106,6 +115,47 @@ def test_the_service_serves_them_with_a_strict_policy_when_asked_to(folder):
                 urllib.request.urlopen(service.page + path, timeout=30)
             assert missing.value.code == 404
             missing.value.close()
+
+
+BIG = 16 * 1024 * 1024  # as an engine's program
+
+
+@pytest.fixture
+def big(folder):
+    """A scene with a large program, and how a browser of this machine asks for it."""
+    with (folder / "engine.wasm").open("wb") as program:
+        program.truncate(BIG)
+    policy = http.AccessPolicy("127.0.0.1", frozenset(), scene_folder=folder)
+    browser: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
+    request = Request("/scene/engine.wasm", Headers([("Host", "127.0.0.1")]))
+    return lambda: scene_pages.answer(browser, request, policy)
+
+
+async def test_a_large_file_is_read_beside_the_loop_on_which_touches_are_carried_out(big):
+    reading = asyncio.create_task(big())
+    turns = 0
+    while not reading.done():
+        await asyncio.sleep(0)
+        turns += 1
+    assert len(reading.result().body) == BIG
+    assert turns > 10  # read on the loop it would have had two
+
+
+async def test_a_browser_on_a_slow_network_gets_the_whole_of_a_large_file(big, monkeypatch):
+    monkeypatch.setattr("hapticvlm.server.edge.socket.OPEN_S", 0.2)
+    door = FrontDoor(Entrance(Counter()), lambda *_: big(), lambda _: asyncio.sleep(0), BIG)
+    got = 0
+    async with door.listen("127.0.0.1", 0) as port:
+        slow = socket.create_connection(("127.0.0.1", port))
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 64 * 1024)
+        reader, writer = await asyncio.open_connection(sock=slow, limit=64 * 1024)
+        writer.write(b"GET /scene/engine.wasm HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        await reader.readuntil(b"\r\n\r\n")
+        while piece := await reader.read(64 * 1024):
+            got += len(piece)
+            await asyncio.sleep(0.002)
+        writer.close()
+    assert got == BIG
 
 
 def test_a_scene_folder_that_is_not_there_is_said_at_start(tmp_path):

@@ -30,7 +30,7 @@ from hapticvlm.server.entrance import Entrance
 from hapticvlm.server.frame_header import require_header
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.handshake import Handshake, ServiceInfo
-from hapticvlm.server.web import http
+from hapticvlm.server.web import http, scene_pages
 from hapticvlm.server.web.local_pages import LoopbackPages
 
 TOO_BIG = 1009
@@ -68,6 +68,8 @@ class WebSocketServer:
 
     async def _answer(self, socket: EdgeSocket, request: Request) -> Response | None:
         response = await self._own_machine.answer(socket, request)
+        if response is None:
+            response = await scene_pages.answer(socket, request, self._door)
         if response is None:
             response = http.answer(
                 socket, request, self._door, partial(status.of_service, self._gateway)

@@ -136,6 +136,7 @@ class EdgeSocket(Stream):
             for start in range(0, len(body), PIECE):
                 if self.transport.is_closing():
                     return
+                self._expire(OPEN_S)  # of each piece: a slow network takes long for all of them
                 self.transport.write(body[start : start + PIECE])
                 await self.drain()
             self.emit([end])

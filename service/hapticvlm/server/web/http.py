@@ -19,7 +19,7 @@ from urllib.parse import urlsplit
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
-from hapticvlm.server.web import metrics, scene_files
+from hapticvlm.server.web import metrics
 from hapticvlm.server.web.lan_pages import CHALLENGE, HERE_ONLY, LanPages, is_token, qr_code, reach
 from hapticvlm.server.web.scene_files import TYPES
 
@@ -27,7 +27,7 @@ PAGE_TYPES = TYPES | {".jpg": "image/jpeg"}
 NAMES = {"/": "index.html", "/try": "try.html"}  # pages by a shorter address
 REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
 PAGES = Path(__file__).parents[2] / "pages"
-_CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
+CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
 
 
 class Ends(Protocol):
@@ -130,8 +130,6 @@ def answer(
         return response(200, json.dumps(found) + "\n", "application/json")
     if path == "/connect.svg":
         return _code(policy.lan_pages, connection.local_address[1])
-    if policy.scene_folder is not None and path.startswith(scene_files.PREFIX):
-        return _scene_file(policy.scene_folder, path)
     return _page(path, policy.pages)
 
 
@@ -190,21 +188,6 @@ def ask_for(token: str, headers: Headers) -> Response | None:
     return asking
 
 
-def _scene_file(folder: Path, path: str) -> Response:
-    file = scene_files.find(folder, path)
-    if file is None:
-        return response(404, "no such file\n")
-    body = file.read_bytes()
-    is_page = file.suffix == ".html"
-    csp = _CSP + scene_files.policy(body.decode(errors="replace") if is_page else "")
-    found = response(200, body, scene_files.kind(file) or "", csp)
-    for name, value in scene_files.ISOLATION:
-        found.headers[name] = value
-    if scene_files.encoding(file) is not None:
-        found.headers["Content-Encoding"] = str(scene_files.encoding(file))
-    return found
-
-
 def _code(lan_pages: LanPages | None, port: int) -> Response:
     page = reach(lan_pages, port)["page"]
     if page is None:
@@ -223,7 +206,7 @@ def _page(path: str, folders: Sequence[Path]) -> Response:
 
 
 def response(
-    code: int, text: str | bytes, kind: str = "text/plain; charset=utf-8", csp: str = _CSP
+    code: int, text: str | bytes, kind: str = "text/plain; charset=utf-8", csp: str = CSP
 ) -> Response:
     """Answer with a text, never kept by the browser and open to no other site."""
     body = text.encode() if isinstance(text, str) else text

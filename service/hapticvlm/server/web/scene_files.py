@@ -3,8 +3,8 @@
 Only what lies in the folder, is not hidden and has a known type leaves it: scripts, pages, models,
 pictures and sounds, and what engines built for the web are made of. Godot and Unity bring a program
 (`.wasm`), its data (`.pck`, `.data`) and a page with a script of its own; Unity compresses them too
-(`.gz`, `.br`), which the browser undoes when a header says so. Files are read whole on the event
-loop, once, before a scene can touch anything.
+(`.gz`, `.br`), which the browser undoes when a header says so. Knows no request: scene_pages.py
+answers those.
 """
 
 from __future__ import annotations
