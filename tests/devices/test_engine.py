@@ -5,7 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from hapticvlm.devices.speaker.engine import REPORTED_SILENCE_S, Engine
+from hapticvlm.devices.speaker.channels import Channels
+from hapticvlm.devices.speaker.engine import REPORTED_SILENCE_S, AudioSettings, Engine
 from hapticvlm.devices.speaker.engine_orders import RestAll, Standing
 from hapticvlm.devices.speaker.ring import Ring
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
@@ -83,3 +84,34 @@ def test_an_engine_does_not_sleep_over_an_order_to_rest_that_is_still_to_come(
     ring.put(RestAll(), time.monotonic())
     last = [engine.fill(BLOCK) for _ in range(40)][-1]
     assert not last.any()
+
+
+def test_hands_with_a_channel_each_are_rendered_apart_and_rest_together():
+    ring = Ring.create()
+    engine = Engine(ring, AudioSettings(channels=Channels(1, 2)))
+    engine.fill(BLOCK)
+    until = time.monotonic() + 10.0
+    ring.put(Command(1, "wood", "slide", False, Motion(0.3, 2.0), 1, until), time.monotonic())
+    right = np.concatenate([engine.fill(BLOCK) for _ in range(40)])
+    assert right.shape == (40 * BLOCK, 2)
+    assert not right[:, 0].any()
+    assert np.abs(right[:, 1]).max() > 0.01
+    ring.put(Command(0, "metal", "strike", True, Motion(0.5, 1.0), 1, until), time.monotonic())
+    both = np.concatenate([engine.fill(BLOCK) for _ in range(40)])
+    assert both.any(axis=0).all()
+    shown = ring.waveform(BLOCK)
+    assert shown.shape == (BLOCK,)
+    assert np.allclose(shown, both[-BLOCK:].sum(axis=1), atol=1e-6)
+    ring.put(RestAll(), time.monotonic())
+    assert not [engine.fill(BLOCK) for _ in range(40)][-1].any()
+
+
+def test_one_hand_alone_sounds_the_same_on_its_own_channel_as_in_the_mix():
+    waves = []
+    for channels in (None, Channels(1, 2)):
+        ring = Ring.create()
+        engine = Engine(ring, AudioSettings(channels=channels))
+        engine.fill(BLOCK)
+        ring.put(_strike(), time.monotonic())
+        waves.append(np.concatenate([engine.fill(BLOCK) for _ in range(8)]))
+    assert np.array_equal(waves[0], waves[1][:, 0])

@@ -11,6 +11,7 @@ from conftest import peer, status
 
 from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.speaker.channels import OF_DUALSENSE, read_channels
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
 from hapticvlm.devices.speaker.engine_orders import Standing
 from hapticvlm.devices.speaker.output import OutputError, choose
@@ -83,6 +84,51 @@ def test_a_strike_is_heard_at_the_sink_within_full_scale(speaker):
     assert 0.05 < np.abs(heard.samples()).max() <= 1.0
     assert speaker.name == NAME
     assert not speaker.simulated
+
+
+@needs_pulseaudio
+@pytest.mark.parametrize(
+    ("output", "name", "given"),
+    [("dualsense", "DualSense", None), ("Exciters", "Exciters", "left=2,right=1")],
+)
+def test_each_hand_is_heard_on_its_own_channel_and_nothing_on_the_others(output, name, given):
+    channels = OF_DUALSENSE if given is None else read_channels(given)
+    with null_sink(4, name), recording(4) as heard:
+        speaker = Speaker(AudioSettings(output=output, channels=channels))
+        speaker.start()
+        try:
+            assert speaker.name == name
+            speaker.obey(strike(hand=0, material="metal"))
+            until(lambda: heard.onset_after(0.0, float("inf")))
+            until(lambda: speaker.status().level == 0.0)
+            time.sleep(2.0 * LEASE_S)
+            left_only = len(heard.samples()) // 4
+            speaker.obey(strike(hand=1, material="glass"))
+            until(lambda: np.any(heard.samples()[4 * left_only :]))
+            time.sleep(LEASE_S)
+        finally:
+            speaker.close()
+    samples = heard.samples()
+    frames = samples[: len(samples) // 4 * 4].reshape(-1, 4)
+    loudest = [np.abs(part).max(axis=0) for part in (frames[:left_only], frames[left_only:])]
+    for hand, place in enumerate((channels.left, channels.right)):
+        assert loudest[hand][place - 1] > 0.05
+        assert np.delete(loudest[hand], place - 1).max() < 1e-3 * loudest[hand][place - 1]  # -60 dB
+
+
+def test_no_playstation_controller_is_said_with_what_to_do():
+    with pytest.raises(OutputError, match="USB"):
+        choose([{"name": "Built-in Audio"}], "dualsense")
+    found = choose([{"name": "Built-in"}, {"name": "Wireless Controller Surround"}], "DualSense")
+    assert found == {"name": "Wireless Controller Surround"}
+
+
+@pytest.mark.parametrize(
+    "text", ["", "left=1", "left=0,right=1", "left=2,right=2", "left=1,right=9"]
+)
+def test_channels_that_no_output_has_are_refused_with_an_example(text):
+    with pytest.raises(ValueError, match="for example left=1,right=2"):
+        read_channels(text)
 
 
 @needs_pulseaudio

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.simulated.simulated_board import simulated_plate
+from hapticvlm.devices.speaker.channels import DUALSENSE, OF_DUALSENSE, Channels, read_channels
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.devices.speaker.speaker_files import read_speaker_files
@@ -129,7 +130,15 @@ def _audio(serving: ServeOptions, table: Mapping[str, Material]) -> AudioSetting
         materials=tuple(table.values()),
         patterns=patterns,
         correction=correction,
+        channels=_channels(serving),
     )
+
+
+def _channels(serving: ServeOptions) -> Channels | None:
+    """Return the channels of the hands, if each has its own. Raises ValueError."""
+    if serving.channels is not None:
+        return read_channels(serving.channels)
+    return OF_DUALSENSE if serving.speaker.lower() == DUALSENSE else None
 
 
 def offer(serving: ServeOptions, parts: ServiceParts) -> ServiceInfo:

@@ -71,8 +71,23 @@ class ServeOptions:
         ),
     ] = "this-machine"
     speaker: Annotated[
-        str, Flag(OUTPUTS, "audio output: simulated, default, jack, or part of its name", "NAME")
+        str,
+        Flag(
+            OUTPUTS,
+            "audio output: simulated, default, jack, dualsense (a PS5 controller on USB), or part "
+            "of its name",
+            "NAME",
+        ),
     ] = "simulated"
+    channels: Annotated[
+        str | None,
+        Flag(
+            OUTPUTS,
+            "the output's channels of each hand, as left=1,right=2; without it one speaker gets "
+            "both hands",
+            "left=N,right=M",
+        ),
+    ] = None
     patterns: Annotated[
         Path | None,
         Flag(

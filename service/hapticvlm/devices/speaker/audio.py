@@ -54,7 +54,8 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     engine = Engine(ring, settings)
     kept_tables.save(MEMO)
     try:
-        wav = WavFile(settings.wav) if settings.wav else None
+        hands = 1 if settings.channels is None else 2
+        wav = WavFile(settings.wav, hands) if settings.wav else None
     except (OSError, RuntimeError) as error:  # soundfile's own error is a RuntimeError
         Started(error=f"cannot write --wav {settings.wav}: {error}").send(control)
         return
@@ -101,13 +102,16 @@ def _leave(*_: object) -> None:
 
 
 class WavFile:
-    """Writes what was played, sample-exact (32-bit float), from a thread of its own."""
+    """Writes what was played, sample-exact (32-bit float), from a thread of its own.
 
-    def __init__(self, path: Path) -> None:
+    Two channels are the left and the right hand, one is both.
+    """
+
+    def __init__(self, path: Path, channels: int = 1) -> None:
         import soundfile
 
         self._file = soundfile.SoundFile(
-            path, "w", samplerate=RATE_HZ, channels=1, format="WAV", subtype="FLOAT"
+            path, "w", samplerate=RATE_HZ, channels=channels, format="WAV", subtype="FLOAT"
         )
         self._waiting: deque[NDArray[np.float32]] = deque(maxlen=MAX_WAITING_BLOCKS)
         self._closing = threading.Event()

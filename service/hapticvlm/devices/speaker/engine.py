@@ -1,6 +1,8 @@
 """What the engine process plays: its settings, and blocks rendered from the ring's commands.
 
-`fill` is all that an audio callback calls; who calls it is not known here.
+`fill` is all that an audio callback calls; who calls it is not known here. One palm speaker gets
+both hands mixed. An output with a channel for each hand gets them apart: two mixers, each of which
+is given the orders of one hand.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.devices.speaker.channels import Channels
 from hapticvlm.devices.speaker.engine_orders import EngineStatus, Order, Release, RestAll
 from hapticvlm.devices.speaker.ring import Ring
 from hapticvlm.materials import MATERIALS, Material
@@ -33,6 +36,7 @@ class AudioSettings:
     `level` (0..1) is the most of full scale that reaches the output, whatever gain a scene sets.
     `materials` are those it can render, in the order in which the ring counts them; `patterns` are
     recordings that stand in for some of them, `correction` is what a measured speaker needs.
+    `channels` are those of the hands, None where both share one speaker.
     """
 
     output: str = "simulated"
@@ -44,11 +48,17 @@ class AudioSettings:
     materials: tuple[Material, ...] = tuple(MATERIALS.values())
     patterns: tuple[Pattern, ...] = ()
     correction: Correction = NOMINAL.correction
+    channels: Channels | None = None
 
-    def voices(self) -> Voices:
-        """Make the mixer for these settings."""
+    def voices(self) -> tuple[Voices, ...]:
+        """Make the mixer of both hands, or one for each hand."""
         table = {material.name: material for material in self.materials}
-        return Voices(self.gain, table, Playback(correction=self.correction), self.patterns)
+        playback = Playback(correction=self.correction)
+        count = 1 if self.channels is None else 2
+        return tuple(
+            Voices(self.gain, table, playback, self.patterns, is_warm=number == 0)
+            for number in range(count)
+        )
 
 
 class Engine:
@@ -56,7 +66,8 @@ class Engine:
 
     def __init__(self, ring: Ring, settings: AudioSettings = AudioSettings()) -> None:
         self._ring = ring
-        self._voices = settings.voices()
+        self._mixers = settings.voices()
+        self._shape = () if settings.channels is None else (2,)
         self._is_leaving = False
         # A restarted engine begins behind all that was ever commanded: a touch of a second ago must
         # not be played now.
@@ -77,7 +88,7 @@ class Engine:
         self.tee: Callable[[NDArray[np.float32]], None] | None = None
 
     def fill(self, count: int) -> NDArray[np.float32]:
-        """Return the next `count` samples, (count,) float32 within [-1, 1]."""
+        """Return the next samples, float32 within [-1, 1]: (count,), or a column a hand."""
         # This runs in the audio system's own thread, which must be done before the output runs dry.
         # So nothing here waits: no lock, no file, no allocation that grows. Everything it knows
         # comes out of the ring, and what it says goes back into it.
@@ -104,19 +115,36 @@ class Engine:
         # Gain and "rest everything" must hold even if the orders that said so were overwritten in a
         # full ring: they stand beside it, and are compared every block.
         self._follow_standing()
-        block = self._bounded(self._voices.render(count, now))
+        block = self._bounded(self._render(count, now))
         self._samples += count
         if self.tee is not None:
             self.tee(block)
-        self._ring.report(self._status(now), block)
+        shown = block if block.ndim == 1 else np.clip(block.sum(axis=1), -1.0, 1.0)
+        self._ring.report(self._status(now), shown)
         is_done = (self._newest, self._stood) == self._seen
-        self._is_idle = is_done and self._voices.is_silent and not self._voices.level
+        self._is_idle = is_done and not self._level and all(it.is_silent for it in self._mixers)
         return block
+
+    def _render(self, count: int, now: float) -> NDArray[np.float32]:
+        blocks = [mixer.render(count, now) for mixer in self._mixers]
+        return blocks[0] if len(blocks) == 1 else np.stack(blocks, axis=1)
+
+    @property
+    def _level(self) -> float:
+        """Rms of the last block, of both hands together."""
+        return math.hypot(*(mixer.level for mixer in self._mixers))
+
+    def _mixer(self, hand: int) -> Voices:
+        return self._mixers[hand % len(self._mixers)]
+
+    def _rest(self) -> None:
+        for mixer in self._mixers:
+            mixer.rest()
 
     def _sleep(self, count: int) -> NDArray[np.float32]:
         """Return `count` zeros, the same each time, and report now and then."""
-        if self._silence.size != count:
-            self._silence = np.zeros(count, np.float32)
+        if len(self._silence) != count:
+            self._silence = np.zeros((count, *self._shape), np.float32)
             self._silence.flags.writeable = False
         self._samples += count
         self._unreported += count
@@ -141,17 +169,17 @@ class Engine:
         for number, _, _ in self._ring.take(self._newest):
             self._newest = number
         self._follow_standing()
-        self._voices.rest()
-        self._voices.render(round(FADE_S * RATE_HZ), time.monotonic())
+        self._rest()
+        self._render(round(FADE_S * RATE_HZ), time.monotonic())
 
     def leave(self) -> None:
         """Fade everything and obey nothing from now on."""
         self._is_leaving = True
-        self._voices.rest()
+        self._rest()
 
     def _bounded(self, block: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the block at the output's level; one that is not finite is silence, counted."""
-        if not math.isfinite(float(np.dot(block, block))):
+        if not math.isfinite(float(np.vdot(block, block))):
             self._scrubbed += 1
             return np.zeros_like(block)
         block = block if self.level == 1.0 else block * np.float32(self.level)
@@ -164,30 +192,31 @@ class Engine:
         standing = self._ring.standing()
         if standing is None:
             return  # half written: it is looked for again in the next block
-        self._voices.gain = standing.gain
+        for mixer in self._mixers:
+            mixer.gain = standing.gain
         if self._rested < standing.rested:
             if standing.rested > self._newest:
                 return  # the order itself is still to come
             self._rested = standing.rested
-            self._voices.rest()
+            self._rest()
         self._stood = self._seen[1]
 
     def _obey(self, order: Order) -> None:
         match order:
             case Command():
-                self._voices.obey(order)
+                self._mixer(order.hand).obey(order)
             case Release():
-                self._voices.release(order.hand)
+                self._mixer(order.hand).release(order.hand)
             case RestAll():
-                self._voices.rest()
+                self._rest()
 
     def _status(self, now: float) -> EngineStatus:
         return EngineStatus(
             beat_at=now,
-            level=self._voices.level,
+            level=self._level,
             underruns=self.underruns,
             lost=self._lost,
-            scrubbed=self._voices.scrubbed + self._scrubbed,
+            scrubbed=sum(mixer.scrubbed for mixer in self._mixers) + self._scrubbed,
             samples=self._samples,
             newest=self._newest,
             realtime=self.realtime,

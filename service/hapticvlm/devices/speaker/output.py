@@ -20,6 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.devices.speaker.channels import (
+    DUALSENSE,
+    POSITIONS,
+    Channels,
+    is_dualsense,
+)
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
@@ -31,6 +37,7 @@ LOST_S = 1.0
 STEADY_WITHIN_S = 8.0  # PulseAudio plays up to two seconds of its own silence before it asks
 STEADY_S = 0.25
 _POLL_S = 0.02
+_PULSE_AS_ALSA = 1  # pa_channel_map_def_t: four are front and rear, as every other system has it
 _MCL_CURRENT = 1  # of <sys/mman.h>, on Linux and macOS alike
 
 Fill = Callable[[int], NDArray[np.float32]]
@@ -52,6 +59,7 @@ class Output:
     asked_at: float = 0.0
     asked: int = 0
     failure: Exception | None = None
+    hands: Channels | None = None
     _channels: int = 1
     _longest: int = BUFFERED_BLOCKS
     _device: Any = field(default=None, repr=False)
@@ -64,7 +72,10 @@ class Output:
         self._channels, self._longest = (2, JACK_BLOCKS) if is_jack else (1, BUFFERED_BLOCKS)
         try:
             found = None if is_jack else choose(playbacks(), wanted)
-            self._device = miniaudio.PlaybackDevice(
+            if self.hands is not None:
+                self._channels = _channels_of(found, self.hands, self._channels)
+            self._device = _playback_device(
+                POSITIONS.get(self._channels),
                 output_format=miniaudio.SampleFormat.FLOAT32,
                 nchannels=self._channels,
                 sample_rate=RATE_HZ,
@@ -145,7 +156,13 @@ class Output:
             except Exception as error:
                 self.failure = error  # raised again where it is handled
                 raise
-            count = yield block if self._channels == 1 else np.repeat(block, self._channels)
+            count = yield self._spread(block)
+
+    def _spread(self, block: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Put a block, (N,) or (N, 2) a hand each, onto the channels of the output, (N * C,)."""
+        if self.hands is not None:
+            return self.hands.spread(block, self._channels).ravel()
+        return block if self._channels == 1 else np.repeat(block, self._channels)
 
 
 def playbacks() -> list[dict[str, Any]]:
@@ -159,10 +176,19 @@ def playbacks() -> list[dict[str, Any]]:
 def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | None:
     """Return the output of this name, or the only one whose name has it as a part, in any case.
 
-    None is "default", which needs only that there is one. Raises OutputError naming those there.
+    None is "default", which needs only that there is one; "dualsense" is a PS5 controller, which
+    systems give other names. Raises OutputError naming those there.
     """
     if wanted == "default" and outputs:
         return None
+    if wanted.lower() == DUALSENSE:
+        outputs = [output for output in outputs if is_dualsense(output["name"])]
+        if not outputs:
+            raise OutputError(
+                "no PS5 controller is there as a sound output: connect it by USB, as Bluetooth "
+                "carries no sound to it"
+            )
+        return outputs[0]
     called = [(output, output["name"].lower()) for output in outputs]
     exact = [output for output, name in called if name == wanted.lower()]
     partly = [output for output, name in called if wanted.lower() in name]
@@ -172,6 +198,38 @@ def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | N
     if partly:
         raise OutputError(f"several outputs match: {names}")
     raise OutputError(f"no such output; this machine has: {names}")
+
+
+def _channels_of(found: dict[str, Any] | None, hands: Channels, usual: int) -> int:
+    """Return how many channels to open: all that the output has. Raises OutputError.
+
+    With fewer, the audio system would spread what two hands feel over the rest.
+    """
+    formats = [] if found is None else found["formats"]
+    count = max((form["channels"] for form in formats), default=0) or max(usual, hands.least)
+    if found is not None and count < hands.least:
+        raise OutputError(
+            f"{found['name']} has {count} channel{'s' if count > 1 else ''}, and a hand is to have "
+            f"the {hands.least}th: see --channels"
+        )
+    return int(count)
+
+
+def _playback_device(positions: tuple[int, ...] | None, **settings: Any) -> Any:  # noqa: ANN401
+    """Open an output whose channels stand at these positions; None as the library counts them."""
+    import miniaudio
+
+    class Device(miniaudio.PlaybackDevice):  # type: ignore[misc]
+        """The library takes no positions: they are set between its settings and its opening."""
+
+        def _make_context(self, *given: Any) -> Any:  # noqa: ANN401
+            if positions is not None:
+                self._positions = miniaudio.ffi.new("unsigned char[]", positions)
+                self._devconfig.playback.pChannelMap = self._positions
+                self._devconfig.pulse.channelMap = _PULSE_AS_ALSA
+            return super()._make_context(*given)
+
+    return Device(**settings)
 
 
 def lock_memory() -> bool:

@@ -78,7 +78,7 @@ class Player:
 
     def start(self) -> str:
         """Open the output and return its name. Raises OutputError."""
-        output = Output(self._engine.fill, self._settings.realtime)
+        output = Output(self._engine.fill, self._settings.realtime, hands=self._settings.channels)
         output.open(self._settings.output, self._settings.block)
         output.settle(self._engine.beat)
         self._output = output

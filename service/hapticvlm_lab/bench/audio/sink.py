@@ -27,8 +27,7 @@ NAME = "Palm"
 NEEDED = ("pulseaudio", "pactl", "parec")
 START_S = 20.0
 _CHUNK_BYTES = 1 << 16
-_SINK = f"sink_name=palm rate={RATE_HZ} channels=1 format=float32le"
-_CALLED = f"sink_properties=device.description={NAME}"
+_QUAD = ("front-left", "front-right", "rear-left", "rear-right")  # as of a DualSense
 
 
 class SinkError(HapticVLMError):
@@ -41,6 +40,16 @@ class Server:
 
     folder: Path
     process: subprocess.Popen[bytes] | None = None
+    channels: int = 1
+    name: str = NAME
+
+    @property
+    def _sink(self) -> str:
+        """The null sink, as a module's arguments."""
+        shape = f"rate={RATE_HZ} channels={self.channels} format=float32le"
+        if self.channels == len(_QUAD):
+            shape += f" channel_map={','.join(_QUAD)}"
+        return f"sink_name=palm {shape} sink_properties=device.description={self.name}"
 
     @property
     def environment(self) -> dict[str, str]:
@@ -56,7 +65,7 @@ class Server:
             [
                 *("pulseaudio", "-n", "--daemonize=no", "--use-pid-file=no"),
                 *("--exit-idle-time=-1", "--realtime=yes", "--log-level=error"),
-                *("-L", socket, "-L", f"module-null-sink {_SINK} {_CALLED}"),
+                *("-L", socket, "-L", f"module-null-sink {self._sink}"),
             ],
             env={**os.environ, **self.environment},
             stderr=subprocess.DEVNULL,
@@ -80,7 +89,7 @@ class Server:
 
     def plug_in(self) -> None:
         """Add the sink again."""
-        self._control("load-module", "module-null-sink", *_SINK.split(), _CALLED)
+        self._control("load-module", "module-null-sink", *self._sink.split())
 
     def _control(self, *words: str) -> subprocess.CompletedProcess[bytes]:
         command = ["pactl", *words]
@@ -90,8 +99,10 @@ class Server:
 
 
 @contextmanager
-def null_sink() -> Iterator[Server]:
+def null_sink(channels: int = 1, name: str = NAME) -> Iterator[Server]:
     """Run a server, to which this process and those it starts are led meanwhile.
+
+    Its one sink has this name, of one word, and so many channels.
 
     Raises SinkError.
     """
@@ -99,7 +110,7 @@ def null_sink() -> Iterator[Server]:
     if missing:
         raise SinkError(f"{', '.join(missing)} missing: install pulseaudio and pulseaudio-utils")
     with tempfile.TemporaryDirectory(prefix="hapticvlm-sink-") as folder:
-        server = Server(Path(folder))
+        server = Server(Path(folder), channels=channels, name=name)
         with environment(server.environment):
             try:
                 server.start()
@@ -150,11 +161,13 @@ class Recording:
 
 
 @contextmanager
-def recording() -> Iterator[Recording]:
-    """Record the sink's monitor as fast as the server hands it out."""
+def recording(channels: int = 1) -> Iterator[Recording]:
+    """Record the sink's monitor as fast as the server hands it out, interleaved."""
     command = ["parec", "--device=palm.monitor", "--raw", "--format=float32le", "--latency-msec=1"]
     process = subprocess.Popen(
-        [*command, f"--rate={RATE_HZ}", "--channels=1"], stdout=subprocess.PIPE, bufsize=0
+        [*command, f"--rate={RATE_HZ}", f"--channels={channels}", "--no-remix", "--no-remap"],
+        stdout=subprocess.PIPE,
+        bufsize=0,
     )
     recorded = Recording(process)
     reader = threading.Thread(target=_record, args=(recorded,), name="recorder", daemon=True)
