@@ -53,16 +53,6 @@ namespace HapticVLM
         /// <summary>The client that connects: the first that was enabled; null when there is none.</summary>
         public static HapticClient Active { get { return All.Count == 0 ? null : All[0]; } }
 
-        public event Action<Decision> Decided;
-        public event Action<Telemetry> Measured;
-        public event Action<LinkState> LinkChanged;
-
-        /// <summary>This scene is felt from now on, or no longer: one scene owns the outputs of a service.</summary>
-        public event Action<bool> OwnershipChanged;
-
-        /// <summary>What a hand feels from now on, where a Controller Haptics asked for it.</summary>
-        public event Action<Vibration> Vibrated;
-
         /// <summary>The connection; null while disabled or paused.</summary>
         public HapticConnection Connection { get { return connection; } }
 
@@ -188,13 +178,7 @@ namespace HapticVLM
             }
             var settings = new ConnectionSettings { Url = address, Token = isChosen ? token : ServiceAddress.Token(token), ClientName = Name() };
             connection = new HapticConnection(settings);
-            connection.Arrivals.Decided += OnDecided;
-            connection.Arrivals.Measured += OnMeasured;
-            connection.Arrivals.Vibrated += OnVibrated;
-            connection.Arrivals.Refused += OnRefused;
-            connection.Arrivals.Failed += OnFailed;
-            connection.Arrivals.StateChanged += OnStateChanged;
-            connection.Arrivals.OwnershipChanged += OnOwnershipChanged;
+            Follow(connection.Arrivals);
             log.Restart();
             TellSettings();
             objects.Clear();
@@ -227,54 +211,6 @@ namespace HapticVLM
         {
             if (connection == null) return;
             connection.Outbox.SetFeel(ControllerHaptics.FormOf(HandSide.Left), ControllerHaptics.FormOf(HandSide.Right));
-        }
-
-        void OnDecided(Decision decision)
-        {
-            HapticObject target;
-            if (decision.ObjectId != null && objects.TryGetValue(decision.ObjectId, out target)) target.Take(decision);
-            if (Decided != null) Decided(decision);
-            onDecision.Invoke(decision);
-        }
-
-        void OnMeasured(Telemetry telemetry)
-        {
-            if (Measured != null) Measured(telemetry);
-            onTelemetry.Invoke(telemetry);
-        }
-
-        void OnVibrated(Vibration vibration)
-        {
-            if (awaitsStop && vibration.Stopped != true) return; // it was on its way when the stop was sent
-            awaitsStop = false;
-            if (Vibrated != null) Vibrated(vibration);
-        }
-
-        void OnRefused(Error error)
-        {
-            log.Refused(error.Code + ": " + error.Text, this);
-        }
-
-        void OnFailed(Exception error)
-        {
-            log.Failed(error, this);
-        }
-
-        void OnStateChanged(LinkState state)
-        {
-            if (state == LinkState.Ready) UnknownMaterials.Warn(objects.Values, connection);
-            else ControllerHaptics.SilenceAll();
-            awaitsStop = false;
-            if (LinkChanged != null) LinkChanged(state);
-            onLinkChanged.Invoke(state);
-        }
-
-        void OnOwnershipChanged(bool isOwner)
-        {
-            if (!isOwner) ControllerHaptics.SilenceAll();
-            awaitsStop = false; // what a stop is answered with goes to the owner alone
-            log.Owned(isOwner, this);
-            if (OwnershipChanged != null) OwnershipChanged(isOwner);
         }
     }
 }

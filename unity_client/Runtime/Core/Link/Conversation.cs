@@ -13,7 +13,6 @@ namespace HapticVLM
     /// </summary>
     internal sealed class Conversation
     {
-        const int LargestMessage = 8 * 1024 * 1024; // a service that says more is not ours
         const int LookRoundMs = 250;
         const int SendRoundMs = 2;
 
@@ -155,21 +154,17 @@ namespace HapticVLM
         async Task ReceiveUntilLost()
         {
             Interlocked.Increment(ref running);
-            var buffer = new byte[16384];
-            int length = 0;
+            var buffer = new ReceiveBuffer();
             try
             {
                 while (true)
                 {
-                    if (length == buffer.Length) Grow(ref buffer);
-                    var free = new ArraySegment<byte>(buffer, length, buffer.Length - length);
-                    WebSocketReceiveResult part = await link.Receive(free).ConfigureAwait(false);
+                    WebSocketReceiveResult part = await link.Receive(buffer.Free()).ConfigureAwait(false);
                     if (part.MessageType == WebSocketMessageType.Close) throw new LinkException(Goodbye(part));
-                    length += part.Count;
+                    buffer.Add(part.Count);
                     if (!part.EndOfMessage) continue;
                     Heard();
-                    Take(new ArraySegment<byte>(buffer, 0, length), Clock.Now);
-                    length = 0;
+                    Take(buffer.Take(), Clock.Now);
                 }
             }
             catch (Exception error)
@@ -244,12 +239,6 @@ namespace HapticVLM
         static double SecondsOf(long microseconds)
         {
             return microseconds * 1e-6;
-        }
-
-        static void Grow(ref byte[] buffer)
-        {
-            if (buffer.Length >= LargestMessage) throw new LinkException("a message exceeds 8 MiB");
-            Array.Resize(ref buffer, buffer.Length * 2);
         }
 
         static string Goodbye(WebSocketReceiveResult part)

@@ -6,8 +6,8 @@ namespace HapticVLM
     /// <summary>
     /// Turns what the colliders of one hand meet into touches: contact at the first, slide to renew
     /// the lease and to change target, release after the last; approach before. After a reconnect it
-    /// sends again what the hand touches, and so it does when the outputs become this scene's. A contact is known by who met it (a finger) and what it met
-    /// (a collider), so all fingers of a hand are one touch.
+    /// sends again what the hand touches, and so it does when the outputs become this scene's. All
+    /// fingers of a hand are one touch.
     /// </summary>
     public sealed class HandTouches
     {
@@ -16,17 +16,6 @@ namespace HapticVLM
 
         /// <summary>A faster contact is a strike, in between is a tap, m/s; our choice.</summary>
         public const double StrikeFromMps = 0.7;
-
-        const int MostContacts = 64;
-
-        struct Contact
-        {
-            public object Finger;
-            public object Met;
-            public string ObjectId;
-            public double SpeedMps;
-            public double ForceN;
-        }
 
         struct Nearest
         {
@@ -37,13 +26,12 @@ namespace HapticVLM
 
         readonly HandName hand;
         readonly double periodS;
-        readonly Contact[] contacts = new Contact[MostContacts];
+        readonly HandContacts contacts = new HandContacts();
         Nearest near;
         HandEffect effect;
         Interaction? gesture;
         string swungId;
         double freeSpeedMps;
-        int count;
         double dueAt;
         int epoch;
 
@@ -54,15 +42,15 @@ namespace HapticVLM
             periodS = 1.0 / renewalsPerS;
         }
 
-        public bool IsTouching { get { return count > 0; } }
+        public bool IsTouching { get { return contacts.Count > 0; } }
 
         /// <summary>What is touched: the object met last; null when none is.</summary>
-        public string ObjectId { get { return count > 0 ? contacts[count - 1].ObjectId : null; } }
+        public string ObjectId { get { return contacts.ObjectId; } }
 
         /// <summary>The object the hand is about to touch; null when none is near.</summary>
         public string NearId { get { return near.ObjectId; } }
 
-        public int Count { get { return count; } }
+        public int Count { get { return contacts.Count; } }
 
         /// <summary>
         /// How the hand acts, where a script knows it: carving, say. Null: by the speed of contact.
@@ -76,30 +64,28 @@ namespace HapticVLM
 
         public object Finger(int index)
         {
-            return contacts[index].Finger;
+            return contacts.Finger(index);
         }
 
         public object Met(int index)
         {
-            return contacts[index].Met;
+            return contacts.Met(index);
         }
 
         public void Begin(object finger, object met, string objectId, double speedMps, double forceN, HapticConnection to)
         {
-            if (Find(finger, met) >= 0 || count == MostContacts) return;
-            contacts[count++] = new Contact { Finger = finger, Met = met, ObjectId = objectId, SpeedMps = speedMps, ForceN = forceN };
+            bool isFirst = !IsTouching;
+            string target = ObjectId;
+            if (!contacts.Add(finger, met, objectId, speedMps, forceN)) return;
             near = default(Nearest);
-            if (count == 1) Send(Phase.Contact, gesture ?? ByContact(speedMps), to);
-            else if (contacts[count - 2].ObjectId != objectId) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
+            if (isFirst) Send(Phase.Contact, gesture ?? ByContact(speedMps), to);
+            else if (target != objectId) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
         }
 
         /// <summary>Follows a finger's contact; it goes out with the next renewal.</summary>
         public void Follow(object finger, object met, double speedMps, double forceN)
         {
-            int at = Find(finger, met);
-            if (at < 0) return;
-            contacts[at].SpeedMps = speedMps;
-            contacts[at].ForceN = forceN;
+            contacts.Follow(finger, met, speedMps, forceN);
         }
 
         /// <summary>
@@ -114,30 +100,26 @@ namespace HapticVLM
 
         public void End(object finger, object met, HapticConnection to)
         {
-            int at = Find(finger, met);
-            if (at < 0) return;
             string target = ObjectId;
-            Array.Copy(contacts, at + 1, contacts, at, count - at - 1);
-            contacts[--count] = default(Contact);
-            if (count == 0) Release(to);
+            if (!contacts.Remove(finger, met)) return;
+            if (!IsTouching) Release(to);
             else if (ObjectId != target) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
         }
 
         /// <summary>Ends the contacts of a finger, as when it vanishes.</summary>
         public void EndFinger(object finger, HapticConnection to)
         {
-            for (int i = count - 1; i >= 0; i--)
+            for (int i = Count - 1; i >= 0; i--)
             {
-                if (ReferenceEquals(contacts[i].Finger, finger)) End(finger, contacts[i].Met, to);
+                if (ReferenceEquals(contacts.Finger(i), finger)) End(finger, contacts.Met(i), to);
             }
         }
 
         /// <summary>Ends all contacts, as when the hand vanishes.</summary>
         public void EndAll(HapticConnection to)
         {
-            bool wasActive = count > 0 || near.ObjectId != null;
-            Array.Clear(contacts, 0, count);
-            count = 0;
+            bool wasActive = IsTouching || near.ObjectId != null;
+            contacts.Clear();
             near = default(Nearest);
             if (wasActive) Release(to);
         }
@@ -148,7 +130,7 @@ namespace HapticVLM
         /// </summary>
         public void Near(string objectId, double distanceM, double closingMps, HapticConnection to)
         {
-            if (count > 0) return;
+            if (IsTouching) return;
             bool isNew = objectId != near.ObjectId;
             near = new Nearest { ObjectId = objectId, DistanceM = distanceM, ClosingMps = closingMps };
             if (isNew && objectId == null) Release(to);
@@ -161,7 +143,7 @@ namespace HapticVLM
         /// </summary>
         public void Play(HandEffect next, HapticConnection to)
         {
-            if (count > 0 || effect.IsOn) Release(to);
+            if (IsTouching || effect.IsOn) Release(to);
             effect = next;
             SendEffect(Clock.Now, to);
         }
@@ -180,10 +162,10 @@ namespace HapticVLM
             if (IsPlaying && GoOn(now, to)) return;
             bool isNew = epoch != to.Outbox.Ownership.Epoch;
             epoch = to.Outbox.Ownership.Epoch;
-            if (count > 0 && isNew) Send(Phase.Contact, gesture ?? ByContact(contacts[count - 1].SpeedMps), to);
+            if (IsTouching && isNew) Send(Phase.Contact, gesture ?? ByContact(contacts.NewestSpeedMps), to);
             else if (isNew) Release(to); // a stop holds until a hand lets go, whatever session it was in
             else if (now < dueAt) return;
-            else if (count > 0) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
+            else if (IsTouching) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
             else if (gesture == Interaction.Swing || near.ObjectId != null) Send(Phase.Approach, Approaching, to);
         }
 
@@ -206,7 +188,7 @@ namespace HapticVLM
             }
             effect = default(HandEffect);
             dueAt = 0.0; // what the hand touches is told at once, as a slide: it was met before
-            if (count > 0) return false;
+            if (IsTouching) return false;
             Release(to);
             return true;
         }
@@ -228,49 +210,20 @@ namespace HapticVLM
         {
             if (to == null || (IsPlaying && phase != Phase.Release)) return;
             var touch = new Touch { Phase = phase, Hand = hand, Interaction = interaction, CapturedAt = Clock.Now };
-            if (count > 0) FillContact(ref touch);
+            if (IsTouching) contacts.Fill(ref touch);
             else if (phase == Phase.Approach) FillApproach(ref touch);
             dueAt = touch.CapturedAt + periodS;
             to.Send(ref touch);
-        }
-
-        /// <summary>Of all contacts with the target the fastest and the hardest count.</summary>
-        void FillContact(ref Touch touch)
-        {
-            double speed = 0.0, force = 0.0;
-            touch.ObjectId = ObjectId;
-            for (int i = 0; i < count; i++)
-            {
-                if (contacts[i].ObjectId != touch.ObjectId) continue;
-                speed = Math.Max(speed, Within(contacts[i].SpeedMps, Touch.SpeedMpsMax));
-                force = Math.Max(force, Within(contacts[i].ForceN, Touch.ForceNMax));
-            }
-            touch.SpeedMps = speed;
-            touch.ForceN = force;
         }
 
         void FillApproach(ref Touch touch)
         {
             bool swings = touch.Interaction == Interaction.Swing;
             touch.ObjectId = swings ? swungId ?? near.ObjectId : near.ObjectId;
-            if (swings) touch.SpeedMps = Within(freeSpeedMps, Touch.SpeedMpsMax);
+            if (swings) touch.SpeedMps = HandContacts.Within(freeSpeedMps, Touch.SpeedMpsMax);
             if (swings || near.ObjectId == null) return;
-            touch.DistanceM = Within(near.DistanceM, Touch.DistanceMMax);
-            touch.ClosingMps = near.ClosingMps < 0.0 ? -Within(-near.ClosingMps, Touch.ClosingMpsMax) : Within(near.ClosingMps, Touch.ClosingMpsMax);
-        }
-
-        int Find(object finger, object met)
-        {
-            for (int i = 0; i < count; i++)
-            {
-                if (ReferenceEquals(contacts[i].Met, met) && ReferenceEquals(contacts[i].Finger, finger)) return i;
-            }
-            return -1;
-        }
-
-        static double Within(double value, double most)
-        {
-            return value > 0.0 ? Math.Min(value, most) : 0.0; // NaN is no speed
+            touch.DistanceM = HandContacts.Within(near.DistanceM, Touch.DistanceMMax);
+            touch.ClosingMps = near.ClosingMps < 0.0 ? -HandContacts.Within(-near.ClosingMps, Touch.ClosingMpsMax) : HandContacts.Within(near.ClosingMps, Touch.ClosingMpsMax);
         }
     }
 }
