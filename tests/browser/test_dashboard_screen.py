@@ -306,8 +306,9 @@ def test_idle_it_says_how_to_connect(service: Service, browser: Browser) -> None
     with dashboard(browser, service.page, SCREEN) as page:
         expect(page.locator("#address")).to_have_text(service.url)
         expect(page.locator("#snippet")).to_contain_text(f'connect("{service.url}")')
-        page.get_by_role("button", name="Unity").click()
-        expect(page.locator("#snippet")).to_contain_text(service.url)
+        for engine in ("Unity", "Godot", "Browser"):
+            page.get_by_role("button", name=engine).click()
+            expect(page.locator("#snippet")).to_contain_text(service.url)
         expect(page.locator("#qr")).to_be_hidden()
         expect(page.locator("#reach-said")).to_contain_text("--pages-from lan")
 
@@ -328,3 +329,4 @@ def test_a_camera_reads_the_address_off_the_page_that_the_network_may_open(
             assert read.startswith("http://")
             assert read.endswith(f":{port}/")
             assert read in page.inner_text("#reach-said")
+            assert read.replace("http", "ws") in page.inner_text("#reach-said")

@@ -11,9 +11,15 @@ async with connect("${url}") as client:
 // then GameObject > HapticVLM > Set up scene,
 // and give the client this address:
 ${url}`,
-  Browser: (url) => `import {Haptics} from './haptics.js'; // examples/webxr
+  Godot: (url) => `# copy examples/godot/addons/hapticvlm into your project,
+# enable it in Project Settings > Plugins, put a HapticObject
+# below each body and a HapticHand on each hand; then:
+HapticVLM.connect_to("${url}")`,
+  Browser: (url) => `import {Haptics, Pulses} from 'hapticvlm'; // npm pack examples/webxr/client
 
 const haptics = new Haptics('${url}');
+const pulses = new Pulses(); // controllers: pulses.play(source), every frame
+pulses.follow(haptics);
 haptics.scene([{object_id: 'cup', name: 'GlassCup'}]);
 haptics.touch({phase: 'contact', object_id: 'cup', hand: 'right',
                speed_mps: 0.4, force_n: 2, interaction: 'tap'});`,
@@ -37,7 +43,12 @@ export function show({ reach }) {
   byId("reach").dataset.page = String(page);
   byId("qr").hidden = page === null;
   if (page !== null) byId("qr").src = "connect.svg";
-  setText(byId("reach-said"), page ? `Open ${page} on a phone or headset of this network.` : (reach?.why ?? ""));
+  setText(byId("reach-said"), page ? there(page) : (reach?.why ?? ""));
+}
+
+// A page is opened there; a program of Unity or Godot is given the address of the service itself.
+function there(page) {
+  return `On a phone or headset of this network open ${page}. A program there connects to ${page.replace("http", "ws")} with the token.`;
 }
 
 function choose(name, url) {
