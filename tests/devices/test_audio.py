@@ -12,7 +12,7 @@ import soundfile
 
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
-from hapticvlm.devices.speaker.engine_orders import EngineStatus, Release, RestAll, Standing
+from hapticvlm.devices.speaker.engine_orders import EngineStatus, PersistentState, Release, RestAll
 from hapticvlm.devices.speaker.ring import SAMPLES, SLOTS, Ring
 from hapticvlm.devices.speaker.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
@@ -52,11 +52,11 @@ def test_a_gain_set_while_the_engine_restarts_holds_for_the_new_one():
         while speaker.status().samples < before + 8 * BLOCK:
             speaker.supervise(time.monotonic())
             time.sleep(0.01)
-        speaker.obey(command())
+        speaker.play(command())
         time.sleep(0.1)
         assert not speaker.waveform(2000).any()
         speaker.set_gain(1.0)
-        speaker.obey(command())
+        speaker.play(command())
         time.sleep(0.1)
         assert speaker.waveform(4000).any()
     finally:
@@ -175,7 +175,7 @@ def test_the_level_told_is_that_of_the_loudest_moment_since_the_last():
     speaker.start()
     try:
         assert speaker.loudest() == 0.0
-        speaker.obey(command(material="glass", interaction="tap"))
+        speaker.play(command(material="glass", interaction="tap"))
         time.sleep(0.5)  # a tap is long over
         assert speaker.status().level < 1e-3 < 0.01 < speaker.loudest()
         assert speaker.loudest() < 1e-3
@@ -194,7 +194,7 @@ def test_the_simulated_speaker_writes_what_it_played(tmp_path):
     speaker = Speaker(AudioSettings(wav=path))
     speaker.start()
     try:
-        speaker.obey(command())
+        speaker.play(command())
         time.sleep(0.3)
         status = speaker.status()
         assert status.samples > 0.2 * RATE_HZ
@@ -226,13 +226,13 @@ def test_a_gain_and_a_rest_outlive_orders_that_were_lost():
     engine.fill(4800)
     assert engine.fill(4800).any()
     rested = ring.put(RestAll(), time.monotonic())
-    ring.stand(Standing(0.0, rested))
+    ring.set_persistent(PersistentState(0.0, rested))
     overrun(ring)
     engine.fill(4800)
     assert not engine.fill(4800).any()
     ring.put(command(expires_at=time.monotonic() + 60.0), time.monotonic())
     assert not engine.fill(4800).any()  # the gain is 0 still
-    ring.stand(Standing(1.0, rested))
+    ring.set_persistent(PersistentState(1.0, rested))
     ring.put(command(expires_at=time.monotonic() + 60.0), time.monotonic())
     assert engine.fill(4800).any()
 
@@ -243,22 +243,22 @@ def test_a_rest_that_was_lost_with_other_orders_is_kept():
     sliding = command(interaction="slide", expires_at=time.monotonic() + 60.0)
     ring.put(sliding, time.monotonic())
     engine.fill(4800)
-    ring.stand(Standing(1.0, ring.put(RestAll(), time.monotonic())))
+    ring.set_persistent(PersistentState(1.0, ring.put(RestAll(), time.monotonic())))
     for _ in range(2 * SLOTS):
         ring.put(sliding, time.monotonic())
     engine.fill(4800)
     assert not engine.fill(4800).any()
 
 
-def test_a_standing_value_that_is_being_written_is_left_until_it_is_whole():
+def test_a_persistent_state_that_is_being_written_is_left_until_it_is_whole():
     ring = Ring.create()
-    assert ring.standing() is None
-    ring.stand(Standing(0.5, 7))
-    assert ring.standing() == Standing(0.5, 7)
+    assert ring.persistent() is None
+    ring.set_persistent(PersistentState(0.5, 7))
+    assert ring.persistent() == PersistentState(0.5, 7)
     view = np.frombuffer(memoryview(ring.shared), np.uint8)
     (last,) = np.flatnonzero(view)[-1:]
     view[last] ^= 0xFF
-    assert ring.standing() is None
+    assert ring.persistent() is None
 
 
 def test_a_wav_in_a_folder_that_is_not_there_is_refused_by_name(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from hapticvlm.devices.speaker.channels import Channels
 from hapticvlm.devices.speaker.engine import REPORTED_SILENCE_S, AudioSettings, Engine
-from hapticvlm.devices.speaker.engine_orders import RestAll, Standing
+from hapticvlm.devices.speaker.engine_orders import PersistentState, RestAll
 from hapticvlm.devices.speaker.ring import Ring
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
@@ -68,7 +68,7 @@ def test_a_gain_set_in_silence_is_in_force_from_the_first_sample(
     asleep: tuple[Ring, Engine],
 ) -> None:
     ring, engine = asleep
-    ring.stand(Standing(0.0, 0))
+    ring.set_persistent(PersistentState(0.0, 0))
     engine.fill(BLOCK)
     ring.put(_strike(), time.monotonic())
     assert not any(engine.fill(BLOCK).any() for _ in range(20))
@@ -78,7 +78,9 @@ def test_an_engine_does_not_sleep_over_an_order_to_rest_that_is_still_to_come(
     asleep: tuple[Ring, Engine],
 ) -> None:
     ring, engine = asleep
-    ring.stand(Standing(1.0, ring.newest + 2))  # it stands before the order itself is in the ring
+    ring.set_persistent(
+        PersistentState(1.0, ring.newest + 2)
+    )  # it stands before the order itself is in the ring
     ring.put(_strike(), time.monotonic())
     assert np.concatenate([engine.fill(BLOCK) for _ in range(4)]).any()
     ring.put(RestAll(), time.monotonic())

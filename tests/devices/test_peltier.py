@@ -37,7 +37,7 @@ def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> lis
     until = cable.clock.now + seconds
     while cable.clock.now < until:
         plate.command(setpoint_c, 0.25, cable.clock.now)
-        plate.turn()
+        plate.poll()
         readings.append(plate.advance(cable.clock.now))
     return readings
 
@@ -47,7 +47,7 @@ def leave(cable: Cable, plate: Peltier, seconds: float) -> list[PlateReading]:
     readings = []
     until = cable.clock.now + seconds
     while cable.clock.now < until:
-        plate.turn()
+        plate.poll()
         readings.append(plate.advance(cable.clock.now))
     return readings
 
@@ -175,7 +175,7 @@ def test_an_unplugged_plate_is_a_fault_and_counted() -> None:
     hold(cable, plate, 22.0, 1.0)
     cable.is_cut = True
     plate.command(22.0, 0.25, cable.clock.now)
-    plate.turn()
+    plate.poll()
     reading = plate.advance(cable.clock.now)
 
     assert reading.faults == ("plate_unplugged",)

@@ -13,7 +13,7 @@ from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.speaker.channels import OF_DUALSENSE, read_channels
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
-from hapticvlm.devices.speaker.engine_orders import Standing
+from hapticvlm.devices.speaker.engine_orders import PersistentState
 from hapticvlm.devices.speaker.output import OutputError, choose
 from hapticvlm.devices.speaker.ring import Ring
 from hapticvlm.devices.speaker.speaker import Speaker
@@ -78,7 +78,7 @@ def test_a_strike_is_heard_at_the_sink_within_full_scale(speaker):
         until(lambda: heard.chunks)
         begun = time.monotonic()
         assert heard.is_silent_since(0.0)
-        speaker.obey(strike())
+        speaker.play(strike())
         until(lambda: heard.onset_after(begun, PATIENCE_S))
         time.sleep(LEASE_S)
     assert 0.05 < np.abs(heard.samples()).max() <= 1.0
@@ -98,12 +98,12 @@ def test_each_hand_is_heard_on_its_own_channel_and_nothing_on_the_others(output,
         speaker.start()
         try:
             assert speaker.name == name
-            speaker.obey(strike(hand=0, material="metal"))
+            speaker.play(strike(hand=0, material="metal"))
             until(lambda: heard.onset_after(0.0, float("inf")))
             until(lambda: speaker.status().level == 0.0)
             time.sleep(2.0 * LEASE_S)
             left_only = len(heard.samples()) // 4
-            speaker.obey(strike(hand=1, material="glass"))
+            speaker.play(strike(hand=1, material="glass"))
             until(lambda: np.any(heard.samples()[4 * left_only :]))
             time.sleep(LEASE_S)
         finally:
@@ -135,7 +135,7 @@ def test_channels_that_no_output_has_are_refused_with_an_example(text):
 def test_nothing_is_heard_after_the_lease(speaker):
     with recording() as heard:
         until(lambda: heard.chunks)
-        speaker.obey(strike(interaction="slide", onset=False))
+        speaker.play(strike(interaction="slide", onset=False))
         until(lambda: heard.onset_after(0.0, float("inf")))
         until(lambda: speaker.status().level == 0.0)
         time.sleep(0.5)  # what the sound server still held
@@ -155,7 +155,7 @@ def test_an_output_that_goes_is_told_and_plays_again_when_it_is_back(speaker, si
     assert not speaker.plays
     assert speaker.faults == ("speaker_gone",)
     until_later = time.monotonic() + 3600.0  # but nothing late may be played
-    speaker.obey(strike(interaction="slide", onset=False, expires_at=until_later))
+    speaker.play(strike(interaction="slide", onset=False, expires_at=until_later))
     speaker.set_gain(0.5)
     (sink.plug_in if loss == "sink" else sink.start)()
     until(lambda: speaker.supervise(time.monotonic()) is None and speaker.plays)
@@ -166,7 +166,7 @@ def test_an_output_that_goes_is_told_and_plays_again_when_it_is_back(speaker, si
         until(lambda: heard.chunks)
         time.sleep(0.5)
         assert heard.is_silent_since(0.0)
-        speaker.obey(strike())
+        speaker.play(strike())
         until(lambda: heard.onset_after(0.0, float("inf")))
 
 
@@ -182,7 +182,7 @@ def test_the_level_holds_whatever_gain_a_scene_sets():
             def is_loud():
                 lasts = time.monotonic() + LEASE_S
                 for seed in range(5):
-                    speaker.obey(strike(motion=Motion(3.0, 20.0), seed=seed, expires_at=lasts))
+                    speaker.play(strike(motion=Motion(3.0, 20.0), seed=seed, expires_at=lasts))
                 return np.abs(heard.samples()).max(initial=0.0) > 0.05
 
             until(is_loud)
@@ -215,7 +215,7 @@ def test_a_block_that_is_not_finite_is_played_as_silence_and_counted():
     engine = Engine(ring)
     ring.put(strike(), time.monotonic())
     assert engine.fill(128).any()
-    ring.stand(Standing(float("nan"), 0))
+    ring.set_persistent(PersistentState(float("nan"), 0))
     blocks = np.concatenate([engine.fill(128) for _ in range(20)])
     assert not blocks.any()
     assert ring.status().scrubbed == 20

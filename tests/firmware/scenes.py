@@ -74,7 +74,7 @@ class Rig:
         self.peltier.rest(self.board.now)
         until = self.board.now + seconds
         while self.board.now < until:
-            self.peltier.turn()
+            self.peltier.poll()
 
     def close(self) -> None:
         """Switch the plate off."""
@@ -82,7 +82,7 @@ class Rig:
         BOARDS.pop("plate", None)
 
     def _turn(self) -> Moment:
-        self.peltier.turn()
+        self.peltier.poll()
         now = self.board.now
         reading = self.peltier.advance(now)
         wanted_c = self.course.wanted_c(now)

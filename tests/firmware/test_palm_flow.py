@@ -24,7 +24,7 @@ def found(chip: Chip, seed: int) -> list[PlateEstimate]:
     rig = Rig(board)
 
     def turn() -> float:
-        rig.peltier.turn()
+        rig.peltier.poll()
         board.advance(OVERHEAD_S)
         return board.now
 

@@ -79,7 +79,7 @@ def test_two_services_that_record_into_one_folder_do_not_write_into_each_other(t
         recorder.close()
         assert recorder.lost == 0
     logs = [path / SESSION_LOG for path in tmp_path.iterdir()]
-    assert [len(tape.read_text().splitlines()) for tape in logs] == [2, 2, 2]
+    assert [len(log.read_text().splitlines()) for log in logs] == [2, 2, 2]
 
 
 async def test_a_log_line_of_another_thread_reaches_observers_on_the_event_loop():

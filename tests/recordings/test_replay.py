@@ -117,11 +117,11 @@ def test_decisions_lie_beside_the_tape(record):
 
 
 def test_a_changed_touch_makes_the_outputs_differ_and_the_first_place_is_named(copy):
-    tape = copy / "tape.jsonl"
-    rows = tape.read_text().splitlines(keepends=True)
+    log = copy / "tape.jsonl"
+    rows = log.read_text().splitlines(keepends=True)
     slide = next(i for i, row in enumerate(rows) if '"slide"' in row and '"in"' in row)
     rows[slide] = rows[slide].replace('"force_n": 1.5', '"force_n": 1.501')
-    tape.write_text("".join(rows))
+    log.write_text("".join(rows))
     done = command("replay", copy)
     assert done.returncode == 1
     assert "first: line" in done.stdout
@@ -129,10 +129,10 @@ def test_a_changed_touch_makes_the_outputs_differ_and_the_first_place_is_named(c
 
 
 def test_a_lost_line_is_said(copy):
-    tape = copy / "tape.jsonl"
-    rows = tape.read_text().splitlines(keepends=True)
+    log = copy / "tape.jsonl"
+    rows = log.read_text().splitlines(keepends=True)
     lost = next(index for index, row in enumerate(rows) if '"in": "tick"' in row)
-    tape.write_text("".join(rows[:lost] + rows[lost + 1 :]))
+    log.write_text("".join(rows[:lost] + rows[lost + 1 :]))
     assert replay.replay(copy, MATERIALS).missing == 1
 
 
@@ -146,8 +146,8 @@ def test_a_lost_line_is_said(copy):
     ],
 )
 def test_a_tape_that_cannot_be_run_is_named_with_its_place(copy, wound, word):
-    tape = copy / "tape.jsonl"
-    tape.write_text(wound(tape.read_text()))
+    log = copy / "tape.jsonl"
+    log.write_text(wound(log.read_text()))
     done = command("replay", copy)
     assert done.returncode == 2
     assert word in done.stderr

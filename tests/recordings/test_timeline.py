@@ -51,9 +51,9 @@ def test_a_folder_without_a_session_is_refused_with_its_name(tmp_path):
 
 
 def test_a_session_in_which_nothing_was_sent_says_so(session):
-    tape = session / "tape.jsonl"
-    head = tape.read_text().splitlines()[0]
+    log = session / "tape.jsonl"
+    head = log.read_text().splitlines()[0]
     assert "head" in json.loads(head)
-    tape.write_text(head + "\n")
+    log.write_text(head + "\n")
     with pytest.raises(SessionLogError, match="nothing was sent"):
         read(session)

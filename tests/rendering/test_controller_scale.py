@@ -31,7 +31,7 @@ def planner():
 def struck(planner, material, kind, form, motion):
     """The plan of a blow that begins now."""
     planner._voices.silence()
-    planner.obey(Command(1, material, kind, True, motion, 1, 1.25), 1.0)
+    planner.apply(Command(1, material, kind, True, motion, 1, 1.25), 1.0)
     return planner.plan(form, 1.0)
 
 
@@ -43,7 +43,7 @@ def rubbed(planner, material, speed_mps, form):
     for step in range(40):
         now = 1.0 + 0.02 * step
         motion = Motion(speed_mps, 1.5)
-        planner.obey(Command(1, material, "slide", step == 0, motion, 1, now + 0.25), now)
+        planner.apply(Command(1, material, "slide", step == 0, motion, 1, now + 0.25), now)
         if step >= 14 and step % 2 == 0:
             plan = planner.plan(form, now)
             played += plan.amplitude[: round(0.04 / PERIOD_S[form])]
@@ -55,7 +55,7 @@ def palm_level(planner, material, kind, motion, form):
     voices = planner._voices
     voices.silence()
     is_slide = kind == "slide"
-    voices.obey(Command(1, material, kind, not is_slide, motion, 1, 9.0))
+    voices.apply(Command(1, material, kind, not is_slide, motion, 1, 9.0))
     voices.render(round(0.3 * PLAN_HZ) if is_slide else 0, 0.0)
     wave = voices.render(round(0.5 * PLAN_HZ), 0.3)
     found = levels(loudness(wave, PLAN_HZ) if form == "amplitude" else wave, PERIOD_S[form])

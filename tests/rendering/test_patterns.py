@@ -67,7 +67,7 @@ def test_a_recording_of_any_rate_and_either_channels_keeps_its_pitch(
     assert read.key == ("fabric", "slide")
     assert peak_hz(read.samples) == pytest.approx(120.0, abs=3.0)
     voices = Voices(patterns=(read,))
-    voices.obey(RUB)
+    voices.apply(RUB)
     listen(voices, 0.1)
     assert peak_hz(listen(voices, 1.0, now=0.1)) == pytest.approx(120.0, abs=3.0)
 
@@ -89,7 +89,9 @@ def test_every_preset_can_be_felt() -> None:
     for preset in PRESETS:
         voices = Voices()
         onset = preset.interaction in ("tap", "strike")
-        voices.obey(Command(1, preset.material, preset.interaction, onset, preset.motion, 1, 100.0))
+        voices.apply(
+            Command(1, preset.material, preset.interaction, onset, preset.motion, 1, 100.0)
+        )
         wave = listen(voices, 0.3)
         assert np.sqrt(np.mean(wave**2)) > 0.01, preset.name
 
@@ -135,7 +137,7 @@ def test_what_a_recording_has_outside_the_band_is_not_played(interaction: str) -
     voices = Voices(patterns=(made,))
     strikes = interaction == "strike"
     command = replace(RUB, material="wood", interaction=interaction, onset=strikes)
-    voices.obey(replace(command, expires_at=0.5))
+    voices.apply(replace(command, expires_at=0.5))
     wave = listen(voices, 0.8)
 
     assert np.abs(wave).max() <= 1.0

@@ -49,12 +49,12 @@ def test_the_band_limits_and_keeps_the_wish(
     assert limited.limited_by == limited_by
 
 
-@pytest.mark.parametrize("wish", [math.nan, math.inf, -math.inf])
-def test_what_is_no_temperature_becomes_neutral(wish: float) -> None:
-    assert within_range(wish).setpoint_c == 32.0
-    assert math.isfinite(within_range(wish).unlimited_c)
-    assert limit(wish, 32.0, 0.02, CALM).setpoint_c == 32.0
-    assert limit(25.0, wish, 0.02, CALM).setpoint_c == pytest.approx(31.84)
+@pytest.mark.parametrize("setpoint_c", [math.nan, math.inf, -math.inf])
+def test_what_is_no_temperature_becomes_neutral(setpoint_c: float) -> None:
+    assert within_range(setpoint_c).setpoint_c == 32.0
+    assert math.isfinite(within_range(setpoint_c).unlimited_c)
+    assert limit(setpoint_c, 32.0, 0.02, CALM).setpoint_c == 32.0
+    assert limit(25.0, setpoint_c, 0.02, CALM).setpoint_c == pytest.approx(31.84)
 
 
 def test_nothing_limits_a_wish_that_is_already_there() -> None:

@@ -120,10 +120,10 @@ def test_a_texture_starts_changes_and_ends_with_its_lease_without_a_click(
 ) -> None:
     voices = Voices()
     command = Command(0, name, interaction, False, first, 1, np.inf)
-    voices.obey(command)
+    voices.apply(command)
     waves, now = [], 0.0
     for step, motion in enumerate((first, second)):
-        voices.obey(Command(0, name, interaction, False, motion, 1, 0.4))
+        voices.apply(Command(0, name, interaction, False, motion, 1, 0.4))
         for _ in range(round(LISTENED_S / 2 * RATE_HZ / block)):
             waves.append(voices.render(block, now))
             now += block / RATE_HZ
@@ -144,7 +144,7 @@ def test_any_crowd_of_commands_stays_in_range_and_ends_after_a_rest(
     voices = Voices()
     waves = []
     for number, command in enumerate(crowd):
-        voices.obey(command)
+        voices.apply(command)
         waves += [voices.render(block, number * 0.05) for _ in range(3)]
     voices.rest()
     tail = [voices.render(block, 1.0) for _ in range(-(-2048 // block))]

@@ -60,7 +60,7 @@ def test_nothing_commanded_is_silence() -> None:
 
 def test_an_impact_begins_with_the_next_block_less_the_limiter_s_delay() -> None:
     voices = Voices()
-    voices.obey(STRIKE)
+    voices.apply(STRIKE)
     block = voices.render(BLOCK, 0.0)
 
     expected = impact(MATERIALS["wood"].vibration, "strike", STRIKE.motion, STRIKE.seed)
@@ -72,7 +72,7 @@ def test_an_impact_begins_with_the_next_block_less_the_limiter_s_delay() -> None
 
 def test_an_impact_rings_once_and_leaves_no_texture() -> None:
     voices = Voices()
-    voices.obey(STRIKE)
+    voices.apply(STRIKE)
 
     assert rms(listen(voices, 0.2)) > 0.01
     assert not listen(voices, 0.2, now=0.2).any()
@@ -80,7 +80,7 @@ def test_an_impact_rings_once_and_leaves_no_texture() -> None:
 
 def test_sliding_on_sustains_a_texture() -> None:
     voices = Voices()
-    voices.obey(SLIDE)
+    voices.apply(SLIDE)
     listen(voices, 0.1)
 
     assert rms(listen(voices, 1.0, now=0.1)) > 0.03
@@ -89,9 +89,9 @@ def test_sliding_on_sustains_a_texture() -> None:
 def test_an_impact_that_is_held_does_not_rub() -> None:
     struck, held = Voices(), Voices()
     for voices in (struck, held):
-        voices.obey(replace(SLIDE, interaction="strike", onset=True))
+        voices.apply(replace(SLIDE, interaction="strike", onset=True))
     first = listen(struck, 0.05), listen(held, 0.05)
-    held.obey(replace(SLIDE, interaction="strike"))
+    held.apply(replace(SLIDE, interaction="strike"))
 
     assert np.array_equal(*first)
     assert np.array_equal(listen(struck, 0.2, now=0.05), listen(held, 0.2, now=0.05))
@@ -99,9 +99,9 @@ def test_an_impact_that_is_held_does_not_rub() -> None:
 
 def test_a_stroke_update_keeps_the_same_texture_going() -> None:
     voices = Voices()
-    voices.obey(SLIDE)
+    voices.apply(SLIDE)
     slow = listen(voices, 0.5)
-    voices.obey(replace(SLIDE, seed=99, motion=Motion(1.0, 4.0)))
+    voices.apply(replace(SLIDE, seed=99, motion=Motion(1.0, 4.0)))
     fast = listen(voices, 0.5, now=0.5)
 
     assert rms(fast) > 1.2 * rms(slow)
@@ -112,7 +112,7 @@ def test_a_stroke_update_keeps_the_same_texture_going() -> None:
 @pytest.mark.parametrize("command", [SLIDE, replace(STRIKE, material="metal")])
 def test_a_lapsed_lease_is_silent_within_20_ms(command: Command, block: int) -> None:
     voices = Voices()
-    voices.obey(replace(command, expires_at=0.1))
+    voices.apply(replace(command, expires_at=0.1))
     wave = listen(voices, 0.4, block=block)
 
     assert rms(wave[: round(0.1 * RATE_HZ)]) > 0.005
@@ -125,7 +125,7 @@ def test_a_renewed_lease_sounds_on() -> None:
     voices = Voices()
     wave = np.zeros(0, np.float32)
     for tenth in range(10):
-        voices.obey(replace(SLIDE, expires_at=tenth / 10 + 0.25))
+        voices.apply(replace(SLIDE, expires_at=tenth / 10 + 0.25))
         wave = listen(voices, 0.1, now=tenth / 10)
 
     assert rms(wave) > 0.03
@@ -134,15 +134,15 @@ def test_a_renewed_lease_sounds_on() -> None:
 def test_a_command_that_arrives_after_its_end_never_sounds() -> None:
     for expires_at in (0.9, -math.inf, math.nan):
         voices = Voices()
-        voices.obey(replace(STRIKE, expires_at=expires_at))
-        voices.obey(replace(SLIDE, hand=1, expires_at=expires_at))
+        voices.apply(replace(STRIKE, expires_at=expires_at))
+        voices.apply(replace(SLIDE, hand=1, expires_at=expires_at))
         assert not listen(voices, 0.2, now=1.0).any()
 
 
 def test_release_fades_one_hand_and_leaves_the_other() -> None:
     voices = Voices()
-    voices.obey(SLIDE)
-    voices.obey(replace(SLIDE, hand=1, material="glass"))
+    voices.apply(SLIDE)
+    voices.apply(replace(SLIDE, hand=1, material="glass"))
     listen(voices, 0.3)
     voices.release(0)
     listen(voices, SILENT_S, now=0.3)
@@ -156,8 +156,8 @@ def test_release_fades_one_hand_and_leaves_the_other() -> None:
 
 def test_rest_fades_everything_without_a_click() -> None:
     voices = Voices()
-    voices.obey(SLIDE)
-    voices.obey(replace(STRIKE, hand=1, material="glass"))
+    voices.apply(SLIDE)
+    voices.apply(replace(STRIKE, hand=1, material="glass"))
     before = listen(voices, 0.05)
     voices.rest()
     after = listen(voices, 0.2, now=0.05)
@@ -169,11 +169,11 @@ def test_rest_fades_everything_without_a_click() -> None:
 
 def test_a_hand_can_touch_again_after_its_release() -> None:
     voices = Voices()
-    voices.obey(SLIDE)
+    voices.apply(SLIDE)
     listen(voices, 0.1)
     voices.release(0)
     listen(voices, 0.005, now=0.1)
-    voices.obey(SLIDE)
+    voices.apply(SLIDE)
     listen(voices, 0.05, now=0.105)
 
     assert rms(listen(voices, 0.3, now=0.155)) > 0.03
@@ -182,10 +182,10 @@ def test_a_hand_can_touch_again_after_its_release() -> None:
 def test_both_hands_add_up() -> None:
     left, right, both = Voices(), Voices(), Voices()
     other = replace(SLIDE, hand=1, material="glass", interaction="carve", seed=7)
-    left.obey(SLIDE)
-    right.obey(other)
-    both.obey(SLIDE)
-    both.obey(other)
+    left.apply(SLIDE)
+    right.apply(other)
+    both.apply(SLIDE)
+    both.apply(other)
     alone = listen(left, 0.5) + listen(right, 0.5)
 
     quiet = np.abs(alone) < 0.8
@@ -195,16 +195,16 @@ def test_both_hands_add_up() -> None:
 
 def test_another_material_cross_fades_without_click_or_hole() -> None:
     voices = Voices()
-    voices.obey(SLIDE)
+    voices.apply(SLIDE)
     before = listen(voices, 0.3)
-    voices.obey(replace(SLIDE, material="metal"))
+    voices.apply(replace(SLIDE, material="metal"))
     after = listen(voices, 0.3, now=0.3)
     wave = np.concatenate((before, after))
 
     assert above_band_db(wave) < -50.0
     assert rms(after[: round(0.02 * RATE_HZ)]) > 0.2 * rms(before)
     fresh = Voices()
-    fresh.obey(replace(SLIDE, material="metal"))
+    fresh.apply(replace(SLIDE, material="metal"))
     listen(fresh, 0.3)
     assert rms(after[-4800:]) == pytest.approx(rms(listen(fresh, 0.1, now=0.3)), rel=0.5)
 
@@ -212,9 +212,9 @@ def test_another_material_cross_fades_without_click_or_hole() -> None:
 @pytest.mark.parametrize("material", [None, "unobtainium"])
 def test_an_unknown_material_is_nothing_to_feel(material: str | None) -> None:
     voices = Voices()
-    voices.obey(SLIDE)
+    voices.apply(SLIDE)
     listen(voices, 0.1)
-    voices.obey(replace(STRIKE, material=material))
+    voices.apply(replace(STRIKE, material=material))
     listen(voices, SILENT_S, now=0.1)
 
     assert not listen(voices, 0.2, now=0.12).any()
@@ -223,8 +223,8 @@ def test_an_unknown_material_is_nothing_to_feel(material: str | None) -> None:
 def test_a_swing_needs_no_contact_and_makes_no_impact() -> None:
     swing = replace(SLIDE, interaction="swing", motion=Motion(3.0, 0.0))
     plain, onset = Voices(), Voices()
-    plain.obey(swing)
-    onset.obey(replace(swing, onset=True))
+    plain.apply(swing)
+    onset.apply(replace(swing, onset=True))
 
     assert np.array_equal(listen(plain, 0.2), listen(onset, 0.2))
     assert rms(listen(plain, 0.2, now=0.2)) > 0.02
@@ -232,7 +232,7 @@ def test_a_swing_needs_no_contact_and_makes_no_impact() -> None:
 
 def test_a_slide_that_begins_a_contact_taps_first() -> None:
     voices = Voices()
-    voices.obey(replace(SLIDE, onset=True))
+    voices.apply(replace(SLIDE, onset=True))
     tap = impact(MATERIALS["wood"].vibration, "tap", SLIDE.motion, SLIDE.seed)
 
     first = listen(voices, 2 * BLOCK_S)
@@ -243,9 +243,9 @@ def test_a_slide_that_begins_a_contact_taps_first() -> None:
 
 def test_a_new_impact_ends_the_texture_of_the_old_contact() -> None:
     voices = Voices()
-    voices.obey(SLIDE)
+    voices.apply(SLIDE)
     listen(voices, 0.2)
-    voices.obey(replace(STRIKE, material="fabric"))
+    voices.apply(replace(STRIKE, material="fabric"))
     listen(voices, 0.15, now=0.2)
 
     assert not listen(voices, 0.2, now=0.35).any()
@@ -254,7 +254,7 @@ def test_a_new_impact_ends_the_texture_of_the_old_contact() -> None:
 def test_a_drum_roll_stays_bounded_and_is_counted() -> None:
     voices = Voices()
     for seed in range(40):
-        voices.obey(replace(STRIKE, material="metal", seed=seed))
+        voices.apply(replace(STRIKE, material="metal", seed=seed))
     wave = voices.render(BLOCK, 0.0)
 
     assert voices.dropped == 32
@@ -265,10 +265,10 @@ def test_a_hand_that_flickers_between_materials_settles_on_the_last() -> None:
     voices = Voices()
     names = list(MATERIALS)
     for step, count in enumerate((512, 256, 128, 64, 32, 16, 8, 4, 2, 1) * 5):
-        voices.obey(replace(SLIDE, material=names[step % len(names)], seed=step))
+        voices.apply(replace(SLIDE, material=names[step % len(names)], seed=step))
         voices.render(count, 0.0)
         assert len(voices._hands[0].voices) <= 3
-    voices.obey(replace(SLIDE, material="glass"))
+    voices.apply(replace(SLIDE, material="glass"))
     listen(voices, 0.1)
 
     assert [voice.key for voice in voices._hands[0].voices] == [("glass", "slide")]
@@ -278,7 +278,7 @@ def test_the_limiter_keeps_a_crowd_inside_the_range() -> None:
     voices = Voices()
     for seed in range(4):
         for hand in (0, 1):
-            voices.obey(
+            voices.apply(
                 replace(STRIKE, hand=hand, material="glass", seed=seed, motion=Motion(20.0, 9.0))
             )
     wave = listen(voices, 0.3)
@@ -289,7 +289,7 @@ def test_the_limiter_keeps_a_crowd_inside_the_range() -> None:
 
 def test_the_limiter_leaves_what_fits_alone() -> None:
     voices = Voices()
-    voices.obey(STRIKE)
+    voices.apply(STRIKE)
     wave = listen(voices, 0.02)
     expected = impact(MATERIALS["wood"].vibration, "strike", STRIKE.motion, STRIKE.seed)
 
@@ -300,12 +300,12 @@ def test_the_limiter_leaves_what_fits_alone() -> None:
 def test_two_hands_at_full_level_keep_inside_the_band_at_every_moment() -> None:
     """Bending peaks sample by sample left -22 dB above the band; a gain that foresees does not."""
     voices = Voices()
-    voices.obey(replace(SLIDE, material="stone", motion=Motion(2.0, 9.0)))
+    voices.apply(replace(SLIDE, material="stone", motion=Motion(2.0, 9.0)))
     blows = replace(STRIKE, hand=1, material="glass", motion=Motion(20.0, 9.0))
     waves = [listen(voices, 0.1)]
     for number in range(6):
-        voices.obey(replace(blows, seed=number))
-        voices.obey(replace(blows, hand=0, onset=True, seed=50 + number))
+        voices.apply(replace(blows, seed=number))
+        voices.apply(replace(blows, hand=0, onset=True, seed=50 + number))
         waves.append(listen(voices, 0.1, now=0.1 + 0.1 * number))
     voices.rest()
     wave = np.concatenate([*waves, listen(voices, 0.1, now=0.7)])
@@ -320,7 +320,7 @@ def test_two_hands_at_full_level_keep_inside_the_band_at_every_moment() -> None:
 @pytest.mark.parametrize("bad", [Motion(math.nan, 1.0), Motion(1.0, math.inf)])
 def test_a_stroke_that_is_no_number_is_refused_and_counted(bad: Motion) -> None:
     voices = Voices()
-    voices.obey(replace(STRIKE, motion=bad))
+    voices.apply(replace(STRIKE, motion=bad))
 
     assert voices.scrubbed == 1
     assert not listen(voices, 0.1).any()
@@ -333,10 +333,10 @@ def test_a_voice_that_turns_to_nan_is_dropped_and_the_rest_sounds_on(
         return np.full(4800, np.nan, np.float32)
 
     voices, healthy = Voices(), Voices()
-    voices.obey(replace(SLIDE, hand=1))
-    healthy.obey(replace(SLIDE, hand=1))
+    voices.apply(replace(SLIDE, hand=1))
+    healthy.apply(replace(SLIDE, hand=1))
     monkeypatch.setattr("hapticvlm.rendering.vibration.voices.impact", broken)
-    voices.obey(STRIKE)
+    voices.apply(STRIKE)
     wave = listen(voices, 0.2)
 
     assert voices.scrubbed == 1
@@ -350,7 +350,7 @@ def test_a_texture_that_turns_to_nan_is_dropped_once(monkeypatch: pytest.MonkeyP
 
     voices = Voices()
     monkeypatch.setattr(Texture, "render", broken)
-    voices.obey(SLIDE)
+    voices.apply(SLIDE)
 
     assert not listen(voices, 0.2).any()
     assert voices.scrubbed == 1
@@ -358,8 +358,8 @@ def test_a_texture_that_turns_to_nan_is_dropped_once(monkeypatch: pytest.MonkeyP
 
 def test_gain_scales_and_glides() -> None:
     full, half = Voices(), Voices(gain=0.5)
-    full.obey(SLIDE)
-    half.obey(SLIDE)
+    full.apply(SLIDE)
+    half.apply(SLIDE)
     loud, soft = listen(full, 0.3), listen(half, 0.3)
     assert np.allclose(soft, 0.5 * loud, atol=1e-6)
 
@@ -372,8 +372,8 @@ def test_gain_scales_and_glides() -> None:
 @pytest.mark.parametrize("interaction", ["slide", "carve", "swing"])
 def test_huge_movements_stay_finite(interaction: str) -> None:
     voices = Voices()
-    voices.obey(replace(SLIDE, interaction=interaction, motion=Motion(1e300, 1e300)))
-    voices.obey(replace(STRIKE, hand=1, motion=Motion(1e300, 1e300)))
+    voices.apply(replace(SLIDE, interaction=interaction, motion=Motion(1e300, 1e300)))
+    voices.apply(replace(STRIKE, hand=1, motion=Motion(1e300, 1e300)))
     wave = listen(voices, 0.1)
 
     assert np.isfinite(wave).all()
@@ -386,7 +386,7 @@ def test_every_material_and_interaction_can_be_felt() -> None:
         assert isinstance(MATERIALS[name].vibration, Vibration)
         for interaction in ("tap", "strike", "press", "slide", "carve", "swing"):
             voices = Voices()
-            voices.obey(
+            voices.apply(
                 replace(STRIKE, material=name, interaction=interaction, motion=Motion(2.0, 2.0))
             )
             assert rms(listen(voices, 0.1)) > 0.005, (name, interaction)
@@ -397,7 +397,7 @@ def test_a_command_of_half_the_gain_is_half_as_strong_and_none_is_stronger(comma
     waves = {}
     for gain in (1.0, 0.5, 3.0):
         voices = Voices()
-        voices.obey(replace(command, gain=gain))
+        voices.apply(replace(command, gain=gain))
         waves[gain] = listen(voices, 0.2)
     faded = round(2 * SILENT_S * RATE_HZ)  # both have reached their gain by then
     assert np.allclose(waves[0.5][faded:], 0.5 * waves[1.0][faded:], atol=1e-6)

@@ -160,9 +160,9 @@ def test_an_unchanged_decision_is_announced_once():
 def test_a_strike_that_is_held_stays_a_strike_and_a_slide_rubs_whatever_it_is_called():
     session = owner(TABLE)
     session.receive(touch(interaction="strike"), 1.0)
-    for phase, manner in (("contact", "strike"), ("slide", "slide"), ("contact", "strike")):
+    for phase, interaction in (("contact", "strike"), ("slide", "slide"), ("contact", "strike")):
         (felt,) = only(session.receive(touch(phase, interaction="strike"), 1.1), PlayVibration)
-        assert (felt.command.interaction, felt.command.onset) == (manner, False)
+        assert (felt.command.interaction, felt.command.onset) == (interaction, False)
 
 
 def test_a_slide_to_another_object_changes_the_material_without_an_impact():

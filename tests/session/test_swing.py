@@ -36,7 +36,7 @@ def swung(thickness_m):
                 ring.put(action.command, now)
         for number, _, order in ring.take(taken):
             assert isinstance(order, Command)
-            voices.obey(order)
+            voices.apply(order)
             taken = number
         blocks.append(voices.render(BLOCK, now))
     return np.concatenate(blocks)[round(0.2 * RATE_HZ) :]

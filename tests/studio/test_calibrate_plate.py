@@ -43,7 +43,7 @@ class Bench:
         self.around_c = middle_c(self.plate.advance(self.turn()).sink_c)
 
     def turn(self) -> float:
-        self.plate.turn()
+        self.plate.poll()
         self.cable.clock.wait(OVERHEAD_S)
         return self.cable.clock.now
 

@@ -18,7 +18,7 @@ from hapticvlm_studio.evaluation.asking import Answered, by_vlm
 from hapticvlm_studio.evaluation.grading import figures, grade
 from hapticvlm_studio.evaluation.pictures import (
     LabelledPicture,
-    ShotError,
+    LabelledPictureError,
     read_picture,
     read_pictures,
 )
@@ -240,7 +240,7 @@ def test_a_csv_that_cannot_be_used_names_row_and_column(
     tmp_path: Path, lines: Sequence[str], why: str
 ) -> None:
     Image.new("RGB", (8, 8)).save(tmp_path / "a.png")
-    with pytest.raises(ShotError) as caught:
+    with pytest.raises(LabelledPictureError) as caught:
         read_pictures(write(tmp_path, lines) if lines else write(tmp_path, [""]))
     assert why in str(caught.value)
 
@@ -263,4 +263,4 @@ def test_a_picture_that_is_none_is_named(tmp_path: Path) -> None:
 def test_rows_are_grouped_by_source_or_else_by_folder(tmp_path: Path) -> None:
     Image.new("RGB", (8, 8)).save(tmp_path / "a.png")
     named = write(tmp_path, ["image,temperature_c,source", "a.png,20,street", "a.png,21,"])
-    assert [shot.source for shot in read_pictures(named)] == ["street", "truth"]
+    assert [labelled.source for labelled in read_pictures(named)] == ["street", "truth"]

@@ -20,7 +20,7 @@ from hapticvlm_studio.design.stimuli import StudyError
 from hapticvlm_studio.trials import page_server
 from hapticvlm_studio.trials import page_server as pages
 from hapticvlm_studio.trials.conductor import Conductor, Phase
-from hapticvlm_studio.trials.progress import Sitting
+from hapticvlm_studio.trials.progress import ParticipantProgress
 
 PAGES = page_server.PAGES[0]
 SHIPPED = sorted(path.stem for path in languages.SHIPPED.glob("*.toml"))
@@ -184,33 +184,33 @@ def test_in_balanced_blocks_each_pattern_is_rated_once_by_each_participant(form:
 
 def test_a_participant_goes_from_consent_by_questions_and_ratings_to_the_end(form: Form) -> None:
     made = designs.design(ours(), ["ann"], Plan(repeats=1, renderings=0, form=form))
-    sitting = Sitting(made, "ann")
-    stages = [sitting.stage]
+    progress = ParticipantProgress(made, "ann")
+    stages = [progress.stage]
     told = ({"event": "agreed", "language": "de"}, {"event": "told", "when": "begin"})
     for event in (*told, {"event": "trained"}):
-        sitting.apply(event)
-        stages.append(sitting.stage)
+        progress.apply(event)
+        stages.append(progress.stage)
     for trial, name in enumerate(made.trials["ann"]):
         head = {"trial": trial, "pattern": name}
-        sitting.apply({"event": "answered", **head, "answered": name, "t_s": 10.0 * trial})
-        assert sitting.to_rate == trial
-        assert not sitting.is_done
-        sitting.apply({"event": "rated", **head})
-    stages.append(sitting.stage)
-    assert (sitting.questions, sitting.language, sitting.seconds_left) == ("end", "de", 0.0)
-    sitting.apply({"event": "told", "when": "end"})
-    stages.append(sitting.stage)
+        progress.apply({"event": "answered", **head, "answered": name, "t_s": 10.0 * trial})
+        assert progress.to_rate == trial
+        assert not progress.is_done
+        progress.apply({"event": "rated", **head})
+    stages.append(progress.stage)
+    assert (progress.questions, progress.language, progress.seconds_left) == ("end", "de", 0.0)
+    progress.apply({"event": "told", "when": "end"})
+    stages.append(progress.stage)
     assert stages == ["consent", "questions", "training", "ready", "questions", "done"]
 
 
 def test_the_time_left_is_the_pace_of_this_run_times_what_is_left() -> None:
     made = designs.design(ours(), ["ann"], Plan(repeats=1))
-    sitting = Sitting(made, "ann")
+    progress = ParticipantProgress(made, "ann")
     for t_s in (3.0, 15.0, 27.0, 900.0, 912.0):  # with a long pause
-        sitting.apply({"event": "answered", "pattern": "x", "answered": "x", "t_s": t_s})
-    assert sitting.seconds_left == 12.0 * 5
-    sitting.apply({"event": "opened"})
-    assert sitting.seconds_left is None
+        progress.apply({"event": "answered", "pattern": "x", "answered": "x", "t_s": t_s})
+    assert progress.seconds_left == 12.0 * 5
+    progress.apply({"event": "opened"})
+    assert progress.seconds_left is None
 
 
 def test_the_form_is_kept_with_the_study(form: Form, tmp_path: Path) -> None:
@@ -229,7 +229,7 @@ def test_a_study_of_the_first_format_goes_on_and_one_of_a_later_format_is_refuse
     del head["form"]
     (tmp_path / designs.HEAD).write_text(json.dumps(head | {"version": 1}))
     assert designs.read_design(tmp_path) == made
-    assert Sitting(made, "ann").stage == "training"
+    assert ParticipantProgress(made, "ann").stage == "training"
     (tmp_path / designs.HEAD).write_text(json.dumps(head | {"version": 3}))
     with pytest.raises(StudyError, match="format 3; this program reads 1 to 2"):
         designs.read_design(tmp_path)

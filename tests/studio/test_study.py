@@ -18,7 +18,7 @@ from hapticvlm_studio.design.design import Plan, free_orders, orders, square
 from hapticvlm_studio.design.patterns import paper_like
 from hapticvlm_studio.design.stimuli import LIFT_S, Part, StudyError, parts
 from hapticvlm_studio.trials import record
-from hapticvlm_studio.trials.progress import Sitting
+from hapticvlm_studio.trials.progress import ParticipantProgress
 from hapticvlm_studio.trials.record import Log
 
 NAMES = [stimulus.name for stimulus in paper_like()]
@@ -143,26 +143,26 @@ def test_codes_of_people_cannot_be_names_of_other_files() -> None:
 def test_a_trial_counts_once_answered_and_is_presented_again_otherwise(
     design: designs.Design,
 ) -> None:
-    sitting = Sitting(design, "ann")
+    progress = ParticipantProgress(design, "ann")
     head = {"trial": 0, "pattern": design.trials["ann"][0]}
-    sitting.apply({"event": "presented", **head})
-    sitting.apply({"event": "spoiled", **head})
-    assert sitting.next_trial == design.trials["ann"][0]
-    sitting.apply({"event": "presented", **head})
-    assert sitting.attempts == 2
-    sitting.apply({"event": "answered", "answered": head["pattern"], **head})
-    assert (sitting.answered, sitting.correct, sitting.attempts) == (1, 1, 0)
-    assert sitting.next_trial == design.trials["ann"][1]
+    progress.apply({"event": "presented", **head})
+    progress.apply({"event": "spoiled", **head})
+    assert progress.next_trial == design.trials["ann"][0]
+    progress.apply({"event": "presented", **head})
+    assert progress.attempts == 2
+    progress.apply({"event": "answered", "answered": head["pattern"], **head})
+    assert (progress.answered, progress.correct, progress.attempts) == (1, 1, 0)
+    assert progress.next_trial == design.trials["ann"][1]
 
 
 def test_training_asks_for_the_pattern_felt_least_until_all_were_felt_enough(
     design: designs.Design,
 ) -> None:
-    sitting = Sitting(design, "ann")
+    progress = ParticipantProgress(design, "ann")
     felt = []
-    while (name := sitting.next_to_feel) is not None:
+    while (name := progress.next_to_feel) is not None:
         felt.append(name)
-        sitting.apply({"event": "felt", "pattern": name})
+        progress.apply({"event": "felt", "pattern": name})
     assert Counter(felt) == dict.fromkeys(NAMES, 3)
     assert felt[:10] == NAMES
 

@@ -321,7 +321,7 @@ def test_an_own_material_sounds_like_itself_and_without_facts_like_its_class(
     waves = {}
     for name in ("obsidian", "glass", "burr", "wood"):
         voices = Voices(table=table)
-        voices.obey(command(name, onset=True))
+        voices.apply(command(name, onset=True))
         waves[name] = played(voices)
         assert np.abs(waves[name]).max() > 0.01
     assert np.array_equal(waves["burr"], waves["wood"])
@@ -330,8 +330,8 @@ def test_an_own_material_sounds_like_itself_and_without_facts_like_its_class(
 
 def test_a_voice_of_a_table_without_it_stays_silent() -> None:
     voices = Voices()
-    voices.obey(command("obsidian", onset=True))
-    voices.obey(command("obsidian", onset=False))
+    voices.apply(command("obsidian", onset=True))
+    voices.apply(command("obsidian", onset=False))
     assert not played(voices).any()
 
 

@@ -46,7 +46,8 @@ def _doctor(options: argparse.Namespace) -> int:
         found = _examine(options, started + PATIENCE_S)
     is_well = all(finding.verdict != "wrong" for finding in found)
     if options.json:
-        findings = [dataclasses.asdict(finding) for finding in found]
+        # `said` is what `message` was called up to 0.3.
+        findings = [{**dataclasses.asdict(one), "said": one.message} for one in found]
         seconds = round(time.monotonic() - started, 2)
         verdict = "ok" if is_well else "wrong"
         print(json.dumps({"doctor": verdict, "seconds": seconds, "findings": findings}))
@@ -82,7 +83,7 @@ def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
 def _print(found: list[Finding]) -> None:
     for finding in found:
         cure = f"  -> {finding.cure}" if finding.cure else ""
-        print(f"{_MARKS[finding.verdict]} {finding.about:<11} {finding.said}{cure}")
+        print(f"{_MARKS[finding.verdict]} {finding.about:<11} {finding.message}{cure}")
     print(f"\n{sentence(found)}")
 
 

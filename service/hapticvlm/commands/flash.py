@@ -56,7 +56,7 @@ class Image:
         return f"{name} ({self.size} bytes, sha256 {digest}...)"
 
 
-def flash(asked: str, path: Path | None) -> int:
+def flash(address: str, path: Path | None) -> int:
     """Write an image (the shipped one without `path`) onto the board at a port or at `auto`.
 
     Raises FlashError, DeviceError and UsageError, each in one line.
@@ -66,7 +66,7 @@ def flash(asked: str, path: Path | None) -> int:
     if avrdude is None:
         raise FlashError(NO_AVRDUDE)
     with working("asking the board for its version"):
-        place, now = _found(asked)
+        place, now = _found(address)
     print(f"{place.text}: {now}")
     print(f"writing {image.text}", flush=True)
     with working("writing"):
@@ -115,10 +115,10 @@ def program_bytes(text: str) -> int:
     return size
 
 
-def _found(asked: str) -> tuple[PortInfo, str]:
+def _found(address: str) -> tuple[PortInfo, str]:
     """Return the board's place and what is on it now, in words."""
-    found = ports.candidate_ports(asked)
-    if asked != ports.AUTO:
+    found = ports.candidate_ports(address)
+    if address != ports.AUTO:
         _open_once(found[0])  # else silence and no port look alike
         return found[0], _on_it(found[0])
     answering = [(place, firmware) for place in found if (firmware := _firmware(place)) is not None]

@@ -110,7 +110,7 @@ def _status(plate: Peltier, options: argparse.Namespace) -> None:
 
     until = time.monotonic() + LISTEN_S
     while time.monotonic() < until:
-        plate.turn()
+        plate.poll()
     reading = plate.advance(time.monotonic())
     if options.json:
         report = {"plate": plate.name, "simulated": plate.simulated}

@@ -47,7 +47,9 @@ async def run(serving: ServeOptions, where: Address) -> None:
     logging.getLogger("hapticvlm").addHandler(log_writer.ObserverLog(gateway.show_log))
     try:
         await _start(parts, gateway)
-        server = WebSocketServer(where, gateway, assemble.offer(serving, parts), time.monotonic)
+        server = WebSocketServer(
+            where, gateway, assemble.service_info(serving, parts), time.monotonic
+        )
         has_priority = not serving.no_realtime and _raise_priority()
         sys.setswitchinterval(SWITCH_S)
         supervision = Supervision(gateway)

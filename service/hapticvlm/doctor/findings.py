@@ -17,7 +17,7 @@ class Finding:
 
     about: str
     verdict: Verdict
-    said: str
+    message: str
     cure: str | None = None
 
 

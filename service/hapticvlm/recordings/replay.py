@@ -93,7 +93,7 @@ def waveform(
 def _sound(voices: Voices, action: Command | ReleaseHand | SetGain) -> None:
     match action:
         case Command():
-            voices.obey(action)
+            voices.apply(action)
         case ReleaseHand():
             voices.release(action.hand)
         case SetGain():

@@ -23,8 +23,7 @@ from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.access import Address
 from hapticvlm.server.handshake import ServiceInfo
 from hapticvlm.server.settings import ServeOptions
-from hapticvlm.server.web import certificate
-from hapticvlm.server.web import stated_materials as statements
+from hapticvlm.server.web import certificate, stated_materials
 from hapticvlm.server.web.certificate import Certificate
 from hapticvlm.server.web.recorded_sessions import RecordedSessions
 from hapticvlm.vision.galleries.user_materials import read_folder, table_with
@@ -65,7 +64,7 @@ def build_service(serving: ServeOptions) -> ServiceParts:
     vlm = _vlm_worker(serving)  # first: what is refused here leaves nothing half made
     user_materials = read_folder(serving.gallery)
     table = table_with(user_materials)
-    saved = {} if serving.stated is None else statements.read(serving.stated, table)
+    saved = {} if serving.stated is None else stated_materials.read(serving.stated, table)
     if user_materials or serving.patterns is not None:
         import scipy.signal  # noqa: F401 - may filter them; no touch waits until it is loaded
     settings = RecogniserSettings(
@@ -141,7 +140,7 @@ def _channels(serving: ServeOptions) -> Channels | None:
     return OF_DUALSENSE if serving.speaker.lower() == DUALSENSE else None
 
 
-def offer(serving: ServeOptions, parts: ServiceParts) -> ServiceInfo:
+def service_info(serving: ServeOptions, parts: ServiceParts) -> ServiceInfo:
     """Return what `welcome` reports of these parts, once they have started."""
     loaded = parts.recogniser.loaded
     vlm = None if parts.vlm is None else parts.vlm.settings.model

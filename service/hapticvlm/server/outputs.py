@@ -70,7 +70,7 @@ class Outputs:
             return
         match action:
             case PlayVibration():
-                self.speaker.obey(action.command)
+                self.speaker.play(action.command)
             case ReleaseHand():
                 self.speaker.release(action.hand)
             case SetGain():

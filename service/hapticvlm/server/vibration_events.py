@@ -89,7 +89,7 @@ class VibrationEvents:
             case PlayVibration(command) if self._planners:
                 planner = self._planners[command.hand]
                 now = time.monotonic()
-                planner.obey(command, now)
+                planner.apply(command, now)
                 if command.onset:  # at once, but not before the touch is answered
                     # `call_soon` puts the planning behind what this turn of the loop still does,
                     # the reply to the touch among it: who renders the blow hears of the touch
@@ -147,7 +147,7 @@ class VibrationEvents:
     def _catch_up(self, now: float) -> None:
         """Go on with what the hands do already; a blow that is over by now is not made up for."""
         for hand, command in self._missed.items():
-            self._planners[hand].obey(replace(command, onset=False), now)
+            self._planners[hand].apply(replace(command, onset=False), now)
         self._missed.clear()
 
 

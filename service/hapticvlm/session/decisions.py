@@ -93,10 +93,10 @@ def decide(
     """
     verdict = inputs.verdict
     ambient = inputs.ambient
-    warmth = surface_of(object_id, verdict, inputs.facts, ambient)
-    bulk, basis = inputs.grading.thermal(warmth.value_c, table)
+    surface = surface_of(object_id, verdict, inputs.facts, ambient)
+    bulk, basis = inputs.grading.thermal(surface.value_c, table)
     thick_m = thickness_m(verdict, inputs.facts, inputs.make)
-    touched = contact(bulk, thick_m, warmth.value_c)
+    touched = contact(bulk, thick_m, surface.value_c)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
     deviation = 0.0 if contact_c is None else inputs.thermal_gain * (contact_c - NEUTRAL_C)
     limited = plate_limits.settle(NEUTRAL_C + deviation, inputs.limits)
@@ -113,11 +113,11 @@ def decide(
         ambient_low_c=ambient.low_c,
         ambient_high_c=ambient.high_c,
         ambient_source=ambient.source,
-        surface_c=warmth.value_c,
-        surface_low_c=warmth.low_c,
-        surface_high_c=warmth.high_c,
-        surface_source=warmth.source,
-        surface_why=warmth.why,
+        surface_c=surface.value_c,
+        surface_low_c=surface.low_c,
+        surface_high_c=surface.high_c,
+        surface_source=surface.source,
+        surface_why=surface.why,
         contact_c=contact_c,
         setpoint_c=limited.setpoint_c,
         unlimited_c=limited.unlimited_c,

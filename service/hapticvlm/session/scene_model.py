@@ -13,7 +13,7 @@ from hapticvlm.session import decisions
 from hapticvlm.session.actions import AskMaterial
 from hapticvlm.session.decisions import DecisionInputs
 from hapticvlm.session.rendition import Rendition, choose_rendition
-from hapticvlm.session.scene_objects import ObjectState, SceneObjects
+from hapticvlm.session.scene_objects import Cached, ObjectState, SceneObjects
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.surroundings import Surroundings
 from hapticvlm.session.targets import ObjectTarget, RecognitionRequest, ThingTarget
@@ -48,7 +48,9 @@ class SceneModel:
         """Return what was last announced of each of these objects, if anything was."""
         known = {target: self.objects.known.get(target) for target in keys}
         return {
-            target: state.announced for target, state in known.items() if state and state.announced
+            target: state.announced.value
+            for target, state in known.items()
+            if state and state.announced
         }
 
     def has_verdict(self, target: ThingTarget) -> bool:
@@ -60,10 +62,9 @@ class SceneModel:
         """Return what this object can be rendered as, worked out once for each verdict."""
         state = self._state(target)
         assert state.verdict is not None
-        if state.grading is None or state.graded_from is not state.verdict:
-            state.grading = choose_rendition(state.verdict, state.table)
-            state.graded_from = state.verdict
-        return state.grading
+        if state.rendition is None or state.rendition.inputs is not state.verdict:
+            state.rendition = Cached(choose_rendition(state.verdict, state.table), state.verdict)
+        return state.rendition.value
 
     def swung_m(self, target: ThingTarget) -> float | None:
         """Return the thickness the scene states for this object, m; None where it states none."""
@@ -96,15 +97,15 @@ class SceneModel:
         verdict = state.verdict
         assert verdict is not None
         inputs = (verdict, state.facts, ambient)
-        if state.met_from != inputs:
+        if state.contact is None or state.contact.inputs != inputs:
             surface = decisions.surface_of(_name(target), verdict, state.facts, ambient)
             bulk, _ = self.grading(target).thermal(surface.value_c, state.table)
             thickness_m = decisions.thickness_m(verdict, state.facts, state.make)
-            state.contact = decisions.contact(
+            contact = decisions.contact(
                 bulk, thickness_m, surface.value_c, self._contact_resistance
             )
-            state.met_from = inputs
-        return state.contact
+            state.contact = Cached(contact, inputs)
+        return state.contact.value
 
     def decision(self, target: ThingTarget, gain: float, limits: PlateLimits) -> Decision:
         """Return the decision on this object, made anew only if its inputs have changed."""
@@ -112,11 +113,11 @@ class SceneModel:
         ambient = self.surroundings.ambient
         assert state.verdict is not None
         inputs = (state.verdict, state.facts, ambient, gain, limits)
-        if state.decision is None or state.decided_from != inputs:
+        if state.decision is None or state.decision.inputs != inputs:
             given = DecisionInputs(inputs[0], self.grading(target), state.make, *inputs[1:])
-            state.decision = decisions.decide(_name(target), given, state.table)
-            state.decided_from = inputs
-        return state.decision
+            decision = decisions.decide(_name(target), given, state.table)
+            state.decision = Cached(decision, inputs)
+        return state.decision.value
 
     def changed_decision(
         self, target: ThingTarget, gain: float, limits: PlateLimits
@@ -128,14 +129,12 @@ class SceneModel:
         state = self._state(target)
         ambient = self.surroundings.ambient
         inputs = (state.verdict, state.facts, ambient, gain, limits)
-        if state.compared_from == inputs:
+        before = state.announced
+        if before is not None and before.inputs == inputs:
             return None
         decision = self.decision(target, gain, limits)
-        change = decisions.change_key(decision)
-        before = state.announced
-        state.announced = change
-        state.compared_from = inputs
-        return decision if change != before else None
+        state.announced = Cached(decisions.change_key(decision), inputs)
+        return decision if before is None or state.announced.value != before.value else None
 
     def teaching(self, frame: Frame, target: ObjectTarget) -> list[RecognitionRequest]:
         """Teach the scene from some pictures of an object that is sure."""

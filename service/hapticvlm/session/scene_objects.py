@@ -12,6 +12,7 @@ import difflib
 from collections import Counter
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 from hapticvlm import materials
 from hapticvlm.evidence import fusion, ladder, names, sub_materials
@@ -37,6 +38,17 @@ TAUGHT_VIEWS = 4  # pictures of an object that is sure, as references for the ot
 ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
 
 
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Cached(Generic[T]):
+    """A value, and the inputs that it was made from."""
+
+    value: T
+    inputs: Hashable
+
+
 # A decision is wanted ten to ninety times a second for each hand and changes a few times a minute.
 # So every step keeps its result beside the inputs that it was made from, and compares those first:
 # evidence -> verdict -> rendition and contact -> decision. A renewal of a lease that changes
@@ -47,9 +59,7 @@ class ObjectState:
     """One object: what the scene gives, evidence by source, verdict, and the decision kept.
 
     `make` is what its name says beyond the material, `table` the materials as it has them.
-    `graded_from` is the verdict of `grading`, `decided_from` are the inputs of `decision`,
-    `compared_from` those of the last comparison with what was `announced`, and `met_from` those of
-    `contact`.
+    `announced` is what was told of the last decision that was compared, with that one's inputs.
     """
 
     facts: SceneObject | None
@@ -61,14 +71,10 @@ class ObjectState:
     asked_at: float | None = None
     taught: int = 0
     verdict: Verdict | None = None
-    grading: Rendition | None = None
-    graded_from: Verdict | None = None
-    decision: Decision | None = None
-    decided_from: Hashable = None
-    compared_from: Hashable = None
-    announced: Hashable = None
-    contact: ThermalContact | None = None
-    met_from: Hashable = None
+    rendition: Cached[Rendition] | None = None
+    decision: Cached[Decision] | None = None
+    announced: Cached[Hashable] | None = None
+    contact: Cached[ThermalContact | None] | None = None
 
 
 class SceneObjects:

@@ -125,7 +125,7 @@ class FrameRecogniser:
             return Recognition(None, stages)
         found = None
         if self._remote is not None and shown is not None:
-            found = self._elsewhere(self._remote, frame, crop)
+            found = self._ask_remote(self._remote, frame, crop)
             stages["remote"], started = _lap(started)
         if found is not None:
             evidence = found.evidence
@@ -154,7 +154,7 @@ class FrameRecogniser:
             self._answered_by = answering
             self._signatures.clear()
 
-    def _elsewhere(
+    def _ask_remote(
         self, remote: RemoteRecogniser, frame: Frame, crop: pictures.Crop
     ) -> Found | None:
         identity = remote.identity

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hapticvlm.vision.encoders.networks import line
+from hapticvlm.vision.encoders.networks import short_line
 from hapticvlm.vlm.contract import Asked, Picture, VlmError
 
 
@@ -51,7 +51,7 @@ class Chat:
         except VlmError:
             raise
         except Exception as error:  # noqa: BLE001 - whatever a foreign template or picture trips
-            text = f"the model's chat template or image processor fails ({line(error)})"
+            text = f"the model's chat template or image processor fails ({short_line(error)})"
             raise VlmError(text) from None
         return split(wholes, self.image_id, tensors)
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.vision.encoders.networks import line
+from hapticvlm.vision.encoders.networks import short_line
 from hapticvlm.vlm.chat import Prompt
 from hapticvlm.vlm.contract import VlmError
 from hapticvlm.vlm.limits import KEPT_HEADS
@@ -168,8 +168,10 @@ def guarded(doing: str) -> Iterator[None]:
         with torch.inference_mode():
             yield
     except (MemoryError, torch.OutOfMemoryError) as error:
-        raise VlmError(f"{doing} ran out of memory ({line(error)}): {CURE_MEMORY}") from None
+        raise VlmError(f"{doing} ran out of memory ({short_line(error)}): {CURE_MEMORY}") from None
     except (RuntimeError, ValueError, TypeError, LookupError, AttributeError) as error:
         if "alloc" in str(error):  # torch's word for a lack of the cpu's memory
-            raise VlmError(f"{doing} ran out of memory ({line(error)}): {CURE_MEMORY}") from None
-        raise VlmError(f"{doing} failed ({type(error).__name__}: {line(error)})") from error
+            raise VlmError(
+                f"{doing} ran out of memory ({short_line(error)}): {CURE_MEMORY}"
+            ) from None
+        raise VlmError(f"{doing} failed ({type(error).__name__}: {short_line(error)})") from error

@@ -20,8 +20,8 @@ from hapticvlm.vision.encoders.networks import (
     HUB_NAME,
     HUB_S,
     PACKAGES,
-    line,
     quieten_libraries,
+    short_line,
 )
 from hapticvlm.vlm.chat import Chat
 from hapticvlm.vlm.contract import VlmError, VlmSettings
@@ -53,7 +53,7 @@ def load(settings: VlmSettings, precision: Precision) -> tuple[Network, Chat]:
     except VlmError:
         raise
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
-        raise _unloadable(settings, line(error)) from None
+        raise _unloadable(settings, short_line(error)) from None
     image_id = _image_id(model.config)
     if image_id is None:
         raise _unloadable(settings, f"a {type(model).__name__} takes no pictures")
@@ -132,7 +132,7 @@ def _from_hub(name: str) -> Path:
         logger.warning("model `%s` is not on this machine: downloading it", name)
         return Path(huggingface_hub.snapshot_download(name, allow_patterns=list(FILES)))
     except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
-        text = f"model `{name}` is no folder here and cannot be downloaded ({line(error)})"
+        text = f"model `{name}` is no folder here and cannot be downloaded ({short_line(error)})"
         raise VlmError(f"{text}; {FOLDER}") from None
 
 

@@ -29,7 +29,7 @@ class Plan:
 
 
 def run(plan: Plan, ask: Ask) -> int:
-    """Evaluate; 1 where nothing was answered. Raises ShotError."""
+    """Evaluate; 1 where nothing was answered. Raises LabelledPictureError."""
     answers = ask_all(ask, read_pictures(plan.file))
     outcome = grade(answers)
     files: list[Path] = []
@@ -67,8 +67,8 @@ def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
 def _print_pictures(outcome: Outcome) -> None:
     print(f"\n{'picture':<34}{'truth':>7}{'said':>7}  {'interval':<16}{'error':>7}")
     for answer in outcome.answers[:MOST_LINES]:
-        name = answer.shot.path.name[-33:]
-        truth = answer.shot.truth_c
+        name = answer.labelled.path.name[-33:]
+        truth = answer.labelled.truth_c
         if answer.guess is None:
             print(f"{name:<34}{truth:>7.1f}{'-':>7}  {answer.why_not}")
             continue

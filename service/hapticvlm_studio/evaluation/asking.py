@@ -21,9 +21,9 @@ PATIENCE_S = 60.0  # waited for an endpoint that rests after a failure, before a
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """The answer on a shot: a guess, or None and why; and the seconds it took."""
+    """The answer on a picture: a guess, or None and why; and the seconds it took."""
 
-    shot: LabelledPicture
+    labelled: LabelledPicture
     guess: Guess | None
     why_not: str
     seconds: float
@@ -48,17 +48,17 @@ def guess_of(reading: Reading) -> Guess:
     return Guess(reading.value_c, reading.low_c, reading.high_c)
 
 
-def ask_all(ask: Ask, shots: Sequence[LabelledPicture]) -> list[Answered]:
-    """Ask about every shot, with progress on standard error. Raises ShotError."""
+def ask_all(ask: Ask, pictures: Sequence[LabelledPicture]) -> list[Answered]:
+    """Ask about every picture, with progress on standard error. Raises LabelledPictureError."""
     answers = []
-    for count, shot in enumerate(shots, 1):
-        answers.append(_answer(ask, shot))
-        print(f"{count}/{len(shots)}  {_line(answers[-1])}", file=sys.stderr, flush=True)
+    for count, labelled in enumerate(pictures, 1):
+        answers.append(_answer(ask, labelled))
+        print(f"{count}/{len(pictures)}  {_line(answers[-1])}", file=sys.stderr, flush=True)
     return answers
 
 
-def _answer(ask: Ask, shot: LabelledPicture) -> Answered:
-    picture = read_picture(shot)
+def _answer(ask: Ask, labelled: LabelledPicture) -> Answered:
+    picture = read_picture(labelled)
     started = time.monotonic()
     try:
         guess = ask(picture)
@@ -66,7 +66,7 @@ def _answer(ask: Ask, shot: LabelledPicture) -> Answered:
     except VlmError as error:
         guess = None
         why_not = str(error)
-    return Answered(shot, guess, "" if guess else why_not, time.monotonic() - started)
+    return Answered(labelled, guess, "" if guess else why_not, time.monotonic() - started)
 
 
 def _patiently(vlm: Vlm, picture: Picture) -> Reading:
@@ -83,5 +83,5 @@ def _patiently(vlm: Vlm, picture: Picture) -> Reading:
 
 def _line(answer: Answered) -> str:
     outcome = answer.why_not if answer.guess is None else f"{answer.guess.value_c:.1f} degC"
-    truth = f"truth {answer.shot.truth_c:.1f}, {answer.seconds:.1f} s"
-    return f"{answer.shot.path.name}: {outcome} ({truth})"
+    truth = f"truth {answer.labelled.truth_c:.1f}, {answer.seconds:.1f} s"
+    return f"{answer.labelled.path.name}: {outcome} ({truth})"

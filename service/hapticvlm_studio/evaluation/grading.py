@@ -45,8 +45,8 @@ def grade(answers: Sequence[Answered]) -> Outcome:
     """Grade what was answered."""
     answered = [(answer, answer.guess) for answer in answers if answer.guess is not None]
     guesses = [guess for _, guess in answered]
-    asked = [answer.shot for answer, _ in answered] or [answer.shot for answer in answers]
-    truths = [shot.truth_c for shot in asked]
+    asked = [answer.labelled for answer, _ in answered] or [answer.labelled for answer in answers]
+    truths = [labelled.truth_c for labelled in asked]
     blind: dict[Rule, list[Guess]] = {}
     for rule in get_args(Rule):
         found = constant(rule, truths)
@@ -55,8 +55,8 @@ def grade(answers: Sequence[Answered]) -> Outcome:
     graded = {rule: _graded(found, truths) for rule, found in blind.items()}
     best = min(graded, key=lambda rule: graded[rule].mae_c)
     sources = {}
-    for source in dict.fromkeys(answer.shot.source for answer, _ in answered):
-        at = [place for place, shot in enumerate(asked) if shot.source == source]
+    for source in dict.fromkeys(answer.labelled.source for answer, _ in answered):
+        at = [place for place, labelled in enumerate(asked) if labelled.source == source]
         true = [truths[place] for place in at]
         ours, theirs = ([all_[place] for place in at] for all_ in (guesses, blind[best]))
         sources[source] = _graded(ours, true), _graded(theirs, true)
@@ -117,9 +117,9 @@ def _image(answer: Answered) -> dict[str, Any]:
         asdict(answer.guess) if answer.guess else {"value_c": None, "low_c": None, "high_c": None}
     )
     return {
-        "image": answer.shot.path.name,
-        "source": answer.shot.source,
-        "temperature_c": answer.shot.truth_c,
+        "image": answer.labelled.path.name,
+        "source": answer.labelled.source,
+        "temperature_c": answer.labelled.truth_c,
         **guess,
         "seconds": round(answer.seconds, 4),
         "why_not": answer.why_not or None,

@@ -24,7 +24,7 @@ HOTTEST_C = 60.0
 MOST_PIXELS = 64_000_000
 
 
-class ShotError(HapticVLMError, ValueError):
+class LabelledPictureError(HapticVLMError, ValueError):
     """A CSV or a picture of it cannot be used; the text names row and column."""
 
 
@@ -38,48 +38,48 @@ class LabelledPicture:
 
 
 def read_pictures(file: Path) -> list[LabelledPicture]:
-    """Read a CSV, all of it, before any picture is opened. Raises ShotError."""
+    """Read a CSV, all of it, before any picture is opened. Raises LabelledPictureError."""
     try:
         with file.open(newline="", encoding="utf-8-sig") as lines:
             reader = csv.DictReader(lines, strict=True)
             _check_header(file, reader.fieldnames or ())
-            shots = [_shot(file, reader.line_num, row) for row in reader]
+            pictures = [_labelled(file, reader.line_num, row) for row in reader]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ShotError(f"{file}: {error}") from None
-    if not shots:
-        raise ShotError(f"{file}: no rows")
-    return shots
+        raise LabelledPictureError(f"{file}: {error}") from None
+    if not pictures:
+        raise LabelledPictureError(f"{file}: no rows")
+    return pictures
 
 
-def read_picture(shot: LabelledPicture) -> Picture:
-    """Decode a shot's picture to (H, W, 3) uint8 RGB, upright. Raises ShotError."""
+def read_picture(labelled: LabelledPicture) -> Picture:
+    """Decode a labelled picture to (H, W, 3) uint8 RGB, upright. Raises LabelledPictureError."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     try:
-        with Image.open(shot.path) as picture:
+        with Image.open(labelled.path) as picture:
             if picture.width * picture.height > MOST_PIXELS:
-                raise ShotError(f"{shot.path}: more than {MOST_PIXELS} pixels")
+                raise LabelledPictureError(f"{labelled.path}: more than {MOST_PIXELS} pixels")
             return np.asarray(ImageOps.exif_transpose(picture).convert("RGB"))
     except (OSError, UnidentifiedImageError, Image.DecompressionBombError, SyntaxError) as error:
-        raise ShotError(f"{shot.path}: {error}") from None
+        raise LabelledPictureError(f"{labelled.path}: {error}") from None
 
 
 def _check_header(file: Path, names: Sequence[str]) -> None:
     for column in COLUMNS:
         if column not in names:
             found = ", ".join(names) or "nothing"
-            raise ShotError(f"{file}: row 1: no column `{column}`, found {found}")
+            raise LabelledPictureError(f"{file}: row 1: no column `{column}`, found {found}")
 
 
-def _shot(file: Path, line: int, row: Mapping[str | None, str | None]) -> LabelledPicture:
+def _labelled(file: Path, line: int, row: Mapping[str | None, str | None]) -> LabelledPicture:
     where = f"{file}: row {line}"
     image = (row["image"] or "").strip()
     stated = (row["temperature_c"] or "").strip()
     if not image:
-        raise ShotError(f"{where}, column image: empty")
+        raise LabelledPictureError(f"{where}, column image: empty")
     path = file.parent / image
     if not path.is_file():
-        raise ShotError(f"{where}, column image: no file `{image}` beside the CSV")
+        raise LabelledPictureError(f"{where}, column image: no file `{image}` beside the CSV")
     source = (row.get("source") or "").strip() or Path(image).parent.name or file.stem
     return LabelledPicture(path, _temperature(f"{where}, column temperature_c", stated), source)
 
@@ -88,7 +88,9 @@ def _temperature(where: str, stated: str) -> float:
     try:
         value = float(stated)
     except ValueError:
-        raise ShotError(f"{where}: `{stated}` is no number") from None
+        raise LabelledPictureError(f"{where}: `{stated}` is no number") from None
     if not math.isfinite(value) or not COLDEST_C <= value <= HOTTEST_C:
-        raise ShotError(f"{where}: {stated} degC is not between {COLDEST_C:g} and {HOTTEST_C:g}")
+        raise LabelledPictureError(
+            f"{where}: {stated} degC is not between {COLDEST_C:g} and {HOTTEST_C:g}"
+        )
     return value

@@ -59,10 +59,10 @@ def _title(outcome: Outcome, method: str) -> str:
 
 def _scatter(axes: Axes, outcome: Outcome) -> None:
     answered = [
-        (answer.shot, answer.guess) for answer in outcome.answers if answer.guess is not None
+        (answer.labelled, answer.guess) for answer in outcome.answers if answer.guess is not None
     ]
     temperatures = [
-        t for shot, guess in answered for t in (shot.truth_c, guess.low_c, guess.high_c)
+        t for labelled, guess in answered for t in (labelled.truth_c, guess.low_c, guess.high_c)
     ]
     low = min(temperatures) - MARGIN_C
     high = max(temperatures) + MARGIN_C
@@ -72,8 +72,8 @@ def _scatter(axes: Axes, outcome: Outcome) -> None:
     )
     axes.plot(line, line, color=SOFT, linewidth=0.8)
     for at, source in enumerate(outcome.sources):
-        pairs = [(shot, guess) for shot, guess in answered if shot.source == source]
-        true = np.array([shot.truth_c for shot, _ in pairs])
+        pairs = [(labelled, guess) for labelled, guess in answered if labelled.source == source]
+        true = np.array([labelled.truth_c for labelled, _ in pairs])
         guessed = np.array([guess.value_c for _, guess in pairs])
         ends = [(guess.low_c, guess.high_c) for _, guess in pairs]
         axes.vlines(true, *zip(*ends, strict=True), color=BLUE, linewidth=1.0, alpha=0.4)

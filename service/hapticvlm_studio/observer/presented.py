@@ -114,4 +114,4 @@ def _sound(voices: Voices, action: Action, seed: int) -> None:
         command = action.command
         if command.onset or command.interaction not in IMPACTS:
             seeded = replace(command, seed=1000 * seed + command.seed)
-            voices.obey(seeded)
+            voices.apply(seeded)

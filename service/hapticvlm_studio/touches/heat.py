@@ -58,11 +58,11 @@ class Heat:
     limited_by: list[Limit | None]
 
 
-def heat(material: Material, warmth: ThermalInputs, seconds: float) -> Heat:
+def heat(material: Material, inputs: ThermalInputs, seconds: float) -> Heat:
     """Follow a touch of this material for some seconds."""
-    contact = _contact(material, warmth)
+    contact = _contact(material, inputs)
     real = ThermalTrajectory(lead_s=0.0).touch(contact, material.name, 0.0)
-    wanted, limited = _plate(contact, warmth.ambient_c, seconds)
+    wanted, limited = _plate(contact, inputs.ambient_c, seconds)
     times = [round(TICK_S * tick, 6) for tick in range(len(wanted))]
     return Heat(
         material=material.name,
@@ -70,7 +70,7 @@ def heat(material: Material, warmth: ThermalInputs, seconds: float) -> Heat:
         effusivity=material.thermal.effusivity,
         contact_resistance=contact.contact_resistance,
         thickness_m=contact.thickness_m,
-        ambient_c=warmth.ambient_c,
+        ambient_c=inputs.ambient_c,
         surface_c=contact.surface_c,
         skin_start_c=contact.skin_c,
         contact_c=contact_temperature_c(contact),
@@ -84,13 +84,13 @@ def heat(material: Material, warmth: ThermalInputs, seconds: float) -> Heat:
     )
 
 
-def _contact(material: Material, warmth: ThermalInputs) -> ThermalContact:
+def _contact(material: Material, inputs: ThermalInputs) -> ThermalContact:
     return thermal_contact(
         material.thermal,
-        warmth.ambient_c if warmth.object_c is None else warmth.object_c,
-        thickness_m=warmth.thickness_m,
-        contact_resistance=warmth.contact_resistance,
-        skin_c=warmth.skin_c,
+        inputs.ambient_c if inputs.object_c is None else inputs.object_c,
+        thickness_m=inputs.thickness_m,
+        contact_resistance=inputs.contact_resistance,
+        skin_c=inputs.skin_c,
     )
 
 

@@ -106,11 +106,11 @@ def sound(
     command = _command(material.name, texture, motion, thickness_m)
     blocks = []
     if texture in IMPACTS or interaction is None:
-        voices.obey(replace(command, interaction=interaction or "strike", onset=True))
+        voices.apply(replace(command, interaction=interaction or "strike", onset=True))
     for begin in range(0, count, BLOCK):
         now = begin / RATE_HZ
         if texture in TEXTURES and now >= begins_s:
-            voices.obey(replace(command, motion=motion_at(texture, motion, now - begins_s)))
+            voices.apply(replace(command, motion=motion_at(texture, motion, now - begins_s)))
         blocks.append(voices.render(min(BLOCK, count - begin), now))
     return Sound(material, interaction, motion, _ended(np.concatenate(blocks)), thickness_m)
 

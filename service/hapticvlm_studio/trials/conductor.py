@@ -19,7 +19,7 @@ from hapticvlm import __version__
 from hapticvlm_studio.design.design import Design
 from hapticvlm_studio.design.stimuli import StudyError
 from hapticvlm_studio.trials.player import Player, PresentationError
-from hapticvlm_studio.trials.progress import Sitting
+from hapticvlm_studio.trials.progress import ParticipantProgress
 from hapticvlm_studio.trials.record import Pace, Record, View
 from hapticvlm_studio.trials.trial import Trials
 
@@ -60,17 +60,17 @@ class Conductor:
             "trouble": self._trouble,
             "busy": self._work is not None,
         }
-        if self._record.sitting is not None:
+        if self._record.progress is not None:
             feeling = self._playing if self.phase == "training" else None
             shown |= {**self._record.view(), "feeling": feeling}
-            shown["seconds_left"] = self._seconds_left(self._record.sitting)
+            shown["seconds_left"] = self._seconds_left(self._record.progress)
         return shown
 
-    def _seconds_left(self, sitting: Sitting) -> float:
+    def _seconds_left(self, progress: ParticipantProgress) -> float:
         """Return about how long the remaining trials take: by one's own pace once it shows."""
-        if sitting.seconds_left is not None:
-            return sitting.seconds_left
-        left = [self._design.stimulus(name) for name in sitting.trials[sitting.answered :]]
+        if progress.seconds_left is not None:
+            return progress.seconds_left
+        left = [self._design.stimulus(name) for name in progress.trials[progress.answered :]]
         return sum(s.lead_s + s.seconds + self._pace.rest_s + ANSWER_S for s in left)
 
     def overview(self) -> View:
@@ -113,7 +113,7 @@ class Conductor:
                 raise StudyError("this page is of another version; reload it")
 
     async def leave(self) -> None:
-        """End the sitting; it can be resumed at any time."""
+        """End the session for now; it can be resumed at any time."""
         await self._cease()
         self._record.close()
         self._trouble = None
@@ -130,8 +130,8 @@ class Conductor:
 
     def _standing(self) -> Phase:
         """Return the phase of a participant who does nothing just now."""
-        sitting = self._record.sitting
-        return "choosing" if sitting is None else sitting.stage
+        progress = self._record.progress
+        return "choosing" if progress is None else progress.stage
 
     def _agree(self, language: str) -> None:
         if self.phase != "consent" or language not in self._design.form.languages:
@@ -140,10 +140,10 @@ class Conductor:
         self.phase = self._standing()
 
     def _record_answers(self, given: dict[str, Any]) -> None:
-        sitting = self._record.sitting
-        if self.phase != "questions" or sitting is None:
+        progress = self._record.progress
+        if self.phase != "questions" or progress is None:
             raise StudyError("no question is open")
-        when = sitting.questions
+        when = progress.questions
         answers = self._design.form.answers(when, given)
         self._record.note({"event": "told", "when": when, "answers": answers})
         self.phase = self._standing()
@@ -166,41 +166,41 @@ class Conductor:
 
     def _begin(self) -> None:
         """Start the trials, or continue them."""
-        sitting = self._record.sitting
+        progress = self._record.progress
         is_in_trouble = self.phase == "trouble"
-        if sitting is None or self._work is not None or (sitting.is_done and not is_in_trouble):
+        if progress is None or self._work is not None or (progress.is_done and not is_in_trouble):
             raise StudyError("there is nothing to begin now")
-        if sitting.is_done:  # the last pattern met trouble after it was answered
+        if progress.is_done:  # the last pattern met trouble after it was answered
             self._trouble, self.phase = None, self._standing()
             return
-        if sitting.stage in ("consent", "questions"):
+        if progress.stage in ("consent", "questions"):
             raise StudyError("answer what is asked first")
-        if not sitting.is_trained:
+        if not progress.is_trained:
             if self.phase in ("paused", "stopped", "trouble"):
                 self.phase = "training"
                 self._trouble = None
                 return
-            if sitting.next_to_feel is not None:
+            if progress.next_to_feel is not None:
                 raise StudyError("feel every pattern first, as often as asked")
             self._record.note({"event": "trained"})
         self._trouble = None
-        self._work = asyncio.create_task(self._guard(self._present_all(sitting)))
+        self._work = asyncio.create_task(self._guard(self._present_all(progress)))
 
-    async def _present_all(self, sitting: Sitting) -> None:
-        while not sitting.is_done:
-            if sitting.to_rate is not None:
+    async def _present_all(self, progress: ParticipantProgress) -> None:
+        while not progress.is_done:
+            if progress.to_rate is not None:
                 await self._trials.wait_for_rating()
-            if (name := sitting.next_trial) is None:
+            if (name := progress.next_trial) is None:
                 break
             self._enter("resting")
             await self._player.settle(self._pace.rest_s, self._pace.settle_s)
             self._enter("playing")
-            await self._trials.present(sitting, name)
+            await self._trials.present(progress, name)
         self._enter(self._standing())
 
     async def _rest(self, phase: Phase) -> None:
-        sitting = self._record.sitting
-        if sitting is None or sitting.stage in ("consent", "questions", "done"):
+        progress = self._record.progress
+        if progress is None or progress.stage in ("consent", "questions", "done"):
             return
         await self._cease()
         self._record.note({"event": phase})

@@ -145,15 +145,17 @@ async def run(design: Design, setting: Setting, ready: Callable[[str], None]) ->
         )
         player = Player(client, setting.settle_c)
         await player.prepare(design.stimuli)
-        _beside(stack, player.listen())
+        _in_background(stack, player.listen())
         conductor = Conductor(design, setting.folder, player, setting.pace)
         server = StudyServer(conductor, greeting)
         if setting.pace.hear:
             observer = connect(
                 setting.url, name="study, heard", role="observer", token=setting.token
             )
-            _beside(stack, _relay_waveform(await stack.enter_async_context(observer), server))
-        _beside(stack, server.report_outputs())
+            _in_background(
+                stack, _relay_waveform(await stack.enter_async_context(observer), server)
+            )
+        _in_background(stack, server.report_outputs())
         port = await stack.enter_async_context(_listening(server, setting.port))
         stack.push_async_callback(conductor.leave)
         ready(f"http://{HOST}:{port}{PAGE}")
@@ -174,7 +176,7 @@ async def _until_gone(client: Client) -> None:
     raise StudyError("the service closed the connection; nothing is lost, start again to go on")
 
 
-def _beside(stack: AsyncExitStack, work: Coroutine[Any, Any, None]) -> None:
+def _in_background(stack: AsyncExitStack, work: Coroutine[Any, Any, None]) -> None:
     """Run `work` until the study ends."""
     stack.push_async_callback(_cancel, asyncio.create_task(work))
 

@@ -100,7 +100,7 @@ class Player:
                 self._limited_by = event["limited_by"]
 
     async def settle(self, rest_s: float, longest_s: float) -> None:
-        """Rest until the plate is near neutral. Raises Trouble when it stays away."""
+        """Rest until the plate is near neutral. Raises PresentationError when it stays away."""
         begun = time.monotonic()
         await self.release()
         try:
@@ -129,7 +129,7 @@ class Player:
     async def play(self, stimulus: Stimulus, begun: Callable[[], None]) -> Played:
         """Play one pattern to its end; `begun` is called when its first stroke was taken.
 
-        Raises Trouble when the devices could not present it as it is meant.
+        Raises PresentationError when the devices could not present it as it is meant.
         """
         self._limited_by = self._level = None
         underruns = self._telemetry.get("underruns", 0)
@@ -178,7 +178,7 @@ class Player:
                     await self._telemetry_arrived.wait()
 
     def _check(self) -> None:
-        """Raise Trouble when the pattern cannot be what it should be."""
+        """Raise PresentationError when the pattern cannot be what it should be."""
         if self._limited_by in INVALIDATING_LIMITS:
             why = "heat for this session is used up" if self._limited_by == "dose" else "sink hot"
             raise PresentationError(f"{why}: let the person and the plate rest, then go on")

@@ -1,6 +1,6 @@
 """How far one participant has come, derived from the events of their file. Pure.
 
-A sitting that is interrupted anywhere continues where the file ends: a trial counts once it is
+A progress that is interrupted anywhere continues where the file ends: a trial counts once it is
 answered, and one that was presented and not answered is presented again.
 """
 
@@ -18,7 +18,7 @@ Stage = Literal["consent", "questions", "training", "ready", "done"]
 _PACED = 10  # answers that are shown, and of which the pace is taken
 
 
-class Sitting:
+class ParticipantProgress:
     """One participant's training and trials; feed it every event of the file, in order."""
 
     def __init__(self, design: Design, participant: str) -> None:

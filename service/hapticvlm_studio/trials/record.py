@@ -20,7 +20,7 @@ from typing import Any
 from hapticvlm import documents
 from hapticvlm_studio.design.design import Design
 from hapticvlm_studio.design.stimuli import StudyError
-from hapticvlm_studio.trials.progress import Event, Sitting
+from hapticvlm_studio.trials.progress import Event, ParticipantProgress
 
 View = dict[str, Any]
 TORN = b'{"event"'  # how every line begins, also one that a crash or a full disk cut short
@@ -133,7 +133,7 @@ class Record:
 
     def __init__(self, design: Design, folder: Path) -> None:
         self.design = design
-        self.sitting: Sitting | None = None
+        self.progress: ParticipantProgress | None = None
         self._folder = folder
         self._log: Log | None = None
         self._answered: dict[str, int] = {}  # trials of those whose file is not open
@@ -142,74 +142,74 @@ class Record:
         """Open or resume this participant of the design. Raises StudyError."""
         self.close()
         self._log = Log(self._folder, code)
-        self.sitting = self._recall(code)
+        self.progress = self._recall(code)
 
     def close(self) -> None:
         """Close the file; it can be opened again at any time."""
         if self._log is not None:
             self._log.close()
-        if self.sitting is not None:
-            self._answered[self.sitting.participant] = self.sitting.answered
-        self._log = self.sitting = None
+        if self.progress is not None:
+            self._answered[self.progress.participant] = self.progress.answered
+        self._log = self.progress = None
 
     def note(self, event: Event) -> None:
         """Write an event to the disk, then count it. Raises StudyError when no file is open."""
-        if self._log is None or self.sitting is None:
+        if self._log is None or self.progress is None:
             raise StudyError("choose a participant first")
         at = datetime.now(UTC).isoformat(timespec="milliseconds")
         stamped = {**event, "at": at, "t_s": round(time.monotonic(), 4)}
         self._log.add(stamped)
-        self.sitting.apply(stamped)
+        self.progress.apply(stamped)
 
     def participants(self) -> list[View]:
         """Return how far each participant came."""
         return [self._progress(code) for code in self.design.participants]
 
     def view(self) -> View:
-        """Describe the open sitting to a page; nothing when there is none."""
-        sitting = self.sitting
-        if sitting is None:
+        """Describe the open progress to a page; nothing when there is none."""
+        progress = self.progress
+        if progress is None:
             return {}
         return {
-            "participant": sitting.participant,
-            "answered": sitting.answered,
-            "trials": len(sitting.trials),
-            "renderings": dict(sitting.renderings),
-            "next_to_feel": sitting.next_to_feel,
-            "is_trained": sitting.is_trained,
-            "language": sitting.language,
-            "questions": sitting.questions,
-            "to_rate": sitting.to_rate,
+            "participant": progress.participant,
+            "answered": progress.answered,
+            "trials": len(progress.trials),
+            "renderings": dict(progress.renderings),
+            "next_to_feel": progress.next_to_feel,
+            "is_trained": progress.is_trained,
+            "language": progress.language,
+            "questions": progress.questions,
+            "to_rate": progress.to_rate,
         }
 
     def overview(self) -> View:
         """Return what only the experimenter may see; nothing when no file is open."""
-        sitting = self.sitting
-        if sitting is None:
+        progress = self.progress
+        if progress is None:
             return {}
         shown = ("trial", "pattern", "answered", "reaction_s")
         return {
-            "correct": sitting.correct,
-            "attempt": sitting.attempts,
-            "next_trial": sitting.next_trial,
-            "recent": [{name: event[name] for name in shown} for event in sitting.recent],
+            "correct": progress.correct,
+            "attempt": progress.attempts,
+            "next_trial": progress.next_trial,
+            "recent": [{name: event[name] for name in shown} for event in progress.recent],
         }
 
     def _progress(self, code: str) -> View:
-        sitting = self.sitting
-        if sitting is not None and sitting.participant == code:
-            answered = sitting.answered
+        progress = self.progress
+        if progress is not None and progress.participant == code:
+            answered = progress.answered
         else:
             if code not in self._answered:
                 self._answered[code] = self._recall(code).answered
             answered = self._answered[code]
         return {"code": code, "answered": answered, "trials": len(self.design.trials[code])}
 
-    def _recall(self, code: str) -> Sitting:
-        sitting = Sitting(self.design, code)
+    def _recall(self, code: str) -> ParticipantProgress:
+        progress = ParticipantProgress(self.design, code)
         for event in events(self._folder, code):
-            sitting.apply(event)
-        return sitting
+            progress.apply(event)
+        return progress
 
 
 def _path(folder: Path, participant: str) -> Path:

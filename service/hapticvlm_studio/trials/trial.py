@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from hapticvlm_studio.design.stimuli import StudyError
 from hapticvlm_studio.trials.player import Player, PresentationError
-from hapticvlm_studio.trials.progress import Event, Sitting
+from hapticvlm_studio.trials.progress import Event, ParticipantProgress
 from hapticvlm_studio.trials.record import Record
 
 MOST_SEEN_MS = 86_400_000.0  # a day: what is longer was measured by no page
@@ -41,9 +41,9 @@ class Trials:
         self._asked: _Asked | None = None
         self._rated: asyncio.Future[None] | None = None
 
-    async def present(self, sitting: Sitting, name: str) -> None:
-        """Present the next trial until it is played and answered. Raises Trouble."""
-        head = {"trial": sitting.answered, "pattern": name, "attempt": sitting.attempts + 1}
+    async def present(self, progress: ParticipantProgress, name: str) -> None:
+        """Present the next trial until it is played and answered. Raises PresentationError."""
+        head = {"trial": progress.answered, "pattern": name, "attempt": progress.attempts + 1}
         self._record.note({"event": "presented", **head})
         self._asked = asked = _Asked(head, asyncio.get_running_loop().create_future())
         stimulus = self._record.design.stimulus(name)
@@ -92,11 +92,11 @@ class Trials:
 
     def rate(self, trial: int, given: dict[str, Any]) -> None:
         """Record the ratings of the trial just answered. Raises StudyError."""
-        sitting = self._record.sitting
-        if self._rated is None or sitting is None or trial != sitting.to_rate:
+        progress = self._record.progress
+        if self._rated is None or progress is None or trial != progress.to_rate:
             raise StudyError("no rating is open")
         ratings = self._record.design.form.ratings(given)
-        pattern = sitting.trials[trial]
+        pattern = progress.trials[trial]
         event = {"event": "rated", "trial": trial, "pattern": pattern, "ratings": ratings}
         self._record.note(event)
         self._rated.set_result(None)

@@ -24,7 +24,7 @@ from hapticvlm.rendering.heat.limits import PlateReading
 HANDSHAKE_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
 READ_BYTES = 256
 PAUSES_S = (0.25, 0.5, 1.0, 2.0, 5.0)  # before each try to open the port again, then the last
-FAREWELL_S = 0.5
+SIGN_OFF_S = 0.5
 JOIN_S = 2.0
 PRIORITY = 15  # above the gateway's loop, whose orders it sends, below the audio's
 
@@ -32,25 +32,25 @@ logger = logging.getLogger(__name__)
 
 
 class Peltier:
-    """A plate behind a port: `start` it, or `connect` and then call `turn` in lock-step."""
+    """A plate behind a port: `start` it, or `connect` and then call `poll` in lock-step."""
 
     def __init__(
         self,
-        asked: str,
+        address: str,
         *,
         open_port: Callable[[str], Port] = ports.open_port,
         clock: Callable[[], float] = time.monotonic,
         simulated: bool = False,
         realtime: bool = False,
     ) -> None:
-        """`asked` is a port, a pyserial URL or `auto`; `clock` is the one `now` comes from.
+        """`address` is a port, a pyserial URL or `auto`; `clock` is the one `now` comes from.
 
         With `realtime` the thread asks for that priority: a stop must not wait for a busy loop.
         """
         self.simulated = simulated
-        self.name = "simulated plate" if simulated else asked
+        self.name = "simulated plate" if simulated else address
         self.firmware = "unknown"  # until a board has answered
-        self._asked = asked
+        self._address = address
         self._realtime = realtime
         self._open_port = open_port
         self._clock = clock
@@ -83,7 +83,7 @@ class Peltier:
     def connect(self) -> None:
         """Open the port and wait for the board's answer. Raises DeviceError, naming each port."""
         failures = []
-        for place in ports.candidate_ports(self._asked):
+        for place in ports.candidate_ports(self._address):
             try:
                 self._open(place)
                 self._handshake()
@@ -93,7 +93,7 @@ class Peltier:
             return
         raise DeviceError(f"no plate answered; {'; '.join(failures)}")
 
-    def turn(self) -> None:
+    def poll(self) -> None:
         """Read once, for at most READ_S, then write what is due; a failing port is closed."""
         if self._port is None:
             return
@@ -111,10 +111,10 @@ class Peltier:
             if out:
                 self._port.write(out)
         except OSError as error:  # pyserial's own errors are among them
-            self._lose(str(error))
+            self._disconnect(str(error))
             return
         if is_gone:
-            self._lose("nothing understandable came")
+            self._disconnect("nothing understandable came")
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
         """Hold `setpoint_c` for `ttl_s`; sent by the thread within READ_S."""
@@ -167,7 +167,7 @@ class Peltier:
             if self._thread.is_alive():
                 logger.error("%s: the port is stuck; the board's lease ends the heat", self.name)
                 return
-        self._part()
+        self._sign_off()
 
     def _open(self, place: PortInfo) -> None:
         self._port = self._open_port(place.url)
@@ -176,17 +176,17 @@ class Peltier:
             self._session.opened(self._clock())
 
     def _handshake(self) -> None:
-        """Turn until the board has answered. Raises DeviceError, with the port closed."""
+        """Poll until the board has answered. Raises DeviceError, with the port closed."""
         until = self._clock() + HANDSHAKE_S
         while self._port is not None and self._clock() < until:
-            self.turn()
+            self.poll()
             if self._session.refusal is not None:
                 break
             if self._session.is_ready and self._session.telemetry is not None:
                 self._name()
                 return
         trouble = self._session.refusal or self._trouble or f"no answer within {HANDSHAKE_S:g} s"
-        self._lose(trouble)
+        self._disconnect(trouble)
         self._session = PlateSession()
         raise DeviceError(trouble)
 
@@ -198,7 +198,7 @@ class Peltier:
         self.firmware = f"{version} (board {board.board_id})"
         self.name = f"plate on {self._place.url}, firmware {version}, board {board.board_id}"
 
-    def _lose(self, trouble: str) -> None:
+    def _disconnect(self, trouble: str) -> None:
         self._trouble = trouble
         with self._lock:  # nobody cancels a read of what is being closed
             # The port is taken away under the lock and closed outside it: closing may block in the
@@ -217,7 +217,7 @@ class Peltier:
         tries = 0
         while not self._closing.is_set():
             if self._port is not None:
-                self.turn()
+                self.poll()
                 # A port that opens is no plate yet: another device may answer there, or a boot
                 # loader. So the pauses grow until a board has answered, and only then begin anew.
                 tries = 0 if self._session.is_ready else tries
@@ -229,7 +229,7 @@ class Peltier:
         """Try one port that may be the same plate; which one goes round."""
         known = None if self._place is None else self._place.usb
         try:
-            found = [place for place in ports.candidate_ports(self._asked) if place.usb == known]
+            found = [place for place in ports.candidate_ports(self._address) if place.usb == known]
             if found:
                 self._open(found[tries % len(found)])
         except (DeviceError, OSError) as error:
@@ -239,19 +239,19 @@ class Peltier:
         until = self._clock() + patience_s
         while self._session.is_busy and self._clock() < until:
             if self._thread is None:
-                self.turn()
+                self.poll()
             else:
                 time.sleep(ports.READ_S)
         return self._session.answer
 
-    def _part(self) -> None:
+    def _sign_off(self) -> None:
         if self._port is None:
             return
         with self._lock:
             self._session.off()
-        until = self._clock() + FAREWELL_S
+        until = self._clock() + SIGN_OFF_S
         while self._port is not None and self._session.is_busy and self._clock() < until:
-            self.turn()
-        self._lose("closed")
+            self.poll()
+        self._disconnect("closed")
         with self._lock:
             self._session.ended()

@@ -53,13 +53,13 @@ class PortInfo:
         return f"{self.url} ({self.label})" if self.label else self.url
 
 
-def candidate_ports(asked: str) -> list[PortInfo]:
+def candidate_ports(address: str) -> list[PortInfo]:
     """Return the port asked for, or with `auto` those that may lead to a plate, likeliest first.
 
     Raises DeviceError, naming every port there is, when `auto` finds none.
     """
-    if asked != AUTO:
-        return [PortInfo(asked, "")]
+    if address != AUTO:
+        return [PortInfo(address, "")]
     seen = _seen()
     likely = [place for place, is_likely in seen if is_likely]
     if not likely:

@@ -108,13 +108,13 @@ class Engine:
                 self._lost += 1
                 continue
             if not self._is_leaving:
-                self._obey(order)
+                self._apply(order)
             if isinstance(order, RestAll):
                 self._rested = number
             self._ring.note_delay(number, now - written_at)
         # Gain and "rest everything" must hold even if the orders that said so were overwritten in a
         # full ring: they stand beside it, and are compared every block.
-        self._follow_standing()
+        self._follow_persistent()
         block = self._bounded(self._render(count, now))
         self._samples += count
         if self.tee is not None:
@@ -168,12 +168,12 @@ class Engine:
         self._seen = self._ring.numbers
         for number, _, _ in self._ring.take(self._newest):
             self._newest = number
-        self._follow_standing()
+        self._follow_persistent()
         self._rest()
         self._render(round(FADE_S * RATE_HZ), time.monotonic())
 
     def leave(self) -> None:
-        """Fade everything and obey nothing from now on."""
+        """Fade everything and carry out nothing from now on."""
         self._is_leaving = True
         self._rest()
 
@@ -185,26 +185,26 @@ class Engine:
         block = block if self.level == 1.0 else block * np.float32(self.level)
         return np.clip(block, np.float32(-1.0), np.float32(1.0))
 
-    def _follow_standing(self) -> None:
+    def _follow_persistent(self) -> None:
         """Apply the gain, and rest if the order to do so was lost with others."""
         if self._stood == self._seen[1]:
             return
-        standing = self._ring.standing()
-        if standing is None:
+        state = self._ring.persistent()
+        if state is None:
             return  # half written: it is looked for again in the next block
         for mixer in self._mixers:
-            mixer.gain = standing.gain
-        if self._rested < standing.rested:
-            if standing.rested > self._newest:
+            mixer.gain = state.gain
+        if self._rested < state.rested:
+            if state.rested > self._newest:
                 return  # the order itself is still to come
-            self._rested = standing.rested
+            self._rested = state.rested
             self._rest()
         self._stood = self._seen[1]
 
-    def _obey(self, order: Order) -> None:
+    def _apply(self, order: Order) -> None:
         match order:
             case Command():
-                self._mixer(order.hand).obey(order)
+                self._mixer(order.hand).apply(order)
             case Release():
                 self._mixer(order.hand).release(order.hand)
             case RestAll():

@@ -1,4 +1,4 @@
-"""What gateway and audio engine tell each other: orders one way, standing values, a status back."""
+"""What gateway and audio engine exchange: orders and a persistent state one way, a status back."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class RestAll:
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class PersistentState:
     """What holds until it is changed, however many orders were lost; newest value only.
 
     `gain` is 0..1; `rested` numbers the newest order to rest everything, 0 = none.

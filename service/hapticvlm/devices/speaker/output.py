@@ -56,8 +56,8 @@ class Output:
     name: str = ""
     has_priority: bool = False
     underruns: int = 0
-    asked_at: float = 0.0
-    asked: int = 0
+    last_request_at: float = 0.0
+    requested_samples: int = 0
     failure: Exception | None = None
     hands: Channels | None = None
     _channels: int = 1
@@ -97,13 +97,13 @@ class Output:
     def settle(self, beat: Callable[[], None]) -> None:
         """Wait until the output asks steadily, calling `beat` meanwhile. Raises OutputError."""
         gives_up_at = time.monotonic() + STEADY_WITHIN_S
-        asked = self.asked
+        before = self.requested_samples
         since = time.monotonic()
         # An output that opened may ask in bursts at first, to fill its own buffer, or not at all
         # for two seconds. Until it has asked for half of what STEADY_S plays, within STEADY_S, no
         # touch would be heard when it should be: the service is not said to be ready, and no gap
         # counts as an underrun.
-        while self.asked - asked < STEADY_S * RATE_HZ / 2:
+        while self.requested_samples - before < STEADY_S * RATE_HZ / 2:
             beat()
             time.sleep(_POLL_S)
             now = time.monotonic()
@@ -111,7 +111,7 @@ class Output:
                 self.close()
                 raise OutputError(f"{self.name} opened, but asked for no samples")
             if now - since > STEADY_S:
-                asked = self.asked
+                before = self.requested_samples
                 since = now
 
     def is_lost(self, now: float, awake_since: float) -> bool:
@@ -124,7 +124,7 @@ class Output:
         # while a machine is suspended. And ours: after a suspend this process may be scheduled
         # before the sound server is. So the last request counts only as far back as the caller has
         # been awake, and an output gets a whole LOST_S after waking to ask again.
-        return now - max(self.asked_at, awake_since) > LOST_S
+        return now - max(self.last_request_at, awake_since) > LOST_S
 
     def close(self) -> None:
         """Stop playing."""
@@ -146,11 +146,11 @@ class Output:
         self.has_priority = self.realtime and request_priority()
         while True:
             now = time.monotonic()
-            gap = now - self.asked_at
-            self.asked_at = now
-            is_steady = self.asked > STEADY_S * RATE_HZ
+            gap = now - self.last_request_at
+            self.last_request_at = now
+            is_steady = self.requested_samples > STEADY_S * RATE_HZ
             self.underruns += is_steady and gap > self._longest * count / RATE_HZ
-            self.asked += count
+            self.requested_samples += count
             try:
                 block = self.fill(count)
             except Exception as error:

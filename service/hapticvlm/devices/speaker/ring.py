@@ -20,7 +20,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.speaker.engine_orders import EngineStatus, Order, Release, RestAll, Standing
+from hapticvlm.devices.speaker.engine_orders import (
+    EngineStatus,
+    Order,
+    PersistentState,
+    Release,
+    RestAll,
+)
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.hum import Hum
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS, Motion
@@ -45,23 +51,23 @@ TRIES = 100
 # do not fit and the reader tries again at its next block, 2.7 ms later.
 _RECORD = struct.Struct("<QBBBBhxxffffdQfffd")
 _STATUS = struct.Struct("<QdfQQQQQ??")
-_STANDING = struct.Struct("<QdQ")
+_PERSISTENT = struct.Struct("<QdQ")
 _SUM = struct.Struct("<I")
 _NUMBER = struct.Struct("<Q")
 _NEWEST = 0
 _NEWEST_STATUS = 8
-_NEWEST_STANDING = 16
+_NEWEST_PERSISTENT = 16
 _STATUS_AT = 64
 _STATUS_SIZE = 80
 _RECORD_SIZE = 80
 _DELAYS_AT = _STATUS_AT + 2 * _STATUS_SIZE
 _SAMPLES_AT = _DELAYS_AT + 4 * DELAYS
 _RING_AT = _SAMPLES_AT + 4 * SAMPLES
-_STANDING_AT = _RING_AT + SLOTS * _RECORD_SIZE
-_STANDING_SIZE = 64
-_SIZE = _STANDING_AT + 2 * _STANDING_SIZE
+_PERSISTENT_AT = _RING_AT + SLOTS * _RECORD_SIZE
+_PERSISTENT_SIZE = 64
+_SIZE = _PERSISTENT_AT + 2 * _PERSISTENT_SIZE
 
-_OBEY = 1
+_COMMAND = 1
 _RELEASE = 2
 _REST = 3
 
@@ -101,7 +107,7 @@ class Ring:
     @property
     def numbers(self) -> tuple[int, int]:
         """Numbers of the newest command and of the newest persistent state written."""
-        return self._number(_NEWEST), self._number(_NEWEST_STANDING)
+        return self._number(_NEWEST), self._number(_NEWEST_PERSISTENT)
 
     def put(self, order: Order, now: float) -> int:
         """Write one order (gateway side) and return its number.
@@ -120,19 +126,19 @@ class Ring:
         self._view[_NEWEST : _NEWEST + 8] = _NUMBER.pack(number)
         return number
 
-    def stand(self, standing: Standing) -> None:
+    def set_persistent(self, state: PersistentState) -> None:
         """Replace what holds until it is changed (gateway side)."""
-        number = self._number(_NEWEST_STANDING) + 1
-        self._write(_STANDING.pack(number, standing.gain, standing.rested), _standing_at(number))
-        self._view[_NEWEST_STANDING : _NEWEST_STANDING + 8] = _NUMBER.pack(number)
+        number = self._number(_NEWEST_PERSISTENT) + 1
+        self._write(_PERSISTENT.pack(number, state.gain, state.rested), _persistent_at(number))
+        self._view[_NEWEST_PERSISTENT : _NEWEST_PERSISTENT + 8] = _NUMBER.pack(number)
 
-    def standing(self) -> Standing | None:
+    def persistent(self) -> PersistentState | None:
         """Return what holds, None if nothing was written or it is being written (engine side)."""
-        number = self._number(_NEWEST_STANDING)
-        fields = self._read(_STANDING, _standing_at(number)) if number else None
+        number = self._number(_NEWEST_PERSISTENT)
+        fields = self._read(_PERSISTENT, _persistent_at(number)) if number else None
         if fields is None or fields[0] != number:
             return None
-        return Standing(fields[1], fields[2])
+        return PersistentState(fields[1], fields[2])
 
     def take(self, after: int) -> Iterator[tuple[int, float, Order | None]]:
         """Yield (number, written_at, order) newer than `after`; order None = lost (engine side)."""
@@ -228,8 +234,8 @@ def _record_at(number: int) -> int:
     return _RING_AT + number % SLOTS * _RECORD_SIZE
 
 
-def _standing_at(number: int) -> int:
-    return _STANDING_AT + number % 2 * _STANDING_SIZE
+def _persistent_at(number: int) -> int:
+    return _PERSISTENT_AT + number % 2 * _PERSISTENT_SIZE
 
 
 def _status_at(number: int) -> int:
@@ -244,7 +250,7 @@ def _fields(order: Order, materials: tuple[str, ...]) -> tuple[int | float, ...]
             motion = order.motion
             thickness_m = order.thickness_m or 0.0
             return (
-                *(_OBEY, order.hand, interaction, order.onset, material),
+                *(_COMMAND, order.hand, interaction, order.onset, material),
                 *(motion.speed_mps, motion.force_n, order.gain, thickness_m),
                 *(order.expires_at, order.seed, *_hum_fields(order.hum)),
             )

@@ -21,7 +21,7 @@ from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.speaker.audio import run_engine
 from hapticvlm.devices.speaker.engine import AudioSettings
-from hapticvlm.devices.speaker.engine_orders import EngineStatus, Release, RestAll, Standing
+from hapticvlm.devices.speaker.engine_orders import EngineStatus, PersistentState, Release, RestAll
 from hapticvlm.devices.speaker.ring import SAMPLES, Ring
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.vibration.voices import Command
@@ -86,7 +86,7 @@ class Speaker:
         except ChildError as error:
             raise DeviceError(str(error)) from None
 
-    def obey(self, command: Command) -> int:
+    def play(self, command: Command) -> int:
         """Write one command into the ring and return its number; never blocks."""
         return self._ring.put(command, time.monotonic())
 
@@ -100,12 +100,12 @@ class Speaker:
         # commands, and into the state beside it, which survives a ring that was written over. The
         # number ties them: the engine rests once, and a command behind the order is played.
         self._rested = self._ring.put(RestAll(), time.monotonic())
-        self._ring.stand(Standing(self._settings.gain, self._rested))
+        self._ring.set_persistent(PersistentState(self._settings.gain, self._rested))
 
     def set_gain(self, gain: float) -> None:
         """Set the vibration gain (0..1)."""
         self._settings = dataclasses.replace(self._settings, gain=gain)
-        self._ring.stand(Standing(gain, self._rested))
+        self._ring.set_persistent(PersistentState(gain, self._rested))
 
     @property
     def gain(self) -> float:

@@ -78,14 +78,14 @@ class VibrationPlanner:
         self._renewal: Command | None = None
         self._expires_at = -math.inf
 
-    def obey(self, command: Command, now: float) -> None:
+    def apply(self, command: Command, now: float) -> None:
         """Receive a command; one that only renews waits for the next plan and costs nothing."""
         self._expires_at = command.expires_at
         if not command.onset:
             self._renewal = command
             return
         self._advance(now)
-        self._voices.obey(command)
+        self._voices.apply(command)
 
     def rest(self) -> None:
         """Silence it from now on, until another command."""
@@ -142,7 +142,7 @@ class VibrationPlanner:
         if count and not self._voices.is_silent:
             self._voices.render(count, now - elapsed_s)
         if self._renewal is not None:
-            self._voices.obey(self._renewal)
+            self._voices.apply(self._renewal)
             self._renewal = None
 
 

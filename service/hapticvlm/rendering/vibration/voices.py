@@ -81,7 +81,7 @@ class _Hand:
 
 
 class Voices:
-    """The mixer: obeys commands, renders blocks, counts what it had to drop."""
+    """The mixer: applies commands, renders blocks, counts what it had to drop."""
 
     def __init__(
         self,
@@ -136,7 +136,7 @@ class Voices:
             if voice.at == 0 and isinstance(voice.source, np.ndarray)
         ]
 
-    def obey(self, command: Command) -> None:
+    def apply(self, command: Command) -> None:
         """Apply a command from the next block on."""
         numbers = (command.motion.speed_mps, command.motion.force_n, command.gain)
         if not all(map(math.isfinite, numbers)):

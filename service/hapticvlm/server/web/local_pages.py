@@ -11,8 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 from websockets.http11 import Request, Response
 
-from hapticvlm.server.web import http
-from hapticvlm.server.web import stated_materials as statements
+from hapticvlm.server.web import http, stated_materials
 from hapticvlm.server.web.recorded_sessions import RecordedSessions
 
 SESSIONS = "/sessions"
@@ -44,7 +43,7 @@ class LoopbackPages:
         if refused is not None:
             return refused
         if not of_sessions:
-            return http.response(200, statements.text(self._stated()), "application/json")
+            return http.response(200, stated_materials.text(self._stated()), "application/json")
         if self._sessions is None:
             return http.response(404, "no session is recorded: see `hapticvlm record`\n")
         name = unquote(path.removeprefix(SESSIONS).removeprefix("/"))

@@ -24,7 +24,7 @@ from hapticvlm import documents
 from hapticvlm.errors import installing
 from hapticvlm.vision.encoders import imagenet, two_parts
 from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
-from hapticvlm.vision.encoders.networks import FINGERPRINT, PREPROCESSING, line
+from hapticvlm.vision.encoders.networks import FINGERPRINT, PREPROCESSING, short_line
 from hapticvlm.vision.encoders.preprocessing import Colour, Preprocessing, read_preprocessing
 from hapticvlm.vision.pictures import Crop
 
@@ -110,7 +110,7 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         cut = openvino.Model(outputs, whole.get_parameters(), path.stem)
         network = core.compile_model(cut, "CPU", {"INFERENCE_NUM_THREADS": threads, **SETTINGS})
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
-        text = f"encoder `{path}` cannot be read ({line(error)})"
+        text = f"encoder `{path}` cannot be read ({short_line(error)})"
         raise EncoderError(f"{text}; give an image network as FILE.onnx or FILE.tflite") from None
     beliefs = scores is not None
     digest = _fingerprint(path)

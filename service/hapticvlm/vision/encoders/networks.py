@@ -81,7 +81,7 @@ def read(source: Path | str) -> Network:
     try:
         network, missing = _load(source)
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
-        text = f"encoder `{source}` cannot be loaded ({line(error)})"
+        text = f"encoder `{source}` cannot be loaded ({short_line(error)})"
         raise EncoderError(f"{text}; {FOLDER}") from None
     lacking = sorted(key for key in missing if not key.startswith("pooler."))
     if lacking:
@@ -102,7 +102,7 @@ def label(source: Path | str) -> str:
     return f"{source.resolve().name}-{digest.hexdigest()[:FINGERPRINT]}"
 
 
-def line(error: Exception) -> str:
+def short_line(error: Exception) -> str:
     """Shorten an error's text to one line of bounded length."""
     return (" ".join(str(error).split()) or type(error).__name__)[:160]
 
@@ -126,7 +126,7 @@ def _require_reachable(name: str) -> None:
             huggingface_hub.model_info(name, timeout=HUB_S)
             logger.warning("encoder `%s` is not on this machine: downloading it", name)
     except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
-        text = f"encoder `{name}` is no folder here and cannot be downloaded ({line(error)})"
+        text = f"encoder `{name}` is no folder here and cannot be downloaded ({short_line(error)})"
         raise EncoderError(f"{text}; {FOLDER}") from None
 
 

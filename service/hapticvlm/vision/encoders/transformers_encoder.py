@@ -224,5 +224,7 @@ def _try(name: str, network: Network, side: int, device: str) -> tuple[Any, int]
             return words, describe(network, words, nothing, nothing[:, 0]).shape[1]
     except Exception as error:  # noqa: BLE001 - each kind of network fails in its own way
         kind = type(network.model).__name__
-        text = f"encoder `{name}` is a {kind}, which embeds no picture ({networks.line(error)})"
+        text = (
+            f"encoder `{name}` is a {kind}, which embeds no picture ({networks.short_line(error)})"
+        )
         raise EncoderError(f"{text}; give an image network") from None

@@ -50,7 +50,7 @@ class Plan:
 
 
 def run(plan: Plan) -> int:
-    """Chart every method that can be run. Raises ShotError."""
+    """Chart every method that can be run. Raises LabelledPictureError."""
     pictures, truths = _pictures(plan.data)
     with tempfile.TemporaryDirectory(prefix="hapticvlm-") as folder:
         model = _model(plan, Path(folder))
@@ -72,8 +72,10 @@ def run(plan: Plan) -> int:
 def _pictures(data: Path | None) -> tuple[list[Picture], list[float] | None]:
     """Read labelled pictures, or draw some whose temperature nobody knows."""
     if data is not None:
-        shots = read_pictures(data)[:MOST]
-        return [read_picture(shot) for shot in shots], [shot.truth_c for shot in shots]
+        pictures = read_pictures(data)[:MOST]
+        return [read_picture(labelled) for labelled in pictures], [
+            labelled.truth_c for labelled in pictures
+        ]
     rng = np.random.default_rng(3)
     blocks = rng.integers(0, 256, (SYNTHETIC, SIDE // 16, SIDE // 16, 3), dtype=np.uint8)
     return [np.kron(block, np.ones((16, 16, 1), np.uint8)) for block in blocks], None

@@ -23,7 +23,7 @@ def underruns(seconds: float, *, realtime: bool) -> dict[str, Any]:
     try:
         with helper("audio.deadlines", seconds, settings.block, int(realtime)) as bare:
             while time.monotonic() - started < seconds:
-                speaker.obey(command("slide", 1, 0.5))
+                speaker.play(command("slide", 1, 0.5))
                 time.sleep(0.1)
             status = speaker.status()
             floor = report_of(bare)

@@ -60,7 +60,7 @@ def underruns(seconds: float, block: int, *, realtime: bool) -> dict[str, Any]:
         before = speaker.underruns
         try:
             while time.monotonic() < ends_at:
-                speaker.obey(command("slide", 1, _LEASE_S))
+                speaker.play(command("slide", 1, _LEASE_S))
                 time.sleep(_RENEWED_S)
             status = speaker.status()
             missed = speaker.underruns - before

@@ -176,7 +176,7 @@ def _alternate(speaker: Speaker, floor: Clicker, seconds: float) -> tuple[list[f
     ends_at = time.monotonic() + seconds
     while time.monotonic() < ends_at:
         strikes.append(time.monotonic())
-        speaker.obey(command("strike", len(strikes), STRIKE_LEASE_S))
+        speaker.play(command("strike", len(strikes), STRIKE_LEASE_S))
         time.sleep(APART_S + rng.uniform(0.0, 0.02))
         clicks.append(time.monotonic())
         floor.click()
@@ -189,7 +189,7 @@ def _slide(speaker: Speaker, recorded: Recording) -> NDArray[np.float32]:
     begun = len(recorded.chunks)
     ends_at = time.monotonic() + SLIDE_S
     while time.monotonic() < ends_at:
-        speaker.obey(command("slide", 1, 0.5))
+        speaker.play(command("slide", 1, 0.5))
         time.sleep(0.05)
     data = b"".join(chunk for _, chunk in recorded.chunks[begun:])
     return np.frombuffer(data, np.float32)

@@ -50,7 +50,7 @@ def to_and_fro(material: str, _: str, seed: int) -> Wave:
     count = 256
     for start in range(0, round(SECONDS * RATE_HZ), count):
         now = start / RATE_HZ
-        voices.obey(replace(command, motion=motion_at("slide", peak, now)))
+        voices.apply(replace(command, motion=motion_at("slide", peak, now)))
         blocks.append(voices.render(count, now))
     return np.concatenate(blocks).astype(np.float64)
 

@@ -59,7 +59,7 @@ def by_speaker(material: str, interaction: str, seed: int) -> Wave:
     for start in range(0, round(SECONDS * RATE_HZ), count):
         now = start / RATE_HZ
         while waiting and waiting[0][0] <= now:
-            voices.obey(waiting.pop(0)[1])
+            voices.apply(waiting.pop(0)[1])
         blocks.append(voices.render(count, now))
     return np.concatenate(blocks).astype(np.float64)
 
@@ -76,7 +76,7 @@ def by_event(material: str, interaction: str, seed: int) -> Wave:
         now = frame / FRAME_HZ
         begins = bool(waiting) and waiting[0][1].onset
         while waiting and waiting[0][0] <= now:
-            planner.obey(waiting[0][1], waiting.pop(0)[0])
+            planner.apply(waiting[0][1], waiting.pop(0)[0])
         if begins or frame == 0 or now - planned_at >= 1.0 / PLANS_HZ:
             plan = planner.plan("amplitude", now)
             planned_at = now

@@ -161,7 +161,7 @@ def _filtered(taps: NDArray[np.float64], gain: float, seconds: float) -> Wave:
 def _two_hands() -> Voices:
     voices = Voices()
     for hand, name in enumerate(("wood", "rubber")):
-        voices.obey(Command(hand, name, "slide", False, Motion(0.2, 2.0), hand, np.inf))
+        voices.apply(Command(hand, name, "slide", False, Motion(0.2, 2.0), hand, np.inf))
     for _ in range(40):
         voices.render(256, 0.0)
     return voices
@@ -179,7 +179,7 @@ def _moving(size: int) -> Wave:
             speed_mps = 0.2 + 0.1 * np.sin(2.0 * np.pi * updates / UPDATES_HZ)
             for hand, name in enumerate(("wood", "rubber")):
                 motion = Motion(float(speed_mps), 2.0)
-                voices.obey(Command(hand, name, "slide", False, motion, hand, np.inf))
+                voices.apply(Command(hand, name, "slide", False, motion, hand, np.inf))
             updates += 1
         waves.append(voices.render(step, 0.0))
     return np.concatenate(waves)
