@@ -63,7 +63,7 @@ DEFECTS = (
     Defect("devices/plate/requests.py", "if isinstance(message, Rest) and isinstance(self._message, Off):", "if False:", f"{PLATE} -k does_not_undo"),
     Defect("devices/plate/session.py", "elif now - self._unfollowed_since > FOLLOW_S:", "elif False:", f"{PLATE} -k follows_no"),
     Defect("devices/speaker/engine.py", "if self._rested < state.rested:", "if False:", f"{AUDIO} -k rest_that_was_lost"),
-    Defect("devices/speaker/engine.py", "self._voices.gain = state.gain", "pass", f"{AUDIO} -k outlive"),
+    Defect("devices/speaker/engine.py", "mixer.gain = state.gain", "pass", f"{AUDIO} -k outlive"),
     Defect("session/hands.py", "self.lease_until = now + LEASE_S", "self.lease_until = now + 1e9", f"{SESSION} -k lease"),
     Defect("devices/plate/peltier.py", "            request_priority(PRIORITY)\n", "            pass\n", "tests/devices/test_peltier.py -k real_time"),
     Defect("server/ownership.py", "owner=True, thermal_gain=self._outputs.thermal_gain)", "owner=True)", f"{GATEWAY} -k thermal_gain"),
