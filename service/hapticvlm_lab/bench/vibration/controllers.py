@@ -34,7 +34,7 @@ def amplitudes(material: str, form: Form) -> dict[str, float]:
 
 def _blow(planner: VibrationPlanner, material: str, kind: str, form: Form) -> VibrationPlan:
     planner.rest()
-    planner.obey(Command(1, material, kind, True, BLOWS[kind], 1, 1.0 + LEASE_S), 1.0)
+    planner.apply(Command(1, material, kind, True, BLOWS[kind], 1, 1.0 + LEASE_S), 1.0)
     return planner.plan(form, 1.0)
 
 
@@ -45,7 +45,7 @@ def _slide(planner: VibrationPlanner, material: str, speed_mps: float, form: For
     played: list[float] = []
     for step in range(round((SETTLED_S + SHOWN_S) / RENEWAL_S)):
         now = 1.0 + step * RENEWAL_S
-        planner.obey(Command(1, material, "slide", step == 0, motion, 1, now + LEASE_S), now)
+        planner.apply(Command(1, material, "slide", step == 0, motion, 1, now + LEASE_S), now)
         if now - 1.0 >= SETTLED_S:
             played += planner.plan(form, now).amplitude[: round(RENEWAL_S / PERIOD_S[form])]
     return round(sum(played) / len(played), 4)
