@@ -1,8 +1,8 @@
 /**
  * Two scenes of one page that use the installed package: `node user.js ws://127.0.0.1:8790/`.
  *
- * The first is felt. The second is told why it is not, and is felt as soon as the first has gone. Says what each of
- * them came to know, as one JSON object.
+ * The first is felt, also after somebody has ended its connection. The second is told why it is not, and is felt as
+ * soon as the first has gone. Says what each of them came to know, as one JSON object.
  */
 import {Haptics, Pulses} from 'hapticvlm';
 import type {Controller, Decision, HandName, HapticsEvents, TouchFields} from 'hapticvlm';
@@ -37,6 +37,17 @@ async function rub(scene: Haptics, pulses: Pulses): Promise<number> {
   return strongest;
 }
 
+/** Ends the connection of who owns the outputs, as a person can from the dashboard. */
+async function endOwner(): Promise<void> {
+  const observer = new WebSocket(url);
+  await new Promise((resolve) => observer.once('open', resolve));
+  const hello = {type: 'hello', id: 1, role: 'observer', protocol: {major: 1, minor: 1}, client: {name: 'person', version: '1'}};
+  const answered = new Promise((resolve) => observer.on('message', (data) => JSON.parse(String(data)).id === 2 && resolve(data)));
+  for (const message of [hello, {type: 'set', id: 2, ownership: 'end'}]) observer.send(JSON.stringify(message));
+  await answered;
+  observer.close();
+}
+
 const giveUp = setTimeout(() => process.exit(1), PATIENCE_MS);
 const first = open('first');
 const firstPulses = new Pulses();
@@ -49,6 +60,12 @@ const {material} = await decided;
 const felt = await rub(first, firstPulses);
 const hand: HandName = 'left';
 const bare = firstPulses.silence({handedness: hand});
+
+const back = next(first, 'welcome');
+const ended = next(first, 'state');
+await endOwner();
+const states = [await ended, first.silence, (await back).owner];
+const feltAgain = await rub(first, firstPulses);
 
 const second = open('second');
 const secondPulses = new Pulses();
@@ -67,6 +84,6 @@ const stopped = second.silence;
 second.touch({...slide, phase: 'release'});
 second.touch({...slide, phase: 'contact'});
 await rub(second, secondPulses);
-console.log(JSON.stringify({before, material, felt, bare, refused, feltAfter, stopped, after: second.silence, lost: second.lost}));
+console.log(JSON.stringify({before, material, felt, bare, states, feltAgain, refused, feltAfter, stopped, after: second.silence, lost: second.lost}));
 clearTimeout(giveUp);
 second.close();
