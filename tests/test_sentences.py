@@ -1,4 +1,4 @@
-"""What a person reads is short: README, CHANGELOG, CONTRIBUTING, docs, the clients' READMEs."""
+"""What a person reads is short: README, CHANGELOG, CONTRIBUTING, docs, firmware, clients."""
 
 from pathlib import Path
 
@@ -14,6 +14,7 @@ PAGES = [
     *(page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in FOR_DEVELOPERS),
     *sorted((ROOT / "examples").glob("*/README.md")),
     *(ROOT / name for name in ("examples/webxr/client/README.md", "unity_client/README.md")),
+    ROOT / "firmware/README.md",
 ]
 MOST_WORDS, MOST_LINES, MEAN_WORDS = 30, 130, 15
 
