@@ -103,6 +103,13 @@ def test_a_thing_pressed_with_the_mouse_is_decided_by_its_name_and_felt(visit: V
     assert visit.felt(since) >= 0.1
 
 
+def test_what_is_said_lies_above_the_picture(visit: Visit) -> None:
+    box = visit.page.locator("#said").bounding_box()
+    assert box is not None
+    place = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
+    assert visit.page.evaluate("([x, y]) => document.elementFromPoint(x, y).id", place) == "said"
+
+
 def test_a_controller_in_a_thing_feels_it_and_rests_when_it_leaves(visit: Visit) -> None:
     visit.page.evaluate("document.querySelector('a-scene').enterVR()")
     since = len(visit.heard)
