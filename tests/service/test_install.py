@@ -237,8 +237,8 @@ def test_the_metadata_says_licence_python_and_addresses_anyone_can_open(built):
     assert said.get_all("Classifier") == sorted(PROJECT["classifiers"])
     for address in said.get_all("Project-URL", []):
         assert re.fullmatch(r"[^,]+, https://[\w.-]+/\S*", address)
-    extras = {"lite2", "video", "models", "files", "train", "studio", "ray", "remote", "dev"}
-    assert set(said.get_all("Provides-Extra", [])) == extras
+    ours = {"models", "files", "lite2", "remote", "video", "studio", "fleet", "ray"}
+    assert set(said.get_all("Provides-Extra", [])) == ours | {"train", "dev"}
 
 
 def test_the_source_archive_holds_what_is_needed_to_test_it_and_nothing_built(built):
