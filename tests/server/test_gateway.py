@@ -165,6 +165,18 @@ def test_a_closing_owner_leaves_the_outputs_to_the_scene_that_says_hello(gateway
     assert gateway.owner is second
 
 
+def test_an_observer_ends_an_owner_at_once_and_the_outputs_rest(gateway):
+    peer = Peer()
+    join(gateway, peer=peer)
+    observer = join(gateway, observer=True)
+    before = gateway.outputs.speaker._ring.newest
+    gateway.change_owner(observer, asking("end"), 0.0)
+    assert peer.closed is not None
+    assert peer.closed[1] == "ended by an observer"
+    assert gateway.outputs.speaker._ring.newest == before + 1  # the order to rest
+    assert gateway.counts["owners ended"] == 1
+
+
 def test_nobody_can_be_ended_when_nobody_owns(gateway):
     observer = join(gateway, observer=True)
     with pytest.raises(MessageError, match="nobody owns"):

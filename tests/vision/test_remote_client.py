@@ -3,12 +3,15 @@
 import time
 from collections.abc import Iterator
 
+import msgspec
 import numpy as np
 import pytest
 from shared_recogniser import Shared, shared_recogniser
 
 from hapticvlm import materials
 from hapticvlm.http_client import HttpError
+from hapticvlm.messages import Frame
+from hapticvlm.vision.frame_recogniser import FrameRecogniser, Shown
 from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm.vision.remote.client import RemoteRecogniser
 from hapticvlm.vision.remote.settings import RemoteSettings
@@ -68,6 +71,7 @@ def test_before_it_has_answered_once_every_look_is_local_at_once(shared: Shared)
     assert (asked.state.is_used, asked.state.local) == (False, 1)
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_costs_one_look_its_share_and_the_next_ones_nothing(
     shared: Shared, fault: str
@@ -128,6 +132,28 @@ def test_a_token_is_sent_and_never_said(shared: Shared) -> None:
     finally:
         shared.token = None
     assert "secret" not in repr(RemoteSettings("http://127.0.0.1:1", token="secret"))
+
+
+def test_a_view_of_the_whole_scene_is_never_sent(shared: Shared) -> None:
+    asked = tried(remote(shared))
+    recogniser = FrameRecogniser(shared.encoder, shared.galleries["shipped"].gallery, asked)
+    pixels = crop(2).image
+    frame = Frame(
+        id=1,
+        captured_at=0.0,
+        format="rgb8",
+        width=SIDE,
+        height=SIDE,
+        origin="top",
+        image=pixels.tobytes(),
+    )
+    data = msgspec.msgpack.encode(frame)
+    before = len(shared.asked)
+    assert recogniser.recognise(data, "scene", 0.0, anew=True).scene_view is not None
+    assert len(shared.asked) == before
+    shown = Shown("scene", "cup")
+    assert recogniser.recognise(data, "cup", 0.0, anew=True, shown=shown).evidence is not None
+    assert len(shared.asked) == before + 1
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,41 @@
+"""SECURITY.md: every claim names a test, and every test that it names is there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parents[1]
+TEXT = (TESTS.parent / "SECURITY.md").read_text(encoding="utf-8")
+NAMED = re.compile(r"`([\w/]+\.py)?(?:::(test_\w+))?`")
+
+
+def named() -> list[tuple[str, str]]:
+    """(file, test) of all that is named; `::test` alone is of the file named before it."""
+    found = []
+    file = ""
+    for match in NAMED.finditer(TEXT):
+        file = match[1] or file
+        if match[1] or match[2]:
+            found.append((file, match[2] or ""))
+    return [(file, test) for file, test in found if "/hapticvlm/" not in file]
+
+
+def tables() -> list[list[str]]:
+    """The rows of every table, without its head and rule, as cells."""
+    rows = re.findall(r"^\|(.+)\|$", TEXT, re.MULTILINE)
+    cells = [[cell.strip() for cell in row.split("|")] for row in rows]
+    heads = [number + 1 for number, row in enumerate(cells) if set(row[0]) == {"-"}]
+    return [row for number, row in enumerate(cells) if not {number + 1, number + 2} & set(heads)]
+
+
+@pytest.mark.parametrize(("file", "test"), named(), ids=lambda name: name)
+def test_a_test_that_it_names_is_there(file: str, test: str) -> None:
+    source = (TESTS / file).read_text(encoding="utf-8")
+
+    assert not test or f"def {test}(" in source
+
+
+def test_every_row_of_its_tables_names_a_test() -> None:
+    assert len(tables()) > 20
+    assert [row[0] for row in tables() if "test_" not in row[-1]] == []

@@ -1,0 +1,37 @@
+"""What a child process answers is data: it decodes the pictures of strangers and is not trusted."""
+
+import multiprocessing
+from pathlib import Path
+
+import pytest
+
+from hapticvlm.processes.model_worker import WorkerPlan, _read
+
+PLAN = WorkerPlan("test", print, None, dict, 1.0)
+
+
+class Hostile:
+    """A pickle of this makes a folder where it is loaded."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def __reduce__(self):
+        return Path.mkdir, (self.folder,)
+
+
+def test_a_pickle_from_a_child_runs_nothing_and_ends_the_reading(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    folder = tmp_path / "made by a pickle"
+    ours, theirs = multiprocessing.Pipe()
+    answers: list[object] = []
+    theirs.send(Hostile(folder))
+    _read(ours, answers.append, PLAN)
+    assert answers == []
+    assert not folder.exists()
+    assert "answered what cannot be read" in caplog.text
+
+    theirs.send(Hostile(folder))
+    ours.recv()
+    assert folder.exists(), "loaded as a pickle it does run"
