@@ -1,6 +1,7 @@
 """The page that `replay --view` writes, opened as a file in a real browser."""
 
 import os
+import pathlib
 
 import numpy as np
 import pytest
@@ -78,6 +79,24 @@ def test_a_link_opens_at_its_time_and_a_touch_is_such_a_link(page, address):
     page.locator("#link").click()
     expect(page.locator("#copied")).not_to_be_empty()
     assert page.url.endswith("#t=0.75")
+
+
+def test_a_page_to_send_on_opens_at_its_moment_and_says_what_it_is_without_a_script(
+    browser, address, tmp_path
+):
+    session = pathlib.Path(address.removeprefix("file://")).parent
+    out = tmp_path / "felt.html"
+    assert main(["replay", "--share", "--no-open", "--out", str(out), str(session)]) == 0
+    page = browser.new_page()
+    page.goto(out.as_uri())
+    page.wait_for_function(SHOWN)
+    assert page.title() == "TeaMug_01: felt as ceramic"
+    assert 0.5 <= page.locator("#scrubber").evaluate("it => Number(it.value)") <= 1.6
+    page.close()
+    quiet = browser.new_context(java_script_enabled=False).new_page()
+    quiet.goto(out.as_uri())
+    expect(quiet.locator("noscript img")).to_be_visible()
+    quiet.context.close()
 
 
 def test_the_touched_object_is_outlined_in_the_frame(page):

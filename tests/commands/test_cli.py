@@ -79,6 +79,14 @@ def test_a_misspelt_command_names_the_nearest(capsys):
     assert "did you mean gallery?" in capsys.readouterr().err
 
 
+def test_a_misspelt_option_names_the_nearest_and_its_own_command(capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["serve", "--prot", "1"])
+    assert end.value.code == 2
+    said = capsys.readouterr().err
+    assert said == "hapticvlm serve: --prot: no such option; did you mean --port?\n"
+
+
 def test_a_bare_call_prints_the_overview(capsys):
     assert main([]) == 0
     assert "serve" in capsys.readouterr().out

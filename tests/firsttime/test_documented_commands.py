@@ -1,5 +1,6 @@
 """What the documents tell a reader to type: it parses, and it is run or listed with a reason."""
 
+import argparse
 import re
 import shlex
 import sys
@@ -11,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import blocks
 
 from hapticvlm.commands.main import _parser
+from hapticvlm.demo.run import _next_steps
 
 PARSER = _parser()
 SHOWN = blocks.shown()
@@ -62,6 +64,25 @@ def test_every_command_within_a_sentence_is_one_the_program_knows(capsys):
             if end.code:
                 unknown.append((document, text, capsys.readouterr().err[-200:]))
     assert not unknown
+
+
+def test_every_command_that_the_program_itself_prints_is_one_it_knows(tmp_path):
+    session = tmp_path / "session"
+    told = [re.sub(r"\\\n\s*", " ", part.epilog or "") for part in (PARSER, *every_parser(PARSER))]
+    told.append(_next_steps(session))
+    printed = [line for text in told for line in re.findall(r"\bhapticvlm [a-z].*", text)]
+    examples = [re.split(r" {2,}|, then|\)\"", line)[0] for line in printed]
+    assert f"hapticvlm replay --view {session}" in examples
+    for example in examples:
+        PARSER.parse_args(arguments(example))
+
+
+def every_parser(parser):
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for part in action.choices.values():
+                yield part
+                yield from every_parser(part)
 
 
 def test_comments_are_for_people_and_settings_hold_for_their_block():

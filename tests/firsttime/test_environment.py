@@ -4,6 +4,7 @@ import importlib.machinery
 import importlib.util
 import os
 import sys
+import venv
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,14 @@ def test_what_is_done_is_said_at_once_and_again_at_the_end(script, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("installing, 0 s")
     assert lines[-2].startswith("installing: ")
+
+
+def test_an_environment_that_an_interruption_left_without_pip_is_made_again(script, tmp_path):
+    assert script.is_whole(Path(sys.executable))
+    half = tmp_path / "half"
+    venv.create(half, with_pip=False)
+    assert not script.is_whole(half / ("Scripts" if os.name == "nt" else "bin") / "python")
+    assert not script.is_whole(tmp_path / "none")
 
 
 def test_what_fails_is_shown_whole(script):

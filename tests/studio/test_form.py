@@ -255,6 +255,15 @@ def test_the_file_lays_the_study_out_and_stays_as_it_was_begun(form: Form, tmp_p
         layout(tmp_path)
 
 
+def test_a_misspelt_folder_begins_no_study_and_names_the_one_that_was_meant(tmp_path: Path) -> None:
+    (tmp_path / "pilot").mkdir()
+    (tmp_path / "pilot" / "study.toml").write_text(forms.TEMPLATE.read_text())
+    with pytest.raises(StudyError, match=r"did you mean .*pilot\?"):
+        layout(tmp_path / "pilto", "--hear")
+    assert not (tmp_path / "pilto").exists()
+    assert len(layout(tmp_path / "pilto", "--without-file").participants) == 1
+
+
 def test_patterns_of_one_s_own_stand_in_the_same_file(tmp_path: Path) -> None:
     lines = (forms.TEMPLATE).read_text().split("# [[pattern]]")[1].splitlines()[1:]
     table = "\n".join(line.removeprefix("# ") for line in lines)

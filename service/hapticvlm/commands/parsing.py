@@ -46,6 +46,23 @@ class Parser(argparse.ArgumentParser):
         super().__init__(*args, **{"formatter_class": _Formatter, **keywords})
         self.set_defaults(program=self.prog)
 
+    def parse_known_args(  # type: ignore[override]  # argparse's own has overloads for namespaces
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Refuse what this command does not know, by its own name and with the nearest option."""
+        found, unknown = super().parse_known_args(args, namespace)
+        options = [text for text in unknown if text.startswith("-")]
+        if options and self._subparsers is None:
+            self.exit(2, f"{self.prog}: {self._no_such(options[0])}\n")
+        return found, unknown
+
+    def _no_such(self, option: str) -> str:
+        name = option.partition("=")[0]
+        shown = [action for action in self._actions if action.help != argparse.SUPPRESS]
+        near = get_close_matches(name, [flag for each in shown for flag in each.option_strings], 1)
+        cure = f"did you mean {near[0]}?" if near else f"`{self.prog} --help` lists them"
+        return f"{name}: no such option; {cure}"
+
     def error(self, message: str) -> NoReturn:
         """Print the usage and what was probably meant, and leave with 2."""
         super().error(suggest(message))

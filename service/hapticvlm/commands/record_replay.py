@@ -46,6 +46,7 @@ def _add_replay(commands: Commands) -> None:
         examples=(
             "hapticvlm replay sessions/2026-01-31-120000-1",
             "hapticvlm replay sessions/2026-01-31-120000-1 --recognise",
+            "hapticvlm replay sessions/2026-01-31-120000-1 --share --out felt.html",
         ),
     )
     replay.set_defaults(run=_replay)
@@ -73,11 +74,17 @@ def _add_replay(commands: Commands) -> None:
     )
     replay.add_argument(
         "--view",
-        type=Path,
-        nargs="?",
-        const=Path("session.html"),
-        metavar="FILE",
-        help="write a page to look through the session, and open it (session.html in SESSION)",
+        action="store_true",
+        help="write a page to look through the session, and open it",
+    )
+    replay.add_argument(
+        "--share",
+        action="store_true",
+        help="with --view: a page to send on, with a title and a picture of one moment, at which "
+        "it opens: --at, or the strongest",
+    )
+    replay.add_argument(
+        "--out", type=Path, metavar="FILE", help="the page to write (session.html in SESSION)"
     )
     replay.add_argument("--at", type=float, metavar="S", help="open the page at this time")
     replay.add_argument("--no-open", action="store_true", help="write the page and do not open it")
@@ -86,7 +93,7 @@ def _add_replay(commands: Commands) -> None:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    if options.view is not None:
+    if options.view or options.share:
         return _view(options)
     from hapticvlm.recordings import replay
     from hapticvlm.vision.galleries.user_materials import read_folder, table_with
@@ -112,15 +119,16 @@ def _view(options: argparse.Namespace) -> int:
 
     from hapticvlm.recordings import timeline
     from hapticvlm.recordings.page import page
+    from hapticvlm.recordings.page.moment import moment
     from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
     with usage_errors():
         table = table_with(read_folder(options.gallery))
         voices = touch_options.voices(options, table)
         session = timeline.read(options.folder, table, voices, page.LONGEST_S)
-    is_named = options.view != Path("session.html")
-    path = options.view if is_named else options.folder / options.view
-    page.write(session, page.safe_name(options.folder), path)
+    path = options.out or options.folder / "session.html"
+    shared = moment(session, options.at) if options.share else None
+    page.write(session, page.safe_name(options.folder), path, shared)
     address = page.at(path, options.at)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB\n{address}", flush=True)
     if not options.no_open and not webbrowser.open(address):

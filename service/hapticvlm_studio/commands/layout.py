@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -118,9 +119,26 @@ def _by_options(options: argparse.Namespace) -> Design:
         if _wanted(options, found.stimuli, found.participants, _plan_of(found)) != found:
             raise StudyError(f"{options.folder} holds a study of another design; take a new folder")
         return found
+    if not options.without_file and all(getattr(options, name) is None for name in _OPTIONS):
+        raise StudyError(_no_study(options.folder))
     made = _wanted(options, ours(), ("P01",), design.Plan())
     design.write_design(options.folder, made)
     return made
+
+
+def _no_study(folder: Path) -> str:
+    """Say that a folder holds no study, and which one beside it was probably meant."""
+    from hapticvlm_studio.design.design import HEAD
+    from hapticvlm_studio.design.form import FILE
+
+    others = [path for path in folder.absolute().parent.glob("*/") if path.name != folder.name]
+    studies = [each.name for each in others if any((each / name).exists() for name in (FILE, HEAD))]
+    near = get_close_matches(folder.name, studies, n=1)
+    meant = f"did you mean {folder.parent / near[0]}? Else " if near else ""
+    return (
+        f"{folder}: no {FILE} here; {meant}`hapticvlm study new {folder}` writes one, "
+        "and --without-file does without"
+    )
 
 
 def _plan_of(design: Design) -> Plan:

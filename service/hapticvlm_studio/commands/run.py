@@ -47,6 +47,12 @@ def add(parts: Commands) -> None:
         help="folder of the study: a new one, or one to be continued",
     )
     run.add_argument(
+        "--without-file",
+        action="store_true",
+        help="begin a study in a folder that has no study.toml, as the options say; any of "
+        "--patterns to --seed says so too",
+    )
+    run.add_argument(
         "--patterns",
         metavar="FILE",
         help="TOML file with [[pattern]] tables, or ours, twenty, paper-like (ours)",

@@ -8,6 +8,7 @@ written into it.
 from __future__ import annotations
 
 import base64
+import html
 import io
 import json
 import os
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import resample_poly
 
+from hapticvlm.recordings.page.moment import Moment
 from hapticvlm.recordings.timeline import Decided, Picture, Timeline
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
@@ -35,14 +37,17 @@ _FIELDS = (
 _TYPES = {".jpg": "image/jpeg", ".png": "image/png"}
 
 
-def write(timeline: Timeline, title: str, path: Path) -> None:
-    """Write the page. Raises OSError.
+def write(timeline: Timeline, title: str, path: Path, shared: Moment | None = None) -> None:
+    """Write the page; with `shared` it opens at that moment and has its title. Raises OSError.
 
     A session may come from somebody else, and a link of this name in its folder may point at any
     file of the user. So the page is written beside it under a name nobody could foresee, and then
     takes the place of whatever stood there: a link is replaced, never followed.
     """
-    text = page(document(timeline, title)).encode()
+    data = document(timeline, title)
+    if shared is not None:
+        data |= {"title": shared.title, "at_s": shared.t_s}
+    text = page(data, shared).encode()
     number, unfinished = tempfile.mkstemp(prefix=".page-", suffix=".part", dir=path.parent)
     try:
         with os.fdopen(number, "wb") as file:
@@ -81,9 +86,11 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
     }
 
 
-def page(session: dict[str, Any]) -> str:
+def page(session: dict[str, Any], shared: Moment | None = None) -> str:
     """Write the session, styles and scripts into the page."""
     text = (HERE / "session.html").read_text(encoding="utf-8")
+    if shared is not None:
+        text = _titled(text, shared)
     for file in (PAGES / "palette.css", HERE / "session.css"):
         style = f"<style>\n{file.read_text(encoding='utf-8')}</style>"
         text = _replace(text, f'<link rel="stylesheet" href="{file.name}">', style)
@@ -95,6 +102,28 @@ def page(session: dict[str, Any]) -> str:
     text = _replace(text, tag, f'<script type="module">\n{script}</script>')
     data = json.dumps(session, allow_nan=False).replace("<", "\\u003c")
     return _replace(text, ">null</script>", f">{data}</script>")
+
+
+def _titled(text: str, shared: Moment) -> str:
+    """Say what a page shows where nothing runs it: in a chat's card, a preview, a search.
+
+    Those read the head alone and run no script. The picture is in the file, for a page that is sent
+    on has no address; a host that wants `og:image` as an address must put the picture beside it.
+    """
+    title, words = html.escape(shared.title), html.escape(shared.text)
+    head = [f"<title>{title}</title>", f'<meta name="description" content="{words}">']
+    head += [_property("og:title", title), _property("og:description", words)]
+    figure = f"<h1>{title}</h1><p>{words}</p>"
+    if shared.poster is not None:
+        poster = _address("image/jpeg", shared.poster)
+        head += [_property("og:image", poster)]
+        figure = f'<img src="{poster}" alt="{title}">{figure}'
+    text = _replace(text, "<title>HapticVLM session</title>", "\n".join(head))
+    return _replace(text, "<header>", f"<noscript>{figure}</noscript>\n<header>")
+
+
+def _property(name: str, content: str) -> str:
+    return f'<meta property="{name}" content="{content}">'
 
 
 def _replace(text: str, place: str, new: str) -> str:

@@ -186,7 +186,7 @@ function showPlaying() {
 }
 
 function fromLink() {
-  const at = Number(new URLSearchParams(location.hash.slice(1)).get("t"));
+  const at = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? session.at_s ?? 0);
   seek(Number.isFinite(at) ? at : 0);
 }
 

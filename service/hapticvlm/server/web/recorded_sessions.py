@@ -89,7 +89,7 @@ class Session:
 
 
 class RecordedSessions:
-    """Answers for the sessions of one folder; `command` makes a page: `--view PAGE SESSION`."""
+    """Answers for the sessions of one folder; `command` makes a page, as `replay` does."""
 
     def __init__(self, folder: Path, command: Sequence[str]) -> None:
         self._folder = folder.resolve()
@@ -159,6 +159,7 @@ class RecordedSessions:
             process = await asyncio.create_subprocess_exec(
                 *self._command,
                 "--view",
+                "--out",
                 str(part),
                 str(session.folder),
                 stdin=asyncio.subprocess.DEVNULL,
