@@ -1,10 +1,11 @@
 """The one capture format: a folder with capture.jsonl and pictures, or a video.
 
 A video file is its frames at their own times; a .jsonl of the same name beside it adds the rest,
-or else what stands in the middle of the picture is touched all the time.
+or else what stands in the middle of the picture is touched all the time. A screen or a camera is
+such a video without an end.
 """
 
-from hapticvlm.captures.capture import CENTRE, Capture, Touched, read
+from hapticvlm.captures.capture import CENTRE, Capture, Touched, read, watch
 from hapticvlm.captures.lines import LINES, CaptureError, Line, Recorder
 from hapticvlm.captures.video import View
 
@@ -18,4 +19,5 @@ __all__ = [
     "Touched",
     "View",
     "read",
+    "watch",
 ]

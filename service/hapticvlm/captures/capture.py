@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from hapticvlm.captures import video
 from hapticvlm.captures.lines import LINES, CaptureError, Line, read_lines
+from hapticvlm.captures.live import Live
 from hapticvlm.captures.video import AS_RECORDED, VIDEO_SUFFIXES, View
 
 CENTRE = "centre"  # object id of what stands in the middle of the picture
@@ -41,13 +43,31 @@ class Capture:
     _lines: tuple[Line, ...] = ()
     _video: Path | None = None
     _view: View = AS_RECORDED
+    _live: Live | None = None
 
     def lines(self) -> Iterator[Line]:
         """Yield the lines in time order; a video is decoded as it goes. Raises CaptureError."""
+        target = {"object_id": CENTRE, "region": self.touched.region} if self.touched else {}
+        if self._live is not None:
+            return _merged(iter(self._lines), self._live.lines(target))
         if self._video is None:
             return iter(self._lines)
-        target = {"object_id": CENTRE, "region": self.touched.region} if self.touched else {}
         return _merged(iter(self._lines), video.lines(self._video, self._view, target))
+
+    def close(self) -> None:
+        """End a live source; what was recorded ends by itself."""
+        if self._live is not None:
+            self._live.close()
+
+
+def watch(live: Live, touched: Touched | None = None) -> Capture:
+    """Make a capture of what a screen or a camera shows: its middle is touched until it is closed.
+
+    Its length is infinite, and its count of frames 0.
+    """
+    scene = {"objects": [{"object_id": CENTRE}], "replace": True}
+    lines = (Line(0.0, "scene", scene),)
+    return Capture(Path(live.name), math.inf, 0, touched or Touched(), lines, _live=live)
 
 
 def read(path: Path, view: View = AS_RECORDED, touched: Touched | None = None) -> Capture:

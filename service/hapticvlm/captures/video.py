@@ -52,7 +52,7 @@ def size(path: Path, view: View) -> tuple[float, int]:
         first, picture = video.read()
         if not first:
             raise CaptureError(f"{path}: no frame of it can be decoded; is it whole?")
-        _seen(picture, view, path)
+        seen(picture, view, path)
         frames = max(1, int(video.get(cv2.CAP_PROP_FRAME_COUNT)))
         return frames / _rate(video), frames
 
@@ -68,7 +68,7 @@ def lines(path: Path, view: View, fields: dict[str, Any]) -> Iterator[Line]:
             if not shown:
                 return
             t_s = _time(video, number, rate, t_s)
-            yield _line(_seen(picture, view, path), t_s, fields)
+            yield _line(seen(picture, view, path), t_s, fields)
             number += 1
 
 
@@ -111,10 +111,8 @@ def _time(video: cv2.VideoCapture, number: int, rate: float, before_s: float) ->
     return max(0.0, reported_s)
 
 
-def _seen(picture: Picture, view: View, path: Path) -> Picture:
-    """Cut out one eye; halve what is larger than a service takes."""
-    import cv2
-
+def seen(picture: Picture, view: View, path: Path | str) -> Picture:
+    """Cut out one eye; halve what is larger than a service takes. Raises CaptureError."""
     height, width = picture.shape[:2]
     if view.eye is not None:
         if width / 2 < NARROWEST_EYE * height:
@@ -124,6 +122,8 @@ def _seen(picture: Picture, view: View, path: Path) -> Picture:
         picture = picture[:, :half] if view.eye == "left" else picture[:, width - half :]
     while max(picture.shape[:2]) > MAX_SIDE:
         height, width = picture.shape[:2]
+        import cv2
+
         half_size = (width // 2, height // 2)
         picture = cv2.resize(picture, half_size, interpolation=cv2.INTER_AREA)
     return picture

@@ -53,9 +53,13 @@ async def stream(
     sending = _Sending(client, seen, pace)
     async with sending.touching(capture.touched is not None):
         lines = capture.lines()
-        # A video is decoded in a thread, so that no touch waits for it.
-        while (line := await asyncio.to_thread(next, lines, None)) is not None:
-            await sending.follow(line)
+        # A video is decoded in a thread, so that no touch waits for it. A screen that does not
+        # change gives no line: who ends us meanwhile closes it, or that thread would wait for ever.
+        try:
+            while (line := await asyncio.to_thread(next, lines, None)) is not None:
+                await sending.follow(line)
+        finally:
+            capture.close()
     return await sending.finish()
 
 

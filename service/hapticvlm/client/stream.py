@@ -99,7 +99,7 @@ class _Show:
 
     def __init__(self, progress: Progress, capture: Capture, *, as_json: bool) -> None:
         self._progress = progress
-        self._task = progress.add_task(capture.path.name, total=capture.frames)
+        self._task = progress.add_task(capture.path.name, total=capture.frames or None)
         self._as_json = as_json
         self._shown: dict[str | None, tuple[str, str]] = {}
         self._errors: set[str] = set()

@@ -20,9 +20,9 @@ EXAMPLES = "examples"
 CURE = "npm ci --prefix examples/webxr"
 
 _STREAM = """
-Send a recorded VR session to a running service, as a scene would. The decisions are printed as
-they change. Exit code 1: a message had no answer or was an error; 2: the service or the capture
-could not be used.
+Send a recorded VR session to a running service, as a scene would: or what a screen or a camera
+shows now, such as a headset's mirror, until Ctrl-C. The decisions are printed as they change. Exit
+code 1: a message had no answer or was an error; 2: the service or the capture could not be used.
 """
 _DEMO = """
 Play a recorded VR session through a service with simulated devices. Each touch prints a line.
@@ -40,16 +40,33 @@ def add(commands: Commands) -> None:
 def _add_stream(commands: Commands) -> None:
     stream = commands.add_parser(
         "stream",
-        help="send a recorded VR session to a running service",
+        help="send a recorded session, a screen or a camera to a running service",
         description=_STREAM,
         examples=(
             "hapticvlm stream examples/captures/living_room",
             "hapticvlm stream headset.mp4 --eye left --centre 0.3",
+            "hapticvlm stream screen --area 100,80,900,900    a window with a headset's mirror",
+            "hapticvlm stream camera --centre 0.5",
         ),
     )
     stream.set_defaults(run=_stream)
     stream.add_argument(
-        "capture", type=Path, metavar="CAPTURE", help="a capture folder, or a video file"
+        "capture",
+        type=Path,
+        metavar="CAPTURE",
+        help="a capture folder, a video file, screen, or camera",
+    )
+    stream.add_argument(
+        "--device",
+        type=int,
+        metavar="N",
+        help="which screen (1 is the first, 0 all together) or camera (0 is the first)",
+    )
+    stream.add_argument(
+        "--area",
+        type=_area,
+        metavar="X,Y,WIDTH,HEIGHT",
+        help="only these pixels of the screen: a window's place",
     )
     reaching.add_options(stream)
     stream.add_argument(
@@ -100,17 +117,33 @@ def _add_demo(commands: Commands) -> None:
 
 
 def _stream(options: argparse.Namespace) -> int:
-    from hapticvlm.captures import Touched, View, read
+    from hapticvlm.captures import Touched, View, live, read, watch
     from hapticvlm.client.sending import Pace
     from hapticvlm.client.stream import run
 
     touched = None if options.centre is None else Touched(options.centre)
+    name, view, number = str(options.capture), View(options.eye), options.device
+    opened = partial(read, options.capture, view, touched)
+    if name == "screen":
+        source = partial(live.screen, 1 if number is None else number, options.area)
+        opened = partial(watch, live.Live(name, source, view), touched)
+    elif name == "camera":
+        opened = partial(watch, live.Live(name, partial(live.camera, number or 0), view), touched)
+    elif number is not None or options.area is not None:
+        raise UsageError("--device and --area are for screen and camera")
     return run(
-        partial(read, options.capture, View(options.eye), touched),
+        opened,
         reaching.target(options),
         Pace(fast=options.fast, with_masks=not options.no_masks),
         as_json=options.json,
     )
+
+
+def _area(text: str) -> tuple[int, int, int, int]:
+    found = [int(part) for part in text.split(",")]
+    if len(found) != len(("x", "y", "width", "height")) or min(found) < 0 or not all(found[2:]):
+        raise argparse.ArgumentTypeError(f"{text}: four numbers of pixels, x,y,width,height")
+    return found[0], found[1], found[2], found[3]
 
 
 def _share(text: str) -> float:
