@@ -113,6 +113,9 @@ def _sessions(serving: ServeOptions) -> RecordedSessions | None:
         "--speaker-response": serving.speaker_response,
     }
     given = [part for flag, path in options.items() if path for part in (flag, str(path))]
+    # The page must show what was felt, so it is made with the materials, recordings and speaker
+    # curve of this service. By a command, and not by a call: it computes for seconds, and a process
+    # of its own takes no time from a touch and can be ended.
     command = (sys.executable, "-m", "hapticvlm", "replay", "--no-open", *given)
     return RecordedSessions(serving.record, command)
 

@@ -99,6 +99,8 @@ class OutputOwnership:
             self._vibration.rest()
             self._vibration.end()
         self.owner = requester
+        # Taking counts as a lease. Otherwise the next scene could take the outputs from one that
+        # has them since a moment and has touched nothing yet.
         self.leased_at = now
         requester.session.set_owner(owner=True, thermal_gain=self._outputs.thermal_gain)
         self._notify(but=requester)

@@ -146,6 +146,9 @@ class VibrationEvents:
 
     def _catch_up(self, now: float) -> None:
         """Go on with what the hands do already; a blow that is over by now is not made up for."""
+        # Only what goes on is taken up. The onset is left out, since that blow was a second ago; a
+        # renewal of the same touch would bring it anyway, but a hand that presses without moving
+        # renews slowly.
         for hand, command in self._missed.items():
             self._planners[hand].apply(replace(command, onset=False), now)
         self._missed.clear()

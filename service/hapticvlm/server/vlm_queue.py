@@ -89,6 +89,9 @@ class VlmQueue:
 
     def supervise(self, now: float) -> str | None:
         """Watch the worker and go on asking; return what happened to it, if anything."""
+        # A worker loads for minutes and may die at any moment, so it is looked at in every tick.
+        # What waits is fed here, too: a worker that has just become ready has answered nobody, and
+        # without this no one would ever hand it its first question.
         trouble = self.worker.supervise(now)
         if trouble is not None:
             self._fail(trouble)

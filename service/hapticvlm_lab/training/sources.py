@@ -30,7 +30,6 @@ ON_BOARD = "trashnet"  # objects on a plain board
 # Choose and calibrate; report on: no gradient sees either.
 CHOICE = "choose_web"
 REPORT = "report_web"
-RENDERED = frozenset({"rooms", "traced"})  # sources of the shards of renders
 # Held back whole: photographs, the shapes and the textures with maps.
 HELD_BACK = ("caltech101", "models", "pbr")
 # Calibrate the confidence and nothing else: other people's renders, and scenery of no material.

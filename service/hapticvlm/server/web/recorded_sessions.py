@@ -69,6 +69,8 @@ class Session:
     def is_page_fresh(self) -> bool:
         """Whether the page is there and as new as the log, or was made just now."""
         try:
+            # `lstat` and a regular file: the folder may have come from a stranger with a link in
+            # place of the page, and following it would show, or write over, any file of the user.
             found = self.page.lstat()
         except OSError:
             return False
@@ -83,6 +85,8 @@ class Session:
 
     def check_size(self) -> None:
         """Raise NoPage for a session whose page would be too large."""
+        # Known before a process is started: every picture goes into the page as text, a third
+        # larger, and a browser waits no longer than a handshake for all of it.
         pictures = sum(size for _, size in _files(self.folder / FRAMES))
         if self.log_bytes > MAX_LOG_BYTES or pictures * BASE64 > MAX_PAGE_BYTES:
             raise NoPage(f"too long to be shown here: `hapticvlm replay --view` {self.folder}")
