@@ -75,6 +75,7 @@ def _decode(frame: messages.Frame, reduction: int) -> Pixels:
 def _decode_jpeg(frame: messages.Frame, reduction: int) -> Pixels:
     import simplejpeg
 
+    _require_few_scans(frame.image)
     try:
         pixels: Pixels = simplejpeg.decode_jpeg(
             frame.image,
@@ -123,13 +124,18 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
         height, width, _, _ = simplejpeg.decode_jpeg_header(data)
     except (ValueError, KeyError) as error:  # KeyError: a colour space it has no name for
         raise PictureError("$.image", f"no JPEG ({error}); check `format`") from None
+    return width, height
+
+
+def _require_few_scans(data: bytes) -> None:
+    """Refuse a JPEG that takes minutes to decode. Raises PictureError."""
     # A progressive JPEG is decoded once for each scan. Thousands of empty scans fit into some
     # kilobytes and keep a decoder busy for minutes in C, where no time limit of ours reaches. Their
-    # markers are counted before anything is decoded.
+    # markers are counted before anything is decoded, by whoever decodes: looking through all bytes
+    # of every frame took the gateway longer than all else that it checks.
     if data.count(b"\xff\xda") > MAX_SCANS:
         text = f"a JPEG of more than {MAX_SCANS} scans; send a baseline JPEG"
         raise PictureError("$.image", text)
-    return width, height
 
 
 def _png_size(path: str, data: bytes) -> tuple[int, int]:

@@ -31,7 +31,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """Pictures of the four materials: truth (N,) indices of FOUR, objects (N,), views of each."""
+    """Pictures of some materials: truth (N,) indices of names, objects (N,), views of each."""
 
     name: str
     pictures: Kind
@@ -58,8 +58,8 @@ def sources_of(data: Path | None) -> list[tuple[Source, Kind]]:
     return found
 
 
-def embed(encoder: Encoder, source: Source, kind: Kind) -> Seen:
-    """Embed pictures of FOUR, each as it is and varied as enrolment does."""
+def embed(encoder: Encoder, source: Source, kind: Kind, names: Sequence[str] = FOUR) -> Seen:
+    """Embed pictures of materials of these names, each as it is and varied as enrolment does."""
     views = []
     for view in source.views:
         frame = view.as_cut(source.cut)
@@ -69,13 +69,13 @@ def embed(encoder: Encoder, source: Source, kind: Kind) -> Seen:
             cut = [pictures.crop(frame, encoder.side)]
         cut = cut if kind == "renders" else cut[:1]
         views.append(np.concatenate([encoder.embed([crop]) for crop in cut]))
-    truth = np.array([FOUR.index(name) for name in source.truth])
+    truth = np.array([names.index(name) for name in source.truth])
     return Seen(source.name, kind, truth, source.objects, tuple(views))
 
 
-def among(beliefs: Doubles, names: Sequence[str]) -> Doubles:
-    """Restrict (N, C) beliefs to FOUR: (N, 4); what was unknown stays so, in scale."""
-    kept = beliefs[:, [names.index(name) for name in FOUR]]
+def among(beliefs: Doubles, names: Sequence[str], admitted: Sequence[str] = FOUR) -> Doubles:
+    """Restrict (N, C) beliefs to the M admitted: (N, M); what was unknown stays so, in scale."""
+    kept = beliefs[:, [names.index(name) for name in admitted]]
     unknown = 1.0 - beliefs.sum(axis=1, keepdims=True)
     return np.asarray(kept / (kept.sum(axis=1, keepdims=True) + np.maximum(unknown, 0.0)))
 

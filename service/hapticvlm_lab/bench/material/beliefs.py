@@ -36,6 +36,7 @@ from hapticvlm_lab.bench.material.belief_sets import (
 )
 from hapticvlm_lab.bench.material.data import FOUR
 
+ALL = tuple(MATERIALS)
 REFERENCES = (5, 20)
 NAMED = 5  # objects of a scene that teach
 RESAMPLES = 1000
@@ -53,7 +54,9 @@ def run(data: Path | None, encoder_name: str | None, path: Path | None, *, as_js
     found: dict[str, object] = {"encoder": encoder.name}
     gallery = load_gallery(path, encoder=encoder)
     for source, kind in sources_of(data):
-        found[source.name] = judge(embed(encoder, source.keep(FOUR), kind), gallery)
+        judged = judge(embed(encoder, source.keep(FOUR), kind), gallery)
+        judged["all materials"] = _among_all(embed(encoder, source.keep(ALL), kind, ALL), gallery)
+        found[source.name] = judged
         if not as_json:
             _print(source.name, found[source.name])
     if as_json:
@@ -76,6 +79,17 @@ def judge(seen: Seen, gallery: Gallery) -> dict[str, object]:
             errors[name] = contact_error(beliefs, seen.truth[rows], seen.objects[rows])
     taught = _scene_taught(seen, zero) if seen.pictures == "renders" else None
     return {"pictures": len(seen.truth), "said": figures, "felt": errors, "scene-taught": taught}
+
+
+def _among_all(seen: Seen, gallery: Gallery) -> dict[str, object]:
+    """Return what is said of pictures of any material, with every material admitted."""
+    beliefs = among(gallery.beliefs(seen.first), gallery.candidates, ALL)
+    there = [name for place, name in enumerate(ALL) if place in seen.truth]
+    return {
+        "pictures": len(seen.truth),
+        "materials": there,
+        "said": spoken(beliefs, seen.truth, seen.objects),
+    }
 
 
 def spoken(
@@ -206,6 +220,11 @@ def _print(name: str, found: object) -> None:
         print(f"  felt, {title:<14} {text}, below neutral {_percent(row['below_neutral'])}")
     if found["scene-taught"] is not None:
         _print_taught(found["scene-taught"])
+    every = found["all materials"]
+    cells = [f"{key} {_percent(every['said'][key])}" for key in _SHOWN]
+    there = f"{every['pictures']} pictures of {', '.join(every['materials'])}"
+    print(f"  all {len(ALL)} admitted, {there}:")
+    print(f"  {'zero-shot':<20} {'  '.join(cells)}")
 
 
 def _print_taught(row: Mapping[str, Sequence[float]]) -> None:
