@@ -17,7 +17,7 @@ from typing import TypeVar
 from hapticvlm import __version__
 from hapticvlm.messages import Devices
 from hapticvlm.processes.model_worker import Answered
-from hapticvlm.server import assemble, log_writer
+from hapticvlm.server import log_writer, offer
 from hapticvlm.server.access import Address
 from hapticvlm.server.assemble import ServiceParts
 from hapticvlm.server.gateway import Gateway
@@ -33,23 +33,20 @@ SWITCH_S = 0.001  # a stop passes through the plate's thread, which a busy loop 
 T = TypeVar("T")
 
 
-async def run(serving: ServeOptions, where: Address) -> None:
-    """Run the service until SIGINT, SIGTERM or SIGHUP.
+async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> None:
+    """Run the service of these parts until SIGINT, SIGTERM or SIGHUP, and close them.
 
-    Raises ValueError, OSError, ChildError and DeviceError for what cannot be put together.
+    Raises OSError, ChildError and DeviceError for what cannot be started.
     """
     stopping = asyncio.Event()
     _on_signals(asyncio.get_running_loop(), stopping)
-    parts = assemble.build_service(serving)
     gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.vlm)
     gateway.recorder = parts.recorder
     gateway.log = log_writer.take_over()
     logging.getLogger("hapticvlm").addHandler(log_writer.ObserverLog(gateway.show_log))
     try:
         await _start(parts, gateway)
-        server = WebSocketServer(
-            where, gateway, assemble.service_info(serving, parts), time.monotonic
-        )
+        server = WebSocketServer(where, gateway, offer.service_info(serving, parts), time.monotonic)
         has_priority = not serving.no_realtime and _raise_priority()
         sys.setswitchinterval(SWITCH_S)
         supervision = Supervision(gateway)
@@ -62,7 +59,7 @@ async def run(serving: ServeOptions, where: Address) -> None:
             # What was made so far stays: looking through it again would hold up a touch by 40 ms.
             gc.collect()
             gc.freeze()
-            print_ready(serving, port, assemble.devices(parts), has_priority=has_priority)
+            print_ready(serving, port, offer.devices(parts), has_priority=has_priority)
             gateway.vibration.prepare()
             await stopping.wait()
             gateway.close()
@@ -78,7 +75,7 @@ async def run(serving: ServeOptions, where: Address) -> None:
 
 async def _start(parts: ServiceParts, gateway: Gateway) -> None:
     loop = asyncio.get_running_loop()
-    # The plate is first: what fails here leaves no child half started.
+    # The plate is first: it is what fails most often, and then nothing else is waited for.
     await asyncio.to_thread(parts.plate.start)
     await asyncio.gather(
         asyncio.to_thread(parts.speaker.start),

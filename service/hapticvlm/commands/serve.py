@@ -20,6 +20,7 @@ from hapticvlm.server.settings import GROUPS, OPTIONS, ServeOptions
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
+    from hapticvlm.server.assemble import ServiceParts
 
 
 def add(commands: Commands) -> None:
@@ -46,9 +47,6 @@ def add_options(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -
 
 
 def _serve(options: argparse.Namespace) -> int:
-    import asyncio
-
-    from hapticvlm.commands import run_service
     from hapticvlm.server import assemble
 
     if options.log_level == "warning":
@@ -58,9 +56,25 @@ def _serve(options: argparse.Namespace) -> int:
         serving = resolve_options(options)
         if sys.stderr.isatty():
             print("hapticvlm serve: starting the outputs and the recogniser ...", file=sys.stderr)
-        with port_errors(serving.port):
-            asyncio.run(run_service.run(serving, assemble.address(serving)))
+        parts = assemble.build_service(serving)
+        try:
+            parts.begin()
+            _run_parts(serving, parts)
+        finally:
+            parts.close()
     return 0
+
+
+def _run_parts(serving: ServeOptions, parts: ServiceParts) -> None:
+    """Run the service; what it needs is imported while its processes start."""
+    import asyncio
+
+    from hapticvlm.commands import run_service
+    from hapticvlm.server import offer
+
+    where = offer.address(serving)
+    with port_errors(serving.port):
+        asyncio.run(run_service.run(serving, where, parts))
 
 
 def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:

@@ -117,6 +117,10 @@ class ModelWorker(Generic[A]):
         self._deliver = deliver
         self._child.begin()
 
+    def begin_early(self) -> None:
+        """Let the process start now; `start` says later where its answers go, and waits for it."""
+        self._child.begin()
+
     def request(self, data: bytes, details: tuple[Any, ...], now: float) -> None:
         """Hand over one request, its picture as `data`; only while not busy."""
         self._bytes[: len(data)] = np.frombuffer(data, np.uint8)

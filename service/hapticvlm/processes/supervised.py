@@ -12,6 +12,7 @@ import multiprocessing
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
@@ -41,8 +42,9 @@ class Started(msgspec.Struct, frozen=True):
     error: str | None = None
 
     def send(self, control: Connection) -> None:
-        """Send it to the parent."""
-        control.send_bytes(msgspec.msgpack.encode(self))
+        """Send it to the parent; one that has gone meanwhile is noticed by the next read."""
+        with suppress(OSError):
+            control.send_bytes(msgspec.msgpack.encode(self))
 
 
 class Child:
@@ -94,8 +96,9 @@ class Child:
         return self._control
 
     def start(self) -> None:
-        """Start and wait until the child is ready. Raises ChildError."""
-        self.begin()
+        """Start, if it has not begun, and wait until the child is ready. Raises ChildError."""
+        if self._spawning is None:
+            self.begin()
         assert self._spawning is not None
         self._spawning.thread.join()
         failure = self._adopt()

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -18,14 +17,9 @@ from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.devices.speaker.speaker_files import read_speaker_files
 from hapticvlm.materials import Material
-from hapticvlm.messages import Device, Devices, Models
 from hapticvlm.recordings.recorder import Recorder
-from hapticvlm.server.access import Address
-from hapticvlm.server.handshake import ServiceInfo
 from hapticvlm.server.settings import ServeOptions
-from hapticvlm.server.web import certificate, stated_materials
-from hapticvlm.server.web.certificate import Certificate
-from hapticvlm.server.web.recorded_sessions import RecordedSessions
+from hapticvlm.server.web import stated_materials
 from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 from hapticvlm.vision.remote.settings import RemoteSettings
 from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
@@ -45,18 +39,21 @@ class ServiceParts:
     table: Mapping[str, Material]
     saved: Mapping[str, str]
 
+    def begin(self) -> None:
+        """Let the processes of speaker and recogniser start, and do not wait for them.
 
-def address(serving: ServeOptions) -> Address:
-    """Return where to listen and whom to let in. Raises ValueError."""
-    return Address(
-        serving.host,
-        serving.port,
-        serving.token,
-        frozenset(serving.allow_origin),
-        serving.scene,
-        _certificate(serving),
-        serving.pages_from,
-    )
+        They need longer than all that this process still has to import.
+        """
+        self.speaker.begin()
+        self.recogniser.worker.begin_early()
+
+    def close(self) -> None:
+        """End whatever has begun or started; the outputs first."""
+        self.plate.close()
+        self.speaker.close()
+        for part in (self.recogniser, self.vlm, self.recorder):
+            if part is not None:
+                part.close()
 
 
 def build_service(serving: ServeOptions) -> ServiceParts:
@@ -89,35 +86,10 @@ def build_service(serving: ServeOptions) -> ServiceParts:
     )
 
 
-def _certificate(serving: ServeOptions) -> Certificate | None:
-    if serving.tls_cert is None and serving.tls_key is None:
-        return None
-    if serving.tls_cert is None or serving.tls_key is None:
-        raise ValueError("--tls-cert and --tls-key go together: state both")
-    return certificate.load(serving.tls_cert, serving.tls_key)
-
-
 def _recorder(serving: ServeOptions) -> Recorder | None:
     if serving.record is None:
         return None
     return Recorder(serving.record, frames=serving.record_frames)
-
-
-def _sessions(serving: ServeOptions) -> RecordedSessions | None:
-    """Return what shows the recorded sessions: their pages are made as `replay --view` does."""
-    if serving.record is None:
-        return None
-    options = {
-        "--gallery": serving.gallery,
-        "--patterns": serving.patterns,
-        "--speaker-response": serving.speaker_response,
-    }
-    given = [part for flag, path in options.items() if path for part in (flag, str(path))]
-    # The page must show what was felt, so it is made with the materials, recordings and speaker
-    # curve of this service. By a command, and not by a call: it computes for seconds, and a process
-    # of its own takes no time from a touch and can be ended.
-    command = (sys.executable, "-m", "hapticvlm", "replay", "--no-open", *given)
-    return RecordedSessions(serving.record, command)
 
 
 def _audio(serving: ServeOptions, table: Mapping[str, Material]) -> AudioSettings:
@@ -141,32 +113,6 @@ def _channels(serving: ServeOptions) -> Channels | None:
     if serving.channels is not None:
         return read_channels(serving.channels)
     return OF_DUALSENSE if serving.speaker.lower() == DUALSENSE else None
-
-
-def service_info(serving: ServeOptions, parts: ServiceParts) -> ServiceInfo:
-    """Return what `welcome` reports of these parts, once they have started."""
-    loaded = parts.recogniser.loaded
-    vlm = None if parts.vlm is None else parts.vlm.settings.model
-    return ServiceInfo(
-        devices(parts),
-        Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm),
-        parts.table,
-        asks_elsewhere=serving.vlm_url is not None,
-        crops_elsewhere=serving.recogniser_url is not None,
-        recorder=parts.recorder,
-        sessions=_sessions(serving),
-        saved=parts.saved,
-        contact_resistance=serving.contact_resistance,
-        plate_resistance=serving.plate_resistance,
-    )
-
-
-def devices(parts: ServiceParts) -> Devices:
-    """Return the outputs and which of them are simulated."""
-    return Devices(
-        speaker=Device(name=parts.speaker.name, simulated=parts.speaker.simulated),
-        peltier=Device(name=parts.plate.name, simulated=parts.plate.simulated),
-    )
 
 
 def _plate(serving: ServeOptions) -> Peltier:

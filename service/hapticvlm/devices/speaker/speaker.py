@@ -79,6 +79,10 @@ class Speaker:
         """Names of what is wrong with the output now."""
         return (SPEAKER_GONE.name,) if self._lacks_output else ()
 
+    def begin(self) -> None:
+        """Let the engine start, and do not wait for it; `start` does."""
+        self._child.begin()
+
     def start(self) -> None:
         """Start the engine and wait until it plays; raises DeviceError if it can't."""
         try:
