@@ -58,26 +58,25 @@ class SimulatedBoard:
         """Receive what the host sent, advance to `now` and return what is to be sent."""
         if self._started_at is None:
             self._started_at = self._reported_at = self._lived_to = now
-        self._live(now)
-        out = b"".join(self._handle(received) for received in self._deframer.feed(data))
+        frames = self._deframer.feed(data)
+        self._live(now, is_at_rest=not frames and self.plate.state is plate_protocol.State.OFF)
+        out = b"".join(self._handle(received) for received in frames)
         if now - self._reported_at >= 1.0 / TELEMETRY_HZ:
             self._reported_at = now
             out += self._encode(self._telemetry(now))
         return out
 
-    def _live(self, now: float) -> None:
-        """Let the plate live in whole steps of its control loop, as a firmware's does.
+    def _live(self, now: float, *, is_at_rest: bool) -> None:
+        """Let the plate live up to now; at rest in whole steps of its control loop.
 
-        The host comes at any moment, and a plate that lived up to each of them would solve another
-        system of equations each time. What is ordered between two steps counts from the last one,
-        so a lease ends up to one step early, never late.
+        The host comes at any moment, and a plate that lives up to each of them has another system
+        of equations to solve each time. At rest nobody sees the difference, and equal steps are
+        solved once.
         """
-        if not self._lived_to <= now < math.inf:  # a clock that jumped is the plate's matter
-            self._lived_to = now
-        else:
-            # Whole steps, counted from the last one and not from now: the remainder is lived
-            # through at the next call, so no time is lost however often the host comes.
+        if is_at_rest and self._lived_to <= now < math.inf:
             self._lived_to += math.floor((now - self._lived_to) / TICK_S) * TICK_S
+        else:
+            self._lived_to = now
         self.plate.advance(self._lived_to)
 
     def _handle(self, received: Frame) -> bytes:
