@@ -16,7 +16,7 @@ from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS, missing
 
 from hapticvlm.client.local_service import running
 
-pytestmark = [pytest.mark.browser, pytest.mark.realtime]
+pytestmark = pytest.mark.browser
 
 SIZE = (240, 160)  # px: what is drawn on a processor costs time
 SEEN_MS = 50.0
@@ -98,6 +98,7 @@ def press(page: Page, key: str, hold_ms: int = 400) -> Any:
     return page.evaluate(PRESS, [key, hold_ms])
 
 
+@pytest.mark.realtime
 def test_the_first_picture_after_a_touch_shows_it_and_comes_as_fast_as_a_picture_can(
     page: Page,
 ) -> None:
@@ -147,6 +148,7 @@ PARTS = """async (key) => {
 }"""
 
 
+@pytest.mark.realtime
 def test_a_touch_draws_only_the_part_that_changes_where_the_processor_draws(page: Page) -> None:
     shares = [press(page, key, 50)["share"] for key in ("kettle", "linen", "bowl", "pan")]
     assert median(shares) < MOST_DRAWN
