@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from hapticvlm.materials import Material
     from hapticvlm_studio.touches.clip import Clip
 
-FORMATS = ("wav", "haptic", "ahap", "hjif")
+PAGE = "page"
+FORMATS = ("wav", "haptic", "ahap", "hjif", PAGE)
 SCALES = ("palm", "controller")
 ALL = "all"
 HEAT_SUFFIX = ".heat.json"
@@ -29,6 +30,7 @@ Write what touching a material feels like as a file: wav (48 kHz, what the palm 
 haptic (Meta Haptics SDK), ahap (Apple Core Haptics) or hjif (MPEG, ISO/IEC 23090-31). `all` writes
 every material of the table and of --gallery into the folder --out, one file for each interaction.
 hjif holds the plate's temperature too; the others get it in a file beside them (.heat.json).
+`page` is one HTML file to hear and compare touches, with all four formats to download.
 `--scale controller` lifts what a controller or a phone would hardly play; wav stays as it is.
 """
 
@@ -80,6 +82,8 @@ def _export(options: argparse.Namespace) -> int:
     with usage_errors():
         table = touch_options.table(options.gallery)
         jobs = list(_jobs(options, table))
+    if options.to == PAGE:
+        return _write_page(jobs, options, table)
     if options.material == ALL and options.out is not None:
         options.out.mkdir(parents=True, exist_ok=True)
     for job in jobs:
@@ -90,6 +94,22 @@ def _export(options: argparse.Namespace) -> int:
         folder = options.out if options.material == ALL and options.out is not None else Path()
         path = job.path or folder / f"{clip.name}.{options.to}"
         print("  ".join(str(written) for written in write(clip, options.to, path)), flush=True)
+    return 0
+
+
+def _write_page(
+    jobs: list[_Job], options: argparse.Namespace, table: Mapping[str, Material]
+) -> int:
+    from hapticvlm_studio.touches import gallery
+
+    if options.material != ALL and options.interaction is None:
+        jobs = [_Job(job.material, touch, job.path) for job in jobs for touch in INTERACTIONS]
+    with usage_errors():
+        clips = [_clip(job, options, table) for job in jobs]
+    clips = [_for_controllers(clip) for clip in clips] if options.scale != SCALES[0] else clips
+    path = options.out or Path(f"{options.material}.html")
+    path.write_text(gallery.page(clips), encoding="utf-8")
+    print(f"{path}: {len(clips)} touches, {path.stat().st_size / 1e6:.1f} MB; open it in a browser")
     return 0
 
 
@@ -127,7 +147,7 @@ def _jobs(options: argparse.Namespace, table: Mapping[str, Material]) -> Iterato
     if options.material != ALL:
         yield _Job(touch_options.find(options.material, table), options.interaction, options.out)
         return
-    if options.out is not None and options.out.is_file():
+    if options.to != PAGE and options.out is not None and options.out.is_file():
         raise UsageError(f"{options.out} is a file; all needs a folder")
     chosen = INTERACTIONS if options.interaction is None else (options.interaction,)
     for material in table.values():

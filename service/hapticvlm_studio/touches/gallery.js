@@ -1,0 +1,54 @@
+// A gallery of touches: plays one at a time, and gives its files. Everything is in the page.
+import { materialColour, warmthColour } from "hapticvlm/feel";
+
+const touches = JSON.parse(document.getElementById("touches").textContent);
+let playing = null;
+
+function end() {
+  if (!playing) return;
+  playing.sound.pause();
+  playing.button.setAttribute("aria-pressed", "false");
+  playing = null;
+}
+
+async function play(button) {
+  const isSame = playing?.button === button;
+  end();
+  if (isSame) return;
+  const sound = new Audio(`data:audio/wav;base64,${touches[button.dataset.touch].wav}`);
+  playing = { sound, button };
+  button.setAttribute("aria-pressed", "true");
+  sound.addEventListener("ended", () => playing?.sound === sound && end());
+  try {
+    await sound.play();
+  } catch (error) {
+    end();
+    document.getElementById("told").textContent = `This browser did not play it: ${error.message}`;
+  }
+}
+
+// The JSON files are kept packed (gzip), a fifth of their size.
+async function bytes(touch, kind) {
+  const packed = await (await fetch(`data:application/octet-stream;base64,${touch[kind]}`)).blob();
+  if (kind === "wav") return packed;
+  return new Response(packed.stream().pipeThrough(new DecompressionStream("gzip"))).blob();
+}
+
+async function give({ dataset: { touch, kind } }) {
+  const file = await bytes(touches[touch], kind);
+  const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(file), download: `${touch}.${kind}` });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+document.getElementById("main").addEventListener("click", ({ target }) => {
+  const button = target.closest("button");
+  if (button?.dataset.kind) give(button);
+  else if (button) play(button);
+});
+
+for (const section of document.querySelectorAll("section")) {
+  section.style.setProperty("--body", materialColour(section.dataset.material));
+  const bar = section.querySelector(".bar");
+  bar.style.background = `linear-gradient(to right, ${bar.dataset.skin.split(" ").map((celsius) => warmthColour(Number(celsius))).join(", ")})`;
+}

@@ -1,0 +1,132 @@
+"""Touches of materials as one page: to hear, to compare, and to take away as files of other tools.
+
+Everything is in the page, so that it opens from a disk and can be put anywhere. The sound is kept
+at SOUND_HZ, which loses nothing: vibration ends at 1 kHz.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+import io
+import json
+import time
+import wave
+from collections.abc import Iterable
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.signal import resample_poly
+
+import hapticvlm
+from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm_studio.touches import ahap, haptic, hjif
+from hapticvlm_studio.touches.clip import Clip
+
+HERE = Path(__file__).parent
+PAGES = Path(hapticvlm.__file__).parent / "pages"
+KINDS = ("haptic", "ahap", "hjif", "wav")
+SOUND_HZ = 8000  # browsers play no less everywhere
+COLUMNS = 100  # of a curve
+STOPS = 5  # of a bar of warmth
+
+
+def page(clips: Iterable[Clip]) -> str:
+    """Write the page of these clips, a section for each run of one material."""
+    sections: list[str] = []
+    data: dict[str, dict[str, str]] = {}
+    for _, group in groupby(clips, key=lambda clip: clip.material):
+        touches = list(group)
+        sections.append(_section(touches))
+        data |= {clip.name: _files(clip) for clip in touches}
+    text = (HERE / "gallery.html").read_text(encoding="utf-8")
+    for file in (PAGES / "palette.css", HERE / "gallery.css"):
+        style = f"<style>\n{file.read_text(encoding='utf-8')}</style>"
+        text = _put(text, f'<link rel="stylesheet" href="{file.name}">', style)
+    colours = f"data:text/javascript;base64,{_text((PAGES / 'feel.js').read_bytes())}"
+    text = _put(text, '"feel.js"', f'"{colours}"')
+    script = (HERE / "gallery.js").read_text(encoding="utf-8")
+    tag = '<script type="module" src="gallery.js"></script>'
+    text = _put(text, tag, f'<script type="module">\n{script}</script>')
+    text = _put(text, '<main id="main">\n', '<main id="main">\n' + "\n".join(sections))
+    told = json.dumps(data).replace("<", "\\u003c")
+    return _put(text, ">null</script>", f">{told}</script>")
+
+
+def _put(text: str, place: str, new: str) -> str:
+    assert text.count(place) == 1, place
+    return text.replace(place, new)
+
+
+def _section(touches: list[Clip]) -> str:
+    heat, name = touches[0].heat, html.escape(touches[0].material)
+    at = np.linspace(0, len(heat.skin_c) - 1, STOPS).astype(int)
+    skin = " ".join(f"{heat.skin_c[index]:.1f}" for index in at)
+    words = f"At {heat.surface_c:.0f} °C it brings skin of 32 °C to {heat.contact_c:.1f} °C"
+    items = "\n".join(_item(clip) for clip in touches)
+    return (
+        f'<section data-material="{name}" aria-label="{name}"><h2>{name}</h2>\n'
+        f'<p class="warmth"><span class="bar" data-skin="{skin}"></span>{words}</p>\n'
+        f'<ul class="touches">\n{items}\n</ul></section>'
+    )
+
+
+def _item(clip: Clip) -> str:
+    name = html.escape(clip.name)
+    touch = html.escape(f"{clip.material}, {clip.interaction}")
+    files = "".join(
+        f'<button type="button" data-touch="{name}" data-kind="{kind}" '
+        f'aria-label=".{kind} of {touch}">.{kind}</button>'
+        for kind in KINDS
+    )
+    return (
+        f"<li><h3>{html.escape(clip.interaction)}</h3>"
+        f'<button class="play" type="button" aria-pressed="false" data-touch="{name}" '
+        f'aria-label="play {touch}">{_curve(clip)}</button><div class="files">{files}</div></li>'
+    )
+
+
+def _curve(clip: Clip) -> str:
+    """Draw the vibration over time as an outline, as loud as the loudest moment of full scale."""
+    rows = np.array_split(np.abs(clip.wave), COLUMNS)
+    # The square root, as quiet textures would be flat lines beside strikes.
+    highs = [round(50.0 * float(np.sqrt(row.max(initial=0.0))), 1) for row in rows]
+    above = [f"{x},{50.0 - high:g}" for x, high in enumerate(highs)]
+    below = [f"{x},{50.0 + high:g}" for x, high in reversed(list(enumerate(highs)))]
+    points = " ".join(above + below)
+    return (
+        f'<svg viewBox="0 0 {COLUMNS - 1} 100" preserveAspectRatio="none" aria-hidden="true">'
+        f'<polygon points="{points}"/></svg>'
+    )
+
+
+def _files(clip: Clip) -> dict[str, str]:
+    documents = {
+        "haptic": haptic.document(clip),
+        "ahap": ahap.document(clip),
+        "hjif": hjif.document(clip, time.strftime("%Y-%m-%d")),
+    }
+    packed = {kind: _text(_packed(document)) for kind, document in documents.items()}
+    return {**packed, "wav": _text(_sound(clip))}
+
+
+def _packed(document: dict[str, Any]) -> bytes:
+    return gzip.compress(json.dumps(document).encode(), mtime=0)
+
+
+def _sound(clip: Clip) -> bytes:
+    samples = np.clip(resample_poly(clip.wave, SOUND_HZ, RATE_HZ), -1.0, 1.0)
+    file = io.BytesIO()
+    with wave.open(file, "wb") as sound:
+        sound.setnchannels(1)
+        sound.setsampwidth(2)
+        sound.setframerate(SOUND_HZ)
+        sound.writeframes((samples * 32767.0).astype("<i2").tobytes())
+    return file.getvalue()
+
+
+def _text(data: bytes) -> str:
+    return base64.b64encode(data).decode()

@@ -1,0 +1,69 @@
+"""The page of touches that `export --to page` writes, opened as a file in a real browser."""
+
+import io
+import json
+import os
+import wave
+
+import numpy as np
+import pytest
+from dashboard_scene import AXE, chromium, missing
+from playwright.sync_api import expect
+
+from hapticvlm.commands.main import main
+
+pytestmark = pytest.mark.browser
+FORMATS = ("haptic", "ahap", "hjif")
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    path = tmp_path_factory.mktemp("gallery") / "wood.html"
+    assert main(["export", "wood", "--to", "page", "--seconds", "0.6", "--out", str(path)]) == 0
+    return path.as_uri()
+
+
+@pytest.fixture
+def page(address):
+    if reason := missing():
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
+    with chromium() as browser:
+        page = browser.new_page(viewport={"width": 390, "height": 800})
+        problems = []
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        page.on("requestfailed", lambda request: problems.append(request.url[:60]))
+        page.goto(address)
+        yield page
+        assert not problems
+
+
+def test_touches_are_played_and_taken_away_without_a_network(page):
+    tap, slide = (
+        page.get_by_role("button", name=f"play wood, {kind}") for kind in ("tap", "slide")
+    )
+    tap.click()
+    slide.click()
+    expect(slide).to_have_attribute("aria-pressed", "true")
+    expect(tap).to_have_attribute("aria-pressed", "false")
+    expect(slide).to_have_attribute("aria-pressed", "false")  # it ended by itself
+    assert page.locator("#told").inner_text() == ""
+    for kind in FORMATS:
+        with page.expect_download() as given:
+            page.get_by_role("button", name=f".{kind} of wood, strike").click()
+        assert given.value.suggested_filename == f"wood-strike.{kind}"
+        assert json.loads(given.value.path().read_text())
+    with page.expect_download() as given:
+        page.get_by_role("button", name=".wav of wood, strike").click()
+    with wave.open(io.BytesIO(given.value.path().read_bytes())) as sound:
+        samples = np.frombuffer(sound.readframes(sound.getnframes()), "<i2")
+        assert sound.getnframes() / sound.getframerate() == pytest.approx(0.6, abs=0.01)
+    assert np.abs(samples).max() > 1000
+
+
+def test_it_fits_a_phone_and_is_open_to_everybody(page):
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.locator(".play").count() == 6
+    assert "rgb" in page.locator(".bar").first.evaluate("it => it.style.background")
+    page.add_script_tag(path=str(AXE))
+    found = page.evaluate("async () => (await axe.run()).violations.map((v) => v.id)")
+    assert found == []
