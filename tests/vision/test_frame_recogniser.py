@@ -43,6 +43,18 @@ def recognise(recogniser: FrameRecogniser, shown: Frame, *, anew: bool = True):
     return recogniser.recognise(msgspec.msgpack.encode(shown), "cup", 0.0, anew=anew)
 
 
+def counted_decodes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return a list that grows by one with every JPEG that is decoded."""
+    decoded: list[int] = []
+    decode = simplejpeg.decode_jpeg
+    monkeypatch.setattr(
+        simplejpeg,
+        "decode_jpeg",
+        lambda *a, **k: decoded.append(1) or decode(*a, **k),  # type: ignore[func-returns-value]
+    )
+    return decoded
+
+
 def beliefs(evidence: Evidence) -> list[float]:
     return [belief for _, belief in evidence.beliefs]
 
@@ -65,19 +77,29 @@ def test_regions_compared_together_give_what_single_looks_give(
 def test_regions_compared_together_decode_the_frame_once(
     encoder: Encoder, gallery: Gallery, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    decoded = []
-    decode = simplejpeg.decode_jpeg
-    monkeypatch.setattr(
-        simplejpeg,
-        "decode_jpeg",
-        lambda *a, **k: decoded.append(1) or decode(*a, **k),  # type: ignore[func-returns-value]
-    )
+    decoded = counted_decodes(monkeypatch)
     recogniser = FrameRecogniser(encoder, gallery)
     recogniser.compare(frame(), REGIONS)
     assert len(decoded) == 1
     for region in REGIONS:
         recognise(recogniser, frame(region=region))
     assert len(decoded) == 1 + len(REGIONS)
+
+
+def test_the_very_same_bytes_of_an_object_are_skipped_without_decoding_them(
+    encoder: Encoder, gallery: Gallery, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    decoded = counted_decodes(monkeypatch)
+    recogniser = FrameRecogniser(encoder, gallery)
+    assert recognise(recogniser, frame(), anew=False).evidence is not None
+    assert recognise(recogniser, frame(), anew=False).evidence is None
+    assert len(decoded) == 1
+    assert recognise(recogniser, frame(region=REGIONS[0]), anew=False).evidence is not None
+    assert recognise(recogniser, frame(seed=2), anew=False).evidence is not None
+    assert recognise(recogniser, frame(), anew=False).evidence is not None  # another lay between
+    assert recognise(recogniser, frame(), anew=True).evidence is not None
+    assert recognise(recogniser, frame(purpose="enrol"), anew=False).evidence is not None
+    assert len(decoded) == 6
 
 
 def test_a_region_outside_the_frame_is_refused_by_field(encoder: Encoder, gallery: Gallery) -> None:
