@@ -57,11 +57,11 @@ def missing() -> str | None:
 
 
 @contextmanager
-def chromium() -> Iterator[Browser]:
-    """Run a headless Chromium."""
+def chromium(*flags: str) -> Iterator[Browser]:
+    """Run a headless Chromium, with these flags of its own beside."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox"]
+            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *flags]
         )
         try:
             yield browser

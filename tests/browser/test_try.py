@@ -9,6 +9,7 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY, chromium, missing
 from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
+import hapticvlm
 from hapticvlm.client.local_service import Service, running
 
 REASON = missing()
@@ -34,11 +36,25 @@ DROP = """([name, data]) => {
   }
 }"""
 
+# All that the service sends of what its speaker plays.
+HEAR = """async () => {
+  const { sound } = await import("./hear.js");
+  const take = sound.take.bind(sound);
+  window.heard = [];
+  sound.take = (piece) => {
+    if (piece.start != null) heard.push(...piece.samples);
+    take(piece);
+  };
+}"""
+PAGES = Path(hapticvlm.__file__).parent / "pages"
+# A camera that films a turning figure, and a screen that nobody is asked for.
+FAKE = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
+
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     expect.set_options(timeout=PATIENCE_MS)
-    with chromium() as opened:
+    with chromium(*FAKE) as opened:
         yield opened
 
 
@@ -143,6 +159,73 @@ def test_a_wrong_answer_is_corrected_by_a_click_and_kept_for_the_session(browser
         expect(page.locator("#corrected")).to_contain_text("hapticvlm gallery add my-rubber")
         at(page, 0.3, 0.3)
         expect(page.locator("#material")).to_have_text("rubber")
+
+
+def test_one_of_the_likeliest_corrects_it_by_one_press(browser, service):
+    with visit(browser, service) as page:
+        sample(page)
+        at(page, 0.5, 0.8)
+        page.mouse.down()
+        let_go(page)
+        named = page.locator("#likeliest button")
+        expect(named.first).to_be_visible()
+        assert 1 <= named.count() <= 3
+        last = named.last.inner_text()
+        named.last.click()
+        expect(page.locator("#material")).to_have_text(last)
+        expect(page.locator("#sure")).to_contain_text("you said so")
+
+
+def test_where_a_phone_can_open_it_is_said(browser, service):
+    with visit(browser, service) as page:
+        page.get_by_text("Open it on a phone or headset").click()
+        expect(page.locator("#reach-said")).to_contain_text("--pages-from lan")
+
+
+@pytest.mark.parametrize("source", ["camera", "screen"])
+def test_a_live_source_is_looked_at_and_felt_until_it_is_ended(browser, service, source):
+    with visit(browser, service) as page:
+        page.locator(f"#{source}").click()
+        expect(page.locator(f"#{source}")).to_have_attribute("aria-pressed", "true")
+        at(page, 0.5, 0.5)
+        expect(page.locator("#material")).not_to_have_text(NOTHING)
+        page.mouse.down()
+        rub(page, service)
+        let_go(page)
+        page.locator(f"#{source}").click()
+        expect(page.locator(f"#{source}")).to_have_attribute("aria-pressed", "false")
+
+
+def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, service):
+    halves = [
+        Image.open(PAGES / f"try.{name}.jpg").resize((400, 400)) for name in ("box", "kettle")
+    ]
+    both = Image.new("RGB", (800, 400))
+    for place, half in enumerate(halves):
+        both.paste(half, (400 * place, 0))
+    file = io.BytesIO()
+    both.save(file, "PNG")
+    heard = {}
+    with visit(browser, service) as page:
+        page.locator("#among").select_option("four")
+        page.evaluate(HEAR)
+        page.evaluate(DROP, ["both.png", base64.b64encode(file.getvalue()).decode()])
+        for material, x in (("wood", 0.25), ("metal", 0.75)):
+            at(page, x, 0.5)
+            expect(page.locator("#material")).to_have_text(re.compile(f"^(perhaps )?{material}$"))
+            page.evaluate("heard.length = 0")
+            for _ in range(3):
+                page.mouse.down()
+                page.wait_for_timeout(300)
+                page.mouse.up()
+                page.wait_for_timeout(150)
+            heard[material] = np.array(page.evaluate("window.heard"))
+    shapes = []
+    for wave in heard.values():
+        power = np.abs(np.fft.rfft(wave, 1 << 16)) ** 2
+        bands = np.add.reduceat(power[: 1 << 15], np.arange(0, 1 << 15, 256))
+        shapes.append(np.sqrt(bands / bands.sum()))
+    assert float(shapes[0] @ shapes[1]) < 0.9  # 1 is the same spectrum
 
 
 def test_what_a_scene_can_be_made_of_is_asked_for_and_holds(browser, service):

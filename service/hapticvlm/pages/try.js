@@ -1,4 +1,5 @@
 // "Feel this": a picture of a person's own, touched with the pointer and felt like what it looks like.
+import { show as showReach } from "./connect.js";
 import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { materialColour, warmthWord } from "./feel.js";
 import { offerSound, sound, speakerIs, startWithTouch } from "./hear.js";
@@ -10,6 +11,7 @@ import { TryScene } from "./try.scene.js";
 import { offerSources } from "./try.source.js";
 
 const SHOWN_PX = 720; // longest side on the page of a picture that is smaller
+const MOST_LIKELY = 3;
 const FOUR = ["wood", "glass", "fabric", "metal"];
 const TOKEN_KEY = "hapticvlm-token"; // kept as long as this tab
 const SOURCES = {
@@ -42,6 +44,7 @@ function receive(message) {
   if (message.type === "welcome") {
     setText(byId("link"), `Connected to ${message.service.name} ${message.service.version}.`);
     speakerIs(message.devices.speaker);
+    fetch("status").then((answer) => answer.ok && answer.json().then(showReach)).catch(() => {}); // a lost link says so
     const select = byId("correct-material");
     if (!select.options.length) select.append(...message.materials.map((name) => make("option", name, { value: name })));
   } else if (message.type === "vibration") rumble.take(message);
@@ -77,8 +80,18 @@ function show() {
   list(byId("because"), because(decision));
   byId("correct").hidden = !decision.object_id;
   const likeliest = material === "unknown" ? (next ?? "wood") : material;
-  byId("correct-material").value = chosen?.id === decision.object_id ? chosen.material : likeliest;
+  byId("correct-material").value = chosen && chosen.id === decision.object_id ? chosen.material : likeliest;
+  showLikeliest(decision);
   outline();
+}
+
+// The likeliest materials as buttons, the first three that the service names: one press corrects it.
+function showLikeliest({ material, runner_up: next, evidence }) {
+  const seen = [...evidence].sort((one, other) => other.confidence - one.confidence).map((one) => one.material);
+  const names = [...new Set([material, next, ...seen])].filter((name) => name && name !== "unknown").slice(0, MOST_LIKELY);
+  const group = byId("likeliest");
+  if ([...group.children].map((button) => button.textContent).join() === names.join()) return;
+  group.replaceChildren(...names.map((name) => make("button", name, { type: "submit", value: name })));
 }
 
 function because(decision) {
@@ -125,7 +138,8 @@ offerSources((given) => {
 offerHand(canvas, () => { scene.moved(); show(); outline(); }, startWithTouch);
 byId("correct").addEventListener("submit", async (event) => {
   event.preventDefault();
-  const material = byId("correct-material").value;
+  const material = event.submitter?.value || byId("correct-material").value;
+  byId("correct-material").value = material;
   const answer = await scene.state(material);
   setText(byId("corrected"), answer.type === "ok" ? `Taken: ${material}. It feels so from now on.` : (answer.text ?? "The service did not answer."));
   byId("keep").hidden = answer.type !== "ok";
