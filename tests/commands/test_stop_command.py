@@ -1,5 +1,6 @@
 """`hapticvlm stop` against a running service: what it ends, and what it says when it cannot."""
 
+import json
 import subprocess
 import sys
 
@@ -66,3 +67,8 @@ def test_no_service_is_one_line_and_no_traceback():
     assert done.returncode == 2
     assert "nothing was stopped" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_program_is_told_in_json_and_nothing_else(service):
+    done = stop("speaker", "--json", "--url", service.url, "--token", "a token of twelve")
+    assert json.loads(done.stdout) == {"stopped": "speaker"}

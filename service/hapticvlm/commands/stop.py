@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import json
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands import service_address as reaching
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import HapticVLMError
 
 if TYPE_CHECKING:
@@ -50,12 +52,16 @@ def add(commands: Commands) -> None:
         help="what to stop: %(choices)s (%(default)s)",
     )
     reaching.add_options(stop)
+    add_json(stop)
 
 
 def _stop(options: argparse.Namespace) -> int:
     import asyncio
 
     asyncio.run(_ask(reaching.target(options), options.scope))
+    if options.json:
+        print(json.dumps({"stopped": options.scope}))
+        return 0
     print(f"stopped: {SCOPES[options.scope]}; a new touch starts them again")
     return 0
 

@@ -154,7 +154,11 @@ async def _serve(design: Design, pace: Pace, options: argparse.Namespace, url: s
     def ready(page: str) -> None:
         trials = len(next(iter(design.trials.values())))
         print(f"study ready on {page}", flush=True)
-        print(f"  {len(design.participants)} participants, {trials} trials each", flush=True)
+        people = len(design.participants)
+        of_each = (
+            f"{people} participants, {trials} trials each" if people > 1 else f"{trials} trials"
+        )
+        print(f"  {of_each}", flush=True)
         print(f"  for the experimenter: {page.replace(PAGE, EXPERIMENTER)}", flush=True)
 
     setting = Setting(
