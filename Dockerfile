@@ -16,6 +16,6 @@ RUN pip install --no-cache-dir --constraint /tmp/constraints.txt /tmp/wheel/*.wh
 USER hapticvlm
 EXPOSE 8790
 HEALTHCHECK --interval=10s --timeout=3s --start-period=20s \
-    CMD ["python", "-c", "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8790/readyz')"]
+    CMD ["python", "-m", "hapticvlm.commands.alive"]
 ENTRYPOINT ["hapticvlm"]
 CMD ["serve", "--host", "0.0.0.0", "--pages-from", "lan", "--no-realtime"]

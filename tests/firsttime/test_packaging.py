@@ -3,10 +3,11 @@
 import re
 from pathlib import Path
 
+import pytest
 import yaml
 
 from hapticvlm import __version__
-from hapticvlm.commands import serve
+from hapticvlm.commands import alive, serve
 from hapticvlm.commands.main import _parser
 from hapticvlm.server import offer
 
@@ -37,7 +38,26 @@ def test_the_container_runs_the_service_without_root_behind_a_token():
     serving = serve.resolve_options(given, {"HAPTICVLM_TOKEN": "choose-a-long-secret"})
     assert offer.address(serving).host == "0.0.0.0"
     assert str(serving.port) == last("EXPOSE")
-    assert f":{serving.port}/readyz" in last("HEALTHCHECK")
+
+
+@pytest.mark.parametrize(
+    ("flags", "asked"),
+    [
+        ([], "http://127.0.0.1:8790/healthz"),
+        (["--port", "9000"], "http://127.0.0.1:9000/healthz"),
+        (["--port=9000", "--tls-cert", "a", "--tls-key", "b"], "https://127.0.0.1:9000/healthz"),
+        (["--host", "172.17.0.2"], "http://172.17.0.2:8790/healthz"),
+        (["--host", "::"], "http://127.0.0.1:8790/healthz"),
+        (["--config", "{file}"], "http://127.0.0.1:9100/healthz"),
+    ],
+)
+def test_the_container_asks_for_life_where_the_service_was_told_to_listen(flags, asked, tmp_path):
+    config = tmp_path / "serve.toml"
+    config.write_text("port = 9100\n")
+    words = [*yaml.safe_load(last("ENTRYPOINT")), *yaml.safe_load(last("CMD"))]
+    given = [flag.format(file=config) for flag in flags]
+    assert alive.address(["python", *words, *given]) == asked
+    assert "hapticvlm.commands.alive" in last("HEALTHCHECK")
 
 
 def test_the_python_of_the_container_is_one_that_was_tried():

@@ -2,8 +2,11 @@
 
 import asyncio
 import contextlib
+import socket
 import statistics
 import time
+from collections import deque
+from urllib.parse import urlsplit
 
 import msgpack
 import pytest
@@ -156,3 +159,43 @@ async def test_hello_may_follow_a_few_frames_and_no_more(service):
         client.socket.transport.write(ping * HELLO_FRAMES)
         with pytest.raises(ConnectionClosed):
             await client.hello("observer")
+
+
+def connect_as_fast_as_it_goes(service, *, upgrades, until):
+    """Connect, ask for a WebSocket or not, and say no hello; close the oldest of many."""
+    url = urlsplit(service.url)
+    request = (
+        f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{url.port}\r\nUpgrade: websocket\r\n"
+        "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+    )
+    held = deque[socket.socket]()
+    made = 0
+    while time.monotonic() < until:
+        with contextlib.suppress(OSError):
+            held.append(socket.create_connection((url.hostname, url.port), timeout=1.0))
+            held[-1].sendall(request.encode() if upgrades else b"")
+            made += 1
+        if len(held) > (200 if upgrades else 0):
+            held.popleft().close()
+    for each in held:
+        each.close()
+    return made
+
+
+@pytest.mark.parametrize("upgrades", [False, True], ids=["connects", "held upgrades"])
+async def test_a_flood_of_connections_delays_no_touch_and_locks_no_newcomer_out(service, upgrades):
+    async with peer(service) as client:
+        await owner_of(client)
+        until = time.monotonic() + 1.5
+        attack = asyncio.to_thread(
+            connect_as_fast_as_it_goes, service, upgrades=upgrades, until=until
+        )
+        flooding = asyncio.create_task(attack)
+        took = []
+        for _ in range(3):
+            took += await latencies(client, 0.2)
+            async with peer(service) as newcomer:
+                assert (await newcomer.hello("observer"))["type"] == "welcome"
+        assert await flooding > 100
+    assert max(took) < 0.25

@@ -5,7 +5,8 @@ from collections import Counter
 import pytest
 
 from hapticvlm.server.access import Address
-from hapticvlm.server.budgets import Rate, TokenBucket
+from hapticvlm.server.budgets import ASKED_S, CONNECTS, Rate, TokenBucket
+from hapticvlm.server.edge.accepting import ConnectBudgets
 from hapticvlm.server.entrance import Entrance
 
 
@@ -45,21 +46,48 @@ def test_the_socket_that_waits_longest_for_hello_makes_room_and_is_counted():
     entrance: Entrance[Socket] = Entrance(counts, most=3)
     sockets = [socket() for _ in range(4)]
     for each in sockets[:3]:
-        entrance.opened(each)
+        entrance.opened(each, 0.0)
     entrance.greeted(sockets[0])
     assert not any(each.transport.is_aborted for each in sockets)
-    entrance.opened(sockets[3])
+    entrance.opened(sockets[3], 0.0)
     assert [each.transport.is_aborted for each in sockets] == [False, True, False, False]
     assert counts == {"closed: too many sockets before hello": 1}
     assert sockets[1] not in entrance.sockets
 
 
+def test_a_socket_that_has_sent_its_request_is_spared_for_a_moment_and_then_makes_room():
+    entrance: Entrance[Socket] = Entrance(Counter(), most=2)
+    honest, silent, third, fourth = (socket() for _ in range(4))
+    for each in (honest, silent):
+        entrance.opened(each, 0.0)
+    entrance.asked(honest, 0.0)
+    assert entrance.has_room(0.1)
+    entrance.opened(third, 0.1)
+    assert silent.transport.is_aborted
+    entrance.asked(third, 0.1)
+    assert not entrance.has_room(0.2)
+    assert entrance.has_room(ASKED_S)
+    entrance.opened(fourth, ASKED_S)
+    assert honest.transport.is_aborted
+    assert not third.transport.is_aborted
+
+
+def test_connects_have_a_budget_for_each_address_and_one_for_this_machine():
+    budgets = ConnectBudgets()
+    burst = int(CONNECTS.burst)
+    assert all(budgets.spend("192.0.2.1", 0.0) for _ in range(burst))
+    assert not budgets.spend("192.0.2.1", 0.0)
+    assert budgets.spend("192.0.2.1", 1.5 / CONNECTS.per_s)
+    assert all(budgets.spend(f"127.0.0.{number % 9}", 0.0) for number in range(burst))
+    assert not budgets.spend("::1", 0.0)
+
+
 def test_a_newcomer_goes_when_all_others_have_said_hello():
     entrance: Entrance[Socket] = Entrance(Counter(), most=1)
     first, second = socket(), socket()
-    entrance.opened(first)
+    entrance.opened(first, 0.0)
     entrance.greeted(first)
-    entrance.opened(second)
+    entrance.opened(second, 0.0)
     assert second.transport.is_aborted
     assert not first.transport.is_aborted
 

@@ -11,7 +11,7 @@ from gateways import Peer, join, new_gateway
 
 from hapticvlm import __version__
 from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import PROTOCOL_MAJOR, Device, Devices, Error, Models
+from hapticvlm.messages import PROTOCOL_MAJOR, Device, Devices, Error, Models, Stop
 from hapticvlm.recordings.recorded_session import RecordedSession
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server import handshake
@@ -29,6 +29,7 @@ from hapticvlm.server.handshake import (
     Handshake,
     ServiceInfo,
 )
+from hapticvlm.server.places import CLOSE_MADE_ROOM
 
 SIMULATED = Device(name="simulated", simulated=True)
 TOKEN = "long enough to be given off this machine"
@@ -147,14 +148,48 @@ async def test_one_scene_too_many_is_refused_and_an_observer_is_not(gateway):
 
 
 async def test_the_last_places_are_kept_for_the_dashboard_of_this_machine(gateway):
-    for _ in range(MAX_CONNECTIONS - LOOPBACK_PLACES):
-        join(gateway, observer=True)
+    crowd(gateway, MAX_CONNECTIONS - LOOPBACK_PLACES)
     door = at_the_door(gateway)
-    assert await door.welcome(says(hello("observer"), address="192.168.1.9")) is None
-    assert await door.welcome(says(hello("scene"))) is None
+    assert not has_place(await door.welcome(says(hello("observer"), address="192.168.1.9")))
+    assert not has_place(await door.welcome(says(hello("scene"))))
     for _ in range(LOOPBACK_PLACES):
-        assert await door.welcome(says(hello("observer"))) is not None
-    assert await door.welcome(says(hello("observer"))) is None
+        dashboard = await door.welcome(says(hello("observer")))
+        assert has_place(dashboard)
+        dashboard.has_spoken = True
+    assert not has_place(await door.welcome(says(hello("observer"))))
+    assert len(gateway.connections) == MAX_CONNECTIONS
+
+
+def crowd(gateway, count):
+    """Observers that have asked for something."""
+    for _ in range(count):
+        join(gateway, observer=True).has_spoken = True
+
+
+def has_place(connection):
+    return connection is not None and connection.has_place
+
+
+async def test_idle_observers_make_room_the_oldest_first_and_those_that_asked_stay(gateway):
+    crowd(gateway, MAX_CONNECTIONS - LOOPBACK_PLACES - 2)
+    oldest, younger = Peer(), Peer()
+    for peer in (oldest, younger):
+        join(gateway, observer=True, peer=peer)
+    assert has_place(await at_the_door(gateway).welcome(says(hello("scene"))))
+    assert oldest.closed == (CLOSE_MADE_ROOM, "made room for another client")
+    assert younger.closed is None
+    assert gateway.counts["closed: made room"] == 1
+
+
+async def test_an_observer_that_finds_no_place_is_let_in_to_stop_and_takes_none(gateway):
+    crowd(gateway, MAX_CONNECTIONS)
+    peer = says(hello("observer"), address="192.168.1.9")
+    connection = await at_the_door(gateway).welcome(peer)
+    assert connection is not None
+    assert not connection.has_place
+    assert peer.sent[0]["type"] == "welcome"
+    assert len(gateway.connections) == MAX_CONNECTIONS
+    assert gateway.counts["refused: no place"] == 1
 
 
 async def test_a_client_that_left_before_its_welcome_owns_nothing(gateway):
@@ -185,8 +220,11 @@ async def test_scenes_are_recorded_when_sessions_are_kept_and_observers_are_not(
     assert isinstance(scene.session, RecordedSession)
     assert not isinstance(observer.session, RecordedSession)
     assert peer.sent[0]["privacy"]["frames_stored"]
+    assert not list(tmp_path.iterdir()), "a scene that only says hello leaves nothing"
+    scene.session.receive(Stop(id=2, scope="all"), 0.0)
     recorder.close()
-    assert len(list(tmp_path.iterdir())) == 1
+    (kept,) = tmp_path.iterdir()
+    assert "head" in (kept / "tape.jsonl").read_text().splitlines()[0]
 
 
 def test_a_flood_of_wrong_tokens_is_two_lines_of_the_log(caplog):

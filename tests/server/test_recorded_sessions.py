@@ -18,6 +18,7 @@ from recorded_session import record
 from test_lan_pages import OWN, networked
 
 from hapticvlm.client.local_service import running
+from hapticvlm.server.web import recorded_sessions
 from hapticvlm.server.web.recorded_sessions import RecordedSessions, listing
 
 HOSTILE = ["<img src=x onerror=alert(1)>", "a b#t=1?c%2e%2e", "..;x", "\\..\\y", "\N{SNOWMAN}\n'\""]
@@ -172,3 +173,23 @@ async def test_a_session_that_goes_on_is_shown_too(service, folder):
         (name,) = set(listing(folder)) - before
         text, _ = await asyncio.to_thread(get, service, f"sessions/{quote(name)}")
         assert '"object_id": "cup"' in text
+
+
+async def test_a_listing_is_kept_for_a_second_unless_a_session_is_new(tmp_path, monkeypatch):
+    read: list[Path] = []
+
+    def read_folder(folder):
+        read.append(folder)
+        return {}
+
+    monkeypatch.setattr(recorded_sessions, "listing", read_folder)
+    sessions = RecordedSessions(tmp_path, ["true"])
+    await asyncio.gather(*(sessions.answer("") for _ in range(20)))
+    assert (await sessions.answer("unknown")).status_code == 404
+    assert len(read) == 1
+    (tmp_path / "new").mkdir()
+    await sessions.answer("")
+    assert len(read) == 2
+    monkeypatch.setattr(recorded_sessions, "LISTED_S", -1.0)
+    await sessions.answer("")
+    assert len(read) == 3

@@ -19,7 +19,10 @@ from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import ConnectionClosed, ConnectionClosedError, InvalidStatus
 
 from hapticvlm.client.local_service import ServiceError, running
+from hapticvlm.commands.main import main
 from hapticvlm.server.budgets import GUESS_S, MAX_CONNECTIONS, MAX_SCENES
+from hapticvlm.server.places import CLOSE_MADE_ROOM
+from hapticvlm.server.stop_places import CLOSE_NO_PLACE
 
 OBJECTS = [
     {"object_id": "table", "material": "wood"},
@@ -502,7 +505,8 @@ async def test_a_wrong_token_is_answered_late_counted_and_logged():
     assert any("wrong token" in line for line in service.printed)
 
 
-async def test_a_crowd_of_observers_locks_no_dashboard_out_and_scenes_are_few():
+async def test_a_crowd_of_observers_locks_neither_dashboard_nor_stop_out_and_scenes_are_few():
+    seats: list[Peer] = []
     with running() as service:
         async with contextlib.AsyncExitStack() as stack:
             for _ in range(MAX_SCENES):
@@ -514,8 +518,23 @@ async def test_a_crowd_of_observers_locks_no_dashboard_out_and_scenes_are_few():
             for _ in range(MAX_CONNECTIONS - MAX_SCENES):
                 client = await stack.enter_async_context(peer(service))
                 assert (await client.hello("observer"))["type"] == "welcome"
+                seats.append(client)
+            assert status(service)["connections"] == MAX_CONNECTIONS
+            oldest = seats[0]
+            assert await asyncio.to_thread(main, ["stop", "--url", service.url]) == 0
+            await oldest.socket.wait_closed()
+            assert oldest.socket.close_code == CLOSE_MADE_ROOM
+            newest = await stack.enter_async_context(peer(service))
+            await newest.hello("observer")
+            for client in (*seats[1:], newest):
+                await client.ask(type="set", watch=["log"])
+            assert status(service)["connections"] == MAX_CONNECTIONS
+            assert await asyncio.to_thread(main, ["stop", "--url", service.url]) == 0
             client = await stack.enter_async_context(peer(service))
-            assert "close one" in (await client.hello("observer"))["text"]
+            assert (await client.hello("observer"))["type"] == "welcome"
+            assert "close one" in (await client.ask(type="set", watch=["log"]))["text"]
+            await client.socket.wait_closed()
+            assert client.socket.close_code == CLOSE_NO_PLACE
             assert status(service)["connections"] == MAX_CONNECTIONS
 
 

@@ -96,7 +96,11 @@ async def test_a_touch_passes_at_most_14_files_from_the_socket_to_the_ring():
     plate.close()
     assert json.loads(reply)["type"] == "ok"
     print(f"{len(profile.files)} files: {', '.join(sorted(profile.files))}")
-    assert {"server/websocket.py", "session/session.py", "devices/speaker/ring.py"} <= profile.files
+    assert {
+        "server/conversation.py",
+        "session/session.py",
+        "devices/speaker/ring.py",
+    } <= profile.files
     assert len(profile.files) <= MOST_FILES
 
 

@@ -63,6 +63,7 @@ class Peer:
 
     def close(self, code: int, reason: str) -> None:
         self.closed = code, reason
+        self.state = State.CLOSING
 
 
 def join(gateway: Gateway, *, observer: bool = False, peer: Peer | None = None) -> Connection:

@@ -23,7 +23,11 @@ class Rate:
 MAX_CONNECTIONS = 64  # after hello
 LOOPBACK_PLACES = 4  # of these, kept for observers on this machine: the dashboard and its stop
 MAX_SCENES = 3  # the owner and two more; pictures of each wait for the one recogniser
-MAX_WAITING_SOCKETS = 32  # before hello; the oldest makes room
+MAX_WAITING_SOCKETS = 128  # before hello; the oldest makes room
+ASKED_S = 0.5  # a socket of this machine that has sent its request makes no room for so long
+CONNECTS = Rate(per_s=250.0, burst=250.0)  # of one address
+STOP_PLACES = 8  # beyond all places, for clients that only want to stop the outputs
+STOP_S = 2.0  # they have for it
 SPARE_FILES = 40  # descriptors that are not for sockets: children, record, plate, pages
 
 # What comes in from one socket. A message costs its handling whether it is accepted or not.

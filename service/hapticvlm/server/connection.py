@@ -41,7 +41,13 @@ class Connection:
     """Shell around one admitted client."""
 
     def __init__(
-        self, socket_: EdgeSocket, name: str, session: SceneSession, *, as_text: bool
+        self,
+        socket_: EdgeSocket,
+        name: str,
+        session: SceneSession,
+        *,
+        as_text: bool,
+        has_place: bool = True,
     ) -> None:
         self.name = name
         self.is_local = http.is_loopback(str(socket_.remote_address[0]))
@@ -49,6 +55,8 @@ class Connection:
         self.watches: frozenset[str] = frozenset()
         self.stated: dict[str, str] = {}  # materials that a person stated of this scene's objects
         self.as_text = as_text
+        self.has_place = has_place  # else it may only stop the outputs
+        self.has_spoken = False  # since its hello
         self._socket = socket_
         self._waiting: deque[Event] = deque()
         self._counts: Counter[str] = Counter()
@@ -58,6 +66,11 @@ class Connection:
     def counts(self) -> Counter[str]:
         """What did not reach this client, and what came from it too late to be rendered."""
         return self._counts + Counter({LATE: self.session.late_contacts})
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether it is an observer that has asked for nothing: it makes room for others."""
+        return self.session.observer and not self.has_spoken
 
     @property
     def is_open(self) -> bool:
@@ -81,9 +94,9 @@ class Connection:
         self._waiting.append(event)
         self._socket.posted()
 
-    def end(self, reason: str) -> None:
+    def end(self, reason: str, code: int = CLOSE_ENDED) -> None:
         """Close the connection, also one whose client does not answer any more."""
-        self._socket.close(CLOSE_ENDED, reason)
+        self._socket.close(code, reason)
 
     def _next_posted(self) -> bytes | str | None:
         return self._waiting.popleft().encoded(as_text=self.as_text) if self._waiting else None

@@ -6,7 +6,13 @@ from collections import Counter
 from contextlib import suppress
 from typing import Generic, Protocol, TypeVar
 
-from hapticvlm.server.budgets import MAX_CONNECTIONS, MAX_WAITING_SOCKETS, SPARE_FILES
+from hapticvlm.server.budgets import (
+    ASKED_S,
+    MAX_CONNECTIONS,
+    MAX_WAITING_SOCKETS,
+    SPARE_FILES,
+    STOP_PLACES,
+)
 
 MOST_FILES = 4096
 FEWEST_SOCKETS = 8
@@ -37,10 +43,12 @@ class Entrance(Generic[S]):
         self.counts = counts
         self._most = socket_limit() if most is None else most
         # Two kinds of sockets. Those that have said nothing yet cost descriptors and nothing else,
-        # so a few of them wait, and the one that has waited longest makes room for a newcomer: a
-        # crowd of silent sockets can then lock nobody out. A socket that was admitted is never
-        # closed for a newcomer. A dict without values keeps the order in which they came.
-        self._waiting: dict[S, None] = {}
+        # so some of them wait, and the one that has waited longest makes room for a newcomer: a
+        # crowd of silent sockets can then lock nobody out. One that has sent its request is spared
+        # for a moment: it is likely to be honest, and its hello on the way. A socket that was
+        # admitted is never closed for a newcomer. Kept in the order in which they came, with the
+        # time until which they are spared.
+        self._waiting: dict[S, float] = {}
         self._greeted: set[S] = set()
 
     @property
@@ -48,15 +56,25 @@ class Entrance(Generic[S]):
         """All open sockets."""
         return [*self._waiting, *self._greeted]
 
-    def opened(self, socket: S) -> None:
+    def opened(self, socket: S, now: float) -> None:
         """Admit a new socket; the one that has waited longest for its hello may be closed."""
-        self._waiting[socket] = None
-        is_full = len(self._waiting) + len(self._greeted) > self._most
-        if is_full or len(self._waiting) > MAX_WAITING_SOCKETS:
-            oldest = next(iter(self._waiting))
+        self._waiting[socket] = now
+        if self._is_full(len(self._waiting)):
+            spent = (each for each, until in self._waiting.items() if until <= now)
+            oldest = next(spent, socket)
             self.closed(oldest)
             self.counts["closed: too many sockets before hello"] += 1
             oldest.transport.abort()
+
+    def asked(self, socket: S, now: float) -> None:
+        """Note that a socket of this machine has sent its request."""
+        if socket in self._waiting:
+            self._waiting[socket] = now + ASKED_S
+
+    def has_room(self, now: float) -> bool:
+        """Whether a newcomer finds a place, or a socket that makes room."""
+        is_full = self._is_full(len(self._waiting) + 1)
+        return not is_full or any(until <= now for until in self._waiting.values())
 
     def greeted(self, socket: S) -> None:
         """Note that a socket sent its hello and was admitted."""
@@ -69,10 +87,13 @@ class Entrance(Generic[S]):
         self._waiting.pop(socket, None)
         self._greeted.discard(socket)
 
+    def _is_full(self, waiting: int) -> bool:
+        return waiting + len(self._greeted) > self._most or waiting > MAX_WAITING_SOCKETS
+
 
 def socket_limit() -> int:
     """Return how many sockets the system has descriptors for, after asking it for enough."""
-    most = MAX_CONNECTIONS + MAX_WAITING_SOCKETS
+    most = MAX_CONNECTIONS + STOP_PLACES + MAX_WAITING_SOCKETS
     try:
         import resource
     except ImportError:  # Windows counts no descriptors

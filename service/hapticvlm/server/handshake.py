@@ -9,6 +9,7 @@ import logging
 import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from websockets.protocol import State
 
@@ -37,21 +38,17 @@ from hapticvlm.messages import (
     encode,
 )
 from hapticvlm.recordings import recorded_session as recorded
+from hapticvlm.recordings.late_record import LateRecord
 from hapticvlm.recordings.recorded_session import RecordedSession
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server.access import Address
-from hapticvlm.server.budgets import (
-    GUESS_S,
-    LOOPBACK_PLACES,
-    MAX_CONNECTIONS,
-    MAX_HELLO_BYTES,
-    MAX_SCENES,
-)
+from hapticvlm.server.budgets import GUESS_S, MAX_HELLO_BYTES
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.edge.socket import EdgeSocket
 from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.places import Places
 from hapticvlm.server.web import http
 from hapticvlm.server.web.recorded_sessions import RecordedSessions
 from hapticvlm.session.session import SceneSession
@@ -96,9 +93,13 @@ class Handshake:
         self._clock = clock
         self._numbers = itertools.count(1)
         self._guesses = Guesses()
+        self._places = Places(gateway)
 
     async def welcome(self, socket: EdgeSocket) -> Connection | None:
-        """Wait for hello; answer welcome, or an error and close."""
+        """Wait for hello; answer welcome, or an error and close.
+
+        A connection without a place is no part of the gateway: it may only stop the outputs.
+        """
         as_text = False
         try:
             async with asyncio.timeout(HELLO_S):
@@ -106,16 +107,17 @@ class Handshake:
             as_text = isinstance(data, str)
             if len(data) > MAX_HELLO_BYTES:
                 raise MessageError("protocol", f"hello is at most {MAX_HELLO_BYTES} bytes")
-            hello = self._admit(decode(data), str(socket.remote_address[0]))
+            hello = self._admit(decode(data))
+            has_place = self._places.find(hello, socket.remote_address[0])
         except TimeoutError:
             error = MessageError("protocol", f"no hello within {HELLO_S:.0f} s")
         except MessageError as refused:
             error = refused
         else:
             socket.greeted()
-            return self._open(socket, hello, as_text)
+            return self._open(socket, hello, as_text=as_text, has_place=has_place)
         if error.path == "$.token":
-            await self.slow_guess(str(socket.remote_address[0]))
+            await self.slow_guess(socket.remote_address[0])
         self._gateway.refuse(error.code)
         text = error.text if error.code == "protocol" else f"before hello: {error.text}"
         answer = Error(id=error.id, code="protocol", text=text, path=error.path)
@@ -123,7 +125,8 @@ class Handshake:
         socket.close(CLOSE_PROTOCOL, "hello first")
         return None
 
-    def _admit(self, message: ClientMessage, peer: str) -> Hello:
+    def _admit(self, message: ClientMessage) -> Hello:
+        """Return the hello of a client that may come in. Raises MessageError."""
         if not isinstance(message, Hello):
             text = "say hello first: {type: hello, id, client, protocol, role}"
             raise MessageError("protocol", text, path="$.type", id=message.id)
@@ -140,26 +143,7 @@ class Handshake:
         if wanted is not None and not hmac.compare_digest(given.encode(), wanted.encode()):
             text = "wrong or missing token: send the one the service was started with"
             raise MessageError("protocol", text, path="$.token", id=message.id)
-        self._check_places(message, peer)
         return message
-
-    def _check_places(self, hello: Hello, peer: str) -> None:
-        """Refuse one connection too many. Raises MessageError.
-
-        The last places are for observers on this machine, so that a crowd locks no dashboard out.
-        """
-        is_kept_for = hello.role == "observer" and http.is_loopback(peer)
-        places = MAX_CONNECTIONS if is_kept_for else MAX_CONNECTIONS - LOOPBACK_PLACES
-        connections = self._gateway.connections
-        scenes = sum(not connection.session.observer for connection in connections)
-        if len(connections) >= places:
-            self._gateway.counts["refused: no place"] += 1
-            text = f"{places} connections are open already: close one"
-            raise MessageError("protocol", text, id=hello.id)
-        if hello.role == "scene" and scenes >= MAX_SCENES:
-            self._gateway.counts["refused: no place"] += 1
-            text = f"{MAX_SCENES} scenes are connected already: close one, or connect as observer"
-            raise MessageError("protocol", text, path="$.role", id=hello.id)
 
     async def slow_guess(self, peer: str) -> None:
         """Count a wrong token, log it from time to time, and delay its sender."""
@@ -167,14 +151,17 @@ class Handshake:
         self._guesses.note(peer, self._clock())
         await asyncio.sleep(GUESS_S)
 
-    def _open(self, socket: EdgeSocket, hello: Hello, as_text: bool) -> Connection | None:
+    def _open(
+        self, socket: EdgeSocket, hello: Hello, *, as_text: bool, has_place: bool
+    ) -> Connection | None:
         if socket.state is not State.OPEN:
             return None
         observer = hello.role == "observer"
         session = self._session(observer=observer)
         name = f"{hello.client.name[:40]!r} #{next(self._numbers)}"
-        connection = Connection(socket, name, session, as_text=as_text)
-        self._gateway.join(connection)
+        connection = Connection(socket, name, session, as_text=as_text, has_place=has_place)
+        if has_place:
+            self._gateway.join(connection)
         logger.info("%s connected as %s, owner: %s", name, hello.role, session.owner)
         connection.send(self._welcome_message(hello, session))
         return connection
@@ -196,8 +183,8 @@ class Handshake:
         )
         if self._offer.recorder is None or observer:
             return SceneSession(settings, outputs.hold)
-        write_line = self._offer.recorder.begin(recorded.head(settings, outputs.hold))
-        return RecordedSession(settings, outputs.hold, write_line=write_line)
+        begin = partial(self._offer.recorder.begin, recorded.head(settings, outputs.hold))
+        return RecordedSession(settings, outputs.hold, write_line=LateRecord(begin))
 
     def _welcome_message(self, hello: Hello, session: SceneSession) -> Welcome:
         return Welcome(

@@ -1,41 +1,28 @@
-"""The port: who may connect, and what each client that was admitted says."""
+"""The port: who may connect, what browsers are answered, and who is served."""
 
 from __future__ import annotations
 
-import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from functools import partial
 
 from websockets.http11 import Request, Response
 
-from hapticvlm.messages import (
-    MAX_MESSAGE_BYTES,
-    Error,
-    Frame,
-    MessageError,
-    Scene,
-    ServiceMessage,
-    Set,
-    decode,
-    encode,
-)
+from hapticvlm.messages import MAX_MESSAGE_BYTES
 from hapticvlm.server import status
 from hapticvlm.server.access import Address
-from hapticvlm.server.budgets import MAX_TEXT_BYTES, REFUSED, TokenBucket
-from hapticvlm.server.connection import Connection, notice_dead_peers
+from hapticvlm.server.connection import notice_dead_peers
+from hapticvlm.server.conversation import Conversation
 from hapticvlm.server.edge.front_door import FrontDoor
 from hapticvlm.server.edge.socket import EdgeSocket
 from hapticvlm.server.entrance import Entrance
-from hapticvlm.server.frame_header import require_header
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.handshake import Handshake, ServiceInfo
+from hapticvlm.server.stop_places import StopPlaces
 from hapticvlm.server.web import http, scene_pages
 from hapticvlm.server.web.local_pages import LoopbackPages
 
 TOO_BIG = 1009
-
-logger = logging.getLogger(__name__)
 
 
 class WebSocketServer:
@@ -53,6 +40,7 @@ class WebSocketServer:
         entrance: Entrance[EdgeSocket] = Entrance(gateway.counts)
         self._front_door = FrontDoor(entrance, self._answer, self._serve, MAX_MESSAGE_BYTES)
         self._handshake = Handshake(address, gateway, offer, clock)
+        self._stops = StopPlaces()
 
     @asynccontextmanager
     async def listen(self) -> AsyncIterator[int]:
@@ -85,7 +73,8 @@ class WebSocketServer:
         notice_dead_peers(socket)
         connection = await self._handshake.welcome(socket)
         if connection is not None:
-            talk = Conversation(socket, connection, self._gateway, self._clock)
+            kind = Conversation if connection.has_place else self._stops.make
+            talk = kind(socket, connection, self._gateway, self._clock)
             await socket.converse(talk.receive, talk.left)
         if socket.close_code == TOO_BIG:
             self._gateway.counts["closed: message too big"] += 1
@@ -94,57 +83,3 @@ class WebSocketServer:
         """Return what a person stated of the owner's scene, now or before, by object id."""
         owner = self._gateway.owner
         return {**self._offer.saved, **({} if owner is None else owner.stated)}
-
-
-class Conversation:
-    """What one admitted client says, carried out message by message."""
-
-    def __init__(
-        self,
-        socket: EdgeSocket,
-        connection: Connection,
-        gateway: Gateway,
-        clock: Callable[[], float],
-    ) -> None:
-        self._socket = socket
-        self._connection = connection
-        self._gateway = gateway
-        self._clock = clock
-        self._refusals = TokenBucket(REFUSED, clock())
-
-    def receive(self, data: bytes | str) -> None:
-        """Carry out one message and answer it."""
-        now = self._clock()
-        try:
-            answers = self._answers(data, now)
-        except MessageError as error:
-            self._gateway.refuse(error.code)
-            refusal = Error(id=error.id, code=error.code, text=error.text, path=error.path)
-            answers = [refusal]
-            if not self._refusals.spend(1, now):
-                self._socket.refuse("too many refused messages")
-        for answer in answers:
-            self._socket.write(encode(answer, as_text=self._connection.as_text))
-
-    def left(self) -> None:
-        """Forget the client; what it drove rests."""
-        self._gateway.leave(self._connection)
-        logger.info("%s left (%s)", self._connection.name, self._socket.close_code)
-
-    def _answers(self, data: bytes | str, now: float) -> list[ServiceMessage]:
-        """Carry out one message. Raises MessageError."""
-        connection = self._connection
-        if isinstance(data, str) and len(data) > MAX_TEXT_BYTES:
-            text = f"$: text messages are at most {MAX_TEXT_BYTES} bytes; send MessagePack"
-            raise MessageError("limit", text, path="$")
-        message = decode(data)
-        if isinstance(message, Set) and message.ownership is not None:
-            self._gateway.change_owner(connection, message, now)
-        if isinstance(message, Scene) and connection.session.observer:
-            return [self._gateway.state_materials(connection, message, now)]
-        if isinstance(message, Frame):
-            require_header(message)
-        actions = connection.session.receive(message, now)
-        if isinstance(message, Scene) and message.replace:
-            connection.stated.clear()
-        return self._gateway.carry_out(connection, actions)

@@ -172,7 +172,7 @@ class EdgeSocket(Stream):
         self.transport = cast("asyncio.Transport", transport)
         self.transport.set_write_buffer_limits(WRITE_BYTES)
         self._expire(OPEN_S)
-        self._door.entrance.opened(self)
+        self._door.entrance.opened(self, self._loop.time())
 
     def requested(self, request: Request) -> None:
         """Hand the request to the door."""

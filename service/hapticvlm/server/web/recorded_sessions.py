@@ -30,6 +30,7 @@ from hapticvlm.server.web import http
 PAGE = "session.html"
 PART = ".session.part.html"
 MOST = 200  # sessions listed, the newest
+LISTED_S = 1.0  # a listing is kept
 MAX_LOG_BYTES = 64 * 1024**2
 MAX_PAGE_BYTES = 32 * 1024**2  # a browser waits a handshake's 5 s for it
 BASE64 = 4 / 3
@@ -98,14 +99,18 @@ class RecordedSessions:
     def __init__(self, folder: Path, command: Sequence[str]) -> None:
         self._folder = folder.resolve()
         self._command = command
+        self._listed: asyncio.Task[dict[str, Session]] | None = None
+        self._listed_at = float("-inf")
+        self._changed_at = 0
         self._making: asyncio.Task[str | None] | None = None
         self._made: Path | None = None
 
     async def answer(self, name: str) -> Response:
         """Show the session of this name, or list all for the empty name."""
-        sessions = await asyncio.to_thread(listing, self._folder)
+        sessions = await self._listing()
         if not name:
-            return http.response(200, _as_json(sessions), "application/json")
+            text = await asyncio.to_thread(_as_json, sessions)
+            return http.response(200, text, "application/json")
         if name not in sessions:
             return http.response(404, "no such session\n")
         return await self._show(sessions[name])
@@ -115,6 +120,20 @@ class RecordedSessions:
         if self._making is not None:
             self._making.cancel()
             await asyncio.wait({self._making})
+
+    async def _listing(self) -> dict[str, Session]:
+        """List the folder, once for all who ask within a second: thousands take long."""
+        now = time.monotonic()
+        listed = self._listed
+        with suppress(OSError):
+            changed_at = self._folder.stat().st_mtime_ns
+            if changed_at != self._changed_at:  # a session is new
+                self._changed_at = changed_at
+                self._listed_at = float("-inf")
+        if listed is None or (listed.done() and now - self._listed_at > LISTED_S):
+            self._listed_at = now
+            listed = self._listed = asyncio.create_task(asyncio.to_thread(listing, self._folder))
+        return await asyncio.shield(listed)
 
     async def _show(self, session: Session) -> Response:
         try:

@@ -1,0 +1,51 @@
+"""`python -m hapticvlm.commands.alive`: is the service of this container alive? For HEALTHCHECK.
+
+Asks `/healthz` of the service that process 1 runs, by the port and the scheme that its own command
+line says. A plate's fault leaves it alive: to be restarted would help nobody (`/readyz` tells).
+"""
+
+from __future__ import annotations
+
+import argparse
+import ssl
+import sys
+import urllib.request
+from collections.abc import Sequence
+from pathlib import Path
+
+from hapticvlm.commands import serve
+from hapticvlm.server.settings import ServeOptions
+
+COMMAND_LINE = Path("/proc/1/cmdline")
+ANYWHERE = ("0.0.0.0", "::")
+TIMEOUT_S = 2.0
+
+
+def address(words: Sequence[str]) -> str:
+    """Return where the service that was started with these words says that it is alive."""
+    parser = argparse.ArgumentParser(add_help=False)
+    serve.add_flags(parser)
+    after = words.index("serve") + 1 if "serve" in words else len(words)
+    serving: ServeOptions = serve.resolve_options(parser.parse_known_args(words[after:])[0])
+    scheme = "http" if serving.tls_cert is None else "https"
+    host = "127.0.0.1" if serving.host in ANYWHERE else serving.host
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{serving.port}/healthz"
+
+
+def main() -> int:
+    """Return 0 if the service is alive, 1 if it is not."""
+    # Nothing is told and nothing believed but that somebody answers: any certificate will do.
+    trusting = ssl.create_default_context()
+    trusting.check_hostname = False
+    trusting.verify_mode = ssl.CERT_NONE
+    try:
+        words = COMMAND_LINE.read_bytes().decode().split("\0")[:-1]
+        with urllib.request.urlopen(address(words), timeout=TIMEOUT_S, context=trusting):
+            return 0
+    except (OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,246 @@
+"""The edge over real sockets, without a gateway: order, turns, long frames, slow readers, ends."""
+
+import asyncio
+import socket
+from collections import Counter
+from contextlib import asynccontextmanager
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
+from websockets.frames import Frame, Opcode
+from websockets.protocol import State
+
+from hapticvlm.server.budgets import READ_BYTES, TURN_BYTES
+from hapticvlm.server.edge.frame_lengths import FrameLengths
+from hapticvlm.server.edge.front_door import FrontDoor
+from hapticvlm.server.edge.socket import WRITE_BYTES, EdgeSocket
+from hapticvlm.server.edge.stream import MOST_QUEUED
+from hapticvlm.server.entrance import Entrance
+
+SIZES = st.lists(st.sampled_from([0, 1, 125, 126, 127, 3000, 65_535, 65_536, 70_000]), max_size=6)
+
+
+class Service:
+    """Keeps what is said, in order, with the turn of the loop it was said in; and who left."""
+
+    def __init__(self, answer=lambda _: None):
+        self.said: list[bytes | str] = []
+        self.turns: list[int] = []
+        self.turn = 0
+        self.log: list[str] = []
+        self.sockets: list[EdgeSocket] = []
+        self._answer = answer
+
+    async def serve(self, edge):
+        edge.greeted()
+        self.sockets.append(edge)
+
+        def receive(data):
+            self.said.append(data)
+            self.turns.append(self.turn)
+            answer = self._answer(data)
+            if answer is not None:
+                edge.write(answer)
+
+        await edge.converse(receive, lambda: self.log.append("left"))
+
+    async def count_turns(self):
+        while True:
+            self.turn += 1
+            await asyncio.sleep(0)
+
+
+@asynccontextmanager
+async def listening(service, entrance=None):
+    async def answer(*_):
+        return None
+
+    door = FrontDoor(entrance or Entrance(Counter()), answer, service.serve, 4 * 1024 * 1024)
+    async with door.listen("127.0.0.1", 0) as port:
+        counting = asyncio.create_task(service.count_turns())
+        yield port
+        counting.cancel()
+
+
+def frames(*messages):
+    return b"".join(Frame(Opcode.BINARY, each).serialize(mask=True) for each in messages)
+
+
+async def until(claim):
+    async with asyncio.timeout(5.0):
+        while not claim():  # noqa: ASYNC110 - nothing says when
+            await asyncio.sleep(0.005)
+
+
+@given(SIZES, st.lists(st.integers(1, 50_000), max_size=8))
+def test_what_a_frame_lacks_is_known_wherever_the_stream_is_cut(sizes, cuts):
+    stream = frames(*(bytes(size) for size in sizes))
+    ends = [0]
+    for size in sizes:
+        ends.append(ends[-1] + len(frames(bytes(size))))
+    lengths, at = FrameLengths(), 0
+    for cut in [*cuts, len(stream)]:
+        lengths.follow(stream[at : at + cut])
+        at = min(at + cut, len(stream))
+        end = next(each for each in ends if each >= at)
+        assert lengths.missing in (0, end - at)
+        begun = max(each for each in ends if each <= at)
+        if at - begun >= 14:  # the longest header
+            assert lengths.missing == end - at
+
+
+async def test_messages_of_one_read_are_taken_in_order_and_one_a_turn():
+    service = Service()
+    async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
+        wanted = [bytes([number]) for number in range(20)]
+        client.transport.write(frames(*wanted))
+        await until(lambda: len(service.said) == 20)
+    assert service.said == wanted
+    assert len(set(service.turns)) == 20
+
+
+async def test_a_flood_in_one_read_takes_no_second_turn_before_another_client_had_its_first():
+    service = Service()
+    async with (
+        listening(service) as port,
+        connect(f"ws://127.0.0.1:{port}") as hostile,
+        connect(f"ws://127.0.0.1:{port}") as honest,
+    ):
+        hostile.transport.write(frames(*[b"flood"] * 300))
+        honest.transport.write(frames(b"touch"))
+        await until(lambda: len(service.said) == 301)
+    assert service.said.index(b"touch") < 10
+
+
+async def test_a_long_frame_is_read_at_once_and_short_ones_in_small_pieces(monkeypatch):
+    service = Service()
+    async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
+        await until(lambda: service.sockets)
+        (edge,) = service.sockets
+        reads: list[int] = []
+        buffer = edge.get_buffer
+
+        def get_buffer(hint):
+            given = buffer(hint)
+            reads.append(len(given))
+            return given
+
+        monkeypatch.setattr(edge, "get_buffer", get_buffer)
+        await client.send(bytes(40_000))
+        await until(lambda: service.said)
+        assert reads[0] == READ_BYTES
+        assert reads[1] == 40_008 - READ_BYTES
+        reads.clear()
+        await client.send(bytes(2_000_000))
+        await until(lambda: len(service.said) == 2)
+        assert max(reads) == TURN_BYTES
+        reads.clear()
+        client.transport.write(frames(*[b"short"] * 2000))
+        await until(lambda: len(service.said) == 2002)
+        assert set(reads) == {READ_BYTES}
+
+
+async def test_a_client_that_reads_nothing_stops_its_own_messages_and_loses_none():
+    service = Service(lambda _: bytes(WRITE_BYTES))
+    async with listening(service) as port, connect(f"ws://127.0.0.1:{port}", max_queue=1) as client:
+        for number in range(200):
+            await client.send(str(number).encode())
+        await asyncio.sleep(0.2)
+        (edge,) = service.sockets
+        assert len(service.said) < 200
+        assert not edge.is_writable
+        assert edge.transport.get_write_buffer_size() <= 3 * WRITE_BYTES
+        for _ in range(200):
+            assert len(await client.recv()) == WRITE_BYTES
+        assert len(service.said) == 200
+        assert len(edge._inbox) <= MOST_QUEUED + READ_BYTES // 6
+
+
+async def test_what_is_left_is_forgotten_before_its_close_is_answered():
+    service = Service()
+    async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
+        client.transport.write(frames(b"one", b"two", b"three"))
+        await client.close()
+        assert service.said == [b"one", b"two", b"three"]
+        assert service.log == ["left"]
+
+
+async def test_a_client_that_vanishes_has_what_it_sent_carried_out_and_leaves_once():
+    service = Service()
+    async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
+        client.transport.write(frames(b"stop", b"and more"))
+        await until(lambda: service.said)
+        client.transport.abort()
+        await until(lambda: service.log)
+    assert service.said == [b"stop", b"and more"]
+    assert service.log == ["left"]
+
+
+async def test_a_bug_closes_the_connection_with_1011_and_no_other(caplog):
+    def stumble(data):
+        return {b"bug": None}[data] or 1 / 0
+
+    service = Service(stumble)
+    async with (
+        listening(service) as port,
+        connect(f"ws://127.0.0.1:{port}") as client,
+        connect(f"ws://127.0.0.1:{port}") as other,
+    ):
+        await client.send(b"bug")
+        with pytest.raises(ConnectionClosed):
+            await client.recv()
+        assert client.close_code == 1011
+        await other.ping()
+        assert service.log == ["left"]
+    assert "ZeroDivisionError" in caplog.text
+
+
+async def test_a_close_of_ours_tells_the_server_and_a_silent_client_is_cut_off():
+    service = Service()
+    async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
+        await until(lambda: service.sockets)
+        client.transport.pause_reading()
+        service.sockets[0].close(4001, "ended")
+        await until(lambda: service.log)
+        await until(lambda: service.sockets[0].state is State.CLOSED)
+        client.transport.abort()
+
+
+class Counting(Entrance[EdgeSocket]):
+    """Counts the sockets that open in each turn of the loop."""
+
+    def __init__(self, service):
+        super().__init__(Counter())
+        self.opened_in: Counter[int] = Counter()
+        self._service = service
+
+    def opened(self, socket, now):
+        self.opened_in[self._service.turn] += 1
+        super().opened(socket, now)
+
+
+async def test_of_many_that_connect_at_once_one_is_taken_a_turn():
+    service = Service()
+    entrance = Counting(service)
+    async with listening(service, entrance) as port:
+        made = [socket.create_connection(("127.0.0.1", port)) for _ in range(60)]
+        await until(lambda: entrance.opened_in.total() == 60)
+        for each in made:
+            each.close()
+    assert max(entrance.opened_in.values()) <= 2
+
+
+async def test_junk_for_a_request_is_closed_and_leaves_nothing():
+    service = Service()
+    entrance: Entrance[EdgeSocket] = Entrance(Counter())
+    async with listening(service, entrance) as port:
+        for junk in (b"\0" * 100, b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 500, b"\x16\x03\x01" * 40):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            writer.write(junk + b"\r\n\r\n")
+            async with asyncio.timeout(5.0):
+                await reader.read()
+            writer.close()
+        await until(lambda: not entrance.sockets)
