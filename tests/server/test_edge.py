@@ -2,6 +2,7 @@
 
 import asyncio
 import socket
+import time
 from collections import Counter
 from contextlib import asynccontextmanager
 
@@ -100,6 +101,19 @@ async def test_messages_of_one_read_are_taken_in_order_and_one_a_turn():
         await until(lambda: len(service.said) == 20)
     assert service.said == wanted
     assert len(set(service.turns)) == 20
+
+
+async def test_no_answer_waits_until_the_one_before_it_was_acknowledged():
+    # A client acknowledges an answer 40 ms late where it has nothing to send with it. An edge that
+    # gathers small answers until then delays every second of these by so much.
+    service = Service(answer=lambda data: data)
+    async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
+        began = time.monotonic()
+        for _ in range(50):
+            client.transport.write(frames(b"one", b"two"))
+            assert [await client.recv(), await client.recv()] == [b"one", b"two"]
+        took_s = time.monotonic() - began
+    assert took_s < 50 * 0.02
 
 
 async def test_a_flood_in_one_read_takes_no_second_turn_before_another_client_had_its_first():

@@ -60,7 +60,9 @@ async def bind(host: str, port: int) -> list[socket.socket]:
 
 
 def _listening(family: int, address: Any) -> socket.socket:  # noqa: ANN401 - differs by family
-    made = socket.socket(family, socket.SOCK_STREAM)
+    # The protocol is stated, though there is only one: asyncio sends small answers at once
+    # (TCP_NODELAY) on sockets that state it, and lets the kernel gather those of others.
+    made = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         made.setblocking(False)
         if os.name == "posix":
