@@ -82,6 +82,7 @@ async def test_a_contact_is_planned_at_once_with_its_transient(service):
         assert max(plan["amplitude"]) > 0.1
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("end", ["release", "lapse", "stop", "speaker"])
 async def test_whatever_ends_a_touch_sends_an_empty_plan_at_once(service, end):
     async with peer(service) as client:

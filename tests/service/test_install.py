@@ -208,13 +208,21 @@ def test_the_container_builds_the_same_wheel_from_the_files_that_it_copies(built
         assert {*theirs.namelist()} - caches == {*ours.namelist()}
 
 
+# Of process 1 a container's check reads the command line; here it is told that of the service.
+ALIVE = (
+    "import sys, urllib.request; from hapticvlm.commands import alive; "
+    "urllib.request.urlopen(alive.address(sys.argv[1:]), timeout=10)"
+)
+
+
 def test_the_command_of_the_container_is_ready_and_found_healthy(installed):
     (words,) = re.findall(r'^CMD \["serve", (.+)\]$', DOCKERFILE, re.MULTILINE)
-    (check,) = re.findall(r'^    CMD \["python", "-c", "(.+)"\]$', DOCKERFILE, re.MULTILINE)
+    assert 'CMD ["python", "-m", "hapticvlm.commands.alive"]' in DOCKERFILE
     options = [word.strip(' "') for word in words.split(",")]
     with serving(installed, *options, HAPTICVLM_TOKEN="choose-a-long-secret") as service:
         port = service.url.rstrip("/").rsplit(":", 1)[1]
-        healthy = installed.run_file(installed.python, "-c", check.replace("8790", port))
+        started = ("serve", *options, "--port", port)
+        healthy = installed.run_file(installed.python, "-c", ALIVE, *started)
         assert healthy.returncode == 0, healthy.stderr
 
 

@@ -128,6 +128,7 @@ def test_a_controller_rests_beside_a_palm_speaker_where_told_and_says_why(build)
     assert "untick it" in said
 
 
+@pytest.mark.realtime
 def test_a_controller_plays_what_the_hand_in_it_touches(build, capsys):
     with running() as service:
         said = build.run("components.exe", "feel", service.url)

@@ -52,7 +52,7 @@ def tried(asked: RemoteRecogniser, *, until_used: bool = True) -> RemoteRecognis
 
 @pytest.mark.parametrize("format", ["rgba8", "jpeg"])
 def test_what_is_answered_there_is_what_would_be_answered_here(shared: Shared, format: str) -> None:
-    found = tried(remote(shared, format=format)).recognise(crop(1))
+    found = tried(remote(shared, format=format, deadline_s=PATIENCE_S)).recognise(crop(1))
     assert found is not None
     embedding = shared.encoder.embed([crop(1)])[0]
     here = shared.galleries["shipped"].gallery.match(embedding)
