@@ -271,7 +271,7 @@ def test_a_reset_board_is_greeted_again_and_not_driven_on() -> None:
         later += said(session, now)
         tell(session, telemetry(now), now)
     assert later == []
-    assert session.counts["board_resets"] == 1
+    assert session.counts.get("board_resets") == 1
 
 
 def test_a_board_that_asks_for_a_hello_gets_one() -> None:
@@ -382,7 +382,7 @@ def test_any_frame_past_its_crc_is_taken_or_counted(kind: int, payload: bytes) -
     session.outgoing(0.1)
 
     # A board that says it wants a hello has restarted: what it measured before is forgotten.
-    wants_hello = session.counts["board_resets"] == 1
+    wants_hello = session.counts.get("board_resets") == 1
     assert wants_hello or session.reading(0.1).plate_c is not None
 
 
