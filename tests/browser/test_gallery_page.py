@@ -60,6 +60,18 @@ def test_touches_are_played_and_taken_away_without_a_network(page):
     assert np.abs(samples).max() > 1000
 
 
+def test_a_touch_asked_for_before_the_last_one_began_plays_and_nothing_is_told(page):
+    started = page.evaluate("""async () => {
+        const [first, second] = document.querySelectorAll(".play");
+        first.click();
+        second.click();
+        await new Promise((resolve) => setTimeout(resolve, 200));
+        return second.getAttribute("aria-pressed");
+    }""")
+    assert started == "true"
+    assert page.locator("#told").inner_text() == ""
+
+
 def test_it_fits_a_phone_and_is_open_to_everybody(page):
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     assert page.locator(".play").count() == 6

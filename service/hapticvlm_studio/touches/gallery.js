@@ -22,6 +22,7 @@ async function play(button) {
   try {
     await sound.play();
   } catch (error) {
+    if (playing?.sound !== sound) return; // another touch was asked for before this one began
     end();
     document.getElementById("told").textContent = `This browser did not play it: ${error.message}`;
   }
