@@ -1,35 +1,27 @@
 """Touches of materials as one page: to hear, to compare, and to take away as files of other tools.
 
-Everything is in the page, so that it opens from a disk and can be put anywhere. The sound is kept
-at SOUND_HZ, which loses nothing: vibration ends at 1 kHz.
+Everything is in the page, so that it opens from a disk and can be put anywhere.
 """
 
 from __future__ import annotations
 
-import base64
 import gzip
 import html
-import io
 import json
 import time
-import wave
 from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.signal import resample_poly
 
-import hapticvlm
-from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.recordings.page.one_file import PAGES, assembled, encoded, put, sound
 from hapticvlm_studio.touches import ahap, haptic, hjif
 from hapticvlm_studio.touches.clip import Clip
 
 HERE = Path(__file__).parent
-PAGES = Path(hapticvlm.__file__).parent / "pages"
 KINDS = ("haptic", "ahap", "hjif", "wav")
-SOUND_HZ = 8000  # browsers play no less everywhere
 COLUMNS = 100  # of a curve
 STOPS = 5  # of a bar of warmth
 
@@ -43,22 +35,9 @@ def page(clips: Iterable[Clip]) -> str:
         sections.append(_section(touches))
         data |= {clip.name: _files(clip) for clip in touches}
     text = (HERE / "gallery.html").read_text(encoding="utf-8")
-    for file in (PAGES / "palette.css", HERE / "gallery.css"):
-        style = f"<style>\n{file.read_text(encoding='utf-8')}</style>"
-        text = _put(text, f'<link rel="stylesheet" href="{file.name}">', style)
-    colours = f"data:text/javascript;base64,{_text((PAGES / 'feel.js').read_bytes())}"
-    text = _put(text, '"feel.js"', f'"{colours}"')
-    script = (HERE / "gallery.js").read_text(encoding="utf-8")
-    tag = '<script type="module" src="gallery.js"></script>'
-    text = _put(text, tag, f'<script type="module">\n{script}</script>')
-    text = _put(text, '<main id="main">\n', '<main id="main">\n' + "\n".join(sections))
-    told = json.dumps(data).replace("<", "\\u003c")
-    return _put(text, ">null</script>", f">{told}</script>")
-
-
-def _put(text: str, place: str, new: str) -> str:
-    assert text.count(place) == 1, place
-    return text.replace(place, new)
+    text = put(text, '<main id="main">\n', '<main id="main">\n' + "\n".join(sections))
+    styles = (PAGES / "palette.css", HERE / "gallery.css")
+    return assembled(text, styles, (PAGES / "feel.js",), HERE / "gallery.js", data)
 
 
 def _section(touches: list[Clip]) -> str:
@@ -109,24 +88,9 @@ def _files(clip: Clip) -> dict[str, str]:
         "ahap": ahap.document(clip),
         "hjif": hjif.document(clip, time.strftime("%Y-%m-%d")),
     }
-    packed = {kind: _text(_packed(document)) for kind, document in documents.items()}
-    return {**packed, "wav": _text(_sound(clip))}
+    packed = {kind: encoded(_packed(document)) for kind, document in documents.items()}
+    return {**packed, "wav": encoded(sound(clip.wave))}
 
 
 def _packed(document: dict[str, Any]) -> bytes:
     return gzip.compress(json.dumps(document).encode(), mtime=0)
-
-
-def _sound(clip: Clip) -> bytes:
-    samples = np.clip(resample_poly(clip.wave, SOUND_HZ, RATE_HZ), -1.0, 1.0)
-    file = io.BytesIO()
-    with wave.open(file, "wb") as sound:
-        sound.setnchannels(1)
-        sound.setsampwidth(2)
-        sound.setframerate(SOUND_HZ)
-        sound.writeframes((samples * 32767.0).astype("<i2").tobytes())
-    return file.getvalue()
-
-
-def _text(data: bytes) -> str:
-    return base64.b64encode(data).decode()

@@ -7,10 +7,7 @@ written into it.
 
 from __future__ import annotations
 
-import base64
 import html
-import io
-import json
 import os
 import re
 import tempfile
@@ -19,15 +16,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import resample_poly
 
 from hapticvlm.recordings.page.moment import Moment
+from hapticvlm.recordings.page.one_file import PAGES, address, assembled, put, sound
 from hapticvlm.recordings.timeline import Decided, Picture, Timeline
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 HERE = Path(__file__).parent
-PAGES = HERE.parents[1] / "pages"
-SOUND_HZ = 8000  # browsers play no less; the vibration ends at 1 kHz
 PEAKS_PER_S = 100
 LONGEST_S = 900.0  # more would be a file that browsers load badly
 _FIELDS = (
@@ -82,7 +77,7 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
             for at in timeline.plate
         ],
         "peaks": _peaks(timeline.wave),
-        "sound": _address("audio/wav", _sound(timeline.wave)),
+        "sound": address("audio/wav", sound(timeline.wave)),
     }
 
 
@@ -91,17 +86,13 @@ def page(session: dict[str, Any], shared: Moment | None = None) -> str:
     text = (HERE / "session.html").read_text(encoding="utf-8")
     if shared is not None:
         text = _titled(text, shared)
-    for file in (PAGES / "palette.css", HERE / "session.css"):
-        style = f"<style>\n{file.read_text(encoding='utf-8')}</style>"
-        text = _replace(text, f'<link rel="stylesheet" href="{file.name}">', style)
-    for file in (PAGES / "feel.js", HERE / "outline.js"):
-        address = _address("text/javascript", file.read_bytes())
-        text = _replace(text, f'"{file.name}"', f'"{address}"')
-    script = (HERE / "session.js").read_text(encoding="utf-8")
-    tag = '<script type="module" src="session.js"></script>'
-    text = _replace(text, tag, f'<script type="module">\n{script}</script>')
-    data = json.dumps(session, allow_nan=False).replace("<", "\\u003c")
-    return _replace(text, ">null</script>", f">{data}</script>")
+    return assembled(
+        text,
+        (PAGES / "palette.css", HERE / "session.css"),
+        (PAGES / "feel.js", HERE / "outline.js"),
+        HERE / "session.js",
+        session,
+    )
 
 
 def _titled(text: str, shared: Moment) -> str:
@@ -115,20 +106,15 @@ def _titled(text: str, shared: Moment) -> str:
     head += [_property("og:title", title), _property("og:description", words)]
     figure = f"<h1>{title}</h1><p>{words}</p>"
     if shared.poster is not None:
-        poster = _address("image/jpeg", shared.poster)
+        poster = address("image/jpeg", shared.poster)
         head += [_property("og:image", poster)]
         figure = f'<img src="{poster}" alt="{title}">{figure}'
-    text = _replace(text, "<title>HapticVLM session</title>", "\n".join(head))
-    return _replace(text, "<header>", f"<noscript>{figure}</noscript>\n<header>")
+    text = put(text, "<title>HapticVLM session</title>", "\n".join(head))
+    return put(text, "<header>", f"<noscript>{figure}</noscript>\n<header>")
 
 
 def _property(name: str, content: str) -> str:
     return f'<meta property="{name}" content="{content}">'
-
-
-def _replace(text: str, place: str, new: str) -> str:
-    assert text.count(place) == 1, place
-    return text.replace(place, new)
 
 
 def _frame(picture: Picture) -> dict[str, Any]:
@@ -141,7 +127,7 @@ def _frame(picture: Picture) -> dict[str, Any]:
 
 
 def _file(path: Path) -> str:
-    return _address(_TYPES[path.suffix], path.read_bytes())
+    return address(_TYPES[path.suffix], path.read_bytes())
 
 
 def _decision(decided: Decided) -> dict[str, Any]:
@@ -156,23 +142,10 @@ def _peaks(wave: NDArray[np.float32]) -> list[float]:
     return found
 
 
-def _sound(wave: NDArray[np.float32]) -> bytes:
-    import soundfile
-
-    slowed = resample_poly(wave, SOUND_HZ, RATE_HZ) if wave.size else np.zeros(1, np.float32)
-    file = io.BytesIO()
-    soundfile.write(file, np.clip(slowed, -1.0, 1.0), SOUND_HZ, format="WAV", subtype="PCM_16")
-    return file.getvalue()
-
-
-def _address(kind: str, data: bytes) -> str:
-    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
-
-
 def at(path: Path, time_s: float | None) -> str:
     """Return the address of the page, at a time if one is named."""
-    address = path.resolve().as_uri()
-    return address if time_s is None else f"{address}#t={time_s:.2f}"
+    whole = path.resolve().as_uri()
+    return whole if time_s is None else f"{whole}#t={time_s:.2f}"
 
 
 def safe_name(folder: Path) -> str:
