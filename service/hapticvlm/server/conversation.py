@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable
 
 from hapticvlm.messages import (
+    ClientMessage,
     Error,
     Frame,
     MessageError,
@@ -13,7 +14,6 @@ from hapticvlm.messages import (
     ServiceMessage,
     Set,
     decode,
-    encode,
 )
 from hapticvlm.server.budgets import MAX_TEXT_BYTES, REFUSED, TokenBucket
 from hapticvlm.server.connection import Connection
@@ -45,7 +45,7 @@ class Conversation:
         now = self._clock()
         self._connection.has_spoken = True
         try:
-            answers = self.answers(data, now)
+            answers = self.carry_out(_read(data), now)
         except MessageError as error:
             self._gateway.refuse(error.code)
             refusal = Error(id=error.id, code=error.code, text=error.text, path=error.path)
@@ -53,20 +53,16 @@ class Conversation:
             if not self._refusals.spend(1, now):
                 self.socket.refuse("too many refused messages")
         for answer in answers:
-            self.socket.write(encode(answer, as_text=self._connection.as_text))
+            self._connection.send(answer)
 
     def left(self) -> None:
         """Forget the client; what it drove rests."""
         self._gateway.leave(self._connection)
         logger.info("%s left (%s)", self._connection.name, self.socket.close_code)
 
-    def answers(self, data: bytes | str, now: float) -> list[ServiceMessage]:
-        """Carry out one message. Raises MessageError."""
+    def carry_out(self, message: ClientMessage, now: float) -> list[ServiceMessage]:
+        """Carry out one message; return its answers. Raises MessageError."""
         connection = self._connection
-        if isinstance(data, str) and len(data) > MAX_TEXT_BYTES:
-            text = f"$: text messages are at most {MAX_TEXT_BYTES} bytes; send MessagePack"
-            raise MessageError("limit", text, path="$")
-        message = decode(data)
         if isinstance(message, Set) and message.ownership is not None:
             self._gateway.change_owner(connection, message, now)
         if isinstance(message, Scene) and connection.session.observer:
@@ -77,3 +73,11 @@ class Conversation:
         if isinstance(message, Scene) and message.replace:
             connection.stated.clear()
         return self._gateway.carry_out(connection, actions)
+
+
+def _read(data: bytes | str) -> ClientMessage:
+    """Decode a message. Raises MessageError."""
+    if isinstance(data, str) and len(data) > MAX_TEXT_BYTES:
+        text = f"$: text messages are at most {MAX_TEXT_BYTES} bytes; send MessagePack"
+        raise MessageError("limit", text, path="$")
+    return decode(data)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
-from hapticvlm.messages import MessageError, ServiceMessage, Stop, decode
+from hapticvlm.messages import ClientMessage, MessageError, ServiceMessage, Stop
 from hapticvlm.server.budgets import STOP_PLACES, STOP_S
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.conversation import Conversation
@@ -25,17 +25,16 @@ class StopOnly(Conversation):
 
     is_over = False
 
-    def answers(self, data: bytes | str, now: float) -> list[ServiceMessage]:
+    def carry_out(self, message: ClientMessage, now: float) -> list[ServiceMessage]:
         """Carry out a stop. Raises MessageError for all else."""
-        self.is_over = True
-        message = decode(data)
         if not isinstance(message, Stop):
             raise MessageError("protocol", NO_PLACE, path="$.type", id=message.id)
-        return super().answers(data, now)
+        return super().carry_out(message, now)
 
     def receive(self, data: bytes | str) -> None:
         """Answer the first message, and close."""
         if not self.is_over:
+            self.is_over = True
             super().receive(data)
             self.end()
 
