@@ -73,7 +73,7 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
             parts.plate.close()
             await asyncio.to_thread(parts.speaker.close)
     finally:
-        await _close(parts)
+        await asyncio.to_thread(parts.close)
     print("hapticvlm stopped, outputs at rest", flush=True)
 
 
@@ -89,13 +89,6 @@ async def _start(parts: ServiceParts, gateway: Gateway) -> None:
     )
     if parts.vlm is not None:
         parts.vlm.start(partial(_on_loop, loop, gateway.on_reply))
-
-
-async def _close(parts: ServiceParts) -> None:
-    parts.plate.close()
-    closing = [parts.speaker.close, parts.recogniser.close]
-    closing += [part.close for part in (parts.vlm, parts.recorder) if part is not None]
-    await asyncio.gather(*map(asyncio.to_thread, closing))
 
 
 def _on_loop(

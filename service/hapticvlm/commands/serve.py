@@ -61,7 +61,7 @@ def _serve(options: argparse.Namespace) -> int:
             parts.begin()
             _run_parts(serving, parts)
         finally:
-            parts.close()
+            parts.close()  # what was refused before anything ran; else it is done
     return 0
 
 
