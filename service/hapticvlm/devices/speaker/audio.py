@@ -54,8 +54,7 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     engine = Engine(ring, settings)
     kept_tables.save(MEMO)
     try:
-        hands = 1 if settings.channels is None else 2
-        wav = WavFile(settings.wav, hands) if settings.wav else None
+        wav = WavFile(settings.wav, settings.columns) if settings.wav else None
     except (OSError, RuntimeError) as error:  # soundfile's own error is a RuntimeError
         Started(error=f"cannot write --wav {settings.wav}: {error}").send(control)
         return

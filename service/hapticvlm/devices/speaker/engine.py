@@ -50,14 +50,18 @@ class AudioSettings:
     correction: Correction = NOMINAL.correction
     channels: Channels | None = None
 
+    @property
+    def columns(self) -> int:
+        """Of what is rendered: one for both hands, or one for each."""
+        return 1 if self.channels is None else 2
+
     def voices(self) -> tuple[Voices, ...]:
         """Make the mixer of both hands, or one for each hand."""
         table = {material.name: material for material in self.materials}
         playback = Playback(correction=self.correction)
-        count = 1 if self.channels is None else 2
         return tuple(
             Voices(self.gain, table, playback, self.patterns, is_warm=number == 0)
-            for number in range(count)
+            for number in range(self.columns)
         )
 
 
@@ -67,7 +71,6 @@ class Engine:
     def __init__(self, ring: Ring, settings: AudioSettings = AudioSettings()) -> None:
         self._ring = ring
         self._mixers = settings.voices()
-        self._shape = () if settings.channels is None else (2,)
         self._is_leaving = False
         # A restarted engine begins behind all that was ever commanded: a touch of a second ago must
         # not be played now.
@@ -144,7 +147,9 @@ class Engine:
     def _sleep(self, count: int) -> NDArray[np.float32]:
         """Return `count` zeros, the same each time, and report now and then."""
         if len(self._silence) != count:
-            self._silence = np.zeros((count, *self._shape), np.float32)
+            self._silence = np.zeros((count, len(self._mixers)), np.float32)
+            if len(self._mixers) == 1:
+                self._silence = self._silence[:, 0]
             self._silence.flags.writeable = False
         self._samples += count
         self._unreported += count
