@@ -6,7 +6,6 @@ A live source ends when it is closed, never by itself. Knows nothing of touches.
 from __future__ import annotations
 
 import contextlib
-import os
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -19,8 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.captures.lines import CaptureError, Line
-from hapticvlm.captures.video import AS_RECORDED, JPEG_QUALITY, Picture, View, seen
-from hapticvlm.errors import installing
+from hapticvlm.captures.video import (
+    AS_RECORDED,
+    JPEG_QUALITY,
+    Picture,
+    View,
+    frame_line,
+    opened,
+    seen,
+)
 
 LOOK_S = 0.1  # ten looks a second: a decision takes longer than that
 LONGEST_PX = 2048  # of a picture as it is sent: more shows the encoder nothing
@@ -96,27 +102,15 @@ def screen(number: int = 1, area: tuple[int, int, int, int] | None = None) -> It
 @contextmanager
 def camera(device: int | str = 0) -> Iterator[Look]:
     """Offer a camera by its number, or whatever else OpenCV opens by name."""
-    # Without this OpenCV prints lines of its own for every camera that is not there.
-    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    try:
-        import cv2
-    except ImportError:
-        cure = installing("opencv-python-headless")
-        raise CaptureError(f"a camera needs `{cure}`") from None
-    video = cv2.VideoCapture(device)
-    try:
-        if not video.isOpened():
-            text = "none here, or another program holds it; --device 1 is the next one"
-            raise CaptureError(f"camera {device}: {text}")
+    refusal = f"camera {device}: none here, or another program holds it; --device 1 is the next one"
+    # SILENT: OpenCV prints lines of its own for every camera that is not there.
+    with opened(device, "a camera needs", refusal, "SILENT") as video:
 
         def look() -> Picture | None:
             shown, picture = video.read()
             return picture if shown else None
 
         yield look
-    finally:
-        video.release()
 
 
 def _small(picture: Picture) -> NDArray[np.float32]:
@@ -141,6 +135,4 @@ def _line(picture: Picture, t_s: float, fields: dict[str, Any]) -> Line:
 
     whole = np.ascontiguousarray(picture)
     jpeg = simplejpeg.encode_jpeg(whole, quality=JPEG_QUALITY, colorspace="BGR")
-    height, width = picture.shape[:2]
-    shape = {"format": "jpeg", "width": width, "height": height, "origin": "top"}
-    return Line(t_s, "frame", {"captured_at": t_s, **shape, **fields}, image=jpeg)
+    return frame_line(jpeg, picture, t_s, fields)

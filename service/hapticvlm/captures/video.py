@@ -74,18 +74,28 @@ def lines(path: Path, view: View, fields: dict[str, Any]) -> Iterator[Line]:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
-    # A broken file is reported in our words, once; both are read when OpenCV is first used.
+    refusal = f"{path}: not a video that OpenCV can read, or one without frames"
+    with opened(str(path), f"{path}: videos need", refusal) as video:
+        yield video
+
+
+@contextmanager
+def opened(
+    source: int | str, needs: str, refusal: str, log_level: str = "ERROR"
+) -> Iterator[cv2.VideoCapture]:
+    """Open a file or a camera (a number) with OpenCV. Raises CaptureError with these words."""
+    # What cannot be read is reported in our words, once; both are read when OpenCV is first used.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")
+    os.environ.setdefault("OPENCV_LOG_LEVEL", log_level)
     try:
         import cv2
     except ImportError:
         cure = installing("opencv-python-headless")
-        raise CaptureError(f"{path}: videos need `{cure}`") from None
-    video = cv2.VideoCapture(str(path))
+        raise CaptureError(f"{needs} `{cure}`") from None
+    video = cv2.VideoCapture(source)
     try:
         if not video.isOpened():
-            raise CaptureError(f"{path}: not a video that OpenCV can read, or one without frames")
+            raise CaptureError(refusal)
         yield video
     finally:
         video.release()
@@ -129,10 +139,15 @@ def seen(picture: Picture, view: View, path: Path | str) -> Picture:
     return picture
 
 
+def frame_line(jpeg: bytes, picture: Picture, t_s: float, fields: dict[str, Any]) -> Line:
+    """Return the line of a frame whose picture was encoded so."""
+    height, width = picture.shape[:2]
+    shape = {"format": "jpeg", "width": width, "height": height, "origin": "top"}
+    return Line(t_s, "frame", {"captured_at": t_s, **shape, **fields}, image=jpeg)
+
+
 def _line(picture: Picture, t_s: float, fields: dict[str, Any]) -> Line:
     import cv2
 
-    height, width = picture.shape[:2]
     _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    shape = {"format": "jpeg", "width": width, "height": height, "origin": "top"}
-    return Line(t_s, "frame", {"captured_at": t_s, **shape, **fields}, image=jpeg.tobytes())
+    return frame_line(jpeg.tobytes(), picture, t_s, fields)
