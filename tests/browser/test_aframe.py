@@ -13,10 +13,8 @@ import pytest
 
 pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
 
-from playwright.sync_api import Page, sync_playwright
-from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS
-
-from hapticvlm.client.local_service import running
+from playwright.sync_api import Page
+from webxr_scene import CHROMIUM, EXAMPLES, served
 
 pytestmark = pytest.mark.browser
 
@@ -74,12 +72,7 @@ def visit() -> Iterator[Visit]:
         pytest.fail(reason)
     if reason:
         pytest.skip(reason)
-    with running(["--scene", str(EXAMPLES)]) as service, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
-        )
-        page = browser.new_page(viewport={"width": 240, "height": 180})
-        page.set_default_timeout(SLOW_MS)
+    with served((240, 180)) as (service, page):
         page.add_init_script(path=MODULES / "iwer" / "build" / "iwer.min.js")
         page.add_init_script(HEADSET)
         visit = Visit(page)
@@ -89,7 +82,6 @@ def visit() -> Iterator[Visit]:
         page.goto(f"{service.page}scene/webxr/aframe.html")
         page.locator("#said", has_text="Connected").wait_for()
         yield visit
-        browser.close()
 
 
 def test_a_thing_pressed_with_the_mouse_is_decided_by_its_name_and_felt(visit: Visit) -> None:

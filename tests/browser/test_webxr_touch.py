@@ -1,7 +1,6 @@
 """A touch in the WebXR scene is seen and stated: the page on a desktop, in headless Chromium."""
 
 import os
-import shutil
 from collections.abc import Iterator
 from statistics import median
 from typing import Any
@@ -11,14 +10,11 @@ import pytest
 pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
 
 from dashboard_scene import AXE
-from playwright.sync_api import Page, sync_playwright
-from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS, missing
-
-from hapticvlm.client.local_service import running
+from playwright.sync_api import Page
+from webxr_scene import SIZE, missing, served
 
 pytestmark = pytest.mark.browser
 
-SIZE = (240, 160)  # px: what is drawn on a processor costs time
 SEEN_MS = 50.0
 MOST_DRAWN = 0.4  # of the canvas, for a touch of one object; it is 0.1 to 0.2
 MOST_ODD = 0.002  # of the pixels, on edges that a part rounds to another one
@@ -81,17 +77,11 @@ def page() -> Iterator[Page]:
         pytest.fail(reason)
     if reason:
         pytest.skip(reason)
-    with running(["--scene", str(EXAMPLES)]) as service, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
-        )
-        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-        page.set_default_timeout(SLOW_MS)
+    with served(SIZE) as (service, page):
         page.goto(f"{service.page}scene/webxr/")
         page.locator("#state", has_text="Connected").wait_for()
         page.wait_for_timeout(1000)
         yield page
-        browser.close()
 
 
 def press(page: Page, key: str, hold_ms: int = 400) -> Any:

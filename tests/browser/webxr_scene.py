@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Page, sync_playwright
 
-from hapticvlm.client.local_service import running
+from hapticvlm.client.local_service import Service, running
 
 CHROMIUM = "chromium"
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -59,14 +59,24 @@ def missing() -> str | None:
 
 
 @contextmanager
-def visiting(size: tuple[int, int] = SIZE) -> Iterator[Visit]:
-    """Serve the scene, open it and enter VR."""
+def served(size: tuple[int, int]) -> Iterator[tuple[Service, Page]]:
+    """Serve the examples, and open a page that shows nothing yet."""
     with running(["--scene", str(EXAMPLES)]) as service, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
         )
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.set_default_timeout(SLOW_MS)
+        try:
+            yield service, page
+        finally:
+            browser.close()
+
+
+@contextmanager
+def visiting(size: tuple[int, int] = SIZE) -> Iterator[Visit]:
+    """Serve the scene, open it and enter VR."""
+    with served(size) as (service, page):
         complaints: list[str] = []
 
         def heard(said: Any) -> None:
@@ -77,7 +87,4 @@ def visiting(size: tuple[int, int] = SIZE) -> Iterator[Visit]:
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.goto(f"{service.page}scene/webxr/?emulate")
         page.locator("#state", has_text="plate").wait_for()
-        try:
-            yield Visit(page, page.evaluate_handle(MODULES), complaints)
-        finally:
-            browser.close()
+        yield Visit(page, page.evaluate_handle(MODULES), complaints)
