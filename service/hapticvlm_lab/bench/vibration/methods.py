@@ -1,13 +1,15 @@
 """The methods to render vibration, compared: modes of an impact, orders of noise, block sizes.
 
 Errors are the largest perceived difference, dB (spectra.felt_difference_db), over materials and
-strokes; costs are the least of ROUNDS on this process's core, which other work disturbs least.
+strokes; costs are the least of ROUNDS on this process's core, which other work disturbs least, all
+methods of a knob in turns.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +20,7 @@ from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
-from hapticvlm_lab.bench.rigs import core_us
+from hapticvlm_lab.bench.rigs import K, least_us
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
 
 Wave = NDArray[np.float32]
@@ -30,6 +32,7 @@ NAMES = ("wood", "glass", "fabric", "metal")
 RATIOS = (1.0, 1.857, 3.25, 4.946, 6.7, 8.6)
 MODES = (1, 2, 3, 4, 6)
 SHIPPED = "as shipped"
+LOOP = "loop in space"
 HIT_MPS = (0.3, 1.0, 5.0)
 ORDERS = (2, 4, 8, 16, 32, 64)
 AR_RATE_HZ = 4_000  # twice the band; what is made there is read up to RATE_HZ
@@ -58,58 +61,67 @@ def modes() -> list[Row]:
     """Cut every material's row of modes short after n of them, and where the table ends it."""
     rows = {name: _whole_row(material.vibration) for name, material in MATERIALS.items()}
     shipped = {name: len(material.vibration.modes) for name, material in MATERIALS.items()}
-    tables = {str(count): dict.fromkeys(rows, count) for count in MODES} | {SHIPPED: shipped}
-    costs: dict[tuple[str, int], float] = {}
+    counted = {str(count): dict.fromkeys(rows, count) for count in MODES} | {SHIPPED: shipped}
+    tables = {
+        value: {
+            name: replace(full, modes=full.modes[: counts[name]]) for name, full in rows.items()
+        }
+        for value, counts in counted.items()
+    }
+    cuts = {(name, len(cut.modes)): cut for table in tables.values() for name, cut in table.items()}
+    costs = _least_us({key: partial(_strike, cut) for key, cut in cuts.items()})
     found = []
-    for value, counts in tables.items():
-        errors: dict[str, float] = {}
-        cost_us = []
-        for name, full in rows.items():
-            cut = replace(full, modes=full.modes[: counts[name]])
-            errors |= {f"{name} at {hit:g} m/s": _cut_db(full, cut, hit) for hit in HIT_MPS}
-            key = name, len(cut.modes)
-            if key not in costs:
-                costs[key] = _least_us(lambda v=cut: impact(v, "strike", Motion(1.0, 1.0), 0))  # type: ignore[misc]
-            cost_us.append(costs[key])
+    for value, table in tables.items():
+        errors = {
+            f"{name} at {hit:g} m/s": _cut_db(rows[name], cut, hit)
+            for name, cut in table.items()
+            for hit in HIT_MPS
+        }
+        cost_us = [costs[name, len(cut.modes)] for name, cut in table.items()]
         found.append(_row("modes", value, errors, float(np.mean(cost_us))))
     return found
 
 
 def noises() -> list[Row]:
     """Rub each surface by the product's loop and by autoregressive filters of rising order."""
-    meant = {name: steady_db(_rub(name, seed=1)) for name in NAMES}
-    loop = {name: difference_db(meant[name], steady_db(_rub(name, seed=2))) for name in NAMES}
+    meant = {name: steady_db(rub(name, seed=1)) for name in NAMES}
+    loop = {name: difference_db(meant[name], steady_db(rub(name, seed=2))) for name in NAMES}
+    filters = {order: {name: fit(rub(name, seed=1), order) for name in NAMES} for order in ORDERS}
     texture = Texture(MATERIALS["wood"].vibration, "slide", 1)
     texture.render(9600, RUBBED)
-    cost_us = _least_us(lambda: texture.render(128, RUBBED))
-    rows = [_row("noise", "loop in space", loop, cost_us)]
+    works: dict[str, Callable[[], object]] = {
+        LOOP: partial(texture.render, 128, RUBBED),
+        **{
+            f"AR {order}": partial(filtered, *filters[order]["wood"], 128 / RATE_HZ)
+            for order in ORDERS
+        },
+    }
+    costs = _least_us(works)
+    rows = [_row("noise", LOOP, loop, costs[LOOP])]
     for order in ORDERS:
-        filters = {name: _fit(_rub(name, seed=1), order) for name in NAMES}
         errors = {
-            name: difference_db(meant[name], steady_db(_filtered(*filters[name], STEADY_S)))
+            name: difference_db(meant[name], steady_db(filtered(*filters[order][name], STEADY_S)))
             for name in NAMES
         }
-        taps, gain = filters["wood"]
-        cost_us = _least_us(lambda t=taps, g=gain: _filtered(t, g, 128 / RATE_HZ))  # type: ignore[misc]
-        rows.append(_row("noise", f"AR {order}", errors, cost_us))
+        rows.append(_row("noise", f"AR {order}", errors, costs[f"AR {order}"]))
     return rows
 
 
 def blocks() -> list[Row]:
     """Render two rubbing hands in blocks; each contact waits for the next block."""
     meant = steady_db(_moving(1))
+    costs = _least_us({size: partial(_two_hands().render, size, 0.0) for size in BLOCKS})
     rows = []
     for size in BLOCKS:
         errors = {"two hands, 75 contacts a second": difference_db(meant, steady_db(_moving(size)))}
-        voices = _two_hands()
-        cost_us = _least_us(lambda v=voices, n=size: v.render(n, 0.0))  # type: ignore[misc]
-        row = _row("block", str(size), errors, cost_us)
+        row = _row("block", str(size), errors, costs[size])
         seconds = size / RATE_HZ
-        rows.append(replace(row, delay_ms=1e3 * seconds, core_share=cost_us * 1e-6 / seconds))
+        share = costs[size] * 1e-6 / seconds
+        rows.append(replace(row, delay_ms=1e3 * seconds, core_share=share))
     return rows
 
 
-DEFAULTS = {"modes": SHIPPED, "noise": "loop in space", "block": "128"}
+DEFAULTS = {"modes": SHIPPED, "noise": LOOP, "block": "128"}
 
 
 def _row(knob: str, value: str, errors: dict[str, float], cost_us: float) -> Row:
@@ -136,13 +148,14 @@ def _cut_db(full: Vibration, cut: Vibration, speed_mps: float) -> float:
     return difference_db(meant, given)
 
 
-def _rub(name: str, seed: int) -> Wave:
+def rub(name: str, seed: int) -> Wave:
+    """Rub a surface for STEADY_S as the product does."""
     texture = Texture(MATERIALS[name].vibration, "slide", seed)
     texture.render(9600, RUBBED)
     return texture.render(int(STEADY_S * RATE_HZ), RUBBED)
 
 
-def _fit(wave: Wave, order: int) -> tuple[NDArray[np.float64], float]:
+def fit(wave: Wave, order: int) -> tuple[NDArray[np.float64], float]:
     """Fit an AR model at AR_RATE_HZ by Yule and Walker: its taps (order + 1,) and gain."""
     few = signal.decimate(signal.decimate(wave.astype(np.float64), 4), 3)
     lags = np.array([np.dot(few[: few.size - n], few[n:]) / few.size for n in range(order + 1)])
@@ -151,7 +164,8 @@ def _fit(wave: Wave, order: int) -> tuple[NDArray[np.float64], float]:
     return np.concatenate(([1.0], -taps)), float(np.sqrt(max(lags[0] - taps @ lags[1:], 0.0)))
 
 
-def _filtered(taps: NDArray[np.float64], gain: float, seconds: float) -> Wave:
+def filtered(taps: NDArray[np.float64], gain: float, seconds: float) -> Wave:
+    """Run noise through an AR model, seconds of it at RATE_HZ."""
     count = int(seconds * AR_RATE_HZ) + 2
     few = signal.lfilter([gain], taps, np.random.default_rng(5).standard_normal(count))
     at = np.arange(int(seconds * RATE_HZ)) * (AR_RATE_HZ / RATE_HZ)
@@ -185,6 +199,9 @@ def _moving(size: int) -> Wave:
     return np.concatenate(waves)
 
 
-def _least_us(work: Callable[[], object]) -> float:
-    work()
-    return min(core_us(work, 20) for _ in range(ROUNDS))
+def _strike(body: Vibration) -> Wave:
+    return impact(body, "strike", Motion(1.0, 1.0), 0)
+
+
+def _least_us(works: Mapping[K, Callable[[], object]]) -> dict[K, float]:
+    return least_us(works, ROUNDS, times=20)
