@@ -59,6 +59,13 @@ def add(commands: Commands) -> None:
         _chart_vibration,
         "modes, noise and block size: perceptible difference against computing time",
     )
+    whole = _subject(
+        subjects,
+        "whole",
+        _chart_whole,
+        "whole pipelines: objects felt as what they are against time of a core",
+    )
+    labelled_pictures(whole)
     stability = commands.add_parser("stability", help="draw under which conditions a method fails")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
     _material(subjects, _shake_material, SHAKEN)
@@ -207,6 +214,12 @@ def _chart_vibration(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.vibration import chart
 
     return chart.run(options.out, as_json=options.json)
+
+
+def _chart_whole(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.whole import chart
+
+    return chart.run(_data(options), options.out, as_json=options.json)
 
 
 def _where(options: argparse.Namespace) -> Where:

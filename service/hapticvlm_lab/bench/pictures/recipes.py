@@ -42,6 +42,7 @@ RECIPES: Mapping[str, Recipe] = {
     "demo.webp": _moving_picture,
     "dashboard.png": pages.dashboard,
     "webxr.png": pages.webxr,
+    "chart-whole.png": _command("chart-whole.png", "chart", "whole"),
     "chart-material.png": _command("chart-material.png", "chart", "material"),
     "chart-beliefs.png": _command("chart-beliefs.png", "chart", "beliefs"),
     "chart-thermal.png": _command("chart-thermal.png", "chart", "thermal"),

@@ -1,0 +1,155 @@
+"""`hapticvlm chart whole`: what a whole pipeline is worth, against what it costs.
+
+A row is a way to decide what an object is and a way to render it; the default, and every way that
+differs from it in one thing. Worth is the share of held-back objects that are felt as what they
+are (predicted, feeling.py), cost the time of one core for one look and one touch. The air's
+temperature is left out: `chart ambient` has the vision-language models, which need their weights to
+be worth anything.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from hapticvlm.commands.progress import track
+from hapticvlm.materials import MATERIALS
+from hapticvlm.statistics import wilson
+from hapticvlm_lab.bench.material.belief_sets import sources_of
+from hapticvlm_lab.bench.material.data import Source
+from hapticvlm_lab.bench.material.methods import Method
+from hapticvlm_lab.bench.printing import made_with, publish
+from hapticvlm_lab.bench.rigs import helper, least_us, report_of
+from hapticvlm_lab.bench.whole import deciding, feeling, plot
+from hapticvlm_lab.bench.whole.deciding import Decided
+from hapticvlm_lab.bench.whole.feeling import DEFAULT, Rendering
+from hapticvlm_lab.bench.whole.rows import STATED, Row, pareto
+
+NAME = "chart-whole"
+ROUNDS = 9
+
+
+def run(data: Path | None, out: Path, *, as_json: bool) -> int:
+    """Measure, print a table or JSON, write picture and JSON.
+
+    Raises CaptureError, EncoderError, GalleryError.
+    """
+    rows = measure([source for source, _ in sources_of(data)])
+    files = plot.draw(rows, out / NAME, sentence(rows))
+    figures = {
+        "chart": "whole",
+        **made_with(),
+        "default": sentence(rows),
+        "rows": [asdict(row) | {"core_ms": round(row.core_ms, 2)} for row in rows],
+        "files": [str(path) for path in files],
+    }
+    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=lambda: show(rows))
+
+
+def measure(sources: Sequence[Source]) -> list[Row]:
+    """Decide every object in every way, render it in every way, and time all of it."""
+    touch_ms = _touches_ms(feeling.renderings())
+    ways = deciding.ways()
+    mb = {eye: _memory_mb(eye) for eye in deciding.EYES}
+    rows = []
+    for source, way in track(
+        [(s, w) for s in sources for w in ways if deciding.fits(w, s)], "deciding and rendering"
+    ):
+        found = deciding.decided(way, source)
+        hows = feeling.renderings() if deciding.is_default(way, source) else [DEFAULT]
+        rows += [_row(source, way, how, found, touch_ms[how], mb) for how in hows]
+    return rows
+
+
+def sentence(rows: Sequence[Row]) -> str:
+    """Say for each source how the default stands to the best that is cheaper or dearer."""
+    parts = []
+    for source in dict.fromkeys(row.source for row in rows):
+        there = [row for row in rows if row.source == source and row.decides != STATED]
+        default = next(row for row in there if row.is_default)
+        best = max(there, key=lambda row: (row.share, -row.core_ms))
+        text = f"{source}: default {default.share:.0%} for {default.core_ms:.1f} ms"
+        if best.share > default.share:
+            text += f", {best.name} {best.share:.0%} for {best.core_ms:.1f} ms"
+        parts.append(text)
+    return "felt as what they are. " + "; ".join(parts)
+
+
+def show(rows: Sequence[Row]) -> None:
+    """Print a table for each source."""
+    for source in dict.fromkeys(row.source for row in rows):
+        there = [row for row in rows if row.source == source]
+        kept = pareto([row for row in there if row.decides != STATED])
+        print(f"\n{source}: {there[0].n} objects of {len(MATERIALS)} materials")
+        print(
+            f"{'felt right':>16} {'skin':>8} {'texture':>8} {'look':>8} {'touch':>8} {'memory':>8}"
+        )
+        for row in there:
+            share = f"{row.share:.0%} [{100 * row.low:.0f}, {100 * row.high:.0f}]"
+            cells = f"{share:>16} {row.skin_c:>5.2f} °C {row.texture_db:>5.1f} dB"
+            cells += f" {row.look_ms:>5.1f} ms {row.touch_ms:>5.1f} ms {row.mb:>5.0f} MB"
+            mark = " (default)" if row.is_default else ""
+            line = " *" if row in kept else "  "
+            print(f"{cells}{line} {row.name}{mark}; least: {row.worst}")
+    print("\n* no cheaper one is as good, but for a scene that states its materials")
+    print(sentence(rows))
+
+
+def _row(
+    source: Source,
+    way: Method,
+    how: Rendering,
+    found: Sequence[Decided],
+    touch_ms: float,
+    mb: dict[str, float],
+) -> Row:
+    felt = [feeling.felt(each.rendition, each.truth, how) for each in found]
+    right = [each.recognised for each in felt]
+    low, high = wilson(sum(right), len(right))
+    looks = len([view for view in source.views if view.truth in MATERIALS])
+    return Row(
+        source=source.name,
+        decides=way.name,
+        renders=_changed(how),
+        is_default=deciding.is_default(way, source) and how == DEFAULT,
+        n=len(found),
+        share=round(sum(right) / len(right), 3),
+        low=round(low, 3),
+        high=round(high, 3),
+        skin_c=round(float(np.mean([f.skin_c for f in felt])), 3),
+        texture_db=round(float(np.mean([f.texture_db for f in felt])), 2),
+        look_ms=round(sum(each.core_ms for each in found) / looks, 3),
+        touch_ms=round(touch_ms, 2),
+        mb=next((mb[eye] for eye in deciding.EYES if eye in way.name), 0.0),
+        worst=_worst(found, right),
+    )
+
+
+def _worst(found: Sequence[Decided], right: Sequence[float]) -> str:
+    shares = defaultdict(list)
+    for each, share in zip(found, right, strict=True):
+        shares[each.truth].append(share)
+    name = min(shares, key=lambda name: (np.mean(shares[name]), name))
+    return f"{name} {np.mean(shares[name]):.0%} of {len(shares[name])}"
+
+
+def _changed(how: Rendering) -> str:
+    if how.heat != DEFAULT.heat:
+        return how.heat.name
+    return "" if how == DEFAULT else how.vibration.name
+
+
+def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
+    """Time what a touch computes, in turns: the least of ROUNDS of each part, added up."""
+    parts = {(how, name): part for how in hows for name, part in feeling.work(how).items()}
+    us = least_us(parts, ROUNDS)
+    return {how: sum(us[key] for key in parts if key[0] == how) / 1e3 for how in hows}
+
+
+def _memory_mb(eye: str) -> float:
+    with helper("whole.memory", eye) as process:
+        return float(report_of(process)["mb"])

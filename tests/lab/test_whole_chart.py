@@ -1,0 +1,98 @@
+"""Whole pipelines: a scene that states is felt best, nothing worst, and every row has its price."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from hapticvlm.evidence.ladder import Evidence, decide
+from hapticvlm.materials import MATERIALS
+from hapticvlm.session.rendition import choose_rendition
+from hapticvlm_lab.bench.material.data import Source, thin
+from hapticvlm_lab.bench.material.reading import default_captures, read_capture
+from hapticvlm_lab.bench.whole import chart, deciding, feeling
+from hapticvlm_lab.bench.whole.rows import STATED as STATED_ALL
+from hapticvlm_lab.bench.whole.rows import Row, pareto
+
+STATED = choose_rendition(decide([Evidence("scene", (("metal", 1.0),))]), MATERIALS)
+NOTHING = choose_rendition(decide([]), MATERIALS)
+
+
+@pytest.fixture(scope="module")
+def room() -> Source:
+    """Two pictures of each object of the living room."""
+    return thin(read_capture(default_captures()[1]), 0, per_object=2)
+
+
+def test_what_is_stated_is_felt_as_it_is_and_nothing_is_felt_as_nothing() -> None:
+    stated = feeling.felt(STATED, "metal", feeling.DEFAULT)
+    nothing = feeling.felt(NOTHING, "metal", feeling.DEFAULT)
+    assert stated.skin_c == pytest.approx(0.0, abs=0.01)
+    assert stated.texture_db == 0.0
+    assert stated.recognised > 0.7
+    assert nothing.skin_c > 1.0
+    assert nothing.texture_db > 3.0
+    assert nothing.recognised < 0.05
+
+
+def test_metal_on_plastic_is_no_plastic_and_its_skin_is_too_cold() -> None:
+    found = feeling.felt(STATED, "plastic", feeling.DEFAULT)
+    assert found.recognised < 0.1
+    assert found.skin_c > 1.0
+
+
+def test_each_way_to_render_is_felt_or_paid_for() -> None:
+    default, *others = ((how, feeling.felt(STATED, "metal", how)) for how in feeling.renderings())
+    assert default[0] == feeling.DEFAULT
+    for how, found in others:
+        differs = found.skin_c > default[1].skin_c + 0.01 or found.texture_db > 0.05
+        assert differs, how
+
+
+def test_names_find_some_and_the_eye_beside_them_finds_more(room: Source) -> None:
+    def recognised(name: str) -> float:
+        way = next(way for way in deciding.ways() if way.name == name)
+        found = deciding.decided(way, room)
+        assert len(found) == 15
+        assert all(each.core_ms > 0.0 for each in found)
+        felt = [feeling.felt(each.rendition, each.truth, feeling.DEFAULT) for each in found]
+        return sum(each.recognised for each in felt) / len(felt)
+
+    assert recognised("nothing") < recognised("names") < recognised(deciding.DEFAULT)
+    assert recognised(deciding.DEFAULT) < recognised(STATED_ALL)
+
+
+def test_a_scene_that_states_nothing_is_decided_by_the_eye_alone(room: Source) -> None:
+    mute = replace(room, stated={})
+    fitting = [way for way in deciding.ways() if deciding.fits(way, mute)]
+    assert not any(way.rungs for way in fitting)
+    assert [way.name for way in fitting if deciding.is_default(way, mute)] == ["lite0"]
+
+
+def test_the_table_names_the_default_its_interval_and_where_it_is_weakest(
+    room: Source, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(chart, "ROUNDS", 1)
+    rows = chart.measure([room])
+    chart.show(rows)
+    table = capsys.readouterr().out
+    default = next(row for row in rows if row.is_default)
+    assert default.low < default.share < default.high
+    assert default.mb > 10.0
+    line = next(line for line in table.splitlines() if "(default)" in line)
+    assert f"{default.share:.0%} [" in line
+    assert default.worst in line
+    assert f"default {default.share:.0%} for {default.core_ms:.1f} ms" in table
+
+
+def test_only_what_no_cheaper_one_reaches_is_worth_its_cost() -> None:
+    dear, good, cheap, beaten = (
+        _row(name, share, ms)
+        for name, share, ms in (("a", 0.8, 9.0), ("b", 0.7, 5.0), ("c", 0.1, 1.0), ("d", 0.6, 6.0))
+    )
+    assert pareto([dear, beaten, cheap, good]) == [cheap, good, dear]
+
+
+def _row(name: str, share: float, ms: float) -> Row:
+    return Row("s", name, "", False, 9, share, 0.0, 1.0, 0.0, 0.0, ms, 0.0, 0.0, "")
