@@ -20,7 +20,7 @@ from hapticvlm.statistics import wilson
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm.vision.pictures import Crop, crop
 from hapticvlm_lab.bench import labels as chart_labels
-from hapticvlm_lab.bench.material import logistic
+from hapticvlm_lab.bench.material import logistic, plots
 from hapticvlm_lab.bench.material.answers import answer, embed
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, standardised_on
 from hapticvlm_lab.bench.material.belief_chart import coverage
@@ -34,7 +34,7 @@ from hapticvlm_lab.bench.material.protocols import (
     probe,
 )
 from hapticvlm_lab.bench.material.reading import load_sources, read_capture
-from hapticvlm_lab.bench.material.rows import Row, knee
+from hapticvlm_lab.bench.material.rows import Row, knee, pareto, weakness
 from hapticvlm_lab.bench.material.scores import Score, interval, open_score, rejection, score
 from hapticvlm_lab.bench.material.tables import knee_sentence
 from hapticvlm_lab.bench.material.timing import Cost
@@ -399,6 +399,24 @@ def test_the_knee_is_the_cheapest_whose_interval_reaches_the_best() -> None:
     assert [one.method for one in found] == ["best", "near"]
     assert knee(rows[3:]) is None
     assert "near at 2 ms" in knee_sentence(rows)
+
+
+def test_the_picture_leaves_out_what_is_dearer_and_no_better_and_the_line_joins_the_rest() -> None:
+    cheap = row("cheap", "plain", 0.5, 0.2)
+    best = replace(row("best", "ours", 0.9, 2.0), is_default=True)
+    dear = row("dear", "named", 0.8, 9.0)
+    assert pareto([dear, best, cheap]) == [cheap, best]
+    assert plots.worth_drawing([dear, best, cheap]) == [best, cheap]
+    elsewhere = replace(row("dear", "named", 0.95, 9.0), source="other")
+    assert dear in plots.worth_drawing([dear, best, cheap, elsewhere])
+
+
+def test_the_heading_names_what_the_default_finds_least_often() -> None:
+    graded = replace(row("ours", "ours", 0.9, 2.0), is_default=True)
+    assert graded.four is not None
+    weak = replace(graded.four, recall={"wood": 0.9, "glass": 0.4, "metal": 0.7})
+    assert weakness([row("other", "plain", 0.1, 1.0)]) is None
+    assert weakness([replace(graded, four=weak)]) == ("glass", 0.4)
 
 
 def row(name: str, family: str, accuracy: float, ms: float) -> Row:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.palette import BLUE, ORANGE, PURPLE, SKY, SOFT, VERMILION
+from hapticvlm.palette import BLUE, INK, ORANGE, PURPLE, SKY, SOFT, VERMILION
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.labels import place
-from hapticvlm_lab.bench.material.rows import Row
+from hapticvlm_lab.bench.material.rows import Row, pareto, weakness
 from hapticvlm_lab.bench.material.scores import Score
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ WIDTH_IN = 12.0
 PANEL_IN = 5.4
 COLUMNS = 2
 STEP = 1.12  # between methods that take the same time, so that their intervals can be read
+BASELINES = ("guess", "stated", "plain", "ladder")
 SHOWN = "5"  # references a class of the hollow points
 STYLE = {  # colour and marker of each family
     "guess": (SOFT, "_"),
@@ -53,11 +54,33 @@ def draw(rows: Sequence[Row], stem: Path) -> list[Path]:
     size_in = (WIDTH_IN, PANEL_IN * -(-len(sources) // COLUMNS) + 0.9)
     with figures.figure(stem, size_in, len(sources), COLUMNS) as (drawn, panels):
         figures.title(drawn, _title())
+        shown = worth_drawing(rows)
         for axes, source in zip(panels, sources, strict=True):
-            mine = [row for row in rows if row.source == source]
+            mine = [row for row in shown if row.source == source]
             _panel(axes, mine)
             place(axes, _labels(mine), [(point.x, point.y) for point in points(mine)])
     return figures.files(stem)
+
+
+def worth_drawing(rows: Sequence[Row]) -> list[Row]:
+    """Leave out seen methods that are dominated on every source, zero-shot and enrolled.
+
+    The default, and what is only a baseline, stay; the table has them all.
+    """
+    sources = dict.fromkeys(row.source for row in rows)
+    kept = {
+        row.method
+        for source in sources
+        for row in _undominated([row for row in rows if row.source == source])
+    }
+    return [row for row in rows if row.method in kept or row.is_default or row.family in BASELINES]
+
+
+def _undominated(rows: Sequence[Row]) -> list[Row]:
+    enrolled = [
+        replace(row, four=few.four) for row in rows if (few := row.enrolled.get(SHOWN)) is not None
+    ]
+    return [*pareto(rows), *pareto(enrolled)]
 
 
 def points(rows: Sequence[Row]) -> list[Point]:
@@ -79,7 +102,7 @@ def _title() -> str:
         "Material of 4 (wood, glass, fabric, metal): balanced accuracy with 95 % interval over "
         "objects, against the median time one core takes for a decision.\n"
         f"Filled: zero-shot. Hollow: enrolled with {SHOWN} references a material from other "
-        "objects of the source. Ringed: the default."
+        "objects of the source. Ringed: the default. Line: no cheaper one is as good, zero-shot."
     )
 
 
@@ -92,6 +115,10 @@ def _panel(axes: Axes, rows: Sequence[Row]) -> None:
         if len(ends) == 2:
             colour = STYLE[row.family][0]
             axes.plot(*zip(*ends, strict=True), ":", color=colour, linewidth=0.8, zorder=2)
+    kept = [point for point in dots if point.row in pareto(rows) and not point.hollow]
+    corners = sorted((point.x, point.y) for point in kept)
+    if corners:
+        axes.step(*zip(*corners, strict=True), where="post", color=INK, linewidth=0.8, zorder=1)
     figures.level(axes, 25, "chance of 4")
     for row in rows:
         if row.family == "guess" and row.four is not None and len(row.four.classes) != 4:
@@ -135,4 +162,6 @@ def _heading(rows: Sequence[Row]) -> str:
     if graded is None:
         return rows[0].source
     counts = ", ".join(f"{name} {count}" for name, count in graded.classes.items())
-    return f"{rows[0].source}: objects of {counts}"
+    weak = weakness(rows)
+    least = "" if weak is None else f"\ndefault at its weakest: {weak[0]}, {weak[1]:.0%} found"
+    return f"{rows[0].source}: objects of {counts}{least}"

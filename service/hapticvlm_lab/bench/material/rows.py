@@ -61,5 +61,23 @@ def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
     return best, min(reaching, key=lambda row: row.latency_ms or 0.0)
 
 
+def pareto(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows that no cheaper one is as accurate as, zero-shot, of 4; cheapest first."""
+    timed = [row for row in rows if row.four is not None and row.latency_ms is not None]
+    kept: list[Row] = []
+    for row in sorted(timed, key=lambda row: (row.latency_ms or 0.0, -_accuracy(row))):
+        if not kept or _accuracy(row) > _accuracy(kept[-1]):
+            kept.append(row)
+    return kept
+
+
+def weakness(rows: Sequence[Row]) -> tuple[str, float] | None:
+    """Return the class that the default finds least often, and how often; None if not graded."""
+    default = next((row.four for row in rows if row.is_default and row.four is not None), None)
+    if default is None:
+        return None
+    return min(default.recall.items(), key=lambda item: (item[1], item[0]))
+
+
 def _accuracy(row: Row) -> float:
     return row.four.accuracy if row.four else 0.0

@@ -1,4 +1,6 @@
-"""What one answer costs: a crop to its material on one thread, against a floor in the same run.
+"""What one answer costs: a frame to its material on one thread, against a floor in the same run.
+
+The frame is decoded and cut, as the recogniser does; methods without a picture read what is stated.
 
 Time of a core (all threads of this process, so one that waits for others' work is not charged) and
 by the clock, which on a busy machine shows the machine. The floor, decoding one JPEG frame
@@ -31,7 +33,7 @@ LEAST = 20
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Of one crop over n turns, ms: median of one core's time; median and p99 by the wall clock.
+    """Of one frame over n turns, ms: median of one core's time; median and p99 by the wall clock.
 
     floors: median over the floor's, in core time.
     """
@@ -66,7 +68,7 @@ def costs(methods: list[Method], stated: Source | None) -> dict[str, Cost]:
 
 
 def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], object] | None:
-    """One answer for one crop; None for what costs nothing or has no object to read."""
+    """One answer for one frame; None for what costs nothing or has no object to read."""
     if method.rungs and stated is None:
         return None
     read = _reading(method, stated)
@@ -76,10 +78,9 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
     head = method.head
     size: dict[str, Any] = {"width": FRAME_PX, "height": FRAME_PX}
     frame = messages.Frame(id=1, captured_at=0.0, format="jpeg", image=jpeg, origin="top", **size)
-    cut = crop(frame, encoder.side)
 
     def recognise() -> object:
-        embeddings = encoder.embed([cut])
+        embeddings = encoder.embed([crop(frame, encoder.side)])
         if head is None:
             return embeddings
         row = head.beliefs(embeddings)[0]
