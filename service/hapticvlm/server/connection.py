@@ -54,7 +54,7 @@ class Connection:
         self.session = session
         self.watches: frozenset[str] = frozenset()
         self.stated: dict[str, str] = {}  # materials that a person stated of this scene's objects
-        self._as_text = as_text
+        self.as_text = as_text
         self.has_place = has_place  # else it may only stop the outputs
         self.has_spoken = False  # since its hello
         self._socket = socket_
@@ -79,7 +79,7 @@ class Connection:
 
     def send(self, message: ServiceMessage) -> None:
         """Send a reply now. The client's next message waits until it has read enough of them."""
-        self._socket.write(encode(message, as_text=self._as_text))
+        self._socket.write(encode(message, as_text=self.as_text))
 
     def post(self, message: ServiceMessage | Event) -> None:
         """Send an event soon; telemetry and views give way when the client reads slowly."""
@@ -99,7 +99,7 @@ class Connection:
         self._socket.close(code, reason)
 
     def _next_posted(self) -> bytes | str | None:
-        return self._waiting.popleft().encoded(as_text=self._as_text) if self._waiting else None
+        return self._waiting.popleft().encoded(as_text=self.as_text) if self._waiting else None
 
     def _drop_older_plan(self, new: Vibration) -> None:
         """Forget a plan for this hand that was not sent: the new one replaces it."""

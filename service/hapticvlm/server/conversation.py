@@ -14,6 +14,7 @@ from hapticvlm.messages import (
     ServiceMessage,
     Set,
     decode,
+    encode,
 )
 from hapticvlm.server.budgets import MAX_TEXT_BYTES, REFUSED, TokenBucket
 from hapticvlm.server.connection import Connection
@@ -53,7 +54,7 @@ class Conversation:
             if not self._refusals.spend(1, now):
                 self.socket.refuse("too many refused messages")
         for answer in answers:
-            self._connection.send(answer)
+            self.socket.write(encode(answer, as_text=self._connection.as_text))
 
     def left(self) -> None:
         """Forget the client; what it drove rests."""
