@@ -35,6 +35,7 @@ LIMITS = MappingProxyType(
         "vibration.roughness": (0.0, 1.0),
         "vibration.stick": (0.0, 0.95),
         "vibration.swung_m": (5e-4, 0.2),
+        "vibration.stiffness": (50.0, 1e6),  # N/m
         "vibration.modes.frequency_hz": (20.0, 1000.0),
         "vibration.modes.decay_per_s": (5.0, 280.0),
         "vibration.modes.gain": (0.01, 1.0),
@@ -80,7 +81,8 @@ class Vibration:
     `pitch_m` is the dominant spatial period of the surface, `bandwidth` the width of the texture's
     band relative to its centre frequency speed / pitch, `roughness` how uneven it is (0..1, which
     is how strongly it is felt), `stick` the share that catches and slips under a firm hand,
-    `swung_m` how thick the things are that one swings of it.
+    `swung_m` how thick the things are that one swings of it, `stiffness` how much force a thing of
+    it needs to give way under a hand, N/m: inf is more than a hand notices.
     """
 
     modes: tuple[Mode, ...]
@@ -89,6 +91,7 @@ class Vibration:
     roughness: float
     stick: float = 0.0
     swung_m: float = 0.01
+    stiffness: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)

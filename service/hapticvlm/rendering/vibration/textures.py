@@ -215,7 +215,7 @@ class _Breaks:
         self._spacing_m = _BREAK_PERIODS * vibration.pitch_m
         self._draws: list[float] = []
         self._drawn = 0
-        self._grain = _grain(vibration, playback)
+        self._grain = grain(vibration, playback)
         self._tail = np.zeros(self._grain.size)
         self._to_next = rng.random()  # in mean spacings
         self._level = SmoothedValue()
@@ -258,8 +258,8 @@ def _counts(count: int) -> _Floats:
 
 
 @lru_cache(maxsize=64)
-def _grain(vibration: Vibration, playback: Playback) -> _Floats:
-    """Make one fibre break, (_GRAIN_S * rate_hz,): the lowest mode in wood's range, levelled."""
+def grain(vibration: Vibration, playback: Playback) -> _Floats:
+    """Make one grain, (_GRAIN_S * rate_hz,): the lowest mode in wood's range, levelled."""
     mode = vibration.modes[0]
     frequency_hz = min(max(mode.frequency_hz, _GRAIN_HZ[0]), _GRAIN_HZ[1])
     decay = max(mode.decay_per_s, _GRAIN_DECAY)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.rendering.vibration.grains import Grains
 from hapticvlm.rendering.vibration.hum import Tone
 from hapticvlm.rendering.vibration.patterns import PatternTexture
 from hapticvlm.rendering.vibration.textures import Texture
@@ -17,7 +18,7 @@ from hapticvlm.rendering.vibration.vibration import Motion
 class Voice:
     """One thing sounding; `aim` is the gain it fades towards, and 0 is its end."""
 
-    source: Texture | PatternTexture | Tone | NDArray[np.float32]
+    source: Texture | PatternTexture | Grains | Tone | NDArray[np.float32]
     motion: Motion
     key: tuple[str, str]
     gain: float
@@ -28,13 +29,13 @@ class Voice:
 
     def fork(self) -> Voice:
         """Return a copy that goes its own way."""
-        if isinstance(self.source, Texture | PatternTexture | Tone):
+        if isinstance(self.source, Texture | PatternTexture | Grains | Tone):
             return replace(self, source=self.source.fork())
         return replace(self)
 
     def render(self, count: int, step: float) -> NDArray[np.float32]:
         """Next `count` samples, (count,); the gain moves by at most `step` a sample."""
-        if isinstance(self.source, Texture | PatternTexture):
+        if isinstance(self.source, Texture | PatternTexture | Grains):
             block = self.source.render(count, self.motion)
         elif isinstance(self.source, Tone):
             block = self.source.render(count)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.vibration.grains import Grains
 from hapticvlm.rendering.vibration.hum import Hum, Tone
 from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.limiter import Limiter
@@ -60,6 +61,7 @@ class Command(msgspec.Struct, frozen=True, gc=False):
 class _Hand:
     voices: list[Voice] = field(default_factory=list)
     wanted: Command | None = None  # the texture to feel, when there is one
+    pressed: Command | None = None  # the press to feel, if what is pressed gives way
     hum: Hum | None = None
     expires_at: float = -math.inf
 
@@ -67,7 +69,7 @@ class _Hand:
         return replace(self, voices=[voice.fork() for voice in self.voices])
 
     def rest(self) -> None:
-        self.wanted = self.hum = None
+        self.wanted = self.pressed = self.hum = None
         self.expires_at = -math.inf
         self.voices = [it for it in self.voices if it.at or it.key[1] not in IMPACTS]
         for voice in self.voices:
@@ -100,6 +102,7 @@ class Voices:
         self._rate_hz = playback.rate_hz
         self._table = table
         self._patterns = {pattern.key: pattern for pattern in patterns}
+        self._recorded = {material for material, kind in self._patterns if kind == "press"}
         self._step = 1.0 / (FADE_S * playback.rate_hz)
         self._gain = gain
         self._limiter = Limiter(playback.rate_hz)
@@ -146,8 +149,9 @@ class Voices:
         hand.expires_at = command.expires_at
         hand.hum = command.hum
         if command.material not in self._table:
-            hand.wanted = None
+            hand.wanted = hand.pressed = None
             return
+        hand.pressed = command if command.interaction == "press" else None
         if command.onset and command.interaction != "swing":
             self._strike(hand, command)
         is_held = command.onset or command.interaction in IMPACTS
@@ -181,6 +185,7 @@ class Voices:
             if not hand.expires_at >= now:
                 hand.rest()
             self._follow(hand)
+            self._press(hand)
             self._hum(hand)
             for voice in hand.voices:
                 block = voice.render(part.size, self._step)
@@ -189,7 +194,7 @@ class Voices:
                 else:
                     self.scrubbed += 1
                     voice.ended = True
-                    hand.wanted = None
+                    hand.wanted = hand.pressed = None
             hand.voices = [voice for voice in hand.voices if not voice.ended]
         if self._gain != self.gain:
             gains = ramp(self._gain, self.gain, part.size, self._step)
@@ -240,6 +245,26 @@ class Voices:
             thickness_m = wanted.thickness_m
             voice = Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
             hand.voices.append(voice)
+
+    def _press(self, hand: _Hand) -> None:
+        """Let what is pressed give way as the newest command has it; another thing, anew."""
+        pressed = hand.pressed
+        key = (str(pressed.material), "grains") if pressed is not None else None
+        fitting = None
+        for voice in hand.voices:
+            if isinstance(voice.source, Grains):
+                voice.aim = 0.0
+                if pressed is not None and voice.key == key:
+                    fitting = voice
+                    voice.motion = pressed.motion
+                    voice.aim = min(pressed.gain, 1.0)
+        if pressed is None or key is None or fitting is not None or key[0] in self._recorded:
+            return
+        facts = self._table[key[0]].vibration
+        if math.isfinite(facts.stiffness):
+            gain = min(pressed.gain, 1.0)
+            source = Grains(facts, pressed.seed, self._playback)
+            hand.voices.append(Voice(source, pressed.motion, key, gain=gain, aim=gain))
 
     def _hum(self, hand: _Hand) -> None:
         """Let the hand's hum go on, begin or end as the newest command has it."""

@@ -1,0 +1,79 @@
+"""A press on something soft: a grain of vibration for each step that it gives way. Pure.
+
+A hard speaker cannot yield. But a hand that feels a short grain for each bit of force it adds
+believes that the thing under it moved: the denser the grains, the softer it seems (Kildal 2010;
+Visell and others 2011). What is pressed yields by force over stiffness, and a grain comes every
+STEP_M of that, so a cushion has many grains a newton and stone none. They come only while the press
+deepens. A hand that lets go and presses anew meets them again.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.materials import Vibration
+from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.vibration.smoothing import SmoothedValue
+from hapticvlm.rendering.vibration.textures import grain
+from hapticvlm.rendering.vibration.vibration import Motion
+
+# Our choice, all of them (physics.md 4.3).
+STEP_M = 2.5e-4  # that a thing gives way from grain to grain
+MOST_HZ = 120.0  # grains a second: more would be a tone
+STRENGTH = 0.45  # of a fibre break's
+_BACK = 0.75  # steps a hand must let go before the same one is felt again
+
+
+def steps(vibration: Vibration, force_n: float) -> float:
+    """Return how many steps this gives way under a force, N."""
+    return force_n / (vibration.stiffness * STEP_M)
+
+
+class Grains:
+    """The grains of one press; its state is only what makes blocks join."""
+
+    def __init__(self, vibration: Vibration, seed: int, playback: Playback = NOMINAL) -> None:
+        self._vibration = vibration
+        self._rate_hz = playback.rate_hz
+        self._grain = STRENGTH * grain(vibration, playback)
+        self._tail = np.zeros(self._grain.size)
+        self._depth = SmoothedValue()
+        # One seed, one press: how the steps lie, and so how many of them a force passes.
+        self._next = 0.3 + 0.4 * np.random.default_rng(seed).random()
+        self._rest = 0  # samples before another grain may begin
+
+    def fork(self) -> Grains:
+        """Return a copy that goes its own way."""
+        forked = copy.copy(self)
+        forked._depth = self._depth.fork()
+        return forked
+
+    def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
+        """Next `count` samples, (count,) float32, under a force that is being reached."""
+        wave = np.concatenate((self._tail, np.zeros(count)))
+        depth = self._depth.follow(steps(self._vibration, motion.force_n), count, self._rate_hz)
+        if not isinstance(depth, float):
+            self._step_into(wave, depth)
+        self._rest = max(self._rest - count, 0)
+        self._tail = wave[count:]
+        return np.asarray(wave[:count], dtype=np.float32)
+
+    def _step_into(self, wave: NDArray[np.float64], depth: NDArray[np.float64]) -> None:
+        """Add the grains of the steps that are passed; those too near to the last are left out."""
+        begin = self._rest
+        least = round(self._rate_hz / MOST_HZ)
+        while begin < depth.size:
+            passed = np.flatnonzero(depth[begin:] >= self._next)
+            if not passed.size:
+                break
+            at = begin + int(passed[0])
+            wave[at : at + self._grain.size] += self._grain
+            self._next += math.floor(depth[at] - self._next) + 1.0
+            begin = self._rest = at + least
+        deepest = self._next - 1.0
+        if depth[-1] < deepest - _BACK:
+            self._next -= math.floor(deepest - depth[-1] - _BACK) + 1.0
