@@ -14,6 +14,7 @@ from hapticvlm.rendering.vibration.grains import MOST_HZ, STEP_M, Grains, steps
 from hapticvlm.rendering.vibration.patterns import Pattern
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
+from hapticvlm_studio.touches.sound import sound
 
 Wave = NDArray[np.float32]
 BLOCK = 128
@@ -146,3 +147,12 @@ def test_a_recorded_press_is_played_as_it_was_recorded() -> None:
 def test_a_stiffness_of_ones_own_is_felt() -> None:
     soft = replace(MATERIALS["wood"].vibration, stiffness=1000.0)
     assert steps(soft, 1.0) == pytest.approx(4.0)
+
+
+def test_a_press_that_is_exported_gives_way_as_its_force_builds_up() -> None:
+    soft, hard = (
+        sound(MATERIALS[name], "press", Motion(0.1, 6.0), 1.0).wave for name in ("rubber", "stone")
+    )
+    building = slice(round(0.15 * RATE_HZ), round(0.35 * RATE_HZ))
+    assert np.abs(soft[building]).max() > 0.1
+    assert np.abs(hard[building]).max() < 0.01

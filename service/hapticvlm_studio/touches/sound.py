@@ -31,6 +31,7 @@ from hapticvlm.rendering.vibration.vibration import (
 from hapticvlm.rendering.vibration.voices import FADE_S, Command, Voices
 
 RUB_AT_S = 0.4
+PRESS_S = 0.4  # of a press from nothing to its whole force; our choice
 BLOCK = 256
 BAND_HZ = (1.0, 1000.0)
 THIRDS = tuple(1000.0 * 2.0 ** (third / 3.0) for third in range(-23, 4))  # 5 Hz to 2 kHz
@@ -111,6 +112,9 @@ def sound(
         now = begin / RATE_HZ
         if texture in TEXTURES and now >= begins_s:
             voices.apply(replace(command, motion=motion_at(texture, motion, now - begins_s)))
+        elif texture == "press":  # the blow is that of the whole force, which then builds up
+            force_n = motion.force_n * min(now / PRESS_S, 1.0)
+            voices.apply(replace(command, motion=Motion(0.0, force_n)))
         blocks.append(voices.render(min(BLOCK, count - begin), now))
     return Sound(material, interaction, motion, _ended(np.concatenate(blocks)), thickness_m)
 
