@@ -1,31 +1,59 @@
-"""Text files that other people wrote: read whole, but only so much, and parsed without surprises.
+"""Files that other people give: read whole, but only so much, and parsed without surprises.
 
-A fifo would hang, a file of gigabytes fill the memory, a deep nesting end the parser; each is an
-error that can be shown instead. Knows no field of any file.
+A fifo would hang, a device never end, a file of gigabytes fill the memory, a slow disk hold up who
+reads, a deep nesting end the parser; each is an error that can be shown instead. Every file that a
+user or a stranger names is opened here. Knows no field of any file.
 """
 
 from __future__ import annotations
 
+import errno
 import json
+import os
+import stat
+import time
 import tomllib
+from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
 MIB = 1024 * 1024
 MAX_BYTES = 16 * MIB
+READ_S = 10.0
+PIECE_BYTES = 4 * MIB
 MAX_KEY_PARTS = 16  # of a dotted TOML key: thousands unfold to gigabytes
 _TOO_DEEP = "nested too deep"
 
 
-def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
+def open_file(path: Path) -> BufferedReader:
+    """Open a regular file to read, without waiting for whoever should write it. Raises OSError."""
+    if path.is_dir():  # where a folder can't be opened, that would be called a lack of permission
+        raise OSError(errno.EISDIR, "a folder, and not a file", str(path))
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    descriptor = os.open(path, flags)
+    try:
+        # Asked of what was opened: between a look at the name and its opening it may be swapped.
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EINVAL, "not a regular file", str(path))
+        return os.fdopen(descriptor, "rb")
+    except BaseException:
+        os.close(descriptor)
+        raise
+
+
+def read_bytes(path: Path, most: int = MAX_BYTES, within_s: float = READ_S) -> bytes:
     """Read a regular file of at most `most` bytes. Raises OSError, ValueError."""
-    if path.exists() and not path.is_file():
-        raise OSError(0, "not a regular file", str(path))
-    with path.open("rb") as file:
-        data = file.read(most + 1)
-    if len(data) > most:
-        raise ValueError(f"larger than {most} bytes")
-    return data
+    begun = time.monotonic()
+    data = bytearray()
+    with open_file(path) as file:
+        while piece := file.read(min(PIECE_BYTES, most + 1 - len(data))):
+            data += piece
+            if len(data) > most:
+                raise ValueError(f"larger than {_size(most)}, the most there may be; shorten it")
+            if time.monotonic() - begun > within_s:
+                text = f"not read within {within_s:g} s: {_size(len(data))} came"
+                raise OSError(errno.ETIMEDOUT, f"{text}; copy it to a local disk", str(path))
+    return bytes(data)
 
 
 def read_text(path: Path, most: int = MAX_BYTES) -> str:
@@ -55,6 +83,11 @@ def parse_json(text: str | bytes) -> Any:  # noqa: ANN401 - whatever JSON can ho
         return json.loads(text)
     except RecursionError:
         raise ValueError(_TOO_DEEP) from None
+
+
+def _size(count: int) -> str:
+    """Return a size for a person: 16 MiB, 65536 bytes."""
+    return f"{count // MIB} MiB" if count >= MIB and count % MIB == 0 else f"{count} bytes"
 
 
 def _is_list(key: str) -> bool:

@@ -40,15 +40,24 @@ class Line:
         """Return the protocol message's fields, pictures read from their files.
 
         A frame may carry a mask or a region, not both; the mask is taken where there is one.
+        Raises CaptureError.
         """
         fields = dict(self.fields)
-        image = self.image if self.file is None else self.file.read_bytes()
+        image = self.image if self.file is None else _picture(self.file)
         if image is not None:
             fields["image"] = image
         if self.mask_file is not None and with_mask:
-            fields["mask"] = self.mask_file.read_bytes()
+            fields["mask"] = _picture(self.mask_file)
             fields.pop("region", None)
         return fields
+
+
+def _picture(path: Path) -> bytes:
+    try:
+        return documents.read_bytes(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise CaptureError(f"{path}: {reason}; the capture names it as a picture") from None
 
 
 class Recorder:

@@ -13,6 +13,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+from hapticvlm import documents
 from hapticvlm.commands.progress import working
 from hapticvlm.devices import plate
 from hapticvlm.devices.errors import DeviceError
@@ -52,7 +53,7 @@ class Image:
     def text(self) -> str:
         """What is written, for a person."""
         name = self.path.name if self.version is None else f"firmware {self.version}"
-        digest = hashlib.sha256(self.path.read_bytes()).hexdigest()[:12]
+        digest = hashlib.sha256(documents.read_bytes(self.path)).hexdigest()[:12]
         return f"{name} ({self.size} bytes, sha256 {digest}...)"
 
 
@@ -90,7 +91,7 @@ def shipped() -> Image:
 def read(path: Path) -> Image:
     """Return a user's image. Raises UsageError for what is no program of this chip."""
     try:
-        size = program_bytes(path.read_text(encoding="ascii"))
+        size = program_bytes(documents.read_bytes(path, documents.MIB).decode("ascii"))
     except ValueError as error:  # not ASCII among them
         raise UsageError(f"{path} is no Intel HEX file of an ATmega328P: {error}") from None
     return Image(path, None, size)

@@ -23,7 +23,7 @@ def read_session_log(folder: Path) -> Iterator[Line]:
     """Yield the lines of a record, the head first. Raises SessionLogError."""
     path = folder / SESSION_LOG
     try:
-        file = path.open("rb")
+        file = documents.open_file(path)
     except OSError as error:
         raise SessionLogError(
             f"{path}: {error.strerror}; name a folder that `record` made"

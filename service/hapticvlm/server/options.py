@@ -7,12 +7,13 @@ config file and checks all follow from that one declaration.
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from hapticvlm import documents
 
 _MOST_BYTES = 65_536  # a calibration has some three hundred
 
@@ -51,14 +52,11 @@ def _resistance(text: str, key: str, subjects: tuple[str, ...]) -> float:
 
 def _calibrated(path: Path, subject: str) -> dict[str, object]:
     try:
-        with path.open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
+        calibration = documents.parse_json(documents.read_bytes(path, _MOST_BYTES))
     except OSError as error:
         reason = error.strerror or error
         raise argparse.ArgumentTypeError(f"{path}: no number, and as a file: {reason}") from None
-    try:
-        calibration = json.loads(data) if len(data) <= _MOST_BYTES else None
-    except (ValueError, RecursionError):
+    except ValueError:
         calibration = None
     if not isinstance(calibration, dict):
         raise _not_a_result(str(path), subject)

@@ -17,11 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.messages import MAX_SIDE_PX, Frame
 
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".webp"})
 FORMATS = ("JPEG", "PNG", "WEBP")
+MAX_BYTES = 64 * documents.MIB
 GROUND = (127, 127, 127)  # behind what is transparent
 
 _ORIENTATION = 0x0112  # of EXIF
@@ -92,9 +94,11 @@ def _frame(
 
 def _read(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return documents.read_bytes(path, MAX_BYTES)
     except OSError as error:
         raise FileError(f"{path}: {error.strerror or error}") from None
+    except ValueError as error:
+        raise FileError(f"{path}: {error}") from None
 
 
 def _open(path: Path, data: bytes) -> Image.Image:

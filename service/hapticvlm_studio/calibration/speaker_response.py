@@ -8,12 +8,14 @@ of what is left are the response.
 from __future__ import annotations
 
 import csv
+import io
 import math
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.devices.speaker.speaker_files import SpeakerResponse
 from hapticvlm.rendering.vibration.equaliser import REFERENCE_HZ
 from hapticvlm.rendering.vibration.patterns import resampled
@@ -26,6 +28,7 @@ SWEEP_S = 10.0
 SILENCE_S = 0.5
 LEVEL = 0.5
 LONGEST_S = 120.0
+MOST_BYTES = 256 * documents.MIB  # of a recording as text
 THIRDS_HZ = tuple(1000.0 * 2.0 ** (third / 3.0) for third in range(-17, 1))  # 20 to 1000 Hz
 GATE_S = 0.25
 FADE_S = 0.1
@@ -76,8 +79,11 @@ def read_csv(path: Path) -> tuple[_Floats, float]:
 
     A first line of names is skipped; further columns are ignored. Raises OSError, ValueError.
     """
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.reader(file) if len(row) >= 2]
+    try:
+        text = documents.read_text(path, MOST_BYTES)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    rows = [row for row in csv.reader(io.StringIO(text, newline="")) if len(row) >= 2]
     try:
         numbers = np.array([(float(row[0]), float(row[1])) for row in rows[_header(rows) :]])
     except ValueError as error:

@@ -7,6 +7,7 @@ belongs to the folder it lies in.
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.vlm.contract import Picture
 
@@ -22,6 +24,7 @@ COLUMNS = ("image", "temperature_c")
 COLDEST_C = -90.0
 HOTTEST_C = 60.0
 MOST_PIXELS = 64_000_000
+MOST_BYTES = 64 * documents.MIB  # of a picture
 
 
 class LabelledPictureError(HapticVLMError, ValueError):
@@ -40,11 +43,13 @@ class LabelledPicture:
 def read_pictures(file: Path) -> list[LabelledPicture]:
     """Read a CSV, all of it, before any picture is opened. Raises LabelledPictureError."""
     try:
-        with file.open(newline="", encoding="utf-8-sig") as lines:
-            reader = csv.DictReader(lines, strict=True)
-            _check_header(file, reader.fieldnames or ())
-            pictures = [_labelled(file, reader.line_num, row) for row in reader]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = documents.read_bytes(file).decode("utf-8-sig")
+        reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
+        _check_header(file, reader.fieldnames or ())
+        pictures = [_labelled(file, reader.line_num, row) for row in reader]
+    except LabelledPictureError:
+        raise
+    except (OSError, ValueError, csv.Error) as error:
         raise LabelledPictureError(f"{file}: {error}") from None
     if not pictures:
         raise LabelledPictureError(f"{file}: no rows")
@@ -53,14 +58,16 @@ def read_pictures(file: Path) -> list[LabelledPicture]:
 
 def read_picture(labelled: LabelledPicture) -> Picture:
     """Decode a labelled picture to (H, W, 3) uint8 RGB, upright. Raises LabelledPictureError."""
-    from PIL import Image, ImageOps, UnidentifiedImageError
+    from PIL import Image, ImageOps
 
     try:
-        with Image.open(labelled.path) as picture:
+        with Image.open(io.BytesIO(documents.read_bytes(labelled.path, MOST_BYTES))) as picture:
             if picture.width * picture.height > MOST_PIXELS:
                 raise LabelledPictureError(f"{labelled.path}: more than {MOST_PIXELS} pixels")
             return np.asarray(ImageOps.exif_transpose(picture).convert("RGB"))
-    except (OSError, UnidentifiedImageError, Image.DecompressionBombError, SyntaxError) as error:
+    except LabelledPictureError:
+        raise
+    except (OSError, ValueError, Image.DecompressionBombError, SyntaxError) as error:
         raise LabelledPictureError(f"{labelled.path}: {error}") from None
 
 

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hapticvlm import documents
+
 # X509_V_ERR_* of OpenSSL
 _EXPIRED = 10
 _NOT_YET = 9
@@ -58,9 +60,11 @@ def load(certificate: Path, key: Path) -> Certificate:
 def _require(path: Path, flag: str, mark: str, what: str) -> str:
     """Return the text of a PEM file that holds such a thing. Raises ValueError."""
     try:
-        text = path.read_text(encoding="ascii", errors="replace")
+        text = documents.read_bytes(path, documents.MIB).decode("ascii", errors="replace")
     except OSError as error:
         raise ValueError(f"{flag} {path}: {error.strerror}") from None
+    except ValueError as error:
+        raise ValueError(f"{flag} {path}: {error}") from None
     if mark not in text:
         raise ValueError(f"{flag} {path}: holds no {what} in PEM ('-----BEGIN ...')")
     return text

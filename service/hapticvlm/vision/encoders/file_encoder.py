@@ -124,14 +124,14 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
 
 def _refuse_markup(path: Path) -> None:
     """Refuse OpenVINO's XML, which it reads whatever a file's ending is. Raises ValueError."""
-    with path.open("rb") as file:
+    with documents.open_file(path) as file:
         begin = file.read(1024).replace(b"\0", b"")  # UTF-16 has one beside each mark
     if begin.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<"):
         raise ValueError("it holds XML")
 
 
 def _fingerprint(path: Path) -> str:
-    with path.open("rb") as file:
+    with documents.open_file(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:FINGERPRINT]
 
 

@@ -97,7 +97,7 @@ def label(source: Path | str) -> str:
     digest = hashlib.sha256()
     for path in sorted(source.iterdir()):
         if path.suffix == WEIGHTS:
-            with path.open("rb") as file:
+            with documents.open_file(path) as file:
                 digest.update(hashlib.file_digest(file, "sha256").digest())
     return f"{source.resolve().name}-{digest.hexdigest()[:FINGERPRINT]}"
 

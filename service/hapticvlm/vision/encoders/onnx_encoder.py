@@ -25,6 +25,7 @@ from hapticvlm.vision.pictures import Crop
 GRAPH = "encoder.onnx"
 INPUT = "crops"
 OUTPUT = "embeddings"
+MOST_BYTES = 2048 * documents.MIB  # no ONNX file is larger
 SILENT = 4  # onnxruntime's log level "fatal": what goes wrong arrives as an exception
 
 
@@ -88,8 +89,8 @@ def read_card(folder: Path) -> Card:
 def _read_graph(folder: Path, card: Card) -> bytes:
     path = folder / GRAPH
     try:
-        data = path.read_bytes()
-    except OSError as error:
+        data = documents.read_bytes(path, MOST_BYTES, within_s=60.0)
+    except (OSError, ValueError) as error:
         raise EncoderError(f"{path} cannot be read ({error}); {_cure(folder)}") from None
     if hashlib.sha256(data).hexdigest() != card.sha256[GRAPH]:
         text = f"{path} is not the file that {CARD} describes: its SHA-256 is another"

@@ -25,6 +25,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.errors import installing
 from hapticvlm.vision.encoders.encoder import EncoderError
 from hapticvlm.vision.encoders.torch_file import TorchFileError, read_arrays
@@ -101,7 +102,8 @@ def read_source(source: Source) -> Mapping[str, Array]:
     cure = f"install it again: {installing(f'--force-reinstall {source.requirement}')}"
     try:
         # The length is compared before anything is read, so that a huge file costs nothing.
-        data = path.read_bytes() if path.stat().st_size == source.bytes else b""
+        is_that_long = path.stat().st_size == source.bytes
+        data = documents.read_bytes(path, source.bytes) if is_that_long else b""
         if hashlib.sha256(data).hexdigest() != source.sha256:
             text = f"{path} is not the file of {source.requirement}: its SHA-256 is another"
             raise EncoderError(f"{text}; {cure}")

@@ -1,0 +1,125 @@
+"""Whoever names a file is told quickly what is wrong with it, at every door, and nothing hangs."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hapticvlm import documents
+from hapticvlm.captures.lines import CaptureError, Line
+from hapticvlm.commands import flash
+from hapticvlm.errors import HapticVLMError
+from hapticvlm.recordings.session_log import read_session_log
+from hapticvlm.server import options
+from hapticvlm.server.web import certificate
+from hapticvlm.vision import files
+from hapticvlm.vision.encoders import file_encoder, networks, onnx_encoder
+from hapticvlm_studio.calibration import speaker_response
+from hapticvlm_studio.evaluation import pictures as labelled
+
+SOON_S = 5.0
+
+
+def session(path: Path) -> object:
+    log = path.parent / "session.jsonl"
+    path.rename(log)
+    return list(read_session_log(log.parent))
+
+
+def weights(path: Path) -> object:
+    path.rename(path.parent / "model.safetensors")
+    return networks.label(path.parent)
+
+
+def graph(path: Path) -> object:
+    path.rename(path.parent / onnx_encoder.GRAPH)
+    card = onnx_encoder.Card.__new__(onnx_encoder.Card)
+    return onnx_encoder._read_graph(path.parent, card)
+
+
+DOORS: dict[str, Callable[[Path], object]] = {
+    "--tls-cert": lambda path: certificate._require(path, "--tls-cert", "BEGIN", "certificate"),
+    "a calibration": lambda path: options._calibrated(path, "plate"),
+    "a picture": files._read,
+    "a capture's picture": lambda path: Line(0.0, "frame", {}, file=path).message(),
+    "a capture's mask": lambda path: Line(0.0, "frame", {}, mask_file=path).message(),
+    "a session": session,
+    "a network's file": file_encoder._fingerprint,
+    "a network's first bytes": file_encoder._refuse_markup,
+    "a network's weights": weights,
+    "an encoder's graph": graph,
+    "firmware": flash.read,
+    "a table of pictures": labelled.read_pictures,
+    "a picture of a table": lambda path: labelled.read_picture(
+        labelled.LabelledPicture(path, 20.0, "own")
+    ),
+    "an accelerometer's record": speaker_response.read_csv,
+}
+KINDS = ("a fifo", "a folder", "a device")
+
+
+def made(kind: str, path: Path) -> Path:
+    if kind == "a fifo":
+        os.mkfifo(path)
+    elif kind == "a folder":
+        path.mkdir()
+    else:
+        path.symlink_to("/dev/zero")
+    return path
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no fifo")
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("door", DOORS)
+def test_what_is_no_file_is_refused_at_once(door: str, kind: str, tmp_path: Path) -> None:
+    found: list[BaseException | object] = []
+    path = made(kind, tmp_path / "given")
+
+    def enter() -> None:
+        try:
+            found.append(DOORS[door](path))
+        except BaseException as error:  # noqa: BLE001 - looked at below
+            found.append(error)
+
+    thread = threading.Thread(target=enter, daemon=True)
+    thread.start()
+    thread.join(SOON_S)
+    assert found, f"{door} still waits for {kind}"
+    error = found[0]
+    assert isinstance(error, OSError | ValueError | HapticVLMError | argparse.ArgumentTypeError)
+    assert "regular file" in str(error) or "a folder" in str(error), error
+
+
+def test_a_file_swapped_for_a_fifo_after_the_look_at_it_does_not_hang(tmp_path: Path) -> None:
+    path = tmp_path / "given"
+    os.mkfifo(path)
+    with pytest.raises(OSError, match="not a regular file"):
+        documents.open_file(path)
+
+
+def test_too_large_a_file_is_named_with_the_limit(tmp_path: Path) -> None:
+    path = tmp_path / "large.jpg"
+    with path.open("wb") as file:
+        file.truncate(files.MAX_BYTES + 1)
+    with pytest.raises(files.FileError, match=r"large\.jpg: larger than 64 MiB, .*shorten"):
+        files._read(path)
+    with path.open("wb") as file:
+        file.truncate(documents.MAX_BYTES + 1)
+    with pytest.raises(CaptureError, match=r"large\.jpg: larger than 16 MiB"):
+        Line(0.0, "frame", {}, file=path).message()
+
+
+def test_a_disk_too_slow_is_named_with_what_came(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "slow"
+    path.write_bytes(bytes(64))
+    monkeypatch.setattr(documents, "PIECE_BYTES", 1)
+    with pytest.raises(OSError, match=r"not read within 0 s: \d+ bytes came; copy it") as caught:
+        documents.read_bytes(path, within_s=0.0)
+    assert caught.value.filename == str(path)
