@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY, chromium, missing
@@ -66,7 +67,7 @@ def service() -> Iterator[Service]:
 
 @contextmanager
 def visit(
-    browser: Browser, service: Service, size: tuple[int, int] = (1280, 900)
+    browser: Browser, service: Service, size: tuple[int, int] = (1280, 900), hash_: str = ""
 ) -> Iterator[Page]:
     context = browser.new_context(viewport=ViewportSize(width=size[0], height=size[1]))
     context.set_default_timeout(PATIENCE_MS)
@@ -74,7 +75,7 @@ def visit(
     page.add_init_script(WATCH_POLICY)
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(f"{service.page}try")
+    page.goto(f"{service.page}try{hash_}")
     try:
         expect(page.locator("#link")).to_contain_text("Connected to hapticvlm")
         yield page
@@ -180,6 +181,22 @@ def test_where_a_phone_can_open_it_is_said(browser, service):
     with visit(browser, service) as page:
         page.get_by_text("Open it on a phone or headset").click()
         expect(page.locator("#reach-said")).to_contain_text("--pages-from lan")
+
+
+def test_a_phones_camera_reads_the_address_of_this_very_page(browser):
+    token = "a-token-long-enough"
+    options = ["--host", "0.0.0.0", "--token", token, "--pages-from", "lan"]
+    with running(options) as own, visit(browser, own, hash_=f"#token={token}") as page:
+        page.get_by_text("Open it on a phone or headset").click()
+        code = page.locator("#qr")
+        expect(code).to_be_visible()
+        page.wait_for_load_state("networkidle")
+        shot = np.asarray(Image.open(io.BytesIO(code.screenshot())).convert("RGB"))
+        read, *_ = cv2.QRCodeDetector().detectAndDecode(shot)
+        port = own.page.rsplit(":", 1)[1].strip("/")
+        assert re.fullmatch(rf"http://[^/]+:{port}/try", read)
+        assert read in page.inner_text("#reach-said")
+        assert f"ws://{read[7:].removesuffix('try')} with" in page.inner_text("#reach-said")
 
 
 @pytest.mark.parametrize("source", ["camera", "screen"])

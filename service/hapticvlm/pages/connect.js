@@ -37,18 +37,19 @@ export function begin(url) {
 }
 
 // `status.reach`: {page: address that others of the network open, or null, why} as the service says.
-export function show({ reach }) {
-  const page = reach?.page ?? null;
+// `place` is the page below it that is meant, with the picture of its code.
+export function show({ reach }, place = { path: "", code: "connect.svg" }) {
+  const page = reach?.page ? `${reach.page}${place.path}` : null;
   if (byId("reach").dataset.page === String(page)) return;
   byId("reach").dataset.page = String(page);
   byId("qr").hidden = page === null;
-  if (page !== null) byId("qr").src = "connect.svg";
-  setText(byId("reach-said"), page ? there(page) : (reach?.why ?? ""));
+  if (page !== null) byId("qr").src = place.code;
+  setText(byId("reach-said"), page ? there(page, reach.page) : (reach?.why ?? ""));
 }
 
 // A page is opened there; a program of Unity or Godot is given the address of the service itself.
-function there(page) {
-  return `On a phone or headset of this network open ${page}. A program there connects to ${page.replace("http", "ws")} with the token.`;
+function there(page, service) {
+  return `On a phone or headset of this network open ${page}. A program there connects to ${service.replace("http", "ws")} with the token.`;
 }
 
 function choose(name, url) {

@@ -13,6 +13,7 @@ import { offerSources } from "./try.source.js";
 const SHOWN_PX = 720; // longest side on the page of a picture that is smaller
 const MOST_LIKELY = 3;
 const FOUR = ["wood", "glass", "fabric", "metal"];
+const HERE = { path: "try", code: "connect-try.svg" }; // what a phone is to open
 const TOKEN_KEY = "hapticvlm-token"; // kept as long as this tab
 const SOURCES = {
   scene: "you said so", name: "by its name", shader: "by its shader", encoder: "by how it looks",
@@ -44,7 +45,7 @@ function receive(message) {
   if (message.type === "welcome") {
     setText(byId("link"), `Connected to ${message.service.name} ${message.service.version}.`);
     speakerIs(message.devices.speaker);
-    fetch("status").then((answer) => answer.ok && answer.json().then(showReach)).catch(() => {}); // a lost link says so
+    fetch("status").then((answer) => answer.ok && answer.json().then((status) => showReach(status, HERE))).catch(() => {}); // a lost link says so
     const select = byId("correct-material");
     if (!select.options.length) select.append(...message.materials.map((name) => make("option", name, { value: name })));
   } else if (message.type === "vibration") rumble.take(message);

@@ -79,7 +79,9 @@ export class TryScene {
     const target = this.target();
     const answer = await this.#link.ask({ type: "scene", objects: [{ object_id: target.id, material }], replace: false });
     if (answer.type === "ok") {
-      const looked = await this.#look(target, "live");
+      let looked = await this.#look(target, "live");
+      // A picture of what the pointer crosses may have taken its place: this one is asked for again.
+      while (looked.type === "skipped" && looked.reason === "superseded") looked = await this.#look(target, "live");
       if (looked.type === "decision") this.#decided(looked);
     }
     return answer;
@@ -135,7 +137,9 @@ export class TryScene {
 
   #tick() {
     const target = this.target();
-    if (!target || this.#link.state !== "open" || !this.owner) return;
+    if (!target || this.#link.state !== "open") return;
+    if (target.id) this.#want(); // a look may have been skipped for another one: the hand still waits
+    if (!this.owner) return;
     const fields = {
       type: "touch", hand: "right", captured_at: performance.now() / 1000, speed_mps: Math.min(20, speed()),
       force_n: hand.pressed ? Math.max(FORCE_N.light, FORCE_N.most * hand.pressure) : 0,

@@ -25,6 +25,7 @@ from hapticvlm.server.web.scene_files import TYPES
 
 PAGE_TYPES = TYPES | {".jpg": "image/jpeg"}
 NAMES = {"/": "index.html", "/try": "try.html"}  # pages by a shorter address
+CODES = {"/connect.svg": "", "/connect-try.svg": "try"}  # pictures of the addresses to open
 REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
 PAGES = Path(__file__).parents[2] / "pages"
 CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
@@ -128,8 +129,8 @@ def answer(
     if path == "/status":
         found = {**status(), "reach": reach(policy.lan_pages, connection.local_address[1])}
         return response(200, json.dumps(found) + "\n", "application/json")
-    if path == "/connect.svg":
-        return _code(policy.lan_pages, connection.local_address[1])
+    if path in CODES:
+        return _code(policy.lan_pages, connection.local_address[1], CODES[path])
     return _page(path, policy.pages)
 
 
@@ -188,11 +189,11 @@ def ask_for(token: str, headers: Headers) -> Response | None:
     return asking
 
 
-def _code(lan_pages: LanPages | None, port: int) -> Response:
+def _code(lan_pages: LanPages | None, port: int, place: str) -> Response:
     page = reach(lan_pages, port)["page"]
     if page is None:
         return response(404, f"{HERE_ONLY}\n")
-    return response(200, qr_code(page), TYPES[".svg"])
+    return response(200, qr_code(page + place), TYPES[".svg"])
 
 
 def _page(path: str, folders: Sequence[Path]) -> Response:
