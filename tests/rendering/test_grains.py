@@ -130,6 +130,16 @@ def test_a_press_ends_with_its_lease_and_when_the_hand_slides_on() -> None:
         assert np.abs(later[round(0.06 * RATE_HZ) :]).max() < 1e-3
 
 
+def test_a_press_that_is_taken_up_without_its_blow_gives_way_too() -> None:
+    voices = Voices()
+    assert voices.is_silent
+    voices.apply(changed(PRESS, onset=False, motion=Motion(0.0, 4.0)))
+    assert np.abs(np.concatenate([voices.render(240, at * 0.005) for at in range(20)])).max() > 0.1
+    stone = Voices()
+    stone.apply(changed(PRESS, material="stone", onset=False, motion=Motion(0.0, 4.0)))
+    assert stone.is_silent
+
+
 def test_what_is_not_sure_gives_way_more_gently() -> None:
     after = round(0.25 * RATE_HZ)
     sure, unsure = (

@@ -102,7 +102,6 @@ class Voices:
         self._rate_hz = playback.rate_hz
         self._table = table
         self._patterns = {pattern.key: pattern for pattern in patterns}
-        self._recorded = {material for material, kind in self._patterns if kind == "press"}
         self._step = 1.0 / (FADE_S * playback.rate_hz)
         self._gain = gain
         self._limiter = Limiter(playback.rate_hz)
@@ -127,7 +126,9 @@ class Voices:
     @property
     def is_silent(self) -> bool:
         """Whether nothing sounds and nothing is about to."""
-        is_idle = not any(hand.voices or hand.wanted or hand.hum for hand in self._hands)
+        is_idle = not any(
+            hand.voices or hand.wanted or hand.pressed or hand.hum for hand in self._hands
+        )
         return is_idle and self._limiter.is_empty
 
     def beginning(self) -> list[tuple[str, float]]:
@@ -151,7 +152,7 @@ class Voices:
         if command.material not in self._table:
             hand.wanted = hand.pressed = None
             return
-        hand.pressed = command if command.interaction == "press" else None
+        hand.pressed = command if self._yields(command) else None
         if command.onset and command.interaction != "swing":
             self._strike(hand, command)
         is_held = command.onset or command.interaction in IMPACTS
@@ -246,25 +247,30 @@ class Voices:
             voice = Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
             hand.voices.append(voice)
 
+    def _yields(self, command: Command) -> bool:
+        """Whether this presses what gives way; a recorded press is played as it was recorded."""
+        material, kind = str(command.material), command.interaction
+        if kind != "press" or (material, kind) in self._patterns:
+            return False
+        return math.isfinite(self._table[material].vibration.stiffness)
+
     def _press(self, hand: _Hand) -> None:
         """Let what is pressed give way as the newest command has it; another thing, anew."""
-        pressed = hand.pressed
-        key = (str(pressed.material), "grains") if pressed is not None else None
-        fitting = None
-        for voice in hand.voices:
-            if isinstance(voice.source, Grains):
-                voice.aim = 0.0
-                if pressed is not None and voice.key == key:
-                    fitting = voice
-                    voice.motion = pressed.motion
-                    voice.aim = min(pressed.gain, 1.0)
-        if pressed is None or key is None or fitting is not None or key[0] in self._recorded:
+        yielding = [voice for voice in hand.voices if isinstance(voice.source, Grains)]
+        for voice in yielding:
+            voice.aim = 0.0
+        if hand.pressed is None:
             return
-        facts = self._table[key[0]].vibration
-        if math.isfinite(facts.stiffness):
-            gain = min(pressed.gain, 1.0)
-            source = Grains(facts, pressed.seed, self._playback)
-            hand.voices.append(Voice(source, pressed.motion, key, gain=gain, aim=gain))
+        key = str(hand.pressed.material), "grains"
+        fitting = next((voice for voice in yielding if voice.key == key), None)
+        gain = min(hand.pressed.gain, 1.0)
+        if fitting is None:
+            facts = self._table[key[0]].vibration
+            source = Grains(facts, hand.pressed.seed, self._playback)
+            fitting = Voice(source, hand.pressed.motion, key, gain)
+            hand.voices.append(fitting)
+        fitting.motion = hand.pressed.motion
+        fitting.aim = gain
 
     def _hum(self, hand: _Hand) -> None:
         """Let the hand's hum go on, begin or end as the newest command has it."""
