@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib.util
 import os
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from hapticvlm.devices.plate.peltier import Peltier
@@ -48,12 +49,16 @@ class ServiceParts:
         self.recogniser.worker.begin_early()
 
     def close(self) -> None:
-        """End whatever has begun or started; the outputs first."""
+        """End whatever has begun or started: the plate first, then all others at once.
+
+        Each may wait a while for a process that hangs, and none for another's.
+        """
         self.plate.close()
-        self.speaker.close()
-        for part in (self.recogniser, self.vlm, self.recorder):
-            if part is not None:
-                part.close()
+        parts = (self.speaker, self.recogniser, self.vlm, self.recorder)
+        with ThreadPoolExecutor(len(parts)) as pool:
+            closing = [pool.submit(part.close) for part in parts if part is not None]
+        for closed in closing:
+            closed.result()
 
 
 def build_service(serving: ServeOptions) -> ServiceParts:
