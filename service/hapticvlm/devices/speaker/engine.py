@@ -147,9 +147,8 @@ class Engine:
     def _sleep(self, count: int) -> NDArray[np.float32]:
         """Return `count` zeros, the same each time, and report now and then."""
         if len(self._silence) != count:
-            self._silence = np.zeros((count, len(self._mixers)), np.float32)
-            if len(self._mixers) == 1:
-                self._silence = self._silence[:, 0]
+            hands = len(self._mixers)
+            self._silence = np.zeros(count if hands == 1 else (count, hands), np.float32)
             self._silence.flags.writeable = False
         self._samples += count
         self._unreported += count
