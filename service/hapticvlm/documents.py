@@ -61,6 +61,11 @@ def read_text(path: Path, most: int = MAX_BYTES) -> str:
     return read_bytes(path, most).decode("utf-8")
 
 
+def reason(error: OSError | ValueError) -> str:
+    """Return why a file could not be read, in a few words that do not name it."""
+    return getattr(error, "strerror", None) or str(error)
+
+
 def parse_toml(text: str) -> dict[str, Any]:
     """Parse TOML. Raises TOMLDecodeError, also for what is nested too deep."""
     for number, line in enumerate(text.splitlines(), 1):

@@ -56,8 +56,8 @@ def _picture(path: Path) -> bytes:
     try:
         return documents.read_bytes(path)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise CaptureError(f"{path}: {reason}; the capture names it as a picture") from None
+        text = f"{path}: {documents.reason(error)}; the capture names it as a picture"
+        raise CaptureError(text) from None
 
 
 class Recorder:

@@ -59,7 +59,7 @@ def read_picture(folder: Path, name: str) -> bytes:
     try:
         return documents.read_bytes(path, MAX_PICTURE_BYTES)
     except (OSError, ValueError) as error:
-        raise SessionLogError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+        raise SessionLogError(f"{path}: {documents.reason(error)}") from None
 
 
 def blank_picture(kind: str, width: int, height: int) -> bytes:

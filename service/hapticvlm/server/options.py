@@ -54,8 +54,8 @@ def _calibrated(path: Path, subject: str) -> dict[str, object]:
     try:
         calibration = documents.parse_json(documents.read_bytes(path, _MOST_BYTES))
     except OSError as error:
-        reason = error.strerror or error
-        raise argparse.ArgumentTypeError(f"{path}: no number, and as a file: {reason}") from None
+        text = f"{path}: no number, and as a file: {documents.reason(error)}"
+        raise argparse.ArgumentTypeError(text) from None
     except ValueError:
         calibration = None
     if not isinstance(calibration, dict):

@@ -95,10 +95,8 @@ def _frame(
 def _read(path: Path) -> bytes:
     try:
         return documents.read_bytes(path, MAX_BYTES)
-    except OSError as error:
-        raise FileError(f"{path}: {error.strerror or error}") from None
-    except ValueError as error:
-        raise FileError(f"{path}: {error}") from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path}: {documents.reason(error)}") from None
 
 
 def _open(path: Path, data: bytes) -> Image.Image:

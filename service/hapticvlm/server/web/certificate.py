@@ -61,10 +61,8 @@ def _require(path: Path, flag: str, mark: str, what: str) -> str:
     """Return the text of a PEM file that holds such a thing. Raises ValueError."""
     try:
         text = documents.read_bytes(path, documents.MIB).decode("ascii", errors="replace")
-    except OSError as error:
-        raise ValueError(f"{flag} {path}: {error.strerror}") from None
-    except ValueError as error:
-        raise ValueError(f"{flag} {path}: {error}") from None
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{flag} {path}: {documents.reason(error)}") from None
     if mark not in text:
         raise ValueError(f"{flag} {path}: holds no {what} in PEM ('-----BEGIN ...')")
     return text
