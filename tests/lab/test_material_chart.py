@@ -34,7 +34,7 @@ from hapticvlm_lab.bench.material.protocols import (
     probe,
 )
 from hapticvlm_lab.bench.material.reading import load_sources, read_capture
-from hapticvlm_lab.bench.material.rows import Row, knee, pareto, weakness
+from hapticvlm_lab.bench.material.rows import Row, knee, undominated, weakness
 from hapticvlm_lab.bench.material.scores import Score, interval, open_score, rejection, score
 from hapticvlm_lab.bench.material.tables import knee_sentence
 from hapticvlm_lab.bench.material.timing import Cost
@@ -405,7 +405,7 @@ def test_the_picture_leaves_out_what_is_dearer_and_no_better_and_the_line_joins_
     cheap = row("cheap", "plain", 0.5, 0.2)
     best = replace(row("best", "ours", 0.9, 2.0), is_default=True)
     dear = row("dear", "named", 0.8, 9.0)
-    assert pareto([dear, best, cheap]) == [cheap, best]
+    assert undominated([dear, best, cheap]) == [cheap, best]
     assert plots.worth_drawing([dear, best, cheap]) == [best, cheap]
     elsewhere = replace(row("dear", "named", 0.95, 9.0), source="other")
     assert dear in plots.worth_drawing([dear, best, cheap, elsewhere])

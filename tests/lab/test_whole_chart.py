@@ -9,11 +9,12 @@ import pytest
 from hapticvlm.evidence.ladder import Evidence, decide
 from hapticvlm.materials import MATERIALS
 from hapticvlm.session.rendition import choose_rendition
+from hapticvlm_lab.bench.material.answers import embed
 from hapticvlm_lab.bench.material.data import Source, thin
 from hapticvlm_lab.bench.material.reading import default_captures, read_capture
 from hapticvlm_lab.bench.whole import chart, deciding, feeling
 from hapticvlm_lab.bench.whole.rows import STATED as STATED_ALL
-from hapticvlm_lab.bench.whole.rows import Row, pareto
+from hapticvlm_lab.bench.whole.rows import Row, undominated
 
 STATED = choose_rendition(decide([Evidence("scene", (("metal", 1.0),))]), MATERIALS)
 NOTHING = choose_rendition(decide([]), MATERIALS)
@@ -53,9 +54,8 @@ def test_each_way_to_render_is_felt_or_paid_for() -> None:
 def test_names_find_some_and_the_eye_beside_them_finds_more(room: Source) -> None:
     def recognised(name: str) -> float:
         way = next(way for way in deciding.ways() if way.name == name)
-        found = deciding.decided(way, room)
+        found = deciding.decided(way, room, embed(way, room))
         assert len(found) == 15
-        assert all(each.core_ms > 0.0 for each in found)
         felt = [feeling.felt(each.rendition, each.truth, feeling.DEFAULT) for each in found]
         return sum(each.recognised for each in felt) / len(felt)
 
@@ -80,6 +80,10 @@ def test_the_table_names_the_default_its_interval_and_where_it_is_weakest(
     default = next(row for row in rows if row.is_default)
     assert default.low < default.share < default.high
     assert default.mb > 10.0
+    costs_ms = {row.decides: row.look_ms for row in rows}
+    assert costs_ms["nothing"] == costs_ms[STATED_ALL] == 0.0
+    assert 0.0 < costs_ms["names"] < costs_ms["lite0"]
+    assert costs_ms["lite0"] < costs_ms["lite2"]
     line = next(line for line in table.splitlines() if "(default)" in line)
     assert f"{default.share:.0%} [" in line
     assert default.worst in line
@@ -91,7 +95,7 @@ def test_only_what_no_cheaper_one_reaches_is_worth_its_cost() -> None:
         _row(name, share, ms)
         for name, share, ms in (("a", 0.8, 9.0), ("b", 0.7, 5.0), ("c", 0.1, 1.0), ("d", 0.6, 6.0))
     )
-    assert pareto([dear, beaten, cheap, good]) == [cheap, good, dear]
+    assert undominated([dear, beaten, cheap, good]) == [cheap, good, dear]
 
 
 def _row(name: str, share: float, ms: float) -> Row:

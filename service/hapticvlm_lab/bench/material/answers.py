@@ -113,7 +113,7 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     Open answers are fused as the session does; forced ones take the mean of all, since fusing
     forgets the small beliefs.
     """
-    evidence = _encoder_evidence(method, embeddings)
+    evidence = encoder_evidence(method, embeddings)
     if evidence is None:
         return None
     objects = source.objects
@@ -141,7 +141,7 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     )
 
 
-def _encoder_evidence(method: Method, embeddings: Floats | None) -> list[Evidence] | None:
+def encoder_evidence(method: Method, embeddings: Floats | None) -> list[Evidence] | None:
     """Each view's evidence; empty for a method that sees no picture, None for one that cannot."""
     if method.encoder is None:
         return []

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from hapticvlm.palette import BLUE, INK, ORANGE, PURPLE, SKY, SOFT, VERMILION
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.labels import place
-from hapticvlm_lab.bench.material.rows import Row, pareto, weakness
+from hapticvlm_lab.bench.material.rows import Row, undominated, weakness
 from hapticvlm_lab.bench.material.scores import Score
 
 if TYPE_CHECKING:
@@ -71,16 +71,16 @@ def worth_drawing(rows: Sequence[Row]) -> list[Row]:
     kept = {
         row.method
         for source in sources
-        for row in _undominated([row for row in rows if row.source == source])
+        for row in _best([row for row in rows if row.source == source])
     }
     return [row for row in rows if row.method in kept or row.is_default or row.family in BASELINES]
 
 
-def _undominated(rows: Sequence[Row]) -> list[Row]:
+def _best(rows: Sequence[Row]) -> list[Row]:
     enrolled = [
         replace(row, four=few.four) for row in rows if (few := row.enrolled.get(SHOWN)) is not None
     ]
-    return [*pareto(rows), *pareto(enrolled)]
+    return [*undominated(rows), *undominated(enrolled)]
 
 
 def points(rows: Sequence[Row]) -> list[Point]:
@@ -115,8 +115,8 @@ def _panel(axes: Axes, rows: Sequence[Row]) -> None:
         if len(ends) == 2:
             colour = STYLE[row.family][0]
             axes.plot(*zip(*ends, strict=True), ":", color=colour, linewidth=0.8, zorder=2)
-    kept = [point for point in dots if point.row in pareto(rows) and not point.hollow]
-    corners = sorted((point.x, point.y) for point in kept)
+    best = undominated(rows)
+    corners = sorted((point.x, point.y) for point in dots if point.row in best and not point.hollow)
     if corners:
         axes.step(*zip(*corners, strict=True), where="post", color=INK, linewidth=0.8, zorder=1)
     figures.level(axes, 25, "chance of 4")

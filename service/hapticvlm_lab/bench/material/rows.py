@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from hapticvlm_lab.bench.material.scores import Open, Rejection, Score
 from hapticvlm_lab.bench.material.timing import Cost
+from hapticvlm_lab.bench.pareto import pareto
 
 PICTURE_FAMILIES = ("plain", "named", "ours")  # families that see the picture alone
 
@@ -61,14 +62,10 @@ def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
     return best, min(reaching, key=lambda row: row.latency_ms or 0.0)
 
 
-def pareto(rows: Sequence[Row]) -> list[Row]:
+def undominated(rows: Sequence[Row]) -> list[Row]:
     """Return the rows that no cheaper one is as accurate as, zero-shot, of 4; cheapest first."""
     timed = [row for row in rows if row.four is not None and row.latency_ms is not None]
-    kept: list[Row] = []
-    for row in sorted(timed, key=lambda row: (row.latency_ms or 0.0, -_accuracy(row))):
-        if not kept or _accuracy(row) > _accuracy(kept[-1]):
-            kept.append(row)
-    return kept
+    return pareto(timed, lambda row: row.latency_ms or 0.0, _accuracy)
 
 
 def weakness(rows: Sequence[Row]) -> tuple[str, float] | None:

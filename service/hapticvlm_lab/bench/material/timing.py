@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,7 +45,7 @@ class Cost:
     n: int
 
 
-def costs(methods: list[Method], stated: Source | None) -> dict[str, Cost]:
+def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
     """Time every method that takes time, by name, the same work once.
 
     `stated` is a source that lends names and shaders.

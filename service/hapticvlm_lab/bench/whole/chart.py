@@ -10,8 +10,8 @@ be worth anything.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,18 +19,29 @@ import numpy as np
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS
 from hapticvlm.statistics import wilson
+from hapticvlm_lab.bench.material.answers import embed
 from hapticvlm_lab.bench.material.belief_sets import sources_of
 from hapticvlm_lab.bench.material.data import Source
-from hapticvlm_lab.bench.material.methods import Method
+from hapticvlm_lab.bench.material.methods import Floats, Method
+from hapticvlm_lab.bench.material.timing import Cost, costs
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.rigs import helper, least_us, report_of
 from hapticvlm_lab.bench.whole import deciding, feeling, plot
 from hapticvlm_lab.bench.whole.deciding import Decided
 from hapticvlm_lab.bench.whole.feeling import DEFAULT, Rendering
-from hapticvlm_lab.bench.whole.rows import STATED, Row, pareto
+from hapticvlm_lab.bench.whole.rows import STATED, Row, undominated
 
 NAME = "chart-whole"
 ROUNDS = 9
+
+
+@dataclass(frozen=True, slots=True)
+class Prices:
+    """What a look costs by the way's name, a touch by how it is rendered, an eye by its name."""
+
+    looks: Mapping[str, Cost]
+    touch_ms: Mapping[Rendering, float]
+    mb: Mapping[str, float]
 
 
 def run(data: Path | None, out: Path, *, as_json: bool) -> int:
@@ -52,16 +63,18 @@ def run(data: Path | None, out: Path, *, as_json: bool) -> int:
 
 def measure(sources: Sequence[Source]) -> list[Row]:
     """Decide every object in every way, render it in every way, and time all of it."""
-    touch_ms = _touches_ms(feeling.renderings())
     ways = deciding.ways()
-    mb = {eye: _memory_mb(eye) for eye in deciding.EYES}
+    prices = _prices(ways, next((source for source in sources if source.stated), None))
     rows = []
-    for source, way in track(
-        [(s, w) for s in sources for w in ways if deciding.fits(w, s)], "deciding and rendering"
-    ):
-        found = deciding.decided(way, source)
-        hows = feeling.renderings() if deciding.is_default(way, source) else [DEFAULT]
-        rows += [_row(source, way, how, found, touch_ms[how], mb) for how in hows]
+    for source in track(sources, "deciding and rendering every object"):
+        seen: dict[int, Floats | None] = {}  # each picture is looked at once by each eye
+        for way in (way for way in ways if deciding.fits(way, source)):
+            eye = id(way.encoder)
+            if eye not in seen:
+                seen[eye] = embed(way, source)
+            found = deciding.decided(way, source, seen[eye])
+            hows = feeling.renderings() if deciding.is_default(way, source) else [DEFAULT]
+            rows += [_row(source, way, how, found, prices) for how in hows]
     return rows
 
 
@@ -83,7 +96,7 @@ def show(rows: Sequence[Row]) -> None:
     """Print a table for each source."""
     for source in dict.fromkeys(row.source for row in rows):
         there = [row for row in rows if row.source == source]
-        kept = pareto([row for row in there if row.decides != STATED])
+        kept = undominated(there)
         print(f"\n{source}: {there[0].n} objects of {len(MATERIALS)} materials")
         print(
             f"{'felt right':>16} {'skin':>8} {'texture':>8} {'look':>8} {'touch':>8} {'memory':>8}"
@@ -100,17 +113,12 @@ def show(rows: Sequence[Row]) -> None:
 
 
 def _row(
-    source: Source,
-    way: Method,
-    how: Rendering,
-    found: Sequence[Decided],
-    touch_ms: float,
-    mb: dict[str, float],
+    source: Source, way: Method, how: Rendering, found: Sequence[Decided], prices: Prices
 ) -> Row:
     felt = [feeling.felt(each.rendition, each.truth, how) for each in found]
     right = [each.recognised for each in felt]
     low, high = wilson(sum(right), len(right))
-    looks = len([view for view in source.views if view.truth in MATERIALS])
+    look = prices.looks.get(way.name)
     return Row(
         source=source.name,
         decides=way.name,
@@ -122,9 +130,9 @@ def _row(
         high=round(high, 3),
         skin_c=round(float(np.mean([f.skin_c for f in felt])), 3),
         texture_db=round(float(np.mean([f.texture_db for f in felt])), 2),
-        look_ms=round(sum(each.core_ms for each in found) / looks, 3),
-        touch_ms=round(touch_ms, 2),
-        mb=next((mb[eye] for eye in deciding.EYES if eye in way.name), 0.0),
+        look_ms=0.0 if look is None else round(look.median, 3),
+        touch_ms=round(prices.touch_ms[how], 2),
+        mb=0.0 if way.encoder is None else prices.mb[way.encoder.name],
         worst=_worst(found, right),
     )
 
@@ -141,6 +149,15 @@ def _changed(how: Rendering) -> str:
     if how.heat != DEFAULT.heat:
         return how.heat.name
     return "" if how == DEFAULT else how.vibration.name
+
+
+def _prices(ways: Sequence[Method], stated: Source | None) -> Prices:
+    eyes = {way.encoder.name for way in ways if way.encoder is not None}
+    return Prices(
+        costs(ways, stated),
+        _touches_ms(feeling.renderings()),
+        {eye: _memory_mb(eye) for eye in eyes},
+    )
 
 
 def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:

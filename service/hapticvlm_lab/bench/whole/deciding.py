@@ -1,4 +1,4 @@
-"""The ways to decide what an object is, each with what it decides and what an object costs.
+"""The ways to decide what an object is, and what each of them decides.
 
 A way reads what the scene states (names, shaders), looks at the object's pictures with an eye, or
 both, and is asked through the product's own ladder, fusion and rendition. "Nothing" is the floor, a
@@ -7,23 +7,20 @@ scene that states every material the ceiling.
 
 from __future__ import annotations
 
-import time
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from hapticvlm import messages
 from hapticvlm.evidence import fusion
-from hapticvlm.evidence.ladder import Evidence, Verdict, decide, pool
+from hapticvlm.evidence.ladder import Evidence, decide, pool
 from hapticvlm.materials import MATERIALS
 from hapticvlm.session.rendition import Rendition, choose_rendition
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
-from hapticvlm.vision.pictures import crop
-from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
-from hapticvlm_lab.bench.material.data import Source, View, by_object
-from hapticvlm_lab.bench.material.methods import GalleryHead, Method
+from hapticvlm_lab.bench.material.answers import encoder_evidence, object_evidence
+from hapticvlm_lab.bench.material.data import Source
+from hapticvlm_lab.bench.material.methods import Floats, GalleryHead, Method
 from hapticvlm_lab.bench.whole.rows import STATED
 
 NOTHING = "nothing"
@@ -35,12 +32,11 @@ STATEMENTS: frozenset[messages.Rung] = frozenset({"name", "shader"})
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """What one way decided of one object; `core_ms` of one thread, over all its pictures."""
+    """What one way decided of one object, whose truth is known."""
 
     object_id: str
     truth: str
     rendition: Rendition
-    core_ms: float
 
 
 def ways() -> list[Method]:
@@ -72,36 +68,32 @@ def is_default(way: Method, source: Source) -> bool:
     return way.name == (DEFAULT if source.stated else EYES[0])
 
 
-def decided(way: Method, source: Source) -> list[Decided]:
-    """Decide every object of a source that has a material. Raises PictureError."""
-    groups = by_object(view for view in source.views if view.truth in MATERIALS)
-    return [_decided(way, source, views) for views in groups.values()]
+def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Decided]:
+    """Decide every object of a source that has a material; `embeddings` of its views, (N, D)."""
+    seen = encoder_evidence(way, embeddings) or []
+    places: dict[str, list[int]] = defaultdict(list)
+    for place, view in enumerate(source.views):
+        if view.truth in MATERIALS:
+            places[view.object_id].append(place)
+    return [
+        Decided(name, source.views[at[0]].truth, _rendition(way, source, at, seen))
+        for name, at in places.items()
+    ]
 
 
-def _decided(way: Method, source: Source, views: Sequence[View]) -> Decided:
-    begun_ns = time.process_time_ns()
-    verdict = _verdict(way, source, views)
-    if way.name == GUESS:
-        rendition = _as_sure(max(pool(verdict.evidence).items(), key=lambda item: item[1])[0])
-    else:
-        rendition = choose_rendition(verdict, MATERIALS)
-    core_ms = (time.process_time_ns() - begun_ns) / 1e6
-    return Decided(views[0].object_id, views[0].truth, rendition, core_ms)
-
-
-def _verdict(way: Method, source: Source, views: Sequence[View]) -> Verdict:
-    first = views[0]
+def _rendition(
+    way: Method, source: Source, places: Sequence[int], seen: Sequence[Evidence]
+) -> Rendition:
+    """Decide on one object from its views, those of these places."""
+    view = source.views[places[0]]
     if way.name == STATED:
-        return decide([Evidence("scene", ((first.truth, 1.0),))])
-    stated = object_evidence(way, source, first.object_id)
-    if way.encoder is None or way.head is None:
-        return decide(stated)
-    names = way.head.materials
-    seen = []
-    for view in views:  # one by one, as they come from a scene
-        embeddings = way.encoder.embed([crop(view.as_cut(source.cut), way.encoder.side)])
-        seen.append(evidence_of(way.head.beliefs(np.asarray(embeddings))[0], names))
-    return decide([*stated, fusion.fuse(seen)])
+        return _as_sure(view.truth)
+    stated = object_evidence(way, source, view.object_id)
+    looks = [fusion.fuse(seen[place] for place in places)] if seen else []
+    evidence = [*stated, *looks]
+    if way.name == GUESS:
+        return _as_sure(max(pool(evidence).items(), key=lambda item: item[1])[0])
+    return choose_rendition(decide(evidence), MATERIALS)
 
 
 def _as_sure(name: str) -> Rendition:

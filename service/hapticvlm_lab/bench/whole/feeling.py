@@ -51,7 +51,6 @@ class Vibration:
     name: str
     modes: int | None = None
     order: int | None = None
-    is_default: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,26 +70,21 @@ class Felt:
     recognised: float
 
 
-AS_SHIPPED = Vibration("as shipped", is_default=True)
-VIBRATIONS = (
-    AS_SHIPPED,
+AS_SHIPPED = Vibration("as shipped")
+OTHER_VIBRATIONS = (
     Vibration("1 mode a strike", modes=1),
     Vibration("noise by AR 2", order=2),
     Vibration("noise by AR 32", order=32),
 )
-HEATS = tuple(
-    method
-    for method in heat.METHODS
-    if method.is_default
-    or method.name in ("contact temperature", "1 exponential", "4 graded cells, exact step")
-)
-DEFAULT = Rendering(next(method for method in HEATS if method.is_default), AS_SHIPPED)
+OTHER_HEATS = ("contact temperature", "1 exponential", "4 graded cells, exact step")
+DEFAULT = Rendering(next(method for method in heat.METHODS if method.is_default), AS_SHIPPED)
 
 
 def renderings() -> list[Rendering]:
     """List the default, then those that differ from it in one thing."""
-    others = [replace(DEFAULT, heat=method) for method in HEATS if not method.is_default]
-    others += [replace(DEFAULT, vibration=each) for each in VIBRATIONS if not each.is_default]
+    heats = [method for method in heat.METHODS if method.name in OTHER_HEATS]
+    others = [replace(DEFAULT, heat=method) for method in heats]
+    others += [replace(DEFAULT, vibration=each) for each in OTHER_VIBRATIONS]
     return [DEFAULT, *others]
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from hapticvlm.palette import BLUE, GREEN, PURPLE, VERMILION
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.labels import place
-from hapticvlm_lab.bench.whole.rows import STATED, pareto
+from hapticvlm_lab.bench.whole.rows import undominated
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,7 +47,7 @@ def _draw_source(axes: Axes, rows: Sequence[Row], look: tuple[str, str]) -> None
     colour, marker = look
     title = f"{rows[0].source}, {rows[0].n} objects"
     axes.plot(*zip(*map(_at, rows), strict=True), marker, color=colour, label=title, zorder=4)
-    kept = pareto([row for row in rows if row.decides != STATED])
+    kept = undominated(rows)
     axes.step(
         *zip(*map(_at, kept), strict=True), where="post", color=colour, linewidth=0.9, zorder=2
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from hapticvlm_lab.bench.pareto import pareto
+
 STATED = "every material stated"  # the ceiling: it costs its author, not the machine
 
 
@@ -13,8 +15,9 @@ class Row:
     """One pipeline on one source of n objects.
 
     `share` felt as what they are (predicted), with its 95 % interval (Wilson); mean differences
-    from the true material; ms of one core for a look (mean) and a touch of one second (least of
-    several, in turns); `mb` that an eye adds; `worst` the material least often felt.
+    from the true material; ms of one core for a look (median; a frame is decoded and cut) and for
+    a touch of one second (least of several, in turns); `mb` that an eye adds; `worst` the material
+    least often felt.
     """
 
     source: str
@@ -43,10 +46,7 @@ class Row:
         return f"{self.decides}; {self.renders}" if self.renders else self.decides
 
 
-def pareto(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows that no cheaper one is as good as, cheapest first."""
-    kept: list[Row] = []
-    for row in sorted(rows, key=lambda row: (row.core_ms, -row.share)):
-        if not kept or row.share > kept[-1].share:
-            kept.append(row)
-    return kept
+def undominated(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows that no cheaper one is as good as, cheapest first; STATED is left out."""
+    machines = [row for row in rows if row.decides != STATED]
+    return pareto(machines, lambda row: row.core_ms, lambda row: row.share)
