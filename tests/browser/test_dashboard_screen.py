@@ -4,8 +4,11 @@ import asyncio
 import io
 import os
 import re
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -17,6 +20,7 @@ from dashboard_scene import (
     PATIENCE_MS,
     chromium,
     dashboard,
+    idling,
     missing,
     touching,
 )
@@ -29,7 +33,7 @@ from hapticvlm.client.local_service import Service, running
 pytestmark = pytest.mark.browser
 
 SCREEN, PHONE = (1280, 800), (390, 844)
-OUTPUTS = ("plate", "plate-scale", "plate-chart", "level", "ribbon-chart", "wave-chart")
+OUTPUTS = ("plate", "plate-scale", "plate-chart", "level-word", "ribbon-chart", "wave-chart")
 FAULT = """async () => {
   const faults = await import("./faults.js");
   faults.show({ plate: { faults: { a: "it is hot (a): wait" } }, speaker: { plays: false } });
@@ -89,7 +93,7 @@ def states(page: Page, service: Service) -> Iterator[str]:
     expect(page.locator("#stopped")).to_contain_text("Stopped at")
     yield "stopped"
     service.process.kill()
-    expect(page.locator("#link")).to_contain_text("Service gone since")
+    expect(page.locator("#gone")).to_contain_text("Service gone since")
     yield "gone"
 
 
@@ -165,6 +169,54 @@ def test_a_pressed_test_touch_moves_both_outputs_and_gives_them_back(
         expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
 
 
+def test_the_first_test_touch_after_a_stop_is_felt(service: Service, browser: Browser) -> None:
+    with dashboard(browser, service.page, SCREEN) as page:
+        stroke = page.locator(".interaction[data-interaction=slide]")
+        stroke.hover()
+        page.mouse.down()
+        expect(page.locator("#level")).to_have_text(FELT)
+        page.keyboard.press("Escape")
+        expect(page.locator("#stopped")).to_contain_text("Let go and touch again to go on.")
+        page.mouse.up()
+        expect(page.locator("#level")).to_have_text("0.000")
+        stroke.hover()
+        page.mouse.down()
+        expect(page.locator("#level")).to_have_text(FELT)
+        expect(page.locator("#stopped")).to_be_empty()
+        expect(page.locator("#trial-told")).to_have_text(re.compile("^This page holds"))
+        page.mouse.up()
+        expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
+
+
+def test_a_stop_of_somebody_else_is_told_only_while_a_scene_may_go_on(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, SCREEN) as page:
+        command = [sys.executable, "-m", "hapticvlm", "stop", "--url", service.url]
+        subprocess.run(command, check=True, capture_output=True)
+        with page.expect_response("**/status"):
+            pass
+        expect(page.locator("#service")).to_contain_text("at rest since the stop")
+        expect(page.locator("#stopped")).to_be_empty()
+        with idling(service.url):
+            expect(page.locator("#stopped")).to_contain_text("Let go and touch again")
+
+
+def test_what_is_said_of_the_vibration_holds_while_the_hand_does_something_else(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, SCREEN) as page:
+        for interaction in ("strike", "slide"):
+            page.locator(f".interaction[data-interaction={interaction}]").hover()
+            page.mouse.down()
+            expect(page.locator("#feel-pattern")).to_have_text("vibrates like wood")
+            expect(page.locator("#level-word")).to_have_text(re.compile("gentle|clear|strong"))
+            page.mouse.up()
+        expect(page.locator("#verdict")).to_have_text("You chose it below.")
+        expect(page.locator("#rungs")).to_contain_text("not needed")
+        expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
+
+
 def test_a_key_is_a_test_touch_too(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page, SCREEN) as page:
         page.locator(".interaction[data-interaction=slide]").focus()
@@ -209,7 +261,7 @@ def test_what_a_person_says_an_object_is_decides_and_may_be_said_again(
         page.get_by_role("button", name="Object_07").click()
         for material in ("glass", "fabric"):
             page.locator("#teach-material").select_option(material)
-            page.get_by_role("button", name="Say so").click()
+            page.get_by_role("button", name="Correct it").click()
             expect(page.locator("#teach-told")).to_contain_text(f"Taken: {material}")
             expect(page.locator("#material")).to_have_text(material)
         page.get_by_role("button", name="kettle").click()
@@ -311,6 +363,31 @@ def test_idle_it_says_how_to_connect(service: Service, browser: Browser) -> None
             expect(page.locator("#snippet")).to_contain_text(service.url)
         expect(page.locator("#qr")).to_be_hidden()
         expect(page.locator("#reach-said")).to_contain_text("--pages-from lan")
+
+
+def test_the_lines_to_begin_with_run_as_they_are_copied(browser: Browser, tmp_path: Path) -> None:
+    with running() as service, dashboard(browser, service.page, SCREEN) as page:
+        copied = tmp_path / "begin.py"
+        copied.write_text(page.inner_text("#snippet"), encoding="utf-8")
+        done = subprocess.run([sys.executable, copied], capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
+        expect(page.locator("#object")).to_have_text("GlassCup")
+        expect(page.locator("#material")).to_have_text("glass")
+
+
+def test_a_service_that_is_gone_is_said_in_a_banner_and_covers_nothing(browser: Browser) -> None:
+    with running() as service, dashboard(browser, service.page, SCREEN) as page:
+        page.keyboard.press("Escape")
+        expect(page.locator("#stopped")).to_contain_text("Stopped at")
+        service.process.kill()
+        expect(page.locator("#gone")).to_contain_text("Service gone since")
+        tops = {name: page.evaluate(PLACE, name) for name in ("gone", "stopped", "screen", "link")}
+        _, gone_y, width, high = tops["gone"]
+        assert width > 0.9 * SCREEN[0]
+        assert tops["stopped"][1] >= gone_y + high
+        _, link_y, _, link_high = tops["link"]
+        assert 0 <= link_y
+        assert link_y + link_high <= gone_y
 
 
 def test_a_camera_reads_the_address_off_the_page_that_the_network_may_open(

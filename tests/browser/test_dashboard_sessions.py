@@ -69,7 +69,7 @@ def test_without_a_recording_folder_nothing_of_it_is_shown(browser: Browser) -> 
 def say(page: Page, material: str) -> None:
     page.get_by_role("button", name="Object_07").click()
     page.locator("#teach-material").select_option(material)
-    page.get_by_role("button", name="Say so").click()
+    page.get_by_role("button", name="Correct it").click()
     expect(page.locator("#teach-told")).to_contain_text(f"Taken: {material}")
 
 
@@ -94,6 +94,6 @@ def test_what_a_person_stated_is_saved_and_is_known_to_the_next_run(
         dashboard(browser, service.page) as page,
     ):
         expect(page.locator("#material")).to_have_text("glass")
-        expect(page.locator("#verdict")).to_contain_text("(scene)")
+        expect(page.locator("#verdict")).to_contain_text("the scene says so")
         say(page, "fabric")  # a person may think again
         expect(page.locator("#material")).to_have_text("fabric")

@@ -128,7 +128,7 @@ def test_a_picture_is_looked_at_when_it_comes_and_felt_when_it_is_pressed(browse
         expect(page.locator("#because")).to_contain_text("encoder")
         at(page, 0.5, 0.8)
         page.mouse.down()
-        expect(page.locator("#because")).to_contain_text("skin meets it at")
+        expect(page.locator("#because")).to_contain_text("under the hand")
         rub(page, service)
         let_go(page)
 

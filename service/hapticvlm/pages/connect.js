@@ -2,13 +2,18 @@
 import { byId, make, setText } from "./dom.js";
 
 const SNIPPETS = {
-  Python: (url) => `from hapticvlm.client import connect
+  Python: (url) => `import asyncio
+from hapticvlm.client import connect
 
-async with connect("${url}") as client:
-    await client.scene([{"object_id": "cup", "name": "GlassCup"}])
-    await client.touch("contact", "cup", speed_mps=0.4, force_n=2.0)`,
+async def main():
+    async with connect("${url}") as client:
+        await client.scene([{"object_id": "cup", "name": "GlassCup"}])
+        await client.touch("contact", "cup", speed_mps=0.4, force_n=2.0)
+        await client.touch("release", "cup")
+
+asyncio.run(main())`,
   Unity: (url) => `// Package Manager: add the package in unity_client,
-// then GameObject > HapticVLM > Set up scene,
+// then GameObject > HapticVLM > Set Up Scene,
 // and give the client this address:
 ${url}`,
   Godot: (url) => `# copy examples/godot/addons/hapticvlm into your project,
@@ -44,7 +49,7 @@ export function show({ reach }, place = { path: "", code: "connect.svg" }) {
   byId("reach").dataset.page = String(page);
   byId("qr").hidden = page === null;
   if (page !== null) byId("qr").src = place.code;
-  setText(byId("reach-said"), page ? there(page, reach.page) : (reach?.why ?? ""));
+  setText(byId("reach-said"), page ? there(page, reach.page) : (reach?.why ?? "").replaceAll("`", ""));
 }
 
 // A page is opened there; a program of Unity or Godot is given the address of the service itself.

@@ -69,15 +69,15 @@ function telemetry(message) {
 
 function showState(state) {
   const since = clock();
-  const words = {
-    connecting: "Connecting to the service.",
-    open: connected,
-    silent: `The service is connected but says nothing since ${since}: it hangs.`,
+  const words = { connecting: "Connecting to the service.", open: connected, silent: "No answer.", gone: "Not connected.", token: "Not connected." };
+  const trouble = {
+    silent: `The service is connected but has said nothing since ${since}: it hangs.`,
     gone: `Service gone since ${since}; trying again. What is shown is old.`,
     token: link.token ? "The service wants another token: this one is wrong." : "The service wants its token.",
   };
   document.body.dataset.link = state;
   setText(byId("link"), words[state]);
+  setText(byId("gone"), trouble[state] ?? "");
   byId("token-form").hidden = state !== "token";
   if (state !== "open") for (const panel of [plate, speaker, faults]) panel.gap();
 }
@@ -94,7 +94,7 @@ async function askStatus() {
     connecting.show(status);
     faults.show(status);
     stages.paint(status.speaker.command_wait_ms);
-    showHeld(status.held, askedAt);
+    showHeld(status, askedAt);
   } catch {
     return; // the connection's own state says that the service is gone
   }

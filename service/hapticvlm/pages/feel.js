@@ -12,7 +12,7 @@ const SCALE = [
 ];
 const MATERIALS = {
   wood: "#b0733c", glass: "#58b6cf", fabric: "#8f6bc4", metal: "#8796a5", plastic: "#d8619a", stone: "#8a7f72",
-  ceramic: "#d9a441", paper: "#c2b280", leather: "#8b4a2b", rubber: "#4d5560",
+  ceramic: "#d9a441", paper: "#c2b280", leather: "#8b4a2b", rubber: "#4d5560", foliage: "#5c9a4a",
 };
 
 // Red, green, blue (0..255) of a temperature in degC, linear between the scale's steps.

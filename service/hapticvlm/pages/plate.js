@@ -30,7 +30,9 @@ export function telemetry(message) {
   setText(byId("plate"), degrees(message.plate_c));
   setText(byId("plate-word"), warmthWord(message.plate_c));
   byId("plate-card").style.setProperty("--now", message.plate_c == null ? "transparent" : warmthColour(message.plate_c));
-  setText(byId("setpoint"), degrees(message.setpoint_c));
+  const isResting = message.leases === 0 && message.duty === 0;
+  setText(byId("setpoint-words"), isResting ? "off: nothing is touched" : "asked for");
+  setText(byId("setpoint"), isResting ? "" : degrees(message.setpoint_c));
   setText(byId("sink"), degrees(message.sink_c));
   setText(byId("duty"), percent(message.duty));
   history.push(performance.now() / 1000, message.plate_c, message.setpoint_c);

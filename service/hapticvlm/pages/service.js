@@ -43,6 +43,7 @@ function facts(status) {
   return [
     ["owner of the outputs", status.owner?.replaceAll("'", "") ?? "nobody"],
     ["touching (leases)", status.leases],
+    ...stopped(status),
     ["connections, with this page", status.connections],
     ["encoder", status.recogniser.encoder ?? "none"],
     ...shared(status.recogniser.remote),
@@ -51,6 +52,12 @@ function facts(status) {
     ["real-time audio", status.speaker.realtime ? "yes" : "no"],
     ...privacy(),
   ];
+}
+
+// Which hands a stop still keeps at rest, because they have not let go and touched again.
+function stopped({ held }) {
+  const hands = Object.keys(held).filter((hand) => held[hand].length);
+  return hands.length ? [["at rest since the stop", hands.map((hand) => `${hand} hand: ${held[hand].join(", ")}`).join("; ")]] : [];
 }
 
 function shared(state) {
@@ -89,6 +96,6 @@ function counts(status) {
   ];
   if (status.vlm) fixed.push(["vision-language model restarts", status.vlm.restarts]);
   const counted = Object.entries(status.counts).sort(([a], [b]) => a.localeCompare(b));
-  const plate = Object.entries(status.plate.counts ?? {}).map(([name, count]) => [`plate: ${name}`, count]);
+  const plate = Object.entries(status.plate.counts ?? {}).map(([name, count]) => [`plate: ${name.replaceAll("_", " ")}`, count]);
   return [...fixed, ...counted, ...plate];
 }

@@ -35,6 +35,7 @@ export function welcome(message) {
 
 export function telemetry(message) {
   setText(byId("level"), message.speaker_level.toFixed(3));
+  setText(byId("level-word"), levelWord(message.speaker_level));
   showStrongest();
 }
 
@@ -47,13 +48,21 @@ export function waveform(view) {
   wasSilent = isSilent;
 }
 
+// Our choice: a stroke over wood is gentle, over stone clear, and a blow strong.
+function levelWord(level) {
+  if (level < SILENT) return "silent";
+  if (level < 0.05) return "gentle";
+  return level < 0.2 ? "clear" : "strong";
+}
+
 // Nothing is known of the speaker while the service is not connected.
 export function gap() {
   sound.silence();
   samples = [];
   next = amplitudes = null;
   ribbon.push(null);
-  setText(byId("level"), "no reading");
+  setText(byId("level"), "–");
+  setText(byId("level-word"), "no reading");
   for (const chart of [history, wave, lines]) chart.change();
   showStrongest();
 }
@@ -74,9 +83,9 @@ function receive({ samples: newest, rate_hz: hertz, start }) {
 }
 
 function strongest() {
-  if (samples.length < 2) return "not known";
+  if (samples.length < 2) return "frequency not known";
   const isSilent = samples.every((sample) => Math.abs(sample) < SILENT);
-  return isSilent ? "silent" : `strongest at ${strongestHz(found())} Hz`;
+  return isSilent ? "no frequency" : `strongest at ${strongestHz(found())} Hz`;
 }
 
 function found() {
@@ -115,8 +124,8 @@ function paintWave(context, width, height) {
 function paintSpectrum(context, width, height) {
   const foot = height - 14;
   const y = (level) => foot * (1 - Math.max(0, level - LOWEST_DB) / -LOWEST_DB) + 2;
-  rule(context, y(-60), width, "");
-  rule(context, y(-20), width, "");
+  rule(context, y(-60), width, "−60 dB");
+  rule(context, y(-20), width, "−20 dB of full scale");
   const x = (bin) => (width * bin * STEP_HZ) / HIGHEST_HZ;
   label(context, height, "0");
   context.fillText("500", x(50) - 10, height - 2);

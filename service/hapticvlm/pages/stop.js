@@ -3,6 +3,7 @@ import { byId, clock, setText } from "./dom.js";
 import { sound } from "./hear.js";
 
 const BY_HAND = "switch the devices off by hand";
+const GO_ON = "Nothing vibrates and the plate is off. Let go and touch again to go on.";
 
 let answeredAt = -Infinity; // of the newest stop, on performance.now()'s clock
 
@@ -23,27 +24,24 @@ export function offerStop(link, whenDone) {
   document.addEventListener("keydown", onKey, { capture: true });
 }
 
-// `held`: the outputs that a stop keeps at rest, for each hand, as the status names them. A status
-// that was asked for before the newest stop was answered knows nothing of it and changes no words.
-export function showHeld(held, askedAt) {
+// `held`: the outputs that a stop keeps at rest, for each hand, as the status names them. The banner
+// stays until the first hand goes on, and where somebody else stopped it is shown only while a scene
+// owns the outputs: without one there is nobody to let go. A status that was asked for before the
+// newest stop was answered knows nothing of it and changes no words.
+export function showHeld({ held, owner }, askedAt) {
   if (askedAt < answeredAt) return;
   const message = byId("stopped");
-  const hands = Object.keys(held).filter((hand) => held[hand].length);
-  const isStopped = message.textContent.startsWith("Stopped") && hands.length === Object.keys(held).length;
-  const isTrouble = message.textContent && !/^(Stopped|Held)/.test(message.textContent);
-  if (isStopped || isTrouble) return;
-  setText(message, hands.length ? sentence(hands, held) : "");
+  if (message.textContent.startsWith("NOT ")) return;
+  if (!isHeld(held)) setText(message, "");
+  else if (!message.textContent && owner) setText(message, `Stopped. ${GO_ON}`);
 }
 
-function sentence(hands, held) {
-  const names = hands.map((hand) => `${hand} hand (${held[hand].join(", ")})`);
-  return `Held at rest: ${names.join(", ")}; until the scene releases and touches anew.`;
-}
+const isHeld = (held) => Object.values(held).every((outputs) => outputs.length > 0);
 
 function outcome(answer) {
   switch (answer.type) {
     case "ok":
-      return `Stopped at ${clock()}. The vibration has ended and the plate is off until the scene releases and touches anew.`;
+      return `Stopped at ${clock()}. ${GO_ON}`;
     case "unsent":
       return `NOT STOPPED: no connection to the service; ${BY_HAND}.`;
     case "error":

@@ -5,11 +5,12 @@ import { startWithTouch } from "./hear.js";
 import { Link } from "./link.js";
 import { glyph } from "./glyphs.js";
 
-const OBJECT = "test touch";
+export const OBJECT = "test touch";
 const RENEW_MS = 50; // a lease lasts 250
 const TAP_MS = 900; // of a click that is no press: a key of a screen reader
 const GIVE_BACK_MS = 4000; // after the last touch
 const STROKE_S = 0.9; // to and fro
+const HOLDS = "This page holds the outputs. Keep a button pressed to go on touching.";
 const INTERACTIONS = {
   strike: { speed: 0.6, force: 4 },
   tap: { speed: 0.25, force: 1.5 },
@@ -75,6 +76,7 @@ async function press(interaction, element) {
   element.ariaPressed = "true";
   if (!(await own())) return;
   const { speed, force } = INTERACTIONS[interaction];
+  letGoOfAStop();
   if (interaction === "swing") touch("approach", speed, force, interaction);
   else touch("contact", speed, force, interaction);
   if (held.interaction === interaction) held.timer ??= setInterval(renew, RENEW_MS);
@@ -97,6 +99,12 @@ function release() {
   Object.assign(held, { interaction: null, timer: null, button: null });
   letGo();
   giving = setTimeout(giveBack, GIVE_BACK_MS);
+}
+
+// After a stop only a hand that let go may touch again, and each press is a new touch.
+function letGoOfAStop() {
+  setText(byId("trial-told"), HOLDS);
+  touch("release", 0, 0, null);
 }
 
 function letGo() {
@@ -122,8 +130,7 @@ function own() {
       stated = "";
       await state();
       await setLevel();
-      await link.ask({ type: "touch", phase: "release", object_id: OBJECT, hand: "right", speed_mps: 0, force_n: 0, captured_at: performance.now() / 1000 });
-      setText(byId("trial-told"), "This page holds the outputs. Keep a button pressed to go on touching.");
+      setText(byId("trial-told"), HOLDS);
       resolve(true);
     };
     const onState = (now) => {

@@ -97,7 +97,7 @@ function showLikeliest({ material, runner_up: next, evidence }) {
 
 function because(decision) {
   const looks = decision.evidence.map(({ rung, material, confidence }) => `${rung}: ${material} ${percent(confidence)}`);
-  const feels = decision.thermal_cue ? `${warmthWord(decision.setpoint_c)}: skin meets it at ${degrees(decision.contact_c)}` : "no warmth or cold to be felt";
+  const feels = decision.thermal_cue ? `${warmthWord(decision.setpoint_c)}: ${degrees(decision.contact_c)} under the hand` : "no warmth or cold to be felt";
   return [
     ["evidence", looks.join("; ") || "none"],
     ["warmth", feels],

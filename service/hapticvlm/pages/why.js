@@ -1,6 +1,7 @@
 // One decision in full: the material, the evidence of each rung of the ladder, and what follows for the plate.
 import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { NEUTRAL_C, materialColour, warmthColour, warmthWord } from "./feel.js";
+import { OBJECT as TEST_TOUCH } from "./trial.js";
 
 const RUNGS = ["scene", "name", "shader", "encoder", "vlm"];
 const RUNG_WORDS = {
@@ -37,26 +38,32 @@ export function explain(decision, title) {
   setText(byId("object"), title);
   setText(byId("verdict"), verdict(decision));
   byId("decision-card").style.setProperty("--body", materialColour(decision.material));
+  byId("decision-card").classList.toggle("unknown", decision.material === "unknown");
   fillFeel(decision);
   RUNGS.forEach((rung, index) => fillRung(rungRow(index), rung, decision));
   list(byId("because"), because(decision));
 }
 
-export function verdict({ confidence, source, runner_up, cached }) {
+export function verdict({ object_id, confidence, source, runner_up, cached }) {
+  if (object_id === TEST_TOUCH) return "You chose it below.";
   const next = runner_up ? `; next ${runner_up}` : "";
-  const kept = cached ? "; kept from before" : "";
-  return `${percent(confidence)} sure: ${RUNG_WORDS[source]} (${source})${next}${kept}`;
+  const kept = cached ? "; decided before" : "";
+  return `${percent(confidence)} sure: ${RUNG_WORDS[source]}${next}${kept}`;
 }
 
 // What a hand feels of it, in two chips: warmth and vibration.
 function fillFeel({ contact_c, setpoint_c, thermal_cue, pattern, surface_c }) {
   const limited = contact_c != null && Math.abs(setpoint_c - contact_c) > FEWEST_C ? `, the plate goes to ${degrees(setpoint_c)}` : "";
-  const words = thermal_cue ? `feels ${warmthWord(setpoint_c)}: skin meets it at ${degrees(contact_c)}${limited}` : "no warmth or cold to be felt";
+  const words = thermal_cue ? `feels ${warmthWord(setpoint_c)}: ${degrees(contact_c)} under the hand${limited}` : "no warmth or cold to be felt";
   byId("feel-warmth").style.setProperty("--now", warmthColour(thermal_cue ? setpoint_c : NEUTRAL_C));
   setText(byId("feel-warmth-words"), words);
   setText(byId("feel-surface"), `its surface is at ${degrees(surface_c)}`);
-  setText(byId("feel-pattern"), pattern ?? "not touched now");
+  setText(byId("feel-pattern"), vibrates(pattern));
 }
+
+// A decision is told once, at the first touch: the interaction in its pattern is that one's, and the
+// hand may do something else by now. What stays is the material that it vibrates like.
+const vibrates = (pattern) => (pattern ? `vibrates like ${pattern.slice(0, pattern.lastIndexOf(" "))}` : "not touched yet");
 
 function rungRow(index) {
   const rungs = byId("rungs");
@@ -68,13 +75,17 @@ function rungRow(index) {
   return row;
 }
 
+// A rung below the one that was sure enough is not asked.
+const isNeeded = (rung, source) => RUNGS.indexOf(rung) < RUNGS.indexOf(source) || !RUNGS.includes(source);
+
 function fillRung(row, rung, { source, evidence = [] }) {
   const found = evidence.filter((item) => item.rung === rung);
   row.className = rung === source ? "source" : "";
-  const key = JSON.stringify(found.map(({ material, confidence }) => [material, percent(confidence)]));
+  const silence = isNeeded(rung, source) ? "nothing" : "not needed";
+  const key = JSON.stringify([silence, ...found.map(({ material, confidence }) => [material, percent(confidence)])]);
   if (row.dataset.shown === key) return;
   row.dataset.shown = key;
-  setText(row.cells[1], found.length ? found.map((item) => item.material).join(", ") : "nothing");
+  setText(row.cells[1], found.length ? found.map((item) => item.material).join(", ") : silence);
   row.cells[2].replaceChildren(...found.flatMap((item) => bar(item)));
 }
 
@@ -91,10 +102,10 @@ function because(decision) {
     ["ambient", within(decision, "ambient", AMBIENT_WORDS)],
     ["surface", within(decision, "surface", SURFACE_WORDS)],
     ["surface, why", decision.surface_why || "not said"],
-    ["skin meets it at", decision.contact_c == null ? "no contact temperature" : degrees(decision.contact_c)],
+    ["under the hand", decision.contact_c == null ? "no contact temperature" : degrees(decision.contact_c)],
     ["setpoint", setpoint(decision)],
     ["thermal cue", decision.thermal_cue ? "can be felt" : "none: too small to be felt"],
-    ["vibration", decision.pattern ?? "none now"],
+    ["vibration, at the first touch", decision.pattern ?? "none"],
     ...(BASIS_WORDS[decision.basis] ? [["felt from", BASIS_WORDS[decision.basis]]] : []),
     ["frame's age", decision.frame_age_ms == null ? "no frame" : `${decision.frame_age_ms.toFixed(0)} ms`],
   ];

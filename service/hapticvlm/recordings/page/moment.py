@@ -37,8 +37,8 @@ def moment(timeline: Timeline, at_s: float | None = None) -> Moment:
     else:
         title = f"{timeline.name(touch.object_id)}: felt as {decision['material']}"
         contact_c = decision.get("contact_c")
-        warmth = "" if contact_c is None else f", and skin meets it at {contact_c:.0f} °C"
-        text = f"Decided {decision['confidence']:.0%} surely{warmth}. Press play to hear it."
+        warmth = "" if contact_c is None else f", {contact_c:.0f} °C under the hand"
+        text = f"{decision['confidence']:.0%} sure{warmth}. Press play to hear it."
     object_id = None if touch is None else touch.object_id
     return Moment(t_s, title, text, _poster(timeline, t_s, object_id))
 
