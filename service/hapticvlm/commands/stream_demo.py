@@ -26,8 +26,8 @@ code 1: a message had no answer or was an error; 2: the service or the capture c
 """
 _DEMO = """
 Play a recorded VR session through a service with simulated devices. Each touch prints a line.
-The folder then holds a film with sound, the record, pictures of touches and plate, and the
-vibration as a WAV file.
+The folder then holds the session as a page with frames, decisions, plate and sound, the record,
+its figures, and the vibration as a WAV file.
 """
 
 

@@ -46,7 +46,7 @@ def run(path: Path | None, out: Path, *, quiet: bool) -> int:
     sessions = out / "session"
     sessions.mkdir(parents=True, exist_ok=True)
     with ending_on_sigterm(), _service(sessions, console, quiet=quiet) as service:
-        console.print(f"It is ready after {service.seconds_to_ready:.1f} s.\n")
+        console.print(f"Ready after {service.seconds_to_ready:.1f} s.\n")
         outcome, show = asyncio.run(_perform(capture, service, console))
     _record(show, out / "decisions.jsonl")
     recorded = _remembered(sessions, console)

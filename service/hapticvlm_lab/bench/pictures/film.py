@@ -34,6 +34,7 @@ _LOW_C = 18.0
 _HIGH_C = 40.0
 _NEUTRAL_C = 32.0
 _OUTLINE_PX = 5
+_CARD_SHADE = 0.8
 _LEAST_PEAK = 0.25  # of full scale: a weaker session is not drawn as a strong one
 
 GROUND = "#0f1418"
@@ -88,10 +89,10 @@ def _warmth(celsius: float) -> tuple[int, int, int]:
 def _draw_frame(
     sheet: Image.Image, timeline: Timeline, t_s: float, touch: TouchSpan | None
 ) -> None:
-    shown = [picture for picture in timeline.pictures if picture.t_s <= t_s]
-    if not shown:
+    if not timeline.pictures:
         return
-    newest = shown[-1]
+    shown = [picture for picture in timeline.pictures if picture.t_s <= t_s]
+    newest = (shown or timeline.pictures[:1])[-1]
     is_touched = touch is not None and newest.object_id == touch.object_id
     outline = newest.mask if is_touched else None
     sheet.paste(_frame(newest.file, outline), (12, 12))
@@ -123,7 +124,8 @@ def _draw_decision(
     decision = timeline.decision_at(t_s, touch.object_id)
     if decision is None:
         return
-    draw.text((_LEFT, 92), str(decision["material"]), WAVE, _font(54))
+    colour = SOFT if decision["material"] == "unknown" else WAVE
+    draw.text((_LEFT, 92), str(decision["material"]), colour, _font(54))
     draw.text((_LEFT, 160), confidence_text(decision), INK, _font(18))
     draw.text((_LEFT, 186), degrees(decision), SOFT, _font(18))
 
@@ -134,7 +136,7 @@ def _draw_plate(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> No
     neutral = _height(_NEUTRAL_C)
     draw.rectangle(_PLATE_BOX, CARD)
     draw.line((left, neutral, right, neutral), LINE)
-    draw.text((left + 4, neutral - 17), "32 °C, as skin", SOFT, _font(12))
+    draw.text((right + 10, neutral - 9), "32° skin", SOFT, _font(13))
     recent = [sample for sample in timeline.plate if t_s - _PLATE_S <= sample.t_s <= t_s]
     asked = [(_across(sample.t_s, t_s), _height(sample.setpoint_c)) for sample in recent]
     found = [
@@ -148,8 +150,7 @@ def _draw_plate(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> No
         draw.line((from_x, _height(from_c), to_x, _height(to_c)), warmth(to_c), 4)
     if found:
         plate_c = found[-1][1]
-        beside = (right + 10, _height(plate_c) - 14)
-        draw.text(beside, f"{plate_c:.0f}°", warmth(plate_c), _font(26))
+        draw.text((right + 10, top - 32), f"{plate_c:.0f}°", warmth(plate_c), _font(26))
         draw.text((left + 130, top - 26), _plate_words(recent[-1].setpoint_c), SETPOINT, _font(15))
 
 
@@ -170,16 +171,32 @@ def _height(celsius: float) -> float:
 
 def _draw_wave(draw: ImageDraw.ImageDraw, timeline: Timeline, t_s: float) -> None:
     left, top, right, bottom = _WAVE_BOX
-    draw.text((left, top - 26), "vibration of the palm speaker (heard)", SOFT, _font(15))
+    words = "vibration of the palm speaker (height: square root)"
+    draw.text((left, top - 26), words, SOFT, _font(15))
     draw.rectangle(_WAVE_BOX, CARD)
     low, high = envelope(timeline.wave, t_s, right - left)
     peak = max(float(np.abs(timeline.wave).max(initial=0.0)), _LEAST_PEAK)
+    low, high = visible(low / peak), visible(high / peak)
     middle = (top + bottom) / 2.0
-    reach = (bottom - top) / 2.0 / peak
+    reach = (bottom - top) / 2.0
     draw.line((left, middle, right, middle), LINE)
     for column in np.flatnonzero(high - low > 1e-3):
         x = left + int(column)
         draw.line((x, middle - high[column] * reach, x, middle - low[column] * reach), WAVE)
+
+
+def visible(share: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the signed square root: a stroke has a tenth of a blow's height, and is seen too."""
+    return np.sign(share) * np.sqrt(np.abs(share))
+
+
+def card(behind: Image.Image, title: str, line: str) -> Image.Image:
+    """Draw a card of a title and a line over a darkened picture, WIDTH x HEIGHT RGB."""
+    sheet = Image.blend(behind, Image.new("RGB", behind.size, GROUND), _CARD_SHADE)
+    draw = ImageDraw.Draw(sheet)
+    draw.text((WIDTH / 2, HEIGHT / 2 - 46), title, INK, _font(58), anchor="mm")
+    draw.text((WIDTH / 2, HEIGHT / 2 + 18), line, WAVE, _font(24), anchor="mm")
+    return sheet
 
 
 def envelope(
