@@ -129,7 +129,7 @@ function animate(now, frame) {
   steppedAt = now;
   const space = renderer.xr.getReferenceSpace();
   const viewer = frame?.getViewerPose(space)?.transform;
-  board.mesh.visible = Boolean(frame);
+  board.mesh.visible = Boolean(frame && readout.hasShown);
   if (frame) hands.step(frame, space, now / 1000, elapsed);
   else pointer.step(now);
   show(now, elapsed, viewer);

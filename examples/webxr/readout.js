@@ -42,6 +42,11 @@ export class Readout {
     this.#until = now + STAYS;
   }
 
+  /** Whether anything was touched yet: before that there is nothing to say. */
+  get hasShown() {
+    return this.#shown !== null;
+  }
+
   update(decision) {
     if (this.#shown?.object.object_id === decision.object_id) this.#shown.decision = decision;
   }
@@ -99,14 +104,15 @@ export class Readout {
     pen.roundRect(0, 0, SIZE.width, SIZE.height, 14);
     pen.fill();
     const {object, decision} = this.#shown;
-    text(pen, object.says.name ?? object.key, 16, 23, '500 12px', '#b9c6cf');
+    const says = decision ? why(decision) : '';
+    const taken = text(pen, says, SIZE.width - 16, 23, '500 12px', '#b9c6cf', 'right');
+    text(pen, clipped(pen, object.says.name ?? object.key, SIZE.width - 44 - taken), 16, 23, '500 12px', '#b9c6cf');
     const what = decision?.material ?? 'deciding';
     pen.fillStyle = materialColour(decision?.material);
     pen.beginPath();
     pen.arc(22, 43, 6, 0, 7);
     pen.fill();
     text(pen, what, 35, 52, '700 27px', '#fff');
-    if (decision) text(pen, why(decision), SIZE.width - 16, 52, '500 12px', '#b9c6cf', 'right');
     this.#warmth(pen, decision);
     this.#ribbon(pen);
   }
@@ -142,11 +148,21 @@ function why({source, confidence, material, runner_up: next}) {
   return `${Math.round(100 * confidence)} %, ${SOURCES[source] ?? source}`;
 }
 
+/** As many letters of a name as have room, in the font of `pen`. */
+function clipped(pen, name, width) {
+  if (pen.measureText(name).width <= width) return name;
+  let letters = name.length;
+  while (letters > 1 && pen.measureText(`${name.slice(0, letters)}…`).width > width) letters--;
+  return `${name.slice(0, letters)}…`;
+}
+
+/** Returns how wide it came out, px. */
 function text(pen, words, x, y, font, colour, align = 'left') {
   pen.font = `${font} system-ui, sans-serif`;
   pen.fillStyle = colour;
   pen.textAlign = align;
   pen.fillText(words, x, y);
+  return pen.measureText(words).width;
 }
 
 const clamp = (value, low, high) => Math.max(low, Math.min(high, value));

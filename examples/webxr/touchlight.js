@@ -11,6 +11,7 @@ const RIPPLE_S = 0.9;
 const WARMS_S = 0.7; // until the tint stands
 const COOLS_S = 1.6; // until it is gone after a release
 const FADES_S = 0.12; // of the glow
+const ADDED = 0.14; // of the light, on each wall
 const VIBRATION = new THREE.Color(0x45ffe0);
 /** How fast (m/s) and how wide (m) a ripple runs, and how soon it dies (1/s): stiff things ring, soft ones thud. */
 const WAVES = {
@@ -20,6 +21,7 @@ const WAVES = {
 const SHADER = /* glsl */ `
 uniform float feelShown;
 uniform float feelRim;
+uniform float feelShare;
 uniform vec4 feelAt[${HANDS}];
 uniform float feelSize[${HANDS}];
 uniform vec4 feelWarmth[${HANDS}];
@@ -45,7 +47,7 @@ vec3 feelLight(vec3 lit, vec3 normal, vec3 view) {
   }
   float grazing = pow(max(0.0, 1.0 - abs(dot(normal, view))), 2.5);
   sum += feelRim * (0.04 + 0.55 * grazing) * vec3(0.8, 1.0, 0.97);
-  return mix(lit, sum, feelShown);
+  return mix(lit, sum, feelShown * feelShare);
 }
 `;
 
@@ -74,7 +76,7 @@ export class TouchLight {
       object.root.traverse(({material}) => {
         if (!material || seen.has(material)) return;
         seen.add(material);
-        this.#patch(material, {...this.#shared, feelRim: rim});
+        this.#patch(material, {...this.#shared, feelRim: rim, feelShare: shareOf(material)});
       });
     }
   }
@@ -160,6 +162,11 @@ export class TouchLight {
     };
     material.customProgramCacheKey = () => 'touchlight';
   }
+}
+
+/** Glass that is drawn as light added to what is behind it would turn white, with both its walls, under all of a touch's light. */
+function shareOf(material) {
+  return {get value() { return material.blending === THREE.AdditiveBlending ? ADDED : 1; }};
 }
 
 function hand(index) {

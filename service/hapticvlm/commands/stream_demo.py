@@ -173,7 +173,7 @@ def _browse() -> int:
 
     examples = _examples_folder()
     if examples is None:
-        raise UsageError("no examples/webxr here: run this in a checkout")
+        raise UsageError("no browser scene here: this wheel was built without it; use a checkout")
     if not (examples / "webxr" / "node_modules" / "three").is_dir():
         raise UsageError(f"three.js is not installed: {CURE}")
     try:
@@ -194,7 +194,9 @@ def _browse() -> int:
 
 
 def _examples_folder() -> Path | None:
-    for folder in (Path.cwd(), Path(__file__).resolve().parents[3]):
-        if (folder / EXAMPLES / "webxr" / "index.html").is_file():
-            return folder / EXAMPLES
+    """Find the scene: of the folder one is in, of this checkout, or of this wheel."""
+    package = Path(__file__).resolve().parents[1]
+    for folder in (Path.cwd() / EXAMPLES, package.parents[1] / EXAMPLES, package / "scene"):
+        if (folder / "webxr" / "index.html").is_file():
+            return folder
     return None
