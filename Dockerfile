@@ -1,7 +1,7 @@
 # The service alone, on simulated devices or those that are handed in: docs/reach.md has the line.
 FROM python:3.13-slim AS build
 WORKDIR /source
-COPY pyproject.toml README.md LICENSE ./
+COPY pyproject.toml hatch_build.py README.md LICENSE ./
 COPY service/hapticvlm service/hapticvlm
 COPY service/hapticvlm_studio service/hapticvlm_studio
 COPY service/hapticvlm_recogniser_app service/hapticvlm_recogniser_app

@@ -386,7 +386,7 @@ def test_a_service_that_is_gone_is_said_in_a_banner_and_covers_nothing(browser: 
         assert width > 0.9 * SCREEN[0]
         assert tops["stopped"][1] >= gone_y + high
         _, link_y, _, link_high = tops["link"]
-        assert 0 <= link_y
+        assert link_y >= 0
         assert link_y + link_high <= gone_y
 
 

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import urljoin
 
 import pytest
 from conftest import peer
@@ -26,6 +27,9 @@ from hapticvlm.client.local_service import Service
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "service"
+SCENE = "hapticvlm/scene/"  # the browser scene, which a container has nobody to show to
+# What npm fetches for it.
+DRAWS = tuple(f"examples/webxr/node_modules/{name}/" for name in ("three", "@msgpack/msgpack"))
 HOUSES = ("hapticvlm", "hapticvlm_studio", "hapticvlm_recogniser_app")  # what one wheel holds
 FRAME = ROOT / "examples" / "captures" / "living_room" / "frames" / "0050.jpg"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -186,10 +190,12 @@ def test_the_wheel_is_the_package_and_nothing_else(built):
     packed = {name for name in names if not name.startswith(metadata)}
     files = (path for house in HOUSES for path in (SOURCES / house).rglob("*"))
     ours = (path for path in files if path.is_file() and path.suffix != ".pyc")
-    assert packed == {path.relative_to(SOURCES).as_posix() for path in ours}
-    assert {Path(name).suffix for name in packed} <= BINARY | TEXT
+    scene = {name for name in packed if name.startswith(SCENE)}
+    assert packed - scene == {path.relative_to(SOURCES).as_posix() for path in ours}
+    assert {Path(name).suffix for name in packed - scene} <= BINARY | TEXT
     assert {Path(name).name for name in packed if name.endswith(".hex")} == {PREBUILT}
-    assert not [name for name in names if re.search(r"(^|/)(tests?|build|shared)/", name)]
+    inside = packed - scene
+    assert not [name for name in inside if re.search(r"(^|/)(tests?|build|shared)/", name)]
     megabytes = built.wheel.stat().st_size / 1e6
     print(f"wheel {megabytes:.1f} MB, {len(names)} files")
     assert megabytes < WHEEL_MB
@@ -205,7 +211,8 @@ def test_the_container_builds_the_same_wheel_from_the_files_that_it_copies(built
     wheel = build(built.sdist.parents[1] / "builder", tmp_path / "source", "wheel", built_there)
     with zipfile.ZipFile(built.wheel) as ours, zipfile.ZipFile(wheel) as theirs:
         caches = {name for name in theirs.namelist() if "__pycache__" in name}
-        assert {*theirs.namelist()} - caches == {*ours.namelist()}
+        served = {name for name in ours.namelist() if not name.startswith(SCENE)}
+        assert {*theirs.namelist()} - caches == served
 
 
 # Of process 1 a container's check reads the command line; here it is told that of the service.
@@ -232,6 +239,9 @@ def test_the_wheel_names_no_machine_and_no_licence_but_its_own(built):
             assert not MACHINE_PATH.search(text), name
             assert not COPYLEFT.search(text), name
         licences = [name for name in archive.namelist() if name.endswith("LICENSE")]
+        theirs = [name for name in licences if name.startswith(SCENE)]
+        assert {Path(name).parent.name for name in theirs} == {"three", "msgpack"}
+        licences = [name for name in licences if name not in theirs]
         assert [archive.read(name) for name in licences] == [(ROOT / "LICENSE").read_bytes()]
 
 
@@ -256,7 +266,9 @@ def test_the_source_archive_holds_what_is_needed_to_test_it_and_nothing_built(bu
     further = ("firmware/avr/Makefile", "unity_client/package.json", "schemas/asyncapi.yaml")
     assert not {*needed, *further} - names
     unwanted = r"(^|/)(\.venv|\.work|node_modules|__pycache__|build|demo-output|shared)/"
-    assert not [name for name in names if re.search(unwanted, name)]
+    scene = {name for name in names if name.startswith(DRAWS)}
+    assert len(scene) < 40
+    assert not [name for name in names - scene if re.search(unwanted, name)]
     made = [name for name in names if Path(name).suffix in {".elf", ".hex", ".o", ".pyc"}]
     assert [Path(name).name for name in made] == [PREBUILT]
     megabytes = built.sdist.stat().st_size / 1e6
@@ -342,6 +354,50 @@ def test_the_pages_are_in_the_wheel(service):
         with urllib.request.urlopen(service.page + name, timeout=ANSWER_S) as answer:
             assert answer.read() == (SOURCES / "hapticvlm" / "pages" / name).read_bytes()
     assert "dashboard.js" in page
+
+
+IMPORT = re.compile(r"""(?:from|import)\s*\(?['"](\.{0,2}/[^'"]+|[\w@/.-]+)['"]""")
+
+
+def test_the_browser_scene_of_the_wheel_has_every_module_that_it_imports(installed):
+    command = [installed.python.with_name("hapticvlm"), "demo", "--browser"]
+    quiet = outside(BROWSER="true", PYTHONUNBUFFERED="1")
+    with subprocess.Popen(
+        command, cwd=installed.folder, env=quiet, stdout=subprocess.PIPE, text=True
+    ) as demo:
+        try:
+            assert demo.stdout is not None
+            address = demo.stdout.readline().split()[-1]
+            page = fetched(address)
+            (names,) = re.findall(r"importmap\">\s*({.*?})\s*</script>", page, re.DOTALL)
+            modules = follow(urljoin(address, "main.js"), json.loads(names)["imports"], address)
+        finally:
+            demo.terminate()
+    assert len(modules) > 30
+    assert {"three.core.js", "index.mjs", "haptics.js"} <= {Path(url).name for url in modules}
+
+
+def fetched(url: str) -> str:
+    with urllib.request.urlopen(url, timeout=ANSWER_S) as answer:
+        text: str = answer.read().decode()
+    return text
+
+
+def follow(first: str, names: dict[str, str], page: str) -> set[str]:
+    """Fetch a module and all that it imports at once; returns their addresses."""
+    found, waiting = set[str](), [first]
+    while waiting:
+        url = waiting.pop()
+        if url in found or url.endswith("iwer.module.js"):  # the emulated headset is for tests
+            continue
+        found.add(url)
+        for name in IMPORT.findall(fetched(url)):
+            prefix = max((key for key in names if name.startswith(key)), key=len, default=None)
+            if name.startswith(("./", "../", "/")):
+                waiting.append(urljoin(url, name))
+            elif prefix is not None:
+                waiting.append(urljoin(page, names[prefix] + name.removeprefix(prefix)))
+    return found
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the documents' shell is bash")

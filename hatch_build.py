@@ -1,0 +1,50 @@
+"""Puts the browser scene of examples/webxr into the wheel, with the libraries that draw it.
+
+three.js and MessagePack for JavaScript are fetched by npm and are no part of the repository, so a
+wheel has the scene only if they were fetched before it was built:
+
+    npm ci --prefix examples/webxr && python -m build
+
+Without them the wheel is built all the same, and `hapticvlm demo --browser` says what it lacks.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+PLACE = Path("hapticvlm") / "scene"  # in the wheel
+MODULES = "webxr/node_modules"
+# Below examples/. What is not named here stays out: A-Frame and the emulated headset are large.
+SCENE = (
+    *("webxr/index.html", "webxr/*.js", "webxr/*.css", "webxr/client/*.js"),
+    "captures/make/page/*.js",
+    *(f"{MODULES}/three/build/three.{part}.js" for part in ("core", "module")),
+    f"{MODULES}/three/LICENSE",
+    f"{MODULES}/three/examples/jsm/environments/RoomEnvironment.js",
+    f"{MODULES}/three/examples/jsm/math/ConvexHull.js",
+    f"{MODULES}/three/examples/jsm/geometries/ConvexGeometry.js",
+    f"{MODULES}/three/examples/jsm/geometries/RoundedBoxGeometry.js",
+    f"{MODULES}/three/examples/jsm/utils/BufferGeometryUtils.js",
+    f"{MODULES}/@msgpack/msgpack/LICENSE",
+    f"{MODULES}/@msgpack/msgpack/dist.esm/**/*.mjs",
+)
+
+
+class SceneHook(BuildHookInterface[Any]):
+    """Adds the files of the scene; an editable install reads them where they lie."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Name the scene's files to the builder of the wheel."""
+        examples = Path(self.root) / "examples"
+        if version == "editable":
+            return
+        if not (examples / MODULES / "three").is_dir():
+            self.app.display_warning("no browser scene in it: npm ci --prefix examples/webxr first")
+            return
+        for pattern in SCENE:
+            for file in examples.glob(pattern):
+                place = PLACE / file.relative_to(examples)
+                build_data["force_include"][str(file)] = place.as_posix()
