@@ -57,6 +57,7 @@ window.AudioContext = class extends Native {
   }
 };
 """
+CODES = "(found) => found.map((button) => `${button.dataset.participant} ${button.className}`)"
 NOISES = "() => contexts.map((context) => context.state).filter((state) => state !== 'closed')"
 
 
@@ -74,6 +75,7 @@ class Sat:
     before: list[dict[str, Any]] = field(default_factory=list)  # the log when it was killed
     after: list[dict[str, Any]] = field(default_factory=list)
     policy: str = ""
+    left_at: str = ""  # the page's address when all was answered
     address: str = ""
     faults: list[str] = field(default_factory=list)
     requests: list[str] = field(default_factory=list)
@@ -81,6 +83,8 @@ class Sat:
     button_sides: list[float] = field(default_factory=list)  # on a phone, px
     phone_width: float = 0.0
     stop_in_view: bool = False
+    offered: list[str] = field(default_factory=list)  # codes, after the kill
+    leaves: list[bool] = field(default_factory=list)  # whether another may be chosen here
     noises: dict[str, list[str]] = field(default_factory=dict)  # states of all audio, by moment
 
 
@@ -239,15 +243,23 @@ def sat(page: Any, patterns: Path, tmp_path_factory: pytest.TempPathFactory) -> 
         while counted(sat.folder, "answered") < TRIALS:
             answer_next(page, sat.folder)
         reach(page, page.locator("#prompt", has_text="Thank you"))
+        sat.leaves.append(page.locator("#leave").is_visible())
         page.wait_for_timeout(200)
         sat.noises["done"] = page.evaluate(NOISES)
+        sat.left_at = page.url
     sat.after = log_of(sat.folder)
     return sat
 
 
 def go_on(page: Any, sat: Sat) -> None:
     """Take up the killed sitting; look at it on a phone, pause and stop."""
+    page.locator("#prompt", has_text="Go on as ann?").wait_for()
+    sat.offered = page.locator("#people button").evaluate_all(CODES)
+    page.reload()  # a browser that began anew knows it too, by its address
+    page.locator("#prompt", has_text="Go on as ann?").wait_for()
     page.locator("[data-participant=ann]", has_text=f"{KILLED_AFTER} of {TRIALS}").click()
+    page.locator("#go", has_text="Go on").wait_for()
+    sat.leaves.append(page.locator("#leave").is_visible())
     page.locator("#go", has_text="Go on").click()
     wait_until_asked(page)
     measure_on_a_phone(page, sat)
@@ -286,6 +298,15 @@ def test_all_trials_survive_a_kill_half_way(sat: Sat) -> None:
     assert all(event["seen_ms"] >= 0.0 for event in answers)
     assert sum(event["pattern"] == event["answered"] for event in answers) == TRIALS * 4 // 5
     assert all(e["speaker_level"] > 0.0 for e in sat.after if e["event"] == "played")
+
+
+def test_after_a_kill_the_page_offers_whoever_sat_here_first(sat: Sat) -> None:
+    assert sat.offered == ["ann again", "ben "]
+    assert sat.left_at == sat.address + "#ann"
+
+
+def test_another_participant_is_chosen_only_before_a_sitting_and_after_it(sat: Sat) -> None:
+    assert sat.leaves == [False, True]
 
 
 def test_the_page_keeps_to_its_policy_and_asks_nobody_else(sat: Sat) -> None:

@@ -41,6 +41,7 @@ function receive(message) {
   if (message.phase === "asking" && view?.phase !== "asking") askedAt = performance.now();
   const before = view?.phase;
   view = message;
+  if (view.participant) history.replaceState(null, "", `#${encodeURIComponent(view.participant)}`);
   if (view.phase !== before && isQuiet()) silence();
   alarm(view.trouble);
   if (view.phase !== "consent") speak(view.language);
@@ -63,7 +64,15 @@ function words() {
   return { renderings: view.renderings_wanted, trials: view.trials - view.answered, pattern: view.feeling && called(view.feeling) };
 }
 
+// Who sat here before the study or the page began anew: the address keeps the code, so that nobody
+// takes part under another's by accident.
+function satHere() {
+  const code = decodeURIComponent(location.hash.slice(1));
+  return view.phase === "choosing" && view.participants.some((person) => person.code === code) ? code : null;
+}
+
 function prompt() {
+  if (satHere()) return phase("resuming", { participant: satHere() });
   if (view.phase !== "training") return phase(view.phase, words());
   if (view.feeling) return phase("feeling", words());
   return phase(view.next_to_feel ? "training" : "trained", words());
@@ -108,8 +117,10 @@ function showProgress() {
 
 function showPeople() {
   const people = view.phase === "choosing" ? view.participants : [];
-  byId("people").replaceChildren(...people.map((person) => {
-    const button = make("button", person.code, { type: "button" });
+  const again = satHere();
+  const first = people.toSorted((a, b) => (b.code === again) - (a.code === again));
+  byId("people").replaceChildren(...first.map((person) => {
+    const button = make("button", person.code, { type: "button", className: person.code === again ? "again" : "" });
     button.dataset.participant = person.code;
     button.append(make("span", text("page.progress", person)));
     button.addEventListener("click", () => ask({ do: "choose", participant: person.code }));
@@ -147,7 +158,7 @@ function showActions() {
   const canPause = ["resting", "playing", "asking", "rating"].includes(view.phase);
   byId("pause").hidden = !canPause;
   byId("pause").disabled = !canPause;
-  byId("leave").hidden = !view.participant || canPause;
+  byId("leave").hidden = !["consent", "done"].includes(view.phase); // else it is for the experimenter's page
   byId("masking").hidden = !view.masking_noise || view.phase === "choosing";
   byId("hear").hidden = !view.hear;
   byId("masking-level").ariaLabel = text("page.masking_level");
@@ -222,7 +233,11 @@ function onKey(event) {
 byId("go").addEventListener("click", go);
 byId("stop").addEventListener("click", stop);
 byId("pause").addEventListener("click", () => ask({ do: "pause" }));
-byId("leave").addEventListener("click", () => { silence(); ask({ do: "leave" }); });
+byId("leave").addEventListener("click", () => {
+  silence();
+  history.replaceState(null, "", "#");
+  ask({ do: "leave" });
+});
 byId("form").addEventListener("language", show);
 document.addEventListener("keydown", onKey);
 offerSound(ask);
