@@ -44,9 +44,8 @@ class Service:
 
     async def touch(self, phase: str, object_id: str, speed: float) -> None:
         """Say what the right hand does."""
-        hand = {"hand": "right", "captured_at": time.monotonic()}
-        motion = {"speed_mps": speed, "force_n": 1.5}
-        await self.ask(type="touch", phase=phase, object_id=object_id, **hand, **motion)
+        how = {"hand": "right", "speed_mps": speed, "force_n": 1.5, "captured_at": time.monotonic()}
+        await self.ask(type="touch", phase=phase, object_id=object_id, **how)
 
 
 def show(decision: dict[str, Any]) -> None:
@@ -59,12 +58,10 @@ async def main(url: str = "ws://127.0.0.1:8790/") -> None:
     """Stroke each object for half a second."""
     async with websockets.connect(url, compression=None) as socket:
         service = Service(socket)
-        client = {"name": "touch.py", "version": "1"}
-        protocol = {"major": 1, "minor": 0}
-        await service.ask(type="hello", client=client, protocol=protocol, role="scene")
+        we = {"client": {"name": "touch.py", "version": "1"}, "protocol": {"major": 1, "minor": 0}}
+        await service.ask(type="hello", **we, role="scene")
         await service.ask(type="scene", objects=OBJECTS, ambient_c=21.0, replace=True)
-        for stated in OBJECTS:
-            object_id = stated["object_id"]
+        for object_id in [stated["object_id"] for stated in OBJECTS]:
             print("touching", object_id)
             await service.touch("approach", object_id, 0.3)
             await asyncio.sleep(0.2)
@@ -76,4 +73,7 @@ async def main(url: str = "ws://127.0.0.1:8790/") -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(main(*sys.argv[1:]))
+    try:
+        asyncio.run(main(*sys.argv[1:]))
+    except OSError as error:
+        sys.exit(f"no service there ({error}): `hapticvlm serve` starts one")

@@ -1,8 +1,22 @@
 """`python -m hapticvlm` is the `hapticvlm` command."""
 
+import signal
 import sys
 
-if __name__ == "__main__":  # the service's child processes import this file and need no command
+
+def run() -> int:
+    """Run the command. Ctrl-C ends it without a traceback from its first import on."""
+    handler = signal.getsignal(signal.SIGINT)
+    if handler is signal.default_int_handler:  # a shell's background job ignores it, and may
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     from hapticvlm.commands.main import main
 
-    sys.exit(main())
+    signal.signal(signal.SIGINT, handler)
+    try:
+        return main()
+    except KeyboardInterrupt:  # while the options are read; the command itself says that it stopped
+        return 130
+
+
+if __name__ == "__main__":  # the service's child processes import this file and need no command
+    sys.exit(run())

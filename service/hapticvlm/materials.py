@@ -133,7 +133,7 @@ def derive(
     _check_name(name)
     parent = MATERIALS.get(like)
     if parent is None:
-        raise MaterialError(f"like: no class `{like[:60]}`{_nearest(like, MATERIALS)}")
+        raise MaterialError(f"like: no class `{like[:60]}`{nearest(like, MATERIALS)}")
     _check_fields("", facts, ("thermal", "vibration"))
     thermal = _changes("thermal", facts.get("thermal", {}), parent.thermal)
     vibration = _changes("vibration", facts.get("vibration", {}), parent.vibration)
@@ -159,7 +159,7 @@ def _check_fields(path: str, given: object, known: Sequence[str]) -> None:
         raise MaterialError(f"{path}: expected a table of {', '.join(known)}")
     for field in given:
         if field not in known:
-            raise MaterialError(f"{path}{field}: no such fact{_nearest(str(field), known)}")
+            raise MaterialError(f"{path}{field}: no such fact{nearest(str(field), known)}")
 
 
 def _changes(part: str, given: object, parent: Thermal | Vibration) -> dict[str, Any]:
@@ -215,7 +215,8 @@ def _is_words(text: str) -> bool:
     return all(part.isalpha() and len(part) > 1 for part in parts)
 
 
-def _nearest(name: str, known: Iterable[str]) -> str:
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Say which of the known names was probably meant, if any is near, and which there are."""
     known = list(known)
-    near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)
-    return f"; nearest is `{near[0]}` of {', '.join(known)}"
+    near = difflib.get_close_matches(name.lower(), known, n=1)
+    return "".join(f"; nearest is `{one}`" for one in near) + f"; known: {', '.join(known)}"

@@ -54,7 +54,7 @@ def test_what_an_option_takes_has_a_short_name(name):
 @pytest.mark.parametrize("name", ALL)
 def test_json_means_the_same_for_every_command(name):
     texts = {a.help for a in ALL[name]._actions if "--json" in a.option_strings}
-    assert texts <= {"print JSON for programs, and no text for people"}
+    assert texts <= {'print JSON for programs, and no text for people; an error is {"error": TEXT}'}
 
 
 @pytest.mark.parametrize("name", [n for n in ALL if len(n.split()) == 2 and "lab" not in n])

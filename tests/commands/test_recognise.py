@@ -220,7 +220,7 @@ def test_nothing_to_look_at_is_said_in_a_line(tmp_path: Path) -> None:
     (tmp_path / "empty" / "below").mkdir(parents=True)
     (tmp_path / "empty" / "notes.txt").write_text("no picture")
     for path in (tmp_path / "empty", tmp_path / "nowhere"):
-        outcome = recognise("--json", path)
+        outcome = recognise(path)
         assert (outcome.code, outcome.out) == (2, "")
         assert "no picture found" in outcome.err
 

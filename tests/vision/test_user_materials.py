@@ -103,8 +103,8 @@ def test_a_material_comes_back_as_it_was_written(tmp_path: Path) -> None:
 WRONG = [
     ("", "like: missing", "wood"),
     ('like = "woood"', "like: no class `woood`; nearest is `wood`", "foliage"),
-    ('like = "unknown"', "like: no class", "nearest"),
-    ("like = 5", "like: no class `5`", "nearest"),
+    ('like = "unknown"', "like: no class", "known: wood"),
+    ("like = 5", "like: no class `5`", "known: wood"),
     ('like = "wood"\nmaterial = 1', "material: no such field", "references"),
     ('like = "wood"\nthermal = 1', "thermal.: expected a table", "conductivity"),
     (

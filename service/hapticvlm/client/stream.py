@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 import json
 import ssl
-import sys
 from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from websockets.exceptions import InvalidURI, WebSocketException
 from hapticvlm.captures import Capture, CaptureError, Line
 from hapticvlm.client.connection import Client, Message, Refused, connect, trusting
 from hapticvlm.client.sending import Outcome, Pace, stream
+from hapticvlm.errors import HapticVLMError
 
 LATE_S = 0.25  # worth reporting
 COLUMNS = (
@@ -30,6 +30,10 @@ COLUMNS = (
     MofNCompleteColumn(),
     TimeElapsedColumn(),
 )
+
+
+class StreamError(HapticVLMError):
+    """The service was not reached, or went."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,20 +46,21 @@ class Target:
 
 
 def run(opened: Callable[[], Capture], to: Target, pace: Pace, *, as_json: bool) -> int:
-    """Stream one capture, showing progress, decisions as they change and a summary."""
+    """Stream one capture, showing progress, decisions as they change and a summary.
+
+    Raises CaptureError, Refused, and StreamError where no service is reached.
+    """
     try:
         tls = None if to.ca is None else trusting(to.ca)
     except OSError as error:
-        print(f"hapticvlm stream: --ca {to.ca}: {error.strerror}", file=sys.stderr)
-        return 2
+        raise StreamError(f"--ca {to.ca}: {error.strerror}") from None
     service = partial(connect, to.url, name="hapticvlm stream", token=to.token, tls=tls)
     try:
         return asyncio.run(_run(opened(), service, pace, as_json=as_json))
-    except (CaptureError, Refused) as error:
-        print(f"hapticvlm stream: {error}", file=sys.stderr)
+    except (CaptureError, Refused):
+        raise
     except (OSError, WebSocketException, ValueError) as error:
-        print(f"hapticvlm stream: {to.url}: {error}; {_hint(error)}", file=sys.stderr)
-    return 2
+        raise StreamError(f"{to.url}: {error}; {_hint(error)}") from error
 
 
 def describe(decision: Message) -> str:

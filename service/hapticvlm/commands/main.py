@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
+import json
 import logging
 import os
 import sys
@@ -102,7 +103,10 @@ def _guarded(options: argparse.Namespace) -> int:
         text = one_line(error)
     else:
         return code
-    print(f"{options.program}: {text}", file=sys.stderr)
+    if getattr(options, "json", False):  # who reads the output wants the error there, too
+        print(json.dumps({"error": text}))
+    else:
+        print(f"{options.program}: {text}", file=sys.stderr)
     return 2
 
 

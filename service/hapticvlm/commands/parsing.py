@@ -82,9 +82,8 @@ def suggest(message: str) -> str:
 
 def add_json(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     """Declare --json, which means the same for every command."""
-    parser.add_argument(
-        "--json", action="store_true", help="print JSON for programs, and no text for people"
-    )
+    text = 'print JSON for programs, and no text for people; an error is {"error": TEXT}'
+    parser.add_argument("--json", action="store_true", help=text)
 
 
 def add_former(

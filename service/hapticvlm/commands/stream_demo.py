@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -114,6 +115,7 @@ def _add_demo(commands: Commands) -> None:
         help="open a WebXR scene in the browser and touch it yourself",
     )
     demo.add_argument("--quiet", action="store_true", help="play no sound")
+    add_json(demo)
 
 
 def _stream(options: argparse.Namespace) -> int:
@@ -156,13 +158,14 @@ def _share(text: str) -> float:
 def _demo(options: argparse.Namespace) -> int:
     if options.browser:
         return _browse()
-    print("hapticvlm demo: loading", flush=True)
     from hapticvlm.commands.progress import working
 
-    with working("loading"):  # a second, and many where nothing was compiled before
+    if not options.json:
+        print("hapticvlm demo: loading", flush=True)
+    with nullcontext() if options.json else working("loading"):  # many s where none is compiled
         from hapticvlm.demo.run import run
 
-    return run(options.capture, options.out, quiet=options.quiet)
+    return run(options.capture, options.out, quiet=options.quiet, as_json=options.json)
 
 
 def _browse() -> int:

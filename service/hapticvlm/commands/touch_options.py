@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -73,13 +72,11 @@ def table(gallery: Path | None) -> Mapping[str, Material]:
 
 def find(name: str, known: Mapping[str, Material]) -> Material:
     """Find a material by name; raises MaterialError naming the nearest."""
-    from hapticvlm.materials import MaterialError
+    from hapticvlm.materials import MaterialError, nearest
 
     found = known.get(name) or known.get(name.lower())
     if found is None:
-        near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)
-        text = f"no material `{name[:40]}`; nearest is `{near[0]}`; known: {', '.join(known)}"
-        raise MaterialError(text)
+        raise MaterialError(f"no material `{name[:40]}`{nearest(name, known)}")
     return found
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -35,9 +36,12 @@ CAPTURE = Path(__file__).parent / "capture"
 SETTLE_S = 0.3  # for the last answers and telemetry
 
 
-def run(path: Path | None, out: Path, *, quiet: bool) -> int:
-    """Run the demo; return 0 when every message was answered. Raises HapticVLMError, OSError."""
-    console = Console(highlight=False, soft_wrap=True)
+def run(path: Path | None, out: Path, *, quiet: bool, as_json: bool = False) -> int:
+    """Run the demo; return 0 when every message was answered. Raises HapticVLMError, OSError.
+
+    For programs its figures are printed as JSON at its end, and nothing before.
+    """
+    console = Console(highlight=False, soft_wrap=True, quiet=as_json)
     capture = read(CAPTURE if path is None else path)
     console.print(
         f"A recorded session of an emulated headset, {capture.duration_s:.0f} s, becomes touch.\n"
@@ -58,6 +62,8 @@ def run(path: Path | None, out: Path, *, quiet: bool) -> int:
     for name in ("session.html", "vibration.wav", "decisions.jsonl", figures.name):
         console.print(f"  {out / name}")
     console.print(_next_steps(_session(sessions)))
+    if as_json:
+        sys.stdout.write(figures.read_text(encoding="utf-8"))
     return 1 if outcome.unanswered else 0
 
 

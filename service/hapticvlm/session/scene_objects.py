@@ -8,7 +8,6 @@ without an object id shows may be several objects, so there each recognition sta
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
@@ -279,7 +278,6 @@ class SceneObjects:
 def _check_material(material: str | None, table: Mapping[str, Material], path: str) -> None:
     if material is None or material in table or material == materials.UNKNOWN:
         return
-    near = difflib.get_close_matches(material.lower(), table, n=1, cutoff=0.0)
-    known = ", ".join(table)
-    text = f"{path}: no material `{material[:40]}`; nearest is `{near[0]}`; known: {known}, unknown"
+    near = materials.nearest(material, (*table, materials.UNKNOWN))
+    text = f"{path}: no material `{material[:40]}`{near}"
     raise MessageError("message", text, path=path)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import number_within
+from hapticvlm.commands.parsing import add_json, number_within
 from hapticvlm.commands.service_address import port_errors
 
 if TYPE_CHECKING:
@@ -107,6 +108,7 @@ def add(parts: Commands) -> None:
         metavar="DEGC",
         help="how near to 32 degC the plate must be before a pattern (%(default)s)",
     )
+    add_json(run)
     devices = run.add_argument_group("devices")
     devices.add_argument(
         "--url", help="play through this running service, e.g. ws://127.0.0.1:8790/"
@@ -153,13 +155,18 @@ async def _serve(design: Design, pace: Pace, options: argparse.Namespace, url: s
 
     def ready(page: str) -> None:
         trials = len(next(iter(design.trials.values())))
-        print(f"study ready on {page}", flush=True)
         people = len(design.participants)
+        desk = page.replace(PAGE, EXPERIMENTER)
+        if options.json:
+            told = {"page": page, "experimenter": desk, "participants": people, "trials": trials}
+            print(json.dumps(told), flush=True)
+            return
+        print(f"study ready on {page}", flush=True)
         of_each = (
             f"{people} participants, {trials} trials each" if people > 1 else f"{trials} trials"
         )
         print(f"  {of_each}", flush=True)
-        print(f"  for the experimenter: {page.replace(PAGE, EXPERIMENTER)}", flush=True)
+        print(f"  for the experimenter: {desk}", flush=True)
 
     setting = Setting(
         options.folder, url, options.port, pace, settle_c=options.settle_c, token=options.token

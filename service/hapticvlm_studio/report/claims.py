@@ -134,7 +134,7 @@ def _too_few(document: Document) -> Iterator[str]:
 
 def _not_equal(document: Document) -> Iterator[str]:
     """Yield what finding no difference means, and how large one had to be to be found."""
-    text = "That patterns are recognised alike: no difference found is not no difference."
+    text = "That patterns are recognised alike: to find no difference is not to show that none is."
     people = document["complete"] or 0
     pairs = len(document["pairwise"])
     if people < FEWEST_COMPARED:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import json
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -92,23 +93,32 @@ def add(options: argparse.Namespace) -> int:
     return 0
 
 
-def show(path: Path | None) -> int:
+def show(path: Path | None, *, as_json: bool) -> int:
     """Print what a gallery holds; None is the shipped one."""
     file = file_of(path)
     user_materials = read_folder(path)
     gallery = read_gallery(file)
     title = "shipped" if file == SHIPPED else str(file)
+    rows = [(name, count, "") for name, count in _counted(gallery)]
+    rows += [(name, count, "your pictures") for name, count in _counted(gallery.own)]
+    rows += [
+        (entry.material.name, len(entry.references), f"your own: {_details(entry)}")
+        for entry in user_materials
+    ]
+    if as_json:
+        held = [{"material": name, "references": count, "from": why} for name, count, why in rows]
+        print(json.dumps({"gallery": title, "encoder": gallery.encoder, "materials": held}))
+        return 0
     print(f"{title}: encoder {gallery.encoder}, {len(gallery.labels)} references")
-    for label, name in enumerate(gallery.materials):
-        print(f"  {name:<20} {int((gallery.labels == label).sum()):>6}")
-    for label, name in enumerate(gallery.own.materials if gallery.own else ()):
-        assert gallery.own is not None
-        print(f"  {name:<20} {int((gallery.own.labels == label).sum()):>6}  your pictures")
-    for entry in user_materials:
-        print(
-            f"  {entry.material.name:<20} {len(entry.references):>6}  your own: {_details(entry)}"
-        )
+    for name, count, why in rows:
+        print(f"  {name:<20} {count:>6}  {why}".rstrip())
     return 0
+
+
+def _counted(gallery: Gallery | None) -> Iterator[tuple[str, int]]:
+    for label, name in enumerate(() if gallery is None else gallery.materials):
+        assert gallery is not None
+        yield name, int((gallery.labels == label).sum())
 
 
 def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> tuple[Gallery, str]:

@@ -35,6 +35,7 @@ def add(commands: Commands) -> None:
     )
     listing.set_defaults(run=_run, what="list")
     listing.add_argument("gallery", type=Path, nargs="?", metavar="GALLERY", help=_GALLERY)
+    add_json(listing)
     _add_test(kinds)
 
 
@@ -135,7 +136,7 @@ def _run(options: argparse.Namespace) -> int:
         case "add":
             return build.add(options)
         case "list":
-            return build.show(options.gallery)
+            return build.show(options.gallery, as_json=options.json)
         case _:
             path = options.gallery
             pictures = options.pictures

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 MAX_CHANNELS = 2
 MAX_WAITING_BLOCKS = 20_000
+_CURE = "`hapticvlm doctor` lists the outputs; without --speaker none is needed"
 
 logger = logging.getLogger(__name__)
 
@@ -76,7 +77,8 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     try:
         name = player.start()
     except Exception as error:  # noqa: BLE001 - the gateway must learn why, whatever the driver threw
-        Started(error=f"cannot open audio output {settings.output!r}: {error}").send(control)
+        text = f"cannot open audio output {settings.output!r}: {error}; {_CURE}"
+        Started(error=text).send(control)
         return
     if settings.realtime:
         request_priority()  # or it could be put aside while the audio thread waits for it

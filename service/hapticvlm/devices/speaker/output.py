@@ -12,6 +12,7 @@ between two periods, so that there a single period missed is audible.
 from __future__ import annotations
 
 import ctypes
+import functools
 import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
@@ -169,8 +170,25 @@ def playbacks() -> list[dict[str, Any]]:
     """Return the outputs of this machine, each with its `name` and `id`."""
     import miniaudio
 
+    _mute_alsa()
     found: list[dict[str, Any]] = miniaudio.Devices().get_playbacks()
     return found
+
+
+@functools.cache
+def _mute_alsa() -> object:
+    """Keep ALSA from writing each way that it tries to the terminal; our errors say what counts.
+
+    Returns the handler, which must live as long as the library may call it.
+    """
+    try:
+        alsa = ctypes.CDLL("libasound.so.2")
+    except OSError:  # no Linux, or no ALSA
+        return None
+    kinds = (ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p)
+    handler = ctypes.CFUNCTYPE(None, *kinds)(lambda *_: None)
+    alsa.snd_lib_error_set_handler(handler)
+    return handler
 
 
 def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | None:

@@ -7,7 +7,6 @@ gallery and no calibration.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import BytesIO
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from hapticvlm import messages
 from hapticvlm.errors import HapticVLMError
+from hapticvlm.materials import nearest
 from hapticvlm.vision import files, pictures
 from hapticvlm.vision.decoding import PictureError
 from hapticvlm.vision.encoders.encoder import Encoder
@@ -87,9 +87,8 @@ def find_pictures(folder: Path, known: Collection[str]) -> tuple[Picture, ...]:
     found: list[Picture] = []
     for inner in sorted(path for path in folder.iterdir() if path.is_dir() and _is_seen(path)):
         if inner.name not in known:
-            near = difflib.get_close_matches(inner.name.lower(), known, n=1, cutoff=0.0)
-            text = f"{inner}: no material `{inner.name}`; nearest is `{near[0]}` of"
-            raise EnrolError(f"{text} {', '.join(known)}; rename it, or add it: gallery add")
+            text = f"{inner}: no material `{inner.name}`{nearest(inner.name, known)}"
+            raise EnrolError(f"{text}; rename it, or add it: gallery add")
         found += with_masks(inner.name, _require_some(inner))
     if not found:
         raise EnrolError(f"{folder}: no folder of pictures in it; make one for each material")

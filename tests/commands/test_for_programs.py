@@ -1,0 +1,89 @@
+"""What programs read: one JSON object with --json, an error too; and what people see instead."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+NOWHERE = "ws://127.0.0.1:1/"
+REFUSED = {
+    "stop": ("stop", "--url", NOWHERE),
+    "replay": ("replay", "no-session"),
+    "recognise": ("recognise", "no-picture.jpg"),
+    "gallery list": ("gallery", "list", "no-gallery"),
+    "gallery test": ("gallery", "test", "no-gallery", "no-pictures"),
+    "plate status": ("plate", "status", "--peltier", "no-port"),
+    "stream": ("stream", "no-capture"),
+    "demo": ("demo", "--capture", "no-capture"),
+    "feel": ("feel", "gold"),
+    "study run": ("study", "run", "no-study"),
+    "study report": ("study", "report", "no-study"),
+}
+
+
+def hapticvlm(*arguments, **options):
+    command = [sys.executable, "-m", "hapticvlm", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **options)
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_refusal_is_one_line_for_people_and_one_object_for_programs(name, tmp_path):
+    said = hapticvlm(*REFUSED[name], cwd=tmp_path)
+    assert said.returncode == 2
+    assert said.stdout in ("", "hapticvlm demo: loading\n")
+    (line,) = said.stderr.splitlines()
+    told = hapticvlm(*REFUSED[name], "--json", cwd=tmp_path)
+    assert (told.returncode, told.stderr) == (2, "")
+    error = json.loads(told.stdout)["error"]
+    assert line.endswith(error)
+
+
+def test_what_a_gallery_holds_is_told_to_programs():
+    told = json.loads(hapticvlm("gallery", "list", "--json").stdout)
+    assert told["gallery"] == "shipped"
+    assert {row["material"] for row in told["materials"]} >= {"wood", "glass", "fabric", "metal"}
+    assert all(row["references"] > 0 for row in told["materials"])
+
+
+def test_a_name_like_no_other_is_not_taken_for_another(tmp_path):
+    said = hapticvlm("export", "gold", "--to", "ahap", cwd=tmp_path).stderr
+    assert "no material `gold`; known: wood" in said
+    assert "nearest" not in said
+    assert "nearest is `wood`" in hapticvlm("export", "woood", "--to", "ahap", cwd=tmp_path).stderr
+
+
+def test_the_smallest_scene_says_how_to_start_the_service_that_it_lacks():
+    touch = [sys.executable, str(ROOT / "examples" / "touch.py"), NOWHERE]
+    said = subprocess.run(touch, capture_output=True, text=True, check=False)
+    assert said.returncode == 1
+    assert "`hapticvlm serve` starts one" in said.stderr
+    assert "Traceback" not in said.stderr
+
+
+@pytest.mark.parametrize("after_s", [0.04, 0.06, 0.08, 0.12, 0.2, 0.4])
+@pytest.mark.skipif(os.name == "nt", reason="a process is interrupted otherwise there")
+def test_ctrl_c_leaves_no_traceback_however_early_it_comes(after_s):
+    with subprocess.Popen(
+        [sys.executable, "-m", "hapticvlm", "doctor"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as doctor:
+        time.sleep(after_s)
+        doctor.send_signal(signal.SIGINT)
+        said = doctor.communicate(timeout=60)[1]
+    if "site" not in said:  # before Python runs anything of ours
+        assert "Traceback" not in said
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="ALSA is Linux's")
+def test_alsa_writes_nothing_to_the_terminal_while_outputs_are_sought():
+    look = "from hapticvlm.devices.speaker.output import playbacks; playbacks()"
+    said = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=False)
+    assert "ALSA" not in said.stderr
