@@ -13,12 +13,14 @@ demo: $(VENV)/.demo
 	@echo "  . $(BIN)/activate"
 
 test: $(VENV)/.dev toolchains
+	@echo "About 5,600 tests follow: a quarter of an hour on two cores."
 	$(BIN)/python .ci/tests
 
 # What needs no process, no browser and no toolchain: the loop of a developer.
+# Where everything is installed already, that is taken; else a third of it is enough.
 UNIT := tests/captures tests/devices tests/evidence tests/rendering tests/session tests/vision tests/vlm tests/studio tests/test_backoff.py tests/test_messages.py tests/test_palette.py tests/test_perception.py
-unit: $(VENV)/.dev
-	$(BIN)/python -m pytest -q -m "not slow and not torch and not process and not realtime" $(UNIT)
+unit: $(if $(wildcard $(VENV)/.dev),$(VENV)/.dev,$(VENV)/.unit)
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "not slow and not torch and not process and not realtime" --ignore tests/vlm/test_vlm_local.py $(UNIT)
 
 check: $(VENV)/.dev
 	$(BIN)/ruff format --check .
@@ -63,7 +65,14 @@ $(VENV)/.demo: pyproject.toml constraints.txt
 	@$(PYTHON) .ci/environment $(VENV)
 	@touch $@
 
+$(VENV)/.unit: pyproject.toml constraints.txt
+	@echo "What these tests need goes into $(VENV) and takes about 900 MB."
+	@$(PYTHON) .ci/environment $(VENV) unit
+	@touch $@ $(VENV)/.demo
+
 $(VENV)/.dev: pyproject.toml constraints.txt
+	@echo "What all tests need goes into $(VENV) and takes about 2.5 GB: some minutes, once; then browsers and"
+	@echo "compilers are looked for, and installed by apt-get where that may be done."
 	@$(PYTHON) .ci/environment $(VENV) dev
 	@touch $@ $(VENV)/.demo
 

@@ -83,6 +83,7 @@ def test_options_that_do_not_fit_are_refused(options: dict[str, object], complai
         load_encoder(**options)  # type: ignore[arg-type]
 
 
+@pytest.mark.torch
 def test_a_name_of_the_hub_is_no_folder_and_needs_a_network(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
