@@ -16,6 +16,7 @@ from hapticvlm.commands.parsing import add_json, number_within
 from hapticvlm.errors import UsageError, usage_errors
 from hapticvlm.server.options import plate_resistance
 from hapticvlm.server.settings import ServeOptions
+from hapticvlm_studio.commands import calibrate_hand as hand
 from hapticvlm_studio.commands import calibrate_plate as plate
 from hapticvlm_studio.commands import calibrate_speaker as speaker
 
@@ -57,6 +58,7 @@ def add(commands: Commands) -> None:
     )
     plate.add(subjects)
     speaker.add(subjects)
+    hand.add(subjects)
     thermal.set_defaults(run=_thermal)
     thermal.add_argument(
         "--object",

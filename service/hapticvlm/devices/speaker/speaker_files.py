@@ -47,7 +47,8 @@ class SpeakerResponse:
 def write_response(path: Path, response: SpeakerResponse) -> None:
     """Write the file. Raises OSError."""
     lines = (
-        "# Acceleration of a speaker per drive, by `hapticvlm calibrate speaker`; dB re",
+        "# Acceleration of a speaker per drive, by `hapticvlm calibrate speaker`, or what a hand",
+        "# feels of it beside the usual, by `calibrate hand`; dB re",
         f"# {REFERENCE_HZ:g} Hz. `serve --speaker-response` corrects {LOW_HZ:g}-{HIGH_HZ:g} Hz by",
         f"# at most {MOST_DB:g} dB either way.",
         f"simulated = {str(response.simulated).lower()}",
