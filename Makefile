@@ -39,8 +39,11 @@ format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# Every kind of input from strangers, long: hours on one core. `make test` fuzzes for a moment.
+# Every planted defect, then every kind of input from strangers: hours on one core. `make test` plants a few defects,
+# others each day, and fuzzes for a moment.
 fuzz: $(VENV)/.dev
+	$(BIN)/python tests/server/mutate.py
+	$(BIN)/python tests/firmware/mutate.py
 	PYTHONPATH=tests:tests/support $(BIN)/python tests/fuzz/run.py
 
 # Every picture of README and docs; `make pictures NAMES=dashboard.png` makes one.

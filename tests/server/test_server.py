@@ -306,6 +306,42 @@ async def test_the_newest_frame_wins_and_every_frame_is_answered(service):
     assert {answer["type"] for answer in answers.values()} == {"decision", "skipped"}
 
 
+async def test_what_is_known_is_looked_at_twenty_times_a_second_and_the_last_frame_always(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        started = time.monotonic()
+        ids = []
+        for number in range(90):
+            await asyncio.sleep(max(0.0, started + number / 60.0 - time.monotonic()))
+            ids.append(await client.send(**frame(number, object_id="thing")))
+        last = [frame(number, object_id="thing") for number in (90, 91, 92)]
+        ids += [await client.send(**message) for message in last]  # before another look is due
+        answers: dict[int, dict[str, Any]] = {}
+        async with asyncio.timeout(10.0):  # nothing more comes, and yet the last one is looked at
+            while len(answers) < len(ids):
+                answer = await client.read()
+                if answer["id"] in ids:
+                    answers[answer["id"]] = answer
+        lasted_s = time.monotonic() - started
+    decided = [id for id in ids if answers[id]["type"] == "decision"]
+    assert decided[0] == ids[0]
+    assert decided[-1] == ids[-1]
+    assert len(decided) <= 12 + 20 * lasted_s
+    assert len(decided) >= 20
+
+
+async def test_what_was_never_seen_waits_for_no_turn_however_much_was_looked_at(service):
+    async with peer(service) as client:
+        await owner_of(client)
+        for seed in range(14):  # until looks at it wait for their turn
+            await client.ask(**frame(seed, object_id="thing"))
+        began = time.monotonic()
+        for number in range(20):
+            new = await client.ask(**frame(number, object_id=f"new {number}"))
+            assert new["type"] == "decision"
+        assert time.monotonic() - began < 0.9  # at twenty a second it would have taken one
+
+
 async def test_a_stale_frame_is_skipped(service):
     async with peer(service) as client:
         await owner_of(client)

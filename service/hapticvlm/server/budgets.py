@@ -41,6 +41,10 @@ REFUSED = Rate(per_s=200.0, burst=2000.0)  # messages answered by `error`
 CONTROL_FRAMES = Rate(per_s=20.0, burst=100.0)  # ping and pong
 BYTES = Rate(per_s=128.0 * MIB, burst=128.0 * MIB)
 
+# What is looked at. Verdicts of what was seen before hardly change within 50 ms, and a look costs
+# the recogniser some 7 ms; the burst is for who asks now and then, and waits for the answer.
+LOOKS = Rate(per_s=20.0, burst=10.0)  # of one scene, at what it has shown before
+
 # What waits inside.
 ENROL_BYTES = 32 * MIB  # of all connections together; live frames are bounded by their number
 MAX_EVENTS = 256  # to one client that reads slowly

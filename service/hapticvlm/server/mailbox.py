@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 MAX_ENROL_PER_OBJECT = 8
@@ -48,19 +49,24 @@ class Mailbox(Generic[T]):
         self._enrol.append((item, object_id, size_bytes))
         self.enrol_bytes += size_bytes
 
-    def take(self) -> T | None:
-        """Remove and return what is to be recognised next, if anything waits."""
+    def take(self, is_due: Callable[[T], bool]) -> T | None:
+        """Remove and return what is to be recognised next; a live frame only where `is_due`."""
         if self._touched:
             return self._touched.pop(next(iter(self._touched)))
-        if self._enrol and (self._enrol_next or self._live is None):
-            self._enrol_next = False
-            item, _, size_bytes = self._enrol.popleft()
-            self.enrol_bytes -= size_bytes
-            return item
         # After a live frame it is the turn of one to be enrolled, and the other way round. With a
         # fixed order a scene at 60 frames a second would keep its own teaching waiting for ever, or
         # eight views of each of its objects would keep what is looked at now.
-        self._enrol_next = True
-        newest = self._live
-        self._live = None
-        return newest
+        if self._enrol and self._enrol_next:
+            return self._take_enrol()
+        if self._live is not None and is_due(self._live):
+            self._enrol_next = True
+            newest = self._live
+            self._live = None
+            return newest
+        return self._take_enrol() if self._enrol else None
+
+    def _take_enrol(self) -> T:
+        self._enrol_next = False
+        item, _, size_bytes = self._enrol.popleft()
+        self.enrol_bytes -= size_bytes
+        return item

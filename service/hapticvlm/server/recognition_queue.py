@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from hapticvlm.messages import Error, ErrorCode, Frame, ServiceMessage, Skipped, View
 from hapticvlm.processes.model_worker import Answered
-from hapticvlm.server.budgets import ENROL_BYTES
+from hapticvlm.server.budgets import ENROL_BYTES, LOOKS, TokenBucket
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.mailbox import Mailbox, QueueFull
 from hapticvlm.session.actions import Action, Reply
@@ -67,14 +67,17 @@ class RecognitionQueue:
         ] = {}  # in order of their turns
         self._under_way: _UnderWay | None = None
         self._shown_at: dict[tuple[Connection, str | None], float] = {}  # by object
+        self._looks: dict[Connection, TokenBucket] = {}
 
     def join(self, connection: Connection) -> None:
         """Give a connection its place, behind all others."""
         self._mailboxes[connection] = Mailbox()
+        self._looks[connection] = TokenBucket(LOOKS, time.monotonic())
 
     def leave(self, connection: Connection) -> None:
         """Drop what a connection has waiting; an answer under way goes to nobody."""
         self._mailboxes.pop(connection, None)
+        self._looks.pop(connection, None)
         for shown in [shown for shown in self._shown_at if shown[0] is connection]:
             del self._shown_at[shown]
 
@@ -189,7 +192,14 @@ class RecognitionQueue:
         )
 
     def _next_of(self, connection: Connection, now: float) -> RecognitionRequest | None:
-        while (request := self._mailboxes[connection].take()) is not None:
+        session, looks = connection.session, self._looks[connection]
+
+        # A live frame that comes before its time waits in its slot, where a newer one may take its
+        # place. No message need come for it to be looked at then: the supervision's tick feeds too.
+        def is_due(request: RecognitionRequest) -> bool:
+            return session.wants_anew(request) or looks.spend(1.0, now)
+
+        while (request := self._mailboxes[connection].take(is_due)) is not None:
             if not connection.session.is_stale(request.picture, now):
                 return request
             self._counts["frames stale"] += 1

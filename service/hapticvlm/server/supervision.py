@@ -100,7 +100,8 @@ class Supervision:
         if trouble is not None:
             self._report(Error(id=0, code="model", text=trouble))
         self._report_losses(now)
-        # A recogniser that has just come back has nobody else to wake it.
+        # A recogniser that has just come back has nobody else to wake it, nor has a frame that had
+        # to wait for its turn.
         self._gateway.recognition.feed()
 
     def _report_losses(self, now: float) -> None:
