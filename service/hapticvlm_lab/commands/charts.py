@@ -70,6 +70,7 @@ def add(commands: Commands) -> None:
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
     _material(subjects, _shake_material, SHAKEN)
     _subject(subjects, "thermal", _shake_thermal, "skin temperature: where each method fails")
+    _subject(subjects, "latency", _shake_latency, "a touch beside other work: when it is late")
 
 
 def _subject(subjects: Commands, name: str, run: Run, text: str) -> argparse.ArgumentParser:
@@ -176,6 +177,12 @@ def _chart_thermal(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.thermal import chart
 
     return chart.run(options.out, as_json=options.json)
+
+
+def _shake_latency(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.latency import stability
+
+    return stability.run(options.out, as_json=options.json)
 
 
 def _shake_thermal(options: argparse.Namespace) -> int:

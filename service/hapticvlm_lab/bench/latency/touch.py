@@ -99,11 +99,11 @@ def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
             for what, frames in LOADS.items():
                 name = f"{kind}, {what}"
                 with console.status(f"{name}: {seconds:.0f} s"):
-                    rows.append(asyncio.run(_row(name, service, port, seconds, frames)))
+                    rows.append(asyncio.run(measured(name, service, port, seconds, frames)))
             if with_vlm:
                 with console.status(f"{kind}, {BURNING}"), _burning(seconds) as burnt:
                     name = f"{kind}, {BURNING}"
-                    rows.append(asyncio.run(_row(name, service, port, seconds, (0, 0.0))))
+                    rows.append(asyncio.run(measured(name, service, port, seconds, (0, 0.0))))
                 vlm[kind] = burnt
     summaries = [row.summary() for row in rows]
     console.print(_table(summaries))
@@ -117,9 +117,10 @@ def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
     return 0
 
 
-async def _row(
+async def measured(
     name: str, service: Service, echo_port: int, seconds: float, frames: tuple[int, float]
 ) -> Row:
+    """Measure one condition; `frames` are scenes that stream, and frames/s of each."""
     with ExitStack() as stack:
         load = None
         if frames[0]:

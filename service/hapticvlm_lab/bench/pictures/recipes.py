@@ -52,6 +52,7 @@ RECIPES: Mapping[str, Recipe] = {
     "chart-apart.png": _apart,
     "stability-material.png": _command("stability-material-approach.png", "stability", "material"),
     "stability-thermal.png": _command("stability-thermal.png", "stability", "thermal"),
+    "stability-latency.png": _command("stability-latency.png", "stability", "latency"),
     "observer-ours.png": _command("observer-ours.png", "study", "predict", "--guesses", "0"),
     "observer-paper.png": _command("observer-paper.png", "study", "predict", "--guesses", "0"),
     "paper-confusion.png": _command("confusion.png", "study", "report", "--paper"),
