@@ -52,7 +52,7 @@ def _share(pipe: Connection) -> None:
 
 
 def _row(name: str, service: Service, port: int, seconds: float) -> None:
-    found = asyncio.run(touch._row(name, service, port, seconds, FRAMES)).summary()
+    found = asyncio.run(touch.measured(name, service, port, seconds, FRAMES)).summary()
     frames = found["frames"]
     print(
         f"{name:<11} touch {found['touch_median_ms']:.2f} / {found['touch_p99_ms']:.2f} ms, "
