@@ -44,6 +44,7 @@ format: $(VENV)/.dev
 fuzz: $(VENV)/.dev
 	$(BIN)/python tests/server/mutate.py
 	$(BIN)/python tests/firmware/mutate.py
+	$(BIN)/hapticvlm measure invariants --minutes 10
 	PYTHONPATH=tests:tests/support $(BIN)/python tests/fuzz/run.py
 
 # Every picture of README and docs; `make pictures NAMES=dashboard.png` makes one.

@@ -78,6 +78,11 @@ def _add_reliability(kinds: Commands) -> None:
     number(hostile, "--seconds", 8.0, "S", "seconds for each kind")
     soak = _kind(kinds, "soak", _soak, "memory and round trips over an hour of all kinds of load")
     number(soak, "--minutes", 60.0, "M", "minutes that it lasts")
+    invariants = _kind(
+        kinds, "invariants", _invariants, "what must hold beside random clients, kills and freezes"
+    )
+    number(invariants, "--minutes", 10.0, "M", "minutes that it lasts")
+    number(invariants, "--seed", 0, "N", "seed of what the clients do")
 
 
 def _add_fleet(kinds: Commands) -> None:
@@ -166,6 +171,12 @@ def _soak(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.reliability.soak import run
 
     return run(minutes=options.minutes, as_json=options.json)
+
+
+def _invariants(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.reliability.invariants import run
+
+    return run(minutes=options.minutes, seed=options.seed, as_json=options.json)
 
 
 def _names(options: argparse.Namespace) -> int:
