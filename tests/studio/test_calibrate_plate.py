@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 
+import layered_palm
 import numpy as np
 import pytest
 from plate_ports import Cable
@@ -67,6 +68,29 @@ def test_palms_on_a_module_that_nobody_measured_are_found_within_30_percent(seed
     assert all(
         palm.low < planted < palm.high for palm, planted in zip(found, RESISTANCES, strict=True)
     )
+
+
+@pytest.mark.parametrize(
+    ("thickness_m", "conductivity", "within"),
+    [(3e-4, 0.24, 0.2), (6e-4, 0.24, 0.3), (6e-4, 0.20, 0.3), (8e-4, 0.20, 0.4)],
+)
+def test_a_palm_with_a_horny_layer_is_found_and_its_interval_holds(
+    thickness_m, conductivity, within
+):
+    shares, held = [], []
+    for seed in range(10):
+        gain = math.exp(0.15 * np.random.default_rng(seed).normal())
+        bare = layered_palm.run(None, seed)
+        for planted in (*RESISTANCES, 2e-3):
+            palm = layered_palm.admittance(planted, thickness_m, conductivity, gain)
+            found = estimate(bare, layered_palm.run(palm, seed + 100))
+            shares.append(found.plate_resistance / planted)
+            held.append(found.low < planted < found.high)
+    print(np.median(shares).round(2), min(shares), max(shares))
+    assert np.mean(held) >= 0.9
+    assert 1.0 - within < min(shares)
+    assert max(shares) < 1.0 + within
+    assert np.median(shares) == pytest.approx(1.0, abs=0.15)
 
 
 @pytest.fixture(scope="module")

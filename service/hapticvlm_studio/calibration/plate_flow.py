@@ -3,11 +3,14 @@
 The plate swings by a degree around a temperature, a sum of HARMONICS of one slow period, once with
 nothing on it and once with the palm at rest on it. With the module's pumped heat P(t), from current
 and temperatures, and the reading T(t), each harmonic w of a run has an admittance Y = P / T. What
-the palm adds is the difference of the two runs: a half-space of skin behind the resistance R,
+the palm adds is the difference of the two runs: skin behind the resistance R,
 
-    Y_palm - Y_bare = gain A (1 + i w lag) / (R + 1 / (e sqrt(i w)))
+    Y_palm - Y_bare = gain A (1 + i w lag) / (R + Z(w))
 
-so whatever the module, its sink and its driver do of their own accord cancels. R shifts the phase
+where Z is the impedance of a horny layer on deeper skin. The palm's is as thick as a card, and heat
+of these periods just gets through it: taken for a half-space it hides 10 to 40 % of R. Nobody knows
+how thick his is, so its thickness is left open as the gain is, and the interval covers it. So
+whatever the module, its sink and its driver do of their own accord cancels. R shifts the phase
 from the 45 degrees of bare skin: it is known even where the gain (palm's area, Seebeck coefficient,
 driver) is not. The lag of the thermistor is what bends the bare admittance (K + i w C)(1 + i w lag)
 away from that of a lump. Method: our choice (docs/physics.md 1.1, which has what it reaches).
@@ -22,6 +25,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.devices.simulated.plant import AREA_M2, Module
 from hapticvlm.errors import HapticVLMError
+from hapticvlm.materials import Thermal
 from hapticvlm.rendering.heat.contact import SKIN
 
 PERIOD_S = 8.0
@@ -42,7 +46,9 @@ _DRIFT_DEGREE = 3  # of the polynomial that takes the drift of sink, skin and co
 _RESISTANCES = np.geomspace(5e-5, 4e-3, 200)  # m2 K/W
 _GAINS = np.exp(np.linspace(-0.8, 0.8, 81))
 _GAIN_SPREAD = 0.25  # of its logarithm: palm's area and module within 20 % each; our choice
-_MODEL_ERROR = 0.03  # of a harmonic: real skin has layers; our choice
+_MODEL_ERROR = 0.03  # of a harmonic: real skin has blood in it; our choice
+_LAYERS_M = np.linspace(0.0, 9e-4, 10)  # of the horny layer, each as likely; our choice
+_LAYER = Thermal(0.22, 1200, 3400)  # drier than what lies below it (docs/physics.md 1.1)
 _LONGEST_LAG_S = 1.0
 _LEAST_SWING_C = 0.3  # at the first harmonic, of 1 that were asked for
 _LEAST_FLOW_W_PER_K = 0.05  # at the first harmonic; a palm of 1e-3 m2 K/W takes 0.2
@@ -151,17 +157,29 @@ def _lag_s(bare: Complexes) -> float:
 
 
 def _posterior(taken: Complexes, error: Floats) -> PlateEstimate:
-    """Median and interval over R, the gain left open within its spread."""
-    skin = 1.0 / (SKIN.effusivity * np.sqrt(1j * _rates()))
-    model = AREA_M2 / (_RESISTANCES[:, None] + skin)
-    misses = taken - _GAINS[None, :, None] * model[:, None, :]
-    likely = -0.5 * np.sum(np.abs(misses / error) ** 2, axis=2)
-    likely -= 0.5 * (np.log(_GAINS) / _GAIN_SPREAD) ** 2
-    belief = np.exp(likely - likely.max()).sum(axis=1)
+    """Median and interval over R, gain and horny layer left open within their spreads."""
+    model = AREA_M2 / (_RESISTANCES[:, None, None] + _skin(_rates()))  # (R, layer, harmonic)
+    misses = taken - _GAINS[None, :, None, None] * model[:, None]
+    likely = -0.5 * np.sum(np.abs(misses / error) ** 2, axis=3)  # (R, gain, layer)
+    likely -= 0.5 * ((np.log(_GAINS) / _GAIN_SPREAD) ** 2)[None, :, None]
+    belief = np.exp(likely - likely.max()).sum(axis=(1, 2))
     tail = (1.0 - INTERVAL) / 2.0
     below = np.cumsum(belief / belief.sum())
     low, middle, high = np.exp(np.interp([tail, 0.5, 1.0 - tail], below, np.log(_RESISTANCES)))
     return PlateEstimate(float(middle), float(low), float(high))
+
+
+def _skin(rates: Floats) -> Complexes:
+    """Return the impedance of skin under each of _LAYERS_M, (layers, harmonics), m2 K/W.
+
+    A line of length d, ended by what lies below it: the layer's own impedance where it is thick,
+    that of the deeper skin where it is thin.
+    """
+    s = 1j * rates
+    horny, below = (1.0 / (part.effusivity * np.sqrt(s)) for part in (_LAYER, SKIN))
+    diffusivity = _LAYER.conductivity / (_LAYER.density * _LAYER.heat_capacity)
+    passed = np.tanh(_LAYERS_M[:, None] * np.sqrt(s / diffusivity))
+    return np.asarray(horny * (below + horny * passed) / (horny + below * passed))
 
 
 def _halves(run: Floats) -> tuple[Floats, Floats]:
