@@ -20,6 +20,7 @@ Matrix = tuple[list[str], NDArray[np.int64]]
 DPI = 110
 _BY_PERSON: Any = {"color": BLUE, "linewidth": 3.0, "solid_capstyle": "butt"}
 _WILSON: Any = {"color": GREY, "linewidth": 1.5}
+OUTLYING = 2.0  # times the 95th percentile: later answers stand beyond the axis
 # answers: for quartiles; below it a share means little
 LEAST_BOXED = 5
 LEAST_SURE = 10
@@ -50,8 +51,10 @@ def recognition(
     if times:
         _draw_times(right[0], times)
         right[0].set_xlabel("reaction time from the first stroke, s")
-        right[0].set_xlim(left=0.0)
-        right[0].set_title("all answers, right or wrong", loc="left")
+        right[0].set_xlim(0.0, _longest_shown(times))
+        beyond = sum(int((each > right[0].get_xlim()[1]).sum()) for each in times)
+        more = f"; {beyond} beyond the axis" if beyond else ""
+        right[0].set_title(f"all answers, right or wrong{more}", loc="left")
         right[0].grid(axis="x", color=GRID)
     left.set_yticks(np.arange(len(shares)), [name for name, _ in shares])
     left.set_ylim(len(shares) - 0.5, -0.5)
@@ -129,6 +132,15 @@ def _draw_times(axes: Axes, times: Sequence[NDArray[np.float64]]) -> None:
     for row, each in enumerate(times):
         if len(each) < LEAST_BOXED:
             axes.plot(each, [row] * len(each), "o", color=BLUE, markersize=4, fillstyle="none")
+
+
+def _longest_shown(times: Sequence[NDArray[np.float64]]) -> float | None:
+    """Return where to end the axis, s: one answer after a break must not squeeze all others."""
+    every = np.concatenate(list(times))
+    if not every.size:
+        return None
+    usual = OUTLYING * float(np.quantile(every, 0.95, method="lower"))
+    return usual if every.max() > usual > 0.0 else None
 
 
 def _dot(axes: Axes, value: float, row: float, count: int) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from hapticvlm_studio.report.plots import LEAST_BOXED
 from hapticvlm_studio.report.text_of_tests import anova, pairs, printed, table
 
 Document = dict[str, Any]
@@ -83,9 +85,7 @@ def _patterns(document: Document) -> str:
     for pattern, reaction in zip(document["patterns"], reactions, strict=True):
         row = [pattern["name"], _share(pattern)]
         if reaction is not None:
-            low, middle, high = reaction["quartiles_s"]
-            known = middle is not None
-            row.append(f"{middle:.2f} ({low:.2f}-{high:.2f})" if known else "-")
+            row.append(_reaction(reaction["all_s"], reaction["quartiles_s"]))
             ends = (reaction["onset_plate_c"], reaction["plate_c"])
             row.append(", ".join("-" if end_c is None else f"{end_c:.1f}" for end_c in ends))
         rows.append(row)
@@ -94,6 +94,16 @@ def _patterns(document: Document) -> str:
         heads += ["reaction s, median (quartiles)", "plate at its begin, end, degC"]
     key = f"\n\n{document['key']}." if "key" in document else ""
     return "## Patterns\n\n" + table(heads, rows) + key
+
+
+def _reaction(times: Sequence[float], quartiles: Sequence[float | None]) -> str:
+    """Return the median, with quartiles where there are enough answers to have some."""
+    low, middle, high = quartiles
+    if middle is None:
+        return "-"
+    if len(times) < LEAST_BOXED:
+        return f"{middle:.2f} of {len(times)}"
+    return f"{middle:.2f} ({low:.2f}-{high:.2f})"
 
 
 def _axes(document: Document) -> str:
