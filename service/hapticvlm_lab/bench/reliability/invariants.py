@@ -46,6 +46,7 @@ LEAVES = 0.004  # of all acts
 GARBAGE = 0.03
 SILENT = 1e-4  # of full scale
 ENDED_S = 1.0  # from a lapse or a stop until all is at rest; the marks of their own are shorter
+BACK_S = 5.0  # a killed engine is there again
 KEPT = 12  # last acts told beside a violation
 LEAST = 12  # samples of memory for a slope
 CHILDREN = ("speaker", "recogniser")
@@ -63,6 +64,7 @@ class World:
     violations: list[dict[str, Any]] = field(default_factory=list)
     memory_mb: list[tuple[float, float]] = field(default_factory=list)
     arrived: int = 0
+    disturbed_at: float = -1e9
 
     def found(self, what: str) -> None:
         """Note a violation with what was done before it."""
@@ -173,11 +175,13 @@ async def _disturb(world: World, ends_at: float) -> None:
         is_kill = rng.random() < 0.5
         world.counts["kills" if is_kill else "freezes"] += 1
         world.last.append(f"{part} {'killed' if is_kill else 'frozen'}")
+        world.disturbed_at = time.monotonic()
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL if is_kill else signal.SIGSTOP)
             if not is_kill:
                 await asyncio.sleep(FROZEN_S)
                 os.kill(pid, signal.SIGCONT)
+        world.disturbed_at = time.monotonic()
 
 
 async def _status(world: World) -> dict[str, Any]:
@@ -240,15 +244,20 @@ async def _touches(scene: Stranger, phase: str, hand: str = "right") -> Message 
     return await scene.answer(type="touch", phase=phase, object_id="table", hand=hand, **motion)
 
 
-async def _is_at_rest(world: World, within_s: float) -> bool:
-    """Whether vibration, leases and current of the plate have ended within so long."""
-    gives_up_at = time.monotonic() + within_s
+async def _goes_on(world: World, within_s: float) -> str | None:
+    """Say what has not ended within so long: leases, or vibration; None: all is at rest.
+
+    An engine that was just killed or frozen tells its level late: it has until it is back.
+    """
+    disturbed_s = time.monotonic() - world.disturbed_at
+    gives_up_at = time.monotonic() + within_s + max(0.0, BACK_S - disturbed_s)
     while True:
         found = await _status(world)
-        if not found["leases"] and found["speaker"]["level"] <= SILENT:
-            return True
+        leases, level = found["leases"], found["speaker"]["level"]
+        if not leases and level <= SILENT:
+            return None
         if time.monotonic() > gives_up_at:
-            return False
+            return f"{leases} leases, level {level:.3g}, {disturbed_s:.1f} s after a disturbance"
         await asyncio.sleep(0.02)
 
 
@@ -261,14 +270,14 @@ async def _stops(world: World) -> None:
     answer = await scene.answer(type="stop", scope="all")
     if answer is not None and answer["type"] != "ok":
         world.found(f"a stop was answered by {answer}")
-    if scene.is_open and not await _is_at_rest(world, ENDED_S):
-        world.found("after a stop something went on")
+    if scene.is_open and (what := await _goes_on(world, ENDED_S)):
+        world.found(f"after a stop something went on: {what}")
     for _ in range(5):
         refused = await _touches(scene, "slide")
         if refused is not None and refused["type"] == "ok":
             world.found("a hand that did not let go after a stop was answered ok")
-    if scene.is_open and not await _is_at_rest(world, 0.0):
-        world.found("a hand that did not let go after a stop felt something")
+    if scene.is_open and (what := await _goes_on(world, 0.0)):
+        world.found(f"a hand that did not let go after a stop felt something: {what}")
     await _touches(scene, "release")
 
 
@@ -279,8 +288,8 @@ async def _lapses(world: World) -> None:
         return
     await _touches(scene, "contact")
     await asyncio.sleep(0.3)
-    if not await _is_at_rest(world, ENDED_S):
-        world.found("a lease that nobody renewed went on")
+    if what := await _goes_on(world, ENDED_S):
+        world.found(f"a lease that nobody renewed went on: {what}")
 
 
 async def _loses(world: World) -> None:
