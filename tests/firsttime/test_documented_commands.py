@@ -1,6 +1,7 @@
 """What the documents tell a reader to type: it parses, and it is run or listed with a reason."""
 
 import argparse
+import ast
 import re
 import shlex
 import sys
@@ -75,6 +76,36 @@ def test_every_command_that_the_program_itself_prints_is_one_it_knows(tmp_path):
     assert f"hapticvlm replay --view {session}" in examples
     for example in examples:
         PARSER.parse_args(arguments(example))
+
+
+def test_every_command_that_a_text_of_the_program_names_is_there_with_its_options():
+    named = [(file.name, text) for file, text in texts_of_the_program()]
+    assert len(named) > 80
+    wrong = []
+    for file, text in named:
+        words, part = text.split()[1:], PARSER
+        while words and (below := choices(part)) and words[0] in below:
+            part = below[words.pop(0)]
+        known = {flag for action in part._actions for flag in action.option_strings}
+        flags = {word.partition("=")[0].rstrip(".,)") for word in words if word.startswith("--")}
+        if part is PARSER or not flags <= known:
+            wrong.append((file, text))
+    assert wrong == []
+
+
+def texts_of_the_program():
+    """Every `hapticvlm COMMAND ...` in backticks within a string of the sources."""
+    for file in (blocks.ROOT / "service").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                text = " ".join(node.value.split())
+                for found in re.findall(r"`(hapticvlm [a-z][^`]*)`", text):
+                    yield file, found
+
+
+def choices(parser):
+    found = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
+    return found[0].choices if found else {}
 
 
 def every_parser(parser):

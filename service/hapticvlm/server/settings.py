@@ -101,7 +101,7 @@ class ServeOptions:
         Path | None,
         Flag(
             OUTPUTS,
-            "correct the speaker by this curve, written by `hapticvlm calibrate speaker`",
+            "correct the speaker by this curve, written by `hapticvlm calibrate speaker` or `hand`",
             "FILE",
         ),
     ] = None
