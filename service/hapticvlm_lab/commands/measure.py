@@ -27,6 +27,8 @@ def add(commands: Commands) -> None:
     _add_speaker(kinds)
     _add_reliability(kinds)
     _add_fleet(kinds)
+    marks = _kind(kinds, "marks", _marks, "the figures that the project holds itself to")
+    marks.add_argument("--write", action="store_true", help="put the table into docs/MEASURED.md")
 
 
 def _kind(kinds: Commands, name: str, run: Run, text: str) -> argparse.ArgumentParser:
@@ -177,6 +179,12 @@ def _invariants(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.reliability.invariants import run
 
     return run(minutes=options.minutes, seed=options.seed, as_json=options.json)
+
+
+def _marks(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.marks import run
+
+    return run(write=options.write, as_json=options.json)
 
 
 def _names(options: argparse.Namespace) -> int:
