@@ -16,6 +16,7 @@ def row(priority, busy, stream, p99_ms):
 def test_a_touch_is_measured_beside_an_echo_under_each_stream(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(stability, "PER_CORE", (1,))
     monkeypatch.setattr(stability, "SECONDS", 0.5)
+    monkeypatch.setattr(stability, "is_priority_permitted", lambda: False)  # half as long
     assert stability.run(tmp_path, as_json=True) == 0
     told = json.loads(capsys.readouterr().out)
     assert {found["stream"] for found in told["rows"]} == set(stability.STREAMS)
