@@ -1,7 +1,10 @@
 """`python -m hapticvlm` is the `hapticvlm` command."""
 
-import signal
-import sys
+try:  # Ctrl-C may come while even these are imported: `signal` takes milliseconds
+    import signal
+    import sys
+except KeyboardInterrupt:
+    raise SystemExit(130) from None
 
 
 def run() -> int:

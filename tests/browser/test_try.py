@@ -227,6 +227,7 @@ def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, s
         page.locator("#among").select_option("four")
         page.evaluate(HEAR)
         page.evaluate(DROP, ["both.png", base64.b64encode(file.getvalue()).decode()])
+        expect(page.locator("#material")).not_to_have_text(NOTHING)  # it has its size now
         for material, x in (("wood", 0.25), ("metal", 0.75)):
             at(page, x, 0.5)
             expect(page.locator("#material")).to_have_text(re.compile(f"^(perhaps )?{material}$"))
