@@ -129,6 +129,9 @@ class Region(Wire, frozen=True):
     """Height, as a share of the frame's."""
 
 
+WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
+
+
 class Shader(Wire, frozen=True):
     """Physically based shader parameters; base_color is linear or sRGB red, green, blue."""
 

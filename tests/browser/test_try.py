@@ -5,7 +5,10 @@ from __future__ import annotations
 import base64
 import io
 import itertools
+import json
 import re
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -63,6 +66,11 @@ def browser() -> Iterator[Browser]:
 def service() -> Iterator[Service]:
     with running() as found:
         yield found
+
+
+def said_by(*arguments: str) -> str:
+    command = [sys.executable, "-m", "hapticvlm", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
 @contextmanager
@@ -131,6 +139,33 @@ def test_a_picture_is_looked_at_when_it_comes_and_felt_when_it_is_pressed(browse
         expect(page.locator("#because")).to_contain_text("under the hand")
         rub(page, service)
         let_go(page)
+
+
+@pytest.mark.parametrize("name", ["table", "box", "kettle", "mortar"])
+def test_before_anybody_points_it_says_what_recognise_says(browser, service, name):
+    picture = str(PAGES / f"try.{name}.jpg")
+    told = json.loads(said_by("recognise", "--json", picture))
+    with visit(browser, service) as page:
+        page.locator("#file").set_input_files(picture)
+        expect(page.locator("#object")).to_have_text("The whole picture")
+        perhaps = "perhaps " if told["material"] == "unknown" else ""
+        material = told["runner_up"] if perhaps else told["material"]
+        expect(page.locator("#material")).to_have_text(f"{perhaps}{material}")
+        sure = int(page.locator("#sure").inner_text().split()[0])
+        assert sure == pytest.approx(100 * told["confidence"], abs=6)  # it was encoded anew
+
+
+def test_a_picture_that_is_corrected_before_anybody_points_is_so_all_over(browser, service):
+    with visit(browser, service) as page:
+        sample(page)
+        page.locator("#correct-material").select_option("rubber")
+        page.locator("#correct button[type=submit]").last.click()
+        expect(page.locator("#corrected")).to_contain_text("Taken: rubber")
+        for x in (0.2, 0.8):
+            at(page, x, 0.5)
+            expect(page.locator("#material")).to_have_text("rubber")
+        sample(page, 1)
+        expect(page.locator("#material")).not_to_have_text("rubber")
 
 
 def test_a_dropped_picture_is_taken_and_what_is_none_is_said(browser, service):

@@ -123,7 +123,7 @@ def test_a_folder_is_its_pictures_in_order_of_name_among_what_else_was_named(fol
     ]
 
 
-def test_the_answer_is_the_one_the_service_gives_to_the_same_frame(folder: Path) -> None:
+def test_the_answer_is_the_one_the_service_gives_to_the_whole_frame(folder: Path) -> None:
     path = folder / "scene" / "c_metal.jpg"
     encoder = load_encoder()
     frame = messages.Frame(
@@ -135,9 +135,8 @@ def test_the_answer_is_the_one_the_service_gives_to_the_same_frame(folder: Path)
         image=path.read_bytes(),
         origin="top",
     )
-    expected = decide(
-        FrameRecogniser(encoder, load_gallery(encoder=encoder)).compare(frame, [None])
-    )
+    recogniser = FrameRecogniser(encoder, load_gallery(encoder=encoder))
+    expected = decide(recogniser.compare(frame, [messages.WHOLE]))
     (row,) = recognise("--json", path).rows
     assert row["confidence"] == pytest.approx(expected.confidence, abs=1e-3)
     assert (row["material"], row["runner_up"]) == (expected.material, expected.runner_up)

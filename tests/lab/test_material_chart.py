@@ -376,13 +376,13 @@ def test_a_method_is_left_out_where_a_source_has_not_what_it_needs(source: Sourc
         id=1, captured_at=0.0, format="rgb8", width=2, height=2, image=bytes(12), origin="top"
     )
     bare = Source("bare", (View(frame, "a", "wood"), View(frame, "b", "metal")))
-    assert bare.cut == "centre"
+    assert bare.cut == "whole"
     for method, fits in (
         (Method("ours", "ours"), (True, True)),
         (Method("fused", "ours", fused=True), (True, False)),
         (Method("name", "stated", rungs=frozenset({"name"})), (True, False)),
         (Method("box", "ours", cut="box"), (True, False)),
-        (Method("whole", "ours", cut="whole"), (False, True)),
+        (Method("centre", "ours", cut="centre"), (True, True)),
     ):
         assert (method.fits(source), method.fits(bare)) == fits, method.name
 

@@ -24,9 +24,9 @@ WIDEST = 60  # characters of a path, before the columns move
 _DESCRIPTION = """
 Say which material each picture shows, one line for each. Only the pixels count, never the name of
 a file. Pictures are JPEG, PNG or WebP. A folder stands for the pictures in it, but not in its
-sub-folders. Without a mask the middle of the picture is used. If the best guess is more likely
-wrong than right, the material is `unknown` and the guess is the runner-up. Exit code 1: a picture
-could not be read; 2: no picture was found, or an option is wrong.
+sub-folders. Without a mask the whole picture is looked at: cut it to the object. If the best guess
+is more likely wrong than right, the material is `unknown` and the guess is the runner-up. Exit code
+1: a picture could not be read; 2: no picture was found, or an option is wrong.
 """
 
 
@@ -162,7 +162,7 @@ def _answers(
     for path in found:
         try:
             frame = read_frame(path, _mask_of(path, masks))
-            (evidence,) = recogniser.compare(frame, [None])
+            (evidence,) = recogniser.compare(frame, [frame.region])
             evidence = restrict(evidence, among)
             yield Answer(path, decide([evidence]), evidence.beliefs)
         except FileError as error:
@@ -177,7 +177,7 @@ def _mask_of(path: Path, masks: Path | None) -> Path | None:
     mask = masks / f"{path.stem}.png"
     if mask.is_file():
         return mask
-    _complain(f"{path}: no mask {mask}; its middle is looked at")
+    _complain(f"{path}: no mask {mask}; all of it is looked at")
     return None
 
 

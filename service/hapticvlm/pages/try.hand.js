@@ -1,14 +1,14 @@
 // The pointer, a finger or the keyboard as a hand over the picture: where, how fast, pressed or not.
 //
-// `hand` holds the state: x, y (0..1 of the picture), size (share of its shorter side), over, pressed and
-// speed (m/s). `onMove` is called when it changes. The picture counts as WIDE_M wide: our choice.
+// `hand` holds the state: x, y (0..1 of the picture), size (share of its shorter side), over, pressed, pointed
+// (somebody has pointed at this picture) and speed (m/s). `onMove` is called when it changes. The picture counts as WIDE_M wide: our choice.
 const WIDE_M = 0.3;
-const SIZES = { least: 0.08, first: 0.35, most: 0.9 };
+const SIZES = { least: 0.08, first: 0.5, most: 0.9 };
 const STEP = 0.04; // of an arrow key, share of the picture
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const FORGOTTEN_MS = 120; // a pointer that rests sends nothing: its speed is over after so long
 
-export const hand = { x: 0.5, y: 0.5, size: SIZES.first, over: false, pressed: false, pressure: 0 };
+export const hand = { x: 0.5, y: 0.5, size: SIZES.first, over: false, pressed: false, pointed: false, pressure: 0 };
 let moved = { at: 0, mps: 0 };
 let pinned = { x: 0.5, y: 0.5 }; // pressed last: who leaves the picture for a button speaks of that place
 
@@ -16,7 +16,7 @@ export function offerHand(canvas, onMove, onSound) {
   const follow = (event) => {
     const box = canvas.getBoundingClientRect();
     place((event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height, box.height / box.width);
-    hand.over = true;
+    hand.over = hand.pointed = true;
     hand.pressure = event.pressure;
     onMove();
   };
@@ -83,7 +83,7 @@ function onKey(event, canvas, onMove, onSound) {
     hand.pressed = true;
   } else return;
   event.preventDefault();
-  hand.over = true;
+  hand.over = hand.pointed = true;
   onMove();
 }
 

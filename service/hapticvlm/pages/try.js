@@ -5,7 +5,7 @@ import { materialColour, warmthWord } from "./feel.js";
 import { offerSound, sound, speakerIs, startWithTouch } from "./hear.js";
 import { Link } from "./link.js";
 import { offerStop } from "./stop.js";
-import { hand, offerHand, region } from "./try.hand.js";
+import { hand, offerHand } from "./try.hand.js";
 import * as rumble from "./try.rumble.js";
 import { TryScene } from "./try.scene.js";
 import { offerSources } from "./try.source.js";
@@ -75,7 +75,7 @@ function show() {
   if (!decision) return;
   const { material, confidence, runner_up: next, source } = decision;
   byId("answer").style.setProperty("--body", materialColour(material));
-  setText(byId("object"), "Under your hand");
+  setText(byId("object"), scene.isWhole ? "The whole picture" : "Under your hand");
   setText(byId("material"), material === "unknown" ? `perhaps ${next ?? "anything"}` : material);
   setText(byId("sure"), `${percent(confidence)} sure, ${SOURCES[source]}${material !== "unknown" && next ? `; else ${next}` : ""}`);
   list(byId("because"), because(decision));
@@ -113,7 +113,7 @@ function outline() {
   context.drawImage(picture.canvas, 0, 0, canvas.width, canvas.height);
   const decision = scene.decision();
   if (!hand.over && !decision) return;
-  const { x, y, w, h } = region(picture.canvas);
+  const { x, y, w, h } = scene.target().region;
   context.lineWidth = Math.max(2, canvas.width / 250);
   context.strokeStyle = hand.pressed ? "#45d3bf" : "#fff";
   context.fillStyle = `${materialColour(decision?.material)}40`;
@@ -130,10 +130,6 @@ offerSources((given) => {
   canvas.width = Math.round(scale * given.canvas.width);
   canvas.height = Math.round(scale * given.canvas.height);
   scene.show(given);
-  if (!given.live) {
-    hand.over = true; // the middle is looked at before anybody points
-    scene.moved();
-  }
   outline();
 });
 offerHand(canvas, () => { scene.moved(); show(); outline(); }, startWithTouch);

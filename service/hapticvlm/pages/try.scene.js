@@ -1,14 +1,17 @@
 // The page as a scene of the service: shows pictures, touches what the hand is on, keeps the answers.
 //
-// A still picture is a field of patches, each an object of its own: what was recognised of one is kept, so
-// that a hand that comes back feels it at once, and a slide from one patch to the next needs no new blow. A
-// live picture changes under the hand, so there the hand's region itself is touched, and every newer frame
-// is looked at again.
+// A still picture is one object until somebody points at it, and stays one if it is then said what it is
+// made of. Pointed at, it is a field of patches, each an object of its own: what was recognised of one is
+// kept, so that a hand that comes back feels it at once, and a slide to the next needs no new blow. A part
+// of a thing says less than the thing: where the whole picture is surely of one material, a patch is looked
+// at with it and by itself, and the service fuses both. A live picture changes under the hand, so there the
+// hand's region itself is touched, and every newer frame is looked at again.
 import { Link } from "./link.js";
 import { hand, region, speed } from "./try.hand.js";
 import { pack } from "./try.packing.js";
 
 const TICK_MS = 50; // a lease lasts 250
+const WHOLE = { x: 0, y: 0, w: 1, h: 1 };
 const CELLS = 2; // patches a side of the region: half a region away is another patch
 const FORCE_N = { light: 1.5, most: 6 }; // a pen says how hard it presses, a mouse does not
 
@@ -20,6 +23,8 @@ export class TryScene {
   #isLooking = false;
   #wanted = null;
   #among = null;
+  #isOne = false; // this picture was said to be of one material
+  #seen = new Set(); // ids of patches that were looked at, with and without what is around them
   decisions = new Map(); // by object id; "" is a live region
   owner = false;
 
@@ -44,6 +49,8 @@ export class TryScene {
 
   #forget() {
     this.decisions.clear();
+    this.#seen.clear();
+    this.#isOne = false;
     const among = this.#among ? { materials: this.#among } : {};
     return this.#link.ask({ type: "scene", objects: [], replace: true, ...among });
   }
@@ -52,7 +59,10 @@ export class TryScene {
   show(picture) {
     const isOther = !picture.live || !this.#picture?.live;
     this.#picture = picture;
-    if (isOther) this.#forget();
+    if (isOther) {
+      hand.pointed = false;
+      this.#forget();
+    }
     this.#want();
   }
 
@@ -61,10 +71,15 @@ export class TryScene {
     if (!this.#picture) return null;
     const spot = region(this.#picture.canvas);
     if (this.#picture.live) return { id: null, region: spot };
+    if (!hand.pointed || this.#isOne) return this.#whole();
     const column = Math.round((CELLS * hand.x) / spot.w);
     const row = Math.round((CELLS * hand.y) / spot.h);
     return { id: `patch ${this.#picture.number} ${column} ${row} ${spot.w.toFixed(2)}`, region: spot };
   }
+
+  #whole() { return { id: `picture ${this.#picture.number}`, region: WHOLE }; }
+
+  get isWhole() { return this.target()?.region === WHOLE; }
 
   decision() {
     const target = this.target();
@@ -79,10 +94,12 @@ export class TryScene {
     const target = this.target();
     const answer = await this.#link.ask({ type: "scene", objects: [{ object_id: target.id, material }], replace: false });
     if (answer.type === "ok") {
+      this.#isOne ||= target.region === WHOLE;
       let looked = await this.#look(target, "live");
       // A picture of what the pointer crosses may have taken its place: this one is asked for again.
       while (looked.type === "skipped" && looked.reason === "superseded") looked = await this.#look(target, "live");
       if (looked.type === "decision") this.#decided(looked);
+      this.#seen.add(target.id);
     }
     return answer;
   }
@@ -112,7 +129,8 @@ export class TryScene {
   // Asks for what is under the hand where it is not known; the newest wish waits while one is answered.
   #want() {
     const target = this.target();
-    if (!target || !hand.over || (target.id && this.decisions.has(target.id))) return;
+    const isOn = hand.over || (target?.id && !hand.pointed);
+    if (!target || !isOn || this.#seen.has(target.id)) return;
     this.#wanted = target;
     this.#pump();
   }
@@ -122,10 +140,25 @@ export class TryScene {
     const target = this.#wanted;
     this.#wanted = null;
     this.#isLooking = true;
-    const answer = await this.#look(target, "live");
+    for (const { id, region: spot } of this.#looks(target)) {
+      const answer = await this.#look({ id, region: spot }, "live");
+      if (answer.type !== "decision") break; // skipped for another one: it is asked for again
+      this.#decided(answer);
+      if (id && (id !== target.id || spot === target.region)) this.#seen.add(id);
+    }
     this.#isLooking = false;
-    if (answer.type === "decision") this.#decided(answer);
     this.#pump();
+  }
+
+  // What is to be shown to know it: the whole picture comes before its patches.
+  *#looks(target) {
+    if (target.id && target.region !== WHOLE) {
+      const whole = this.#whole();
+      if (!this.#seen.has(whole.id)) yield whole;
+      const isSure = (this.decisions.get(whole.id)?.material ?? "unknown") !== "unknown";
+      if (isSure) yield { id: target.id, region: WHOLE };
+    }
+    yield target;
   }
 
   #look({ id, region: spot }, purpose) {

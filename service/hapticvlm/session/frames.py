@@ -11,7 +11,7 @@ from collections import deque
 
 import msgspec
 
-from hapticvlm.messages import FRAMES_PER_S, Frame, Region, Touch
+from hapticvlm.messages import FRAMES_PER_S, WHOLE, Frame, Region, Touch
 from hapticvlm.session.hands import LEASE_S, Hand
 from hapticvlm.session.targets import SURROUNDINGS, HandRegion, RecognitionRequest
 
@@ -19,7 +19,6 @@ WINDOW_S = 10.0
 
 LATE_S = LEASE_S  # a contact captured longer ago lapsed in transit; nobody takes it for its cause
 BACK_S = {"touch": LATE_S, "frame": 60.0}  # as old as a frame may be; touches come in order
-WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
 
 
 class ClockOffset:

@@ -19,7 +19,7 @@ from PIL import Image
 
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
-from hapticvlm.messages import MAX_SIDE_PX, Frame
+from hapticvlm.messages import MAX_SIDE_PX, WHOLE, Frame
 
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".webp"})
 FORMATS = ("JPEG", "PNG", "WEBP")
@@ -89,6 +89,7 @@ def _frame(
         image=data,
         origin="top",
         mask=mask,
+        region=WHOLE if mask is None else None,
     )
 
 

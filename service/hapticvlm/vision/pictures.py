@@ -22,7 +22,7 @@ Box = tuple[
     int, int, int, int
 ]  # left, top, right, bottom in px of the frame, the last two exclusive
 
-CENTRE = 0.5  # share of the frame's sides cropped when nothing gives the object's place
+CENTRE = messages.Region(x=0.25, y=0.25, w=0.5, h=0.5)  # when nothing gives the object's place
 CENTRAL_DISC = 0.8  # diameter of the central mask over the crop's side
 MARGIN = 0.05  # of the mask's bounding box, kept around it: surroundings tell glass from paint
 CELLS = 8  # cells a side of a signature
@@ -177,8 +177,7 @@ def _crop(frame: messages.Frame, pixels: Pixels, cut: tuple[Box, Pixels | None],
 
 def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
     """Find a region, or the centre, in px of the upright frame, clipped to it."""
-    edge = (1.0 - CENTRE) / 2
-    region = region or messages.Region(x=edge, y=edge, w=CENTRE, h=CENTRE)
+    region = region or CENTRE
     left = round(region.x * frame.width)
     top = round(region.y * frame.height)
     right = min(frame.width, ceil((region.x + region.w) * frame.width))

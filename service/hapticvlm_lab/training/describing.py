@@ -147,7 +147,7 @@ def _renders(folder: Path, side: int, *, calibrates: bool) -> Iterator[Labelled]
 
 
 def _chosen(data: Path, side: int) -> Iterator[Labelled]:
-    """Show sources.CHOICE as the service sees pictures without a mask: their central half."""
+    """Show sources.CHOICE as `recognise` sees pictures without a mask: whole."""
     for path, label in sources.labelled(data, sources.CHOICE):
         crop = pictures.crop(files.read_frame(path), side)
         yield crop, sources.material_of(label), sources.CHOICE

@@ -174,12 +174,12 @@ def _closer(frame: messages.Frame, scale: float) -> messages.Region:
 
 
 def _box(frame: messages.Frame) -> tuple[float, float, float, float]:
-    """Return left, top, width and height of the mask, or of the centre, as shares of the frame."""
+    """Return left, top, width and height of the mask or the region, as shares of the frame."""
     from PIL import Image
 
     if frame.mask is None:
-        edge = (1.0 - pictures.CENTRE) / 2
-        return edge, edge, pictures.CENTRE, pictures.CENTRE
+        region = frame.region or pictures.CENTRE
+        return region.x, region.y, region.w, region.h
     with Image.open(BytesIO(frame.mask)) as mask:
         left, top, right, bottom = mask.convert("L").getbbox() or (0, 0, *mask.size)
         w, h = mask.size

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.evidence.ladder import Evidence
-from hapticvlm.messages import Frame, Region
+from hapticvlm.messages import WHOLE, Frame
 from hapticvlm.vision import pictures
 from hapticvlm.vision.decoding import PictureError
 from hapticvlm.vision.encoders.encoder import UNIT_ERROR
@@ -46,7 +46,6 @@ MAX_MATERIALS = 4096
 Format = Literal["rgba8", "jpeg"]
 Name = Annotated[str, Meta(max_length=MAX_NAME)]
 GalleryName = Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
-_WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
 
 
 class ContractError(HapticVLMError):
@@ -220,7 +219,7 @@ def _decoded(data: bytes, side: int) -> NDArray[np.uint8]:
         height=side,
         origin="top",
         image=data,
-        region=_WHOLE,
+        region=WHOLE,
     )
     try:
         return pictures.crop(frame, side).image

@@ -25,8 +25,6 @@ Cut = Literal["mask", "box", "centre", "whole"]
 FOUR = ("wood", "glass", "fabric", "metal")
 VIEWS = 8  # most views used per object, evenly over its time
 
-_WHOLE = messages.Region(x=0.0, y=0.0, w=1.0, h=1.0)
-
 
 @dataclass(frozen=True, slots=True)
 class View:
@@ -41,7 +39,7 @@ class View:
     def as_cut(self, cut: Cut) -> messages.Frame:
         """Return the frame as a client sends it who knows the mask, its box, or nothing."""
         mask = self.mask if cut == "mask" else None
-        region = {"box": self.region, "whole": _WHOLE}.get(cut)
+        region = {"box": self.region, "whole": messages.WHOLE}.get(cut)
         return msgspec.structs.replace(self.frame, mask=mask, region=region)
 
 
@@ -65,7 +63,7 @@ class Source:
     @property
     def cut(self) -> Cut:
         """How objects are cut out unless a method has its own cut."""
-        return "mask" if all(view.mask is not None for view in self.views) else "centre"
+        return "mask" if all(view.mask is not None for view in self.views) else "whole"
 
     @property
     def truth(self) -> NDArray[np.str_]:

@@ -114,7 +114,7 @@ class Method:
         """Whether the source has what this method needs, and it is not another's double."""
         several = len(source.views) > len(set(source.objects.tolist()))
         boxed = all(view.region is not None for view in source.views)
-        cuts = {"mask": {"box", "centre"} if boxed else {"centre"}, "centre": {"whole"}}
+        cuts = {"mask": {"box", "centre"} if boxed else {"centre"}, "whole": {"centre"}}
         return (
             (several or not self.fused)
             and (bool(source.stated) or not self.rungs)
@@ -141,9 +141,7 @@ def assemble(named: Sequence[str], teaching: Source | None) -> tuple[list[Method
 
     for name in named:
         attempt(name, partial(_named, name))
-    found += _combinations(ours)
-    whole = [_as_whole(m) for m in found if _is_seen(m)]
-    return found + whole, skipped
+    return [*found, *_combinations(ours)], skipped
 
 
 def networks(data: Path | None) -> list[str]:
@@ -210,15 +208,6 @@ def _named(name: str) -> Method:
 
 def _taught(name: str, family: Family, encoder: Encoder, teaching: Source | None) -> Method:
     return Method(name, family, encoder, reference_head(teaching, encoder), references="teaching")
-
-
-def _as_whole(method: Method) -> Method:
-    name = f"{method.name}, whole frame"
-    return replace(method, name=name, cut="whole", is_default=False)
-
-
-def _is_seen(method: Method) -> bool:
-    return method.is_default or method.family == "named"
 
 
 def _logistic_head(teaching: Source, encoder: Encoder) -> LogisticHead:

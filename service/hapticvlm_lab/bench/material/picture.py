@@ -45,11 +45,11 @@ class Picture:
 def window(view: View) -> Picture:
     """Decode a view, cut to its object with surroundings, and at most OBJECT_PX long.
 
-    Without a mask the whole frame, of which the product uses the middle half.
+    Without a mask the whole frame.
     """
     image = _decoded(view)
     if view.mask is None:
-        return scaled(Picture(image, None), OBJECT_PX * 2 / max(image.shape[:2]))
+        return scaled(Picture(image, None), OBJECT_PX / max(image.shape[:2]))
     mask = np.where(np.asarray(_opened(view.mask).convert("L")) > 0, 255, 0).astype(np.uint8)
     rows = np.flatnonzero(mask.any(axis=1))
     columns = np.flatnonzero(mask.any(axis=0))
@@ -79,6 +79,7 @@ def as_frame(picture: Picture) -> messages.Frame:
         image=np.ascontiguousarray(picture.image).tobytes(),
         origin="top",
         mask=mask,
+        region=messages.WHOLE if mask is None else None,
     )
 
 
