@@ -3,9 +3,9 @@
 // A still picture is one object until somebody points at it, and stays one if it is then said what it is
 // made of. Pointed at, it is a field of patches, each an object of its own: what was recognised of one is
 // kept, so that a hand that comes back feels it at once, and a slide to the next needs no new blow. A part
-// of a thing says less than the thing: where the whole picture is surely of one material, a patch is looked
-// at with it and by itself, and the service fuses both. A live picture changes under the hand, so there the
-// hand's region itself is touched, and every newer frame is looked at again.
+// of a thing says less than the thing: a patch that is not sure by itself, of a picture that surely is of one
+// material, is looked at with all of the picture too, and the service fuses both. A live picture changes
+// under the hand, so there the hand's region itself is touched, and every newer frame is looked at again.
 import { Link } from "./link.js";
 import { hand, region, speed } from "./try.hand.js";
 import { pack } from "./try.packing.js";
@@ -144,7 +144,7 @@ export class TryScene {
       const answer = await this.#look({ id, region: spot }, "live");
       if (answer.type !== "decision") break; // skipped for another one: it is asked for again
       this.#decided(answer);
-      if (id && (id !== target.id || spot === target.region)) this.#seen.add(id);
+      if (id) this.#seen.add(id);
     }
     this.#isLooking = false;
     this.#pump();
@@ -155,11 +155,12 @@ export class TryScene {
     if (target.id && target.region !== WHOLE) {
       const whole = this.#whole();
       if (!this.#seen.has(whole.id)) yield whole;
-      const isSure = (this.decisions.get(whole.id)?.material ?? "unknown") !== "unknown";
-      if (isSure) yield { id: target.id, region: WHOLE };
-    }
-    yield target;
+      yield target;
+      if (this.#isSure(whole.id) && !this.#isSure(target.id)) yield { id: target.id, region: WHOLE };
+    } else yield target;
   }
+
+  #isSure(id) { return (this.decisions.get(id)?.material ?? "unknown") !== "unknown"; }
 
   #look({ id, region: spot }, purpose) {
     const { canvas, jpeg } = this.#picture;

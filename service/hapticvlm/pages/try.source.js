@@ -9,7 +9,7 @@ const QUALITY = 0.9;
 const LOOK_MS = 100;
 const SMALL = 24; // px a side of the copy that is compared
 const CHANGED = 5; // grey levels in the mean: more is another picture, less is a camera's noise
-const SAMPLES = { table: "a mug, cloth and a table", box: "a wooden box", kettle: "a steel kettle", mortar: "a stone mortar" };
+const SAMPLES = { table: "a table with eight things", carafe: "a glass carafe", cloth: "folded cloth", kettle: "a steel kettle" };
 
 let onPicture = () => {};
 let number = 0;

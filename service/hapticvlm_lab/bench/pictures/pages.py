@@ -68,6 +68,24 @@ def webxr(_: Path, picture: Path) -> None:
         page.screenshot(path=str(picture))
 
 
+def feel_this(_: Path, picture: Path) -> None:
+    """Write the page `/try` while the kettle of its first picture is stroked."""
+    with running() as service, _page() as page:
+        page.goto(f"{service.page}try")
+        page.locator("#samples button").first.click()
+        expect(page.locator("#object")).to_have_text("The whole picture")
+        canvas = page.locator("#picture").bounding_box()
+        assert canvas is not None
+        x, y = canvas["x"] + 0.4 * canvas["width"], canvas["y"] + 0.4 * canvas["height"]
+        page.mouse.move(x, y)
+        expect(page.locator("#material")).to_have_text("metal")
+        page.mouse.down()
+        for step in range(20):
+            page.mouse.move(x + 2 * step, y)
+            page.wait_for_timeout(20)
+        page.screenshot(path=str(picture), clip={"x": 0, "y": 0, "width": SIZE[0], "height": 680})
+
+
 def study(folder: Path, picture: Path) -> None:
     """Write the participant's page while a pattern is rendered in training."""
     with _studied(folder) as address, _page() as page:

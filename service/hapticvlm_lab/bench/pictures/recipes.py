@@ -41,6 +41,7 @@ def _run(module: str, *arguments: str) -> None:
 RECIPES: Mapping[str, Recipe] = {
     "demo.webp": _moving_picture,
     "dashboard.png": pages.dashboard,
+    "try.png": pages.feel_this,
     "webxr.png": pages.webxr,
     "chart-whole.png": _command("chart-whole.png", "chart", "whole"),
     "chart-material.png": _command("chart-material.png", "chart", "material"),
