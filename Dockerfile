@@ -1,17 +1,20 @@
 # The service alone, on simulated devices or those that are handed in: docs/reach.md has the line.
-FROM python:3.13-slim AS build
+FROM python:3.13-slim AS needed
+COPY hashes.txt /tmp/hashes.txt
+RUN pip install --no-cache-dir --require-hashes -r /tmp/hashes.txt && rm /tmp/hashes.txt
+
+FROM needed AS build
 WORKDIR /source
 COPY pyproject.toml hatch_build.py README.md LICENSE ./
 COPY service/hapticvlm service/hapticvlm
 COPY service/hapticvlm_studio service/hapticvlm_studio
 COPY service/hapticvlm_recogniser_app service/hapticvlm_recogniser_app
-RUN pip install --no-cache-dir build==1.3.0 && python -m build --wheel --outdir /wheel
+RUN pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir /wheel .
 
-FROM python:3.13-slim
-COPY constraints.txt /tmp/constraints.txt
+FROM needed
 COPY --from=build /wheel /tmp/wheel
-RUN pip install --no-cache-dir --constraint /tmp/constraints.txt /tmp/wheel/*.whl \
-    && rm -r /tmp/wheel /tmp/constraints.txt \
+RUN pip install --no-cache-dir --no-deps /tmp/wheel/*.whl \
+    && rm -r /tmp/wheel \
     && useradd --create-home hapticvlm
 USER hapticvlm
 EXPOSE 8790

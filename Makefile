@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 CAPTURE := examples/captures/make
 
-.PHONY: demo fuzz test unit check schemas format pictures toolchains coverage clean
+.PHONY: demo fuzz test unit check schemas hashes format pictures toolchains coverage clean
 
 demo: $(VENV)/.demo
 	@$(BIN)/hapticvlm demo
@@ -35,6 +35,14 @@ schemas: $(VENV)/.dev
 	$(BIN)/python schemas/generate.py
 	@if [ -d tests/contract/node_modules ]; then node tests/contract/types.mjs schemas/asyncapi.yaml > examples/webxr/client/messages.d.ts; fi
 
+# After a change of what is needed, or of a version of it. Needs uv.
+hashes:
+	@{ echo "# What the service needs and what builds it, each file by its SHA-256: \`pip install --require-hashes -r hashes.txt\`"; \
+	echo "# takes no other. \`make hashes\` writes this from pyproject.toml and constraints.txt."; \
+	printf 'hatchling\neditables\n' | uv pip compile pyproject.toml - -c constraints.txt --universal --python-version 3.11 \
+	--generate-hashes --no-header --no-annotate --no-emit-index-url --quiet; } > hashes.part
+	@mv hashes.part hashes.txt
+
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
@@ -64,17 +72,17 @@ toolchains:
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix examples/webxr; fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix service/hapticvlm_lab/training/rooms; fi
 
-$(VENV)/.demo: pyproject.toml constraints.txt
+$(VENV)/.demo: pyproject.toml constraints.txt hashes.txt
 	@echo "The demo's environment goes into $(VENV) and takes about 200 MB."
 	@$(PYTHON) .ci/environment $(VENV)
 	@touch $@
 
-$(VENV)/.unit: pyproject.toml constraints.txt
+$(VENV)/.unit: pyproject.toml constraints.txt hashes.txt
 	@echo "What these tests need goes into $(VENV) and takes about 900 MB."
 	@$(PYTHON) .ci/environment $(VENV) unit
 	@touch $@ $(VENV)/.demo
 
-$(VENV)/.dev: pyproject.toml constraints.txt
+$(VENV)/.dev: pyproject.toml constraints.txt hashes.txt
 	@echo "What all tests need goes into $(VENV) and takes about 2.5 GB: some minutes, once; then browsers and"
 	@echo "compilers are looked for, and installed by apt-get where that may be done."
 	@$(PYTHON) .ci/environment $(VENV) dev

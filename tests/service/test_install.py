@@ -262,7 +262,13 @@ def test_the_metadata_says_licence_python_and_addresses_anyone_can_open(built):
 def test_the_source_archive_holds_what_is_needed_to_test_it_and_nothing_built(built):
     with tarfile.open(built.sdist) as archive:
         names = {name.split("/", 1)[1] for name in archive.getnames()}
-    needed = ("Makefile", "constraints.txt", "LICENSE", "tests/service/test_install.py")
+    needed = (
+        "Makefile",
+        "constraints.txt",
+        "hashes.txt",
+        "LICENSE",
+        "tests/service/test_install.py",
+    )
     further = ("firmware/avr/Makefile", "unity_client/package.json", "schemas/asyncapi.yaml")
     assert not {*needed, *further} - names
     unwanted = r"(^|/)(\.venv|\.work|node_modules|__pycache__|build|demo-output|shared)/"
