@@ -38,7 +38,7 @@ def test_all_that_the_service_needs_is_there_at_the_version_that_is_tested():
 
 @pytest.mark.parametrize("is_ours", [True, False], ids=["the file", "another file"])
 def test_a_file_with_another_hash_is_refused(tmp_path, is_ours):
-    (version, hashes) = re.search(rf"^{SMALL}==(\S+) (.*?)(?=^\w)", HASHES, re.M | re.S).groups()
+    ((version, hashes),) = re.findall(rf"^{SMALL}==(\S+) (.*?)(?=^\w)", HASHES, re.M | re.S)
     given = hashes if is_ours else re.sub(r"[0-9a-f]{64}", "0" * 64, hashes)
     wanted = tmp_path / "wanted.txt"
     wanted.write_text(f"{SMALL}=={version} {given}")
