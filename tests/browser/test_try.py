@@ -239,8 +239,10 @@ def test_a_live_source_is_looked_at_and_felt_until_it_is_ended(browser, service,
     with visit(browser, service) as page:
         page.locator(f"#{source}").click()
         expect(page.locator(f"#{source}")).to_have_attribute("aria-pressed", "true")
-        at(page, 0.5, 0.5)
+        expect(page.locator("#object")).to_have_text("The whole picture")
         expect(page.locator("#material")).not_to_have_text(NOTHING)
+        at(page, 0.5, 0.5)
+        expect(page.locator("#object")).to_have_text("Under your hand")
         page.mouse.down()
         rub(page, service)
         let_go(page)

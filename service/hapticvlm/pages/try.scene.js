@@ -70,7 +70,7 @@ export class TryScene {
   target() {
     if (!this.#picture) return null;
     const spot = region(this.#picture.canvas);
-    if (this.#picture.live) return { id: null, region: spot };
+    if (this.#picture.live) return { id: null, region: hand.pointed ? spot : WHOLE };
     if (!hand.pointed || this.#isOne) return this.#whole();
     const column = Math.round((CELLS * hand.x) / spot.w);
     const row = Math.round((CELLS * hand.y) / spot.h);
@@ -129,7 +129,7 @@ export class TryScene {
   // Asks for what is under the hand where it is not known; the newest wish waits while one is answered.
   #want() {
     const target = this.target();
-    const isOn = hand.over || (target?.id && !hand.pointed);
+    const isOn = hand.over || !hand.pointed;
     if (!target || !isOn || this.#seen.has(target.id)) return;
     this.#wanted = target;
     this.#pump();
