@@ -25,7 +25,7 @@ from dashboard_scene import (
     touching,
 )
 from PIL import Image
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from hapticvlm.client import connect
 from hapticvlm.client.local_service import Service, running
@@ -260,13 +260,35 @@ def test_what_a_person_says_an_object_is_decides_and_may_be_said_again(
     with dashboard(browser, service.page, SCREEN) as page, masked_frame(service):
         page.get_by_role("button", name="Object_07").click()
         for material in ("glass", "fabric"):
-            page.locator("#teach-material").select_option(material)
-            page.get_by_role("button", name="Correct it").click()
-            expect(page.locator("#teach-told")).to_contain_text(f"Taken: {material}")
+            say(page, material)
             expect(page.locator("#material")).to_have_text(material)
         page.get_by_role("button", name="kettle").click()
         expect(page.locator("#material")).to_have_text("metal")
         expect(page.locator("#teach")).to_be_hidden()  # its scene has said what it is
+
+
+def test_what_was_said_while_the_list_of_it_was_on_its_way_may_be_said_again(
+    service: Service, browser: Browser
+) -> None:
+    lists: list[Route] = []
+    with dashboard(browser, service.page, SCREEN) as page:
+        page.route("**/stated.json", lambda route: lists.append(route))
+        with masked_frame(service):
+            tile = page.get_by_role("button", name="Object_07")
+            tile.click()
+            say(page, "glass")
+            while not lists:
+                page.wait_for_timeout(50)
+            lists.pop().fulfill(json={"objects": []})  # from before anything was said
+            page.wait_for_timeout(300)
+            tile.click()
+            say(page, "fabric")
+
+
+def say(page: Page, material: str) -> None:
+    page.locator("#teach-material").select_option(material)
+    page.get_by_role("button", name="Correct it").click()
+    expect(page.locator("#teach-told")).to_contain_text(f"Taken: {material}")
 
 
 SHOW_ANOTHER = """async () => {

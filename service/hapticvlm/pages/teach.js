@@ -40,10 +40,11 @@ export function offer(decision, title) {
 // What was stated is the service's to know: by another dashboard, or before this run. Read anew for each owner.
 export async function show({ owner }) {
   if (owner === loadedFor) return;
+  // A scene is touched, and spoken of, up to a second before a status names it: what was said since stays.
+  if (loadedFor) stated.clear();
   loadedFor = owner;
   try {
     const { objects } = JSON.parse(await read());
-    stated.clear();
     for (const { object_id } of objects) stated.add(object_id);
   } catch {
     loadedFor = null; // asked again with the next status
