@@ -9,6 +9,7 @@ import pytest
 from gateways import Peer, join, new_gateway
 from websockets.protocol import State
 
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Error, Frame, MessageError, Ownership, Scene, SceneObject, Set, Touch
 from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection
@@ -239,6 +240,21 @@ def test_the_owners_pictures_come_first_and_the_others_take_turns():
         recogniser.worker.is_busy = True
     names = [subject.split("/")[0] for subject in recogniser.subjects]
     assert names == ["owner", "guest", "other"] * 2
+
+
+def test_what_was_never_seen_waits_for_no_turn_however_much_was_looked_at():
+    recogniser = Idle()
+    queue = RecognitionQueue(recogniser, Counter(), lambda *_: None)  # type: ignore[arg-type]
+    client = scene("owner", owner=True)
+    queue.join(client)
+    wood = Evidence("encoder", (("wood", 0.9),))
+    client.session.recognised(look("thing"), wood, {}, time.monotonic())
+    recogniser.worker.is_busy = False
+    for _ in range(40):
+        queue.put(client, look("thing"))
+    assert len(recogniser.subjects) < 40, "looks at it wait for their turn"
+    queue.put(client, look("new"))
+    assert recogniser.subjects[-1] == "owner/object new"
 
 
 def test_what_waits_to_be_enrolled_has_one_budget_for_all_connections():

@@ -330,23 +330,6 @@ async def test_what_is_known_is_looked_at_twenty_times_a_second_and_the_last_fra
     assert len(decided) >= 5
 
 
-async def test_what_was_never_seen_waits_for_no_turn_however_much_was_looked_at(service):
-    async with peer(service) as client:
-        await owner_of(client)
-
-        async def looked_at(object_id: str, seed: int) -> float:
-            began = time.monotonic()
-            answer = await client.ask(**frame(seed, object_id=object_id))
-            assert answer["type"] == "decision"
-            return time.monotonic() - began
-
-        free = [await looked_at("thing", seed) for seed in range(8)]
-        for seed in range(8, 14):  # until looks at it wait for their turn, 50 ms each
-            await looked_at("thing", seed)
-        new = [await looked_at(f"new {seed}", seed) for seed in range(20)]
-    assert np.median(new) < np.median(free) + 0.025
-
-
 async def test_a_stale_frame_is_skipped(service):
     async with peer(service) as client:
         await owner_of(client)

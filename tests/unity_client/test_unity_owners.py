@@ -1,8 +1,15 @@
 """Which scene is felt: scenes that change, wait, take over, and come back after a pause."""
 
+import contextlib
+import threading
+
+import msgpack
 import numpy as np
 import pytest
 from PIL import Image
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.sync.server import serve
 
 from hapticvlm.client.local_service import running
 
@@ -21,7 +28,7 @@ def play(build, service, tmp_path):
     Image.fromarray(pixels).save(tmp_path / "picture.jpg")
     Image.fromarray(pixels[:, :, 0]).save(tmp_path / "mask.png")
     files = str(tmp_path / "picture.jpg"), str(tmp_path / "mask.png")
-    return lambda program: build.run("components.exe", program, service.url, *files)
+    return lambda program, url=service.url: build.run("components.exe", program, url, *files)
 
 
 def test_a_scene_that_waits_takes_the_outputs_when_they_are_free_and_is_felt(play):
@@ -38,6 +45,32 @@ def test_100_of_100_scene_changes_own_the_outputs(play, capsys):
         print("\n" + said.splitlines()[0])
     assert "scenes 100 owned 100" in said
     assert "threads left 0" in said
+
+
+def test_outputs_that_become_free_right_after_the_welcome_are_taken(play, service):
+    hello = {"type": "hello", "role": "observer", "client": {"name": "test", "version": "1"}}
+    with connect(service.url, compression=None) as socket:
+        socket.send(msgpack.packb({**hello, "id": 1, "protocol": {"major": 1, "minor": 1}}))
+        welcome = msgpack.unpackb(socket.recv())
+    assert welcome["type"] == "welcome"
+
+    def answer(socket):
+        with contextlib.suppress(ConnectionClosed):
+            for message in map(msgpack.unpackb, socket):
+                if message["type"] != "hello":
+                    socket.send(msgpack.packb({"type": "ok", "id": message["id"]}))
+                    continue
+                free = {"type": "ownership", "id": 0, "owner": False, "free": True}
+                owned = {**welcome, "id": message["id"], "owner": False}
+                for told in (owned, free):
+                    socket.send(msgpack.packb(told))
+
+    with serve(answer, "127.0.0.1", 0, compression=None) as server:
+        port = server.socket.getsockname()[1]
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        said = play("scene-changes", f"ws://127.0.0.1:{port}/")
+        server.shutdown()
+    assert "scenes 100 owned 100" in said
 
 
 def test_of_two_clients_in_one_process_the_first_connects_and_the_second_takes_over(play):

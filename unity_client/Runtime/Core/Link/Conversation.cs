@@ -204,6 +204,9 @@ namespace HapticVLM
             {
                 var said = new Welcome();
                 said.Read(ref reader, new StringPool());
+                // Here and not on the sending thread: the next message may already say that the outputs
+                // are free, and what begins anew after it would forget that.
+                outbox.Ownership.Restart(said.Owner);
                 welcome = said;
                 greeted.Set();
             }

@@ -78,14 +78,16 @@ namespace HapticVLM
             somethingNew.WaitOne(milliseconds);
         }
 
-        /// <summary>Starts over after a welcome: touches and frames of before are of no use.</summary>
+        /// <summary>
+        /// Starts over after a welcome: touches and frames of before are of no use. Whose the outputs are
+        /// was taken over when the welcome came, before what the service says after it.
+        /// </summary>
         public void Restart(Welcome welcome)
         {
             Touches.Clear();
             Frames.Clear();
             Requests.Restart();
             Scene.Restart(welcome.Materials);
-            Ownership.Restart(welcome.Owner);
             TellSettingsAgain();
         }
 
