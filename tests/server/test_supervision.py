@@ -113,7 +113,7 @@ async def test_a_waveform_goes_to_those_that_watch_it(gateway):
         beat_at=1.0, level=0.5, samples=480, realtime=False, has_output=True, **NOTHING_LOST
     )
     gateway.outputs.speaker._ring.report(status, np.full(480, 0.5, np.float32))
-    await until(lambda: watching.received("view"), gateway, Supervision(gateway).run_ticks())
+    await until(lambda: watching.received("view"), gateway, Supervision(gateway).run_waveform())
     (view,) = watching.received("view")[:1]
     assert view["kind"] == "waveform"
     assert set(view["samples"]) == {0.5}

@@ -55,6 +55,7 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
             running = [
                 tasks.create_task(supervision.run_ticks()),
                 tasks.create_task(supervision.run_telemetry()),
+                tasks.create_task(supervision.run_waveform()),
             ]
             # What was made so far stays: looking through it again would hold up a touch by 40 ms.
             gc.collect()

@@ -15,9 +15,10 @@ from hapticvlm.server import status
 from hapticvlm.server.connection import Event
 from hapticvlm.server.gateway import Gateway
 
-TICK_S = 0.02  # sound in a browser lags by this and what the browser keeps in hand
+TICK_S = 0.02
 TELEMETRY_S = 0.1
 LOSSES_S = 10.0
+WAVEFORM_S = 0.02  # sound in a browser lags by this and what the browser keeps in hand
 
 logger = logging.getLogger(__name__)
 
@@ -28,10 +29,9 @@ class Supervision:
     def __init__(self, gateway: Gateway) -> None:
         self._gateway = gateway
         self._lost_lines, self._losses_at = 0, float("-inf")
-        self._waveform_from = 0
 
     async def run_ticks(self) -> None:
-        """End lapsed leases, follow the plate, watch the children, send sound, until cancelled."""
+        """End lapsed leases, follow the plate and watch the children, until cancelled."""
         gateway = self._gateway
         while True:
             await asyncio.sleep(TICK_S)
@@ -49,7 +49,6 @@ class Supervision:
                 if gateway.vibration.is_on:
                     gateway.vibration.tick(now)
             self._supervise(now)
-            self._send_waveform()
 
     async def run_telemetry(self) -> None:
         """Report the state of the outputs to every connection, until cancelled."""
@@ -63,17 +62,20 @@ class Supervision:
             for connection in self._gateway.connections:
                 connection.post(event)
 
-    def _send_waveform(self) -> None:
-        """Send what the speaker has played to the observers that watch it."""
-        watching = [other for other in self._gateway.connections if "waveform" in other.watches]
-        if not watching:
-            return
-        waveform = status.waveform(self._gateway.outputs.speaker, self._waveform_from)
-        self._waveform_from = (waveform.start or 0) + len(waveform.samples or ())
-        if waveform.samples:
-            event = Event(waveform)
-            for connection in watching:
-                connection.post(event)
+    async def run_waveform(self) -> None:
+        """Send what the speaker plays to the observers that watch it, until cancelled."""
+        start = 0
+        while True:
+            await asyncio.sleep(WAVEFORM_S)
+            watching = [other for other in self._gateway.connections if "waveform" in other.watches]
+            if not watching:
+                continue
+            waveform = status.waveform(self._gateway.outputs.speaker, start)
+            start = (waveform.start or 0) + len(waveform.samples or ())
+            if waveform.samples:
+                event = Event(waveform)
+                for connection in watching:
+                    connection.post(event)
 
     def _follow_plate(self, now: float) -> None:
         new = self._gateway.outputs.follow(now)

@@ -153,15 +153,14 @@ class Speaker:
         if now - self._watched_at > ASLEEP_S:
             self._awake_since = now
         self._watched_at = now
-        status = self._ring.status()
-        alive_at = max(status.beat_at, self._child.ready_at or now)
+        alive_at = max(self._ring.status().beat_at, self._child.ready_at or now)
         is_well = now - max(alive_at, self._awake_since) <= SILENT_S
         # Read before `supervise`, which may replace the engine: the new one counts from 0, and what
         # the old one had counted must not vanish from the figures.
-        underruns = self._underruns_before + status.underruns
+        underruns = self.underruns
         trouble = self._child.supervise(now, is_well=is_well)
         if trouble is None:
-            return self._watch_output(status)
+            return self._watch_output()
         self._underruns_before = underruns
         return f"{trouble}; vibration rests meanwhile"
 
@@ -171,12 +170,14 @@ class Speaker:
 
     @property
     def _lacks_output(self) -> bool:
-        return _lacks_output(self._ring.status())
+        """Whether the engine reports that its output is gone; one that never beat does not."""
+        status = self._ring.status()
+        return status.beat_at > 0.0 and not status.has_output
 
-    def _watch_output(self, status: EngineStatus) -> str | None:
+    def _watch_output(self) -> str | None:
         """Return that the output went, if it has just gone."""
         had_output = self._had_output
-        has_output = not _lacks_output(status)
+        has_output = not self._lacks_output
         self._had_output = has_output
         if has_output and not had_output:
             logger.warning("the audio output %s is back", self.name)
@@ -194,8 +195,3 @@ class Speaker:
 
     def _begin(self, names: tuple[str, ...]) -> None:
         self.name = names[0]
-
-
-def _lacks_output(status: EngineStatus) -> bool:
-    """Whether the engine reports that its output is gone; one that never beat does not."""
-    return status.beat_at > 0.0 and not status.has_output
