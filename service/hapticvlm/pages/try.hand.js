@@ -1,7 +1,8 @@
 // The pointer, a finger or the keyboard as a hand over the picture: where, how fast, pressed or not.
 //
-// `hand` holds the state: x, y (0..1 of the picture), size (share of its shorter side), over, pressed, pointed
-// (somebody has pointed at this picture) and speed (m/s). `onMove` is called when it changes. The picture counts as WIDE_M wide: our choice.
+// `hand` holds the state: x, y (0..1 of the picture), size (share of its shorter side), over, pressed and
+// pointed (somebody has pointed at this picture); `speed` gives m/s. `onMove` is called when it changes. The
+// picture counts as WIDE_M wide: our choice.
 const WIDE_M = 0.3;
 const SIZES = { least: 0.08, first: 0.5, most: 0.9 };
 const STEP = 0.04; // of an arrow key, share of the picture

@@ -23,8 +23,8 @@ export class TryScene {
   #isLooking = false;
   #wanted = null;
   #among = null;
-  #isOne = false; // this picture was said to be of one material
-  #seen = new Set(); // ids of patches that were looked at, with and without what is around them
+  #one = null; // id of the picture that was said to be of one material
+  #known = new Set(); // ids of targets of which every look was answered
   decisions = new Map(); // by object id; "" is a live region
   owner = false;
 
@@ -49,8 +49,8 @@ export class TryScene {
 
   #forget() {
     this.decisions.clear();
-    this.#seen.clear();
-    this.#isOne = false;
+    this.#known.clear();
+    this.#one = null;
     const among = this.#among ? { materials: this.#among } : {};
     return this.#link.ask({ type: "scene", objects: [], replace: true, ...among });
   }
@@ -71,7 +71,8 @@ export class TryScene {
     if (!this.#picture) return null;
     const spot = region(this.#picture.canvas);
     if (this.#picture.live) return { id: null, region: hand.pointed ? spot : WHOLE };
-    if (!hand.pointed || this.#isOne) return this.#whole();
+    const whole = this.#whole();
+    if (!hand.pointed || this.#one === whole.id) return whole;
     const column = Math.round((CELLS * hand.x) / spot.w);
     const row = Math.round((CELLS * hand.y) / spot.h);
     return { id: `patch ${this.#picture.number} ${column} ${row} ${spot.w.toFixed(2)}`, region: spot };
@@ -94,12 +95,12 @@ export class TryScene {
     const target = this.target();
     const answer = await this.#link.ask({ type: "scene", objects: [{ object_id: target.id, material }], replace: false });
     if (answer.type === "ok") {
-      this.#isOne ||= target.region === WHOLE;
+      if (target.region === WHOLE) this.#one = target.id;
       let looked = await this.#look(target, "live");
       // A picture of what the pointer crosses may have taken its place: this one is asked for again.
       while (looked.type === "skipped" && looked.reason === "superseded") looked = await this.#look(target, "live");
       if (looked.type === "decision") this.#decided(looked);
-      this.#seen.add(target.id);
+      this.#known.add(target.id);
     }
     return answer;
   }
@@ -130,7 +131,7 @@ export class TryScene {
   #want() {
     const target = this.target();
     const isOn = hand.over || !hand.pointed;
-    if (!target || !isOn || this.#seen.has(target.id)) return;
+    if (!target || !isOn || this.#known.has(target.id)) return;
     this.#wanted = target;
     this.#pump();
   }
@@ -140,24 +141,25 @@ export class TryScene {
     const target = this.#wanted;
     this.#wanted = null;
     this.#isLooking = true;
-    for (const { id, region: spot } of this.#looks(target)) {
-      const answer = await this.#look({ id, region: spot }, "live");
-      if (answer.type !== "decision") break; // skipped for another one: it is asked for again
+    let answer = null;
+    for (const shown of this.#looks(target)) {
+      answer = await this.#look(shown, "live");
+      if (answer.type !== "decision") break; // skipped for another one: the target is asked for again
       this.#decided(answer);
-      if (id) this.#seen.add(id);
     }
+    if (target.id && answer.type === "decision") this.#known.add(target.id); // a live one is never known
     this.#isLooking = false;
     this.#pump();
   }
 
-  // What is to be shown to know it: the whole picture comes before its patches.
+  // What is to be shown to know a target, one after the other: the next depends on what was decided. The
+  // whole picture comes before its patches.
   *#looks(target) {
-    if (target.id && target.region !== WHOLE) {
-      const whole = this.#whole();
-      if (!this.#seen.has(whole.id)) yield whole;
-      yield target;
-      if (this.#isSure(whole.id) && !this.#isSure(target.id)) yield { id: target.id, region: WHOLE };
-    } else yield target;
+    const isPatch = target.id && target.region !== WHOLE;
+    const whole = this.#whole();
+    if (isPatch && !this.decisions.has(whole.id)) yield whole;
+    yield target;
+    if (isPatch && this.#isSure(whole.id) && !this.#isSure(target.id)) yield { ...target, region: WHOLE };
   }
 
   #isSure(id) { return (this.decisions.get(id)?.material ?? "unknown") !== "unknown"; }
