@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hapticvlm import messages
+from hapticvlm.messages import WHOLE
 from hapticvlm.vision.decoding import MAX_CHUNKS, PictureError
 from hapticvlm.vision.pictures import (
     Crop,
@@ -80,9 +81,6 @@ def frame(
 
 def corner(result: Crop, row: int, column: int) -> tuple[int, ...]:
     return tuple(round(float(v) / 255) for v in result.image[row, column])
-
-
-WHOLE = messages.Region(x=0, y=0, w=1, h=1)
 
 
 def test_a_jpeg_comes_out_upright() -> None:

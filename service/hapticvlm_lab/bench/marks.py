@@ -90,11 +90,11 @@ def _latencies() -> Iterator[Mark]:
 
 def _at_rest() -> Iterator[Mark]:
     """Start the service, and let it do nothing."""
-    ready = []
-    for last in (number == STARTS - 1 for number in range(STARTS)):
+    ready: list[float] = []
+    while len(ready) < STARTS:
         with running() as service:
             ready.append(service.seconds_to_ready)
-            if last:
+            if len(ready) == STARTS:
                 yield Mark(f"start until ready, best of {STARTS}", "s", 0.9, min(ready))
                 yield from _resting(service)
 
