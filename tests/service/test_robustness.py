@@ -112,6 +112,19 @@ async def test_a_killed_audio_engine_is_restarted_reported_and_felt_again(servic
         await until(service, lambda found: not is_silent(found))
 
 
+def classes_of_threads(pid: int) -> set[int]:
+    threads = Path(f"/proc/{pid}/task").iterdir()
+    return {os.sched_getscheduler(int(thread.name)) for thread in threads}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="scheduling classes of Linux")
+async def test_a_recogniser_that_is_woken_puts_nobody_aside(service):
+    """So a frame that the gateway hands over does not hold the touch that comes with it."""
+    await until(service, lambda found: found["recogniser"]["pid"] is not None, RESTART_S)
+    pid = status(service)["recogniser"]["pid"]
+    assert classes_of_threads(pid) == {os.SCHED_BATCH}
+
+
 async def test_a_killed_recogniser_is_restarted_reported_and_decides_again(service):
     async with peer(service) as client:
         await owner_of(client)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import ctypes
 import logging
 import multiprocessing
-import os
 import signal
 import threading
 from collections.abc import Callable
@@ -183,15 +182,6 @@ def serve_requests(
             number, length, details = control.recv()
             body = _encode(serve(bytes(data[:length]), details))
             control.send_bytes(msgspec.msgpack.encode(_Packet(number, msgspec.Raw(body))))
-
-
-def lower_priority(nice: int) -> None:
-    """Run below the audio engine and the gateway, whose real-time priority a child inherits."""
-    if hasattr(os, "sched_setscheduler"):
-        with suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    if hasattr(os, "nice"):
-        os.nice(nice)
 
 
 def _read(control: Connection, deliver: Callable[[Answered[Any]], None], plan: WorkerPlan) -> None:

@@ -23,9 +23,9 @@ from hapticvlm.processes.model_worker import (
     Serve,
     Slot,
     WorkerPlan,
-    lower_priority,
     serve_requests,
 )
+from hapticvlm.processes.priority import lower_priority
 from hapticvlm.processes.supervised import START_S, Started
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import EncoderError

@@ -26,9 +26,9 @@ from hapticvlm.processes.model_worker import (
     Serve,
     Slot,
     WorkerPlan,
-    lower_priority,
     serve_requests,
 )
+from hapticvlm.processes.priority import lower_priority
 from hapticvlm.processes.supervised import Started
 from hapticvlm.vlm.contract import Picture, Vlm, VlmError, VlmSettings
 from hapticvlm.vlm.limits import GRACE_S, LOAD_S, LOADS, NICE, SIDE
