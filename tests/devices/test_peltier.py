@@ -349,28 +349,58 @@ class PatientPort(StuckPort):
     def __init__(self) -> None:
         super().__init__()
         self.written = b""
+        self.cancelled = 0
+        self.is_over = False
+
+    def read(self, size: int) -> bytes:
+        super().read(size)
+        if not self.is_over:
+            self.released.clear()
+        return b""
 
     def write(self, data: bytes) -> int:
         self.written += data
         return len(data)
 
     def cancel_read(self) -> None:
+        self.cancelled += 1
         self.released.set()
 
+    def sent(self) -> list[plate_protocol.Message]:
+        return [plate_protocol.decode(frame) for frame in Deframer().feed(self.written)]
 
-def test_an_off_waits_for_no_read_that_goes_on(running: tuple[Cable, Peltier]) -> None:
+
+@pytest.fixture
+def patient(running: tuple[Cable, Peltier]) -> Iterator[PatientPort]:
+    """A port that the plate's thread reads from, in a read that does not end by itself."""
     _, plate = running
-    patient = PatientPort()
-    plate._port = patient
+    port = PatientPort()
+    plate._port = port
     time.sleep(2 * READ_S)  # the thread reads from it by now
+    yield port
+    port.is_over = True
+    port.released.set()
+
+
+def test_the_first_command_waits_for_no_read_that_goes_on(
+    running: tuple[Cable, Peltier], patient: PatientPort
+) -> None:
+    _, plate = running
     plate.command(22.0, 5.0, time.monotonic())
-    time.sleep(2 * READ_S)
-    assert not patient.written
+    wait_for(lambda: patient.written, 10.0)
+    assert isinstance(patient.sent()[0], plate_protocol.Setpoint)
+    for _ in range(20):
+        plate.command(22.0, 5.0, time.monotonic())
+    assert patient.cancelled == 1, "a renewal can wait for the read to end"
+
+
+def test_an_off_waits_for_no_read_that_goes_on(
+    running: tuple[Cable, Peltier], patient: PatientPort
+) -> None:
+    _, plate = running
     plate.off(time.monotonic())
     wait_for(lambda: patient.written, 10.0)
-
-    sent = [plate_protocol.decode(frame) for frame in Deframer().feed(patient.written)]
-    assert sent[0] == plate_protocol.Off()
+    assert patient.sent()[0] == plate_protocol.Off()
 
 
 def info(device: str, vid: int | None = None, **more: object) -> SimpleNamespace:

@@ -16,6 +16,7 @@ from hapticvlm.server.connection import Event
 from hapticvlm.server.gateway import Gateway
 
 TICK_S = 0.02
+REST_TICK_S = 0.1  # while nobody is connected: no lease can lapse, and the children can wait
 TELEMETRY_S = 0.1
 LOSSES_S = 10.0
 WAVEFORM_S = 0.02  # sound in a browser lags by this and what the browser keeps in hand
@@ -34,7 +35,7 @@ class Supervision:
         """End lapsed leases, follow the plate and watch the children, until cancelled."""
         gateway = self._gateway
         while True:
-            await asyncio.sleep(TICK_S)
+            await asyncio.sleep(TICK_S if gateway.connections or gateway.owner else REST_TICK_S)
             now = time.monotonic()
             self._follow_plate(now)
             if gateway.owner is not None:
@@ -66,7 +67,7 @@ class Supervision:
         """Send what the speaker plays to the observers that watch it, until cancelled."""
         start = 0
         while True:
-            await asyncio.sleep(WAVEFORM_S)
+            await asyncio.sleep(WAVEFORM_S if self._gateway.connections else REST_TICK_S)
             watching = [other for other in self._gateway.connections if "waveform" in other.watches]
             if not watching:
                 continue

@@ -117,9 +117,12 @@ class Peltier:
             self._disconnect("nothing understandable came")
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
-        """Hold `setpoint_c` for `ttl_s`; sent by the thread within READ_S."""
+        """Hold `setpoint_c` for `ttl_s`; sent by the thread within READ_S, the first at once."""
         with self._lock:
+            was_driving = self._session.is_driving
             self._session.command(setpoint_c, ttl_s, now)
+            if not was_driving:
+                self._end_read()
 
     def rest(self, now: float) -> None:  # noqa: ARG002 - the board's clock decides
         """Return to neutral, then switch off."""
@@ -130,10 +133,7 @@ class Peltier:
         """Open the bridge at once; sent by the thread without waiting for its read to end."""
         with self._lock:
             self._session.off()
-            cancel = getattr(self._port, "cancel_read", None)  # pyserial's socket:// has none
-            if cancel is not None:
-                with contextlib.suppress(OSError):
-                    cancel()
+            self._end_read()
 
     def advance(self, now: float) -> PlateReading:
         """Return the plate's last reading; nothing measured if that is too long ago."""
@@ -168,6 +168,13 @@ class Peltier:
                 logger.error("%s: the port is stuck; the board's lease ends the heat", self.name)
                 return
         self._sign_off()
+
+    def _end_read(self) -> None:
+        """Let the thread send at once what it would send when its read ends; under the lock."""
+        cancel = getattr(self._port, "cancel_read", None)  # pyserial's socket:// has none
+        if cancel is not None:
+            with contextlib.suppress(OSError):
+                cancel()
 
     def _open(self, place: PortInfo) -> None:
         self._port = self._open_port(place.url)

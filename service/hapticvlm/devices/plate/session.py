@@ -59,6 +59,11 @@ class PlateSession:
         return None if self.board is None else self.board.refusal
 
     @property
+    def is_driving(self) -> bool:
+        """Whether a setpoint is commanded."""
+        return self._drive.is_driving
+
+    @property
     def is_busy(self) -> bool:
         """Whether an order waits for its acknowledgement."""
         return self._orders.is_waiting

@@ -36,6 +36,7 @@ from hapticvlm.rendering.heat import limits as plate_limits
 TELEMETRY_HZ = 20
 FULL_SCALE_A = 3.0  # of the assumed driver, as PROTOCOL.md
 _POWER_ON = 1 << 0
+_REST_READ_S = 1.0 / TELEMETRY_HZ  # a plate that is off has nothing to say before
 _UNSENT_BYTES = 4096  # a host that does not read loses the rest
 
 
@@ -53,6 +54,11 @@ class SimulatedBoard:
         self._reported_at = 0.0
         self._seq = self._refused = 0
         self._is_greeted = False
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing but telemetry can come: the host is known, and the plate is off."""
+        return self._is_greeted and self.plate.state is plate_protocol.State.OFF
 
     def exchange(self, data: bytes, now: float) -> bytes:
         """Receive what the host sent, advance to `now` and return what is to be sent."""
@@ -200,7 +206,7 @@ class SimulatedPort:
 
     def read(self, size: int) -> bytes:
         """Wait as a real port does, then return what the board sent meanwhile."""
-        self._wait(READ_S)
+        self._wait(_REST_READ_S if self._board.is_quiet else READ_S)
         self._cancelled.clear()
         self._exchange(b"")
         found = self._pending[:size]
