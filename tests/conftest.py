@@ -14,6 +14,7 @@ from typing import Any
 import msgpack
 import pytest
 from hypothesis import settings
+from pace import PACE
 from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 
@@ -25,7 +26,7 @@ settings.register_profile("project", deadline=None)
 settings.load_profile("project")
 
 Message = dict[str, Any]
-ANSWER_S = 10.0  # telemetry comes ten times a second: silence this long is a failure
+ANSWER_S = 10.0 * PACE  # telemetry comes ten times a second: silence this long is a failure
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -115,6 +116,6 @@ async def peer(service: Service, *, as_text: bool = False, **options: Any) -> As
 
 
 def status(service: Service) -> dict[str, Any]:
-    with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
+    with urllib.request.urlopen(service.page + "status", timeout=5 * PACE) as answer:
         found: dict[str, Any] = json.load(answer)
     return found

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pace import PACE
 
 from hapticvlm import documents
 from hapticvlm.captures.lines import CaptureError, Line
@@ -22,7 +23,7 @@ from hapticvlm.vision.encoders import file_encoder, networks, onnx_encoder
 from hapticvlm_studio.calibration import speaker_response
 from hapticvlm_studio.evaluation import pictures as labelled
 
-SOON_S = 5.0
+SOON_S = 5.0 * PACE
 
 
 def session(path: Path) -> object:

@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
+from pace import PACE
 from serving import Request, endpoint, raw, sends
 
 from hapticvlm.http_client import HttpClient, HttpError, read_address
 
-PATIENCE_S = 20.0
+PATIENCE_S = 20.0 * PACE
 SOON_S = 0.3
 
 

@@ -68,7 +68,7 @@ def guarded() -> Iterator[Guarded]:
 
 def until(page: Page, service: Service, claim: Any) -> None:
     """Poll the service's status until `claim` holds."""
-    for _ in range(PATIENCE_MS // 50):
+    for _ in range(round(PATIENCE_MS / 50)):
         if claim(status(service)):
             return
         page.wait_for_timeout(50)

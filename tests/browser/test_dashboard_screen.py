@@ -24,6 +24,7 @@ from dashboard_scene import (
     missing,
     touching,
 )
+from pace import PACE
 from PIL import Image
 from playwright.sync_api import Browser, Page, Route, expect
 
@@ -65,7 +66,7 @@ PAINTED = """async () => {
   return (await painted()) - key.timeStamp;
 }"""
 YIELD_MS = 60.0
-LET_GO_S = 8.0
+LET_GO_S = 8.0 * PACE
 FELT = re.compile(r"0\.\d*[1-9]")
 
 

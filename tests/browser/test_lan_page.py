@@ -12,13 +12,14 @@ from contextlib import suppress
 import pytest
 from certificates import NAMES, Authority
 from dashboard_scene import chromium, missing
+from pace import PACE
 from playwright.sync_api import Browser, Error, expect
 
 from hapticvlm.client.local_service import Service, running
 
 pytestmark = pytest.mark.browser
 
-PATIENCE_MS = 120_000
+PATIENCE_MS = 120_000 * PACE
 TOKEN = "a token of a dozen"
 WATCH_POLICY = """
 window.violations = [];

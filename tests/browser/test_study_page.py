@@ -19,10 +19,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pace import PACE
 
 pytestmark = [pytest.mark.browser, pytest.mark.realtime]
 
-STEP_MS = 120_000
+STEP_MS = 120_000 * PACE
 REPEATS = 2
 TROUBLES_AT_MOST = 5  # before the test gives up
 TRIALS = 10 * REPEATS

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pace import PACE
 from playwright.sync_api import Page, sync_playwright
 
 from hapticvlm.client.local_service import Service, running
@@ -21,8 +22,8 @@ CHROMIUM = "chromium"
 EXAMPLES = Path(__file__).parents[2] / "examples"
 REACH = (Path(__file__).parent / "reach.js").read_text(encoding="utf-8")
 LLVMPIPE = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
-SLOW_MS = 240_000  # textures and shaders are computed on a processor that others use too
-PATIENCE_MS = 20_000
+SLOW_MS = 240_000 * PACE  # textures and shaders are computed on a processor that others use too
+PATIENCE_MS = 20_000 * PACE
 SIZE = (240, 160)  # px of the page: what is drawn for nobody costs time
 MODULES = """async () => {
   const [main, three] = await Promise.all([import('./main.js'), import('three')]);
@@ -38,7 +39,9 @@ class Visit:
     modules: Any
     complaints: list[str] = field(default_factory=list)
 
-    def touch(self, key: str, *, patience_ms: int = PATIENCE_MS, feels_plate: bool = False) -> Any:
+    def touch(
+        self, key: str, *, patience_ms: float = PATIENCE_MS, feels_plate: bool = False
+    ) -> Any:
         """Touch one object with the right controller; return the decision on it, or None."""
         wanted = {"key": key, "patience": patience_ms, "feelsPlate": feels_plate}
         return self.modules.evaluate(f"(modules, wanted) => ({REACH})(modules, wanted)", wanted)

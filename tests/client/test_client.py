@@ -9,6 +9,7 @@ from pathlib import Path
 
 import msgpack
 import pytest
+from pace import PACE
 from websockets.asyncio.client import connect as open_socket
 from websockets.asyncio.server import serve
 from websockets.exceptions import ConnectionClosed
@@ -25,7 +26,7 @@ async def test_a_researcher_touches_an_object_and_reads_the_decision(service):
         await client.scene([{"object_id": "pane", "name": "GlassPane"}], ambient_c=20.0)
         await client.touch("release")
         assert (await client.touch("contact", "pane", speed_mps=0.2))["type"] == "ok"
-        async with asyncio.timeout(2.0):
+        async with asyncio.timeout(2.0 * PACE):
             while (event := await client.events.get())["type"] != "decision":
                 pass
         assert event["material"] == "glass"
@@ -92,7 +93,7 @@ async def test_a_service_that_talks_nonsense_leaves_no_request_waiting_for_ever(
 
 
 async def asking_until_closed(url):
-    async with connect(url) as client, asyncio.timeout(10.0):
+    async with connect(url) as client, asyncio.timeout(10.0 * PACE):
         with suppress(ConnectionClosed, ConnectionError):
             while True:
                 await client.stop()

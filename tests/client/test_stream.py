@@ -11,13 +11,14 @@ from pathlib import Path
 import pytest
 import tiny_video
 from conftest import peer
+from pace import PACE
 
 from hapticvlm import captures
 from hapticvlm.client import connect
 from hapticvlm.client.sending import stream
 
 FRAMES = Path(__file__).parents[2] / "examples" / "captures" / "living_room" / "frames"
-PATIENCE_S = 300.0
+PATIENCE_S = 300.0 * PACE
 
 
 def recording(path, count=20):

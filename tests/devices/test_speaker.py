@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 from conftest import peer, status
+from pace import PACE
 
 from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
@@ -35,7 +36,7 @@ needs_jack = pytest.mark.skipif(
     shutil.which("jackd") is None and not os.environ.get("CI"),
     reason="needs jackd2: a JACK server whose dummy driver plays into nothing",
 )
-PATIENCE_S = 30.0
+PATIENCE_S = 30.0 * PACE
 LEASE_S = 0.2
 
 

@@ -18,6 +18,7 @@ from typing import Any
 
 import msgpack
 from godot_pack import pack, project_files
+from pace import PACE
 from playwright.sync_api import sync_playwright
 
 from hapticvlm.client.local_service import Service, running
@@ -34,7 +35,7 @@ ENGINE = (
 CHROMIUM = "chromium"
 LLVMPIPE = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
 SIZE = (480, 300)
-PATIENCE_S = 120.0  # shaders are compiled and drawn on a processor that others use too
+PATIENCE_S = 120.0 * PACE  # shaders are compiled and drawn on a processor that others use too
 AUTOLOAD = "[autoload]\n"
 PROBE = 'Probe="*res://probe.gd"\n'
 

@@ -8,10 +8,11 @@ import time
 from pathlib import Path
 
 import pytest
+from pace import PACE
 
 from hapticvlm.processes.supervised import Child, ChildError, Started
 
-PATIENCE_S = 60.0
+PATIENCE_S = 60.0 * PACE
 FILES = Path("/proc/self/fd")
 
 

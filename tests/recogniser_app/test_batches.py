@@ -3,6 +3,7 @@
 import asyncio
 
 import pytest
+from pace import PACE
 
 from hapticvlm_recogniser_app.batches import Batches
 
@@ -40,10 +41,10 @@ async def test_what_comes_while_a_batch_is_under_way_makes_the_next_one():
 async def test_a_batch_waits_for_others_no_longer_than_it_may_and_not_when_it_is_full():
     work = Work()
     batches = Batches(work, 2, 3600.0)
-    async with asyncio.timeout(10.0):
+    async with asyncio.timeout(10.0 * PACE):
         assert list(await asyncio.gather(batches.put(1), batches.put(2))) == [2, 4]
     quick = Batches(work, 2, 0.01)
-    async with asyncio.timeout(10.0):
+    async with asyncio.timeout(10.0 * PACE):
         assert await quick.put(5) == 10
     assert work.batches == [[1, 2], [5]]
 

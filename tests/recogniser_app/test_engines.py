@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from conftest import status
+from pace import PACE
 from test_shared_recogniser import is_shared, look, scene, until_shared
 
 from hapticvlm.client.local_service import running
@@ -30,7 +31,7 @@ from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app.settings import TOKEN
 
 START_S, STOP_S = 240.0, 60.0
-BACK_S = 120.0  # for Ray to notice and replace a replica, on a busy machine
+BACK_S = 120.0 * PACE  # for Ray to notice and replace a replica, on a busy machine
 DEADLINE_S = 0.8
 TRIES = 3
 SECRET = "the-token-of-this-test"

@@ -11,6 +11,7 @@ import struct
 from typing import Any
 
 import pytest
+from pace import PACE
 from test_edge import Service, listening
 
 TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
@@ -262,7 +263,7 @@ async def exchange(reader, writer, sent, chop, count):
 async def test_a_case_is_answered_as_the_standard_says(number):
     sent, expected, chop, then = CASES[number]
     service = Service(lambda data: data)
-    async with asyncio.timeout(20.0), listening(service) as port:
+    async with asyncio.timeout(20.0 * PACE), listening(service) as port:
         reader, writer = await asyncio.open_connection("127.0.0.1", port)
         writer.write(KEY)
         await reader.readuntil(b"\r\n\r\n")

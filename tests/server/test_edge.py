@@ -9,6 +9,7 @@ from contextlib import asynccontextmanager
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pace import PACE
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
@@ -71,7 +72,7 @@ def frames(*messages):
 
 
 async def until(claim):
-    async with asyncio.timeout(5.0):
+    async with asyncio.timeout(5.0 * PACE):
         while not claim():  # noqa: ASYNC110 - nothing says when
             await asyncio.sleep(0.005)
 
@@ -254,7 +255,7 @@ async def test_junk_for_a_request_is_closed_and_leaves_nothing():
         for junk in (b"\0" * 100, b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 500, b"\x16\x03\x01" * 40):
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
             writer.write(junk + b"\r\n\r\n")
-            async with asyncio.timeout(5.0):
+            async with asyncio.timeout(5.0 * PACE):
                 await reader.read()
             writer.close()
         await until(lambda: not entrance.sockets)

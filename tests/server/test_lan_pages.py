@@ -8,6 +8,7 @@ import urllib.request
 from collections.abc import Iterator
 
 import pytest
+from pace import PACE
 from websockets.asyncio.client import connect as open_socket
 from websockets.datastructures import Headers
 from websockets.exceptions import InvalidStatus
@@ -52,7 +53,7 @@ def basic(password: str) -> str:
 def got(url: str, **headers: str) -> tuple[int, dict[str, str], str]:
     request = urllib.request.Request(url, headers=headers)
     try:
-        with urllib.request.urlopen(request, timeout=30) as page:
+        with urllib.request.urlopen(request, timeout=30 * PACE) as page:
             return page.status, dict(page.headers), page.read().decode()
     except urllib.error.HTTPError as error:
         with error:

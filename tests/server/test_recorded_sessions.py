@@ -14,6 +14,7 @@ from urllib.parse import quote
 
 import pytest
 from conftest import peer
+from pace import PACE
 from recorded_session import record
 from test_lan_pages import OWN, networked
 
@@ -23,7 +24,7 @@ from hapticvlm.server.web.recorded_sessions import RecordedSessions, listing
 
 HOSTILE = ["<img src=x onerror=alert(1)>", "a b#t=1?c%2e%2e", "..;x", "\\..\\y", "\N{SNOWMAN}\n'\""]
 TOKEN = "a token of a dozen"
-PATIENCE_S = 60.0
+PATIENCE_S = 60.0 * PACE
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +52,7 @@ def get(service, path, headers=(), address=None):
     request = urllib.request.Request(page + path, headers=dict(headers))
     until = time.monotonic() + PATIENCE_S
     while True:
-        with urllib.request.urlopen(request, timeout=30) as answer:
+        with urllib.request.urlopen(request, timeout=30 * PACE) as answer:
             if answer.status != 202 or time.monotonic() > until:
                 return answer.read().decode(), answer
         time.sleep(0.3)

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from pace import PACE
 from websockets.datastructures import Headers
 from websockets.http11 import Request
 
@@ -102,17 +103,18 @@ def test_what_engines_build_for_the_web_has_its_type_and_compression(name, kind,
 
 def test_the_service_serves_them_with_a_strict_policy_when_asked_to(folder):
     with running(["--scene", str(folder)]) as service:
-        with urllib.request.urlopen(service.page + "scene/", timeout=30) as page:
+        with urllib.request.urlopen(service.page + "scene/", timeout=30 * PACE) as page:
             assert page.read().decode() == PAGE
             assert "'sha256-" in page.headers["Content-Security-Policy"]
             assert page.headers["Cross-Origin-Opener-Policy"] == "same-origin"
             assert page.headers["Cross-Origin-Embedder-Policy"] == "require-corp"
-        with urllib.request.urlopen(service.page + "scene/parts/main.js", timeout=30) as script:
+        part = service.page + "scene/parts/main.js"
+        with urllib.request.urlopen(part, timeout=30 * PACE) as script:
             assert script.headers["Content-Type"] == "text/javascript; charset=utf-8"
             assert "sha256" not in script.headers["Content-Security-Policy"]
         for path in ("scene/%2e%2e/outside.js", "scene/secret.pem"):
             with pytest.raises(urllib.error.HTTPError) as missing:
-                urllib.request.urlopen(service.page + path, timeout=30)
+                urllib.request.urlopen(service.page + path, timeout=30 * PACE)
             assert missing.value.code == 404
             missing.value.close()
 

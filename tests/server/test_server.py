@@ -14,6 +14,7 @@ import msgpack
 import numpy as np
 import pytest
 from conftest import Peer, peer, status
+from pace import PACE
 from PIL import Image
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import ConnectionClosed, ConnectionClosedError, InvalidStatus
@@ -296,7 +297,7 @@ async def test_the_newest_frame_wins_and_every_frame_is_answered(service):
         await owner_of(client)
         ids = [await client.send(**frame(seed, object_id="thing")) for seed in range(40)]
         answers: dict[int, dict[str, Any]] = {}
-        async with asyncio.timeout(10.0):
+        async with asyncio.timeout(10.0 * PACE):
             while len(answers) < len(ids):
                 answer = await client.read()
                 if answer["id"] in ids:
@@ -317,7 +318,8 @@ async def test_what_is_known_is_looked_at_twenty_times_a_second_and_the_last_fra
         last = [frame(number, object_id="thing") for number in (90, 91, 92)]
         ids += [await client.send(**message) for message in last]  # before another look is due
         answers: dict[int, dict[str, Any]] = {}
-        async with asyncio.timeout(10.0):  # nothing more comes, and yet the last one is looked at
+        # nothing more comes, and yet the last one is looked at
+        async with asyncio.timeout(10.0 * PACE):
             while len(answers) < len(ids):
                 answer = await client.read()
                 if answer["id"] in ids:
@@ -357,7 +359,7 @@ async def test_too_many_frames_to_enrol_are_refused_as_overload(service):
             for seed in range(60)
         ]
         answers: list[dict[str, Any]] = []
-        async with asyncio.timeout(10.0):
+        async with asyncio.timeout(10.0 * PACE):
             while len(answers) < len(ids):
                 answer = await client.read()
                 if answer["id"] in ids:
@@ -378,7 +380,7 @@ async def test_only_the_observer_that_asked_sees_frames_waveform_and_log(service
         await watching.ask(type="set", watch=["frames", "waveform", "log"])
         await asyncio.sleep(0.6)
         await client.ask(**frame(9, object_id="thing"))
-        async with asyncio.timeout(3.0):
+        async with asyncio.timeout(3.0 * PACE):
             for kind in ("frames", "waveform"):
                 view = await watching.event("view", kind=kind)
                 assert view["id"] == 0
@@ -464,7 +466,7 @@ async def test_only_absent_and_loopback_origins_are_admitted(service, origin, ad
 
 def get(service, path, **headers):
     request = urllib.request.Request(service.page.rstrip("/") + path, headers=headers)
-    return urllib.request.urlopen(request, timeout=5)
+    return urllib.request.urlopen(request, timeout=5 * PACE)
 
 
 def test_pages_are_served_with_a_strict_policy_and_nothing_else_is(service):

@@ -7,6 +7,7 @@ import urllib.request
 
 import pytest
 from conftest import peer
+from pace import PACE
 
 from hapticvlm.client.local_service import running
 from hapticvlm.commands.main import main
@@ -62,7 +63,7 @@ TOKEN = "a token of a dozen"
 
 def saved(service, headers=()):
     request = urllib.request.Request(service.page + "stated.json", headers=dict(headers))
-    with urllib.request.urlopen(request, timeout=10) as answer:
+    with urllib.request.urlopen(request, timeout=10 * PACE) as answer:
         return answer.read()
 
 

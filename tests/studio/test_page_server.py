@@ -6,6 +6,7 @@ import time
 from typing import Any
 
 import pytest
+from pace import PACE
 from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 from websockets.frames import Frame, Opcode
@@ -98,7 +99,7 @@ async def test_a_page_that_reads_nothing_is_closed_and_fills_no_memory():
             or max(page.transport.get_write_buffer_size() for page in server._pages)
             <= page_server.MAX_UNREAD_BYTES + 500_000
         )
-        async with asyncio.timeout(5.0):
+        async with asyncio.timeout(5.0 * PACE):
             while server._pages:  # noqa: ASYNC110 - nothing says when
                 await asyncio.sleep(0.02)
         asleep.transport.abort()

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pace import PACE
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import InvalidStatus
 
@@ -29,7 +30,7 @@ from hapticvlm_studio.trials.record import Pace
 pytestmark = pytest.mark.process
 
 LONG_S = 8.0
-PATIENCE_S = 120.0
+PATIENCE_S = 120.0 * PACE
 
 
 @pytest.fixture

@@ -11,9 +11,11 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+from pace import PACE
+
 from hapticvlm.vlm.contract import DEFAULT_MODEL
 
-PATIENCE_S = 30.0  # a socket of the endpoint that hears nothing this long gives up
+PATIENCE_S = 30.0 * PACE  # a socket of the endpoint that hears nothing this long gives up
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from contextlib import asynccontextmanager
 
 import pytest
 from conftest import peer, status
+from pace import PACE
 from shared_recogniser import shared_recogniser
 from test_server import OBJECTS, frame
 
@@ -17,7 +18,7 @@ DEADLINE_S = 0.8  # wide, for a busy machine
 MOST_MS = 1000.0 * DEADLINE_S
 TRIES = 3  # a busy machine may let a process wait for longer than any deadline
 NOTHING_MS = 200.0  # of a busy machine, for what takes microseconds
-PATIENCE_S = 30.0
+PATIENCE_S = 30.0 * PACE
 PAUSE_S = 0.025  # a scene's own pace: the service skips what comes faster than 60 pictures a second
 
 

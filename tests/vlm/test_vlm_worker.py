@@ -13,6 +13,7 @@ from contextlib import asynccontextmanager, suppress
 
 import pytest
 from conftest import peer, status
+from pace import PACE
 from serving import endpoint, says, sends, tells
 from test_server import OBJECTS, frame, until
 from tiny_llava import write_llava
@@ -21,7 +22,7 @@ from hapticvlm.client.local_service import running
 
 pytestmark = pytest.mark.process
 
-PATIENCE_S = 180.0  # loading takes seconds, on a busy machine many
+PATIENCE_S = 180.0 * PACE  # loading takes seconds, on a busy machine many
 WARM = {"3": 0.97, "2": 0.03}, {"1": 0.9, "0": 0.1}
 
 
