@@ -206,7 +206,8 @@ class SimulatedPort:
 
     def read(self, size: int) -> bytes:
         """Wait as a real port does, then return what the board sent meanwhile."""
-        self._wait(_REST_READ_S if self._board.is_quiet else READ_S)
+        if not self._cancelled.is_set():
+            self._wait(_REST_READ_S if self._board.is_quiet else READ_S)
         self._cancelled.clear()
         self._exchange(b"")
         found = self._pending[:size]
