@@ -119,9 +119,7 @@ class Peltier:
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
         """Hold `setpoint_c` for `ttl_s`; sent by the thread within READ_S, the first at once."""
         with self._lock:
-            was_driving = self._session.is_driving
-            self._session.command(setpoint_c, ttl_s, now)
-            if not was_driving:
+            if self._session.command(setpoint_c, ttl_s, now):
                 self._end_read()
 
     def rest(self, now: float) -> None:  # noqa: ARG002 - the board's clock decides

@@ -59,11 +59,6 @@ class PlateSession:
         return None if self.board is None else self.board.refusal
 
     @property
-    def is_driving(self) -> bool:
-        """Whether a setpoint is commanded."""
-        return self._drive.is_driving
-
-    @property
     def is_busy(self) -> bool:
         """Whether an order waits for its acknowledgement."""
         return self._orders.is_waiting
@@ -113,12 +108,18 @@ class PlateSession:
         """Return whether an open port has been useless for so long that it is worth closing."""
         return self._is_open and now - self._received_at > GONE_S
 
-    def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
-        """Hold `setpoint_c`, limited to the band, for `ttl_s`, if this is a fresh command."""
+    def command(self, setpoint_c: float, ttl_s: float, now: float) -> bool:
+        """Hold `setpoint_c`, limited to the band, for `ttl_s`, if this is a fresh command.
+
+        Returns whether it begins to drive: whether the board hears of it for the first time.
+        """
         is_sound = not (self.telemetry and self.telemetry.faults) and not self._clock.is_wrong
         may_drive = self.is_ready and is_sound
-        if self._drive.command(setpoint_c, ttl_s, now, may_drive=may_drive):
-            self._orders.drop_rest()
+        was_driving = self._drive.is_driving
+        if not self._drive.command(setpoint_c, ttl_s, now, may_drive=may_drive):
+            return False
+        self._orders.drop_rest()
+        return not was_driving
 
     def rest(self) -> None:
         """Return to neutral, then off."""
