@@ -6,7 +6,7 @@ import pytest
 
 from hapticvlm_lab.bench.latency import stability
 
-pytestmark = [pytest.mark.process, pytest.mark.realtime]
+pytestmark = pytest.mark.process
 
 
 def row(priority, busy, stream, p99_ms):

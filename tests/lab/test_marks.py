@@ -38,7 +38,6 @@ def test_the_table_in_the_document_names_the_marks_that_are_measured_today():
 
 
 @pytest.mark.process
-@pytest.mark.realtime
 def test_every_mark_is_measured(capsys, monkeypatch):
     monkeypatch.setattr(marks, "SECONDS", 0.5)
     monkeypatch.setattr(marks, "REST_S", 0.5)
