@@ -16,7 +16,8 @@ from hapticvlm.server.connection import Event
 from hapticvlm.server.gateway import Gateway
 
 TICK_S = 0.02
-REST_TICK_S = 0.1  # while nobody is connected: no lease can lapse, and the children can wait
+REST_TICK_S = 0.1  # while nobody is connected: no lease can lapse
+CHILDREN_S = 0.1  # between looks at the children; to start one again takes longer
 TELEMETRY_S = 0.1
 LOSSES_S = 10.0
 WAVEFORM_S = 0.02  # sound in a browser lags by this and what the browser keeps in hand
@@ -30,6 +31,7 @@ class Supervision:
     def __init__(self, gateway: Gateway) -> None:
         self._gateway = gateway
         self._lost_lines, self._losses_at = 0, float("-inf")
+        self._supervised_at = float("-inf")
 
     async def run_ticks(self) -> None:
         """End lapsed leases, follow the plate and watch the children, until cancelled."""
@@ -49,7 +51,12 @@ class Supervision:
                 gateway.deliver(gateway.owner, actions)
                 if gateway.vibration.is_on:
                     gateway.vibration.tick(now)
-            self._supervise(now)
+            if now - self._supervised_at >= CHILDREN_S - TICK_S / 2:
+                self._supervised_at = now
+                self._supervise(now)
+            # A recogniser that has just come back has nobody else to wake it, nor has a frame that
+            # had to wait for its turn.
+            gateway.recognition.feed()
 
     async def run_telemetry(self) -> None:
         """Report the state of the outputs to every connection, until cancelled."""
@@ -86,9 +93,10 @@ class Supervision:
             self._gateway.stop("peltier")
 
     def _supervise(self, now: float) -> None:
-        # Each child is looked at in every tick and started again in a thread of its own, so nothing
-        # here waits for a process. What a child that died was asked is answered at once by an
-        # error: a client that waits must not wait for a restart of seconds.
+        # Each child is looked at ten times a second, and started again in a thread of its own, so
+        # nothing here waits for a process. A look in every tick was half of what a tick cost, and a
+        # touch that meets a tick waits for its end. What a child that died was asked is answered at
+        # once by an error: a client that waits must not wait for a restart of seconds.
         trouble = self._gateway.outputs.speaker.supervise(now)
         if trouble is not None:
             self._rest_owner()
@@ -101,9 +109,6 @@ class Supervision:
         if trouble is not None:
             self._report(Error(id=0, code="model", text=trouble))
         self._report_losses(now)
-        # A recogniser that has just come back has nobody else to wake it, nor has a frame that had
-        # to wait for its turn.
-        self._gateway.recognition.feed()
 
     def _report_losses(self, now: float) -> None:
         """Report that the record misses lines, when it begins and from time to time."""

@@ -29,7 +29,7 @@ from hapticvlm.rendering.vibration.voices import Command
 logger = logging.getLogger(__name__)
 
 SILENT_S = 1.0
-ASLEEP_S = 0.25  # the gateway watches every few milliseconds
+ASLEEP_S = 0.25  # the gateway watches ten times a second
 FADE_AND_CLOSE_S = 5.0
 STRETCH = 128  # samples
 
