@@ -30,7 +30,7 @@ from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app.settings import TOKEN
 
-START_S, STOP_S = 240.0, 60.0
+START_S, STOP_S = 240.0 * PACE, 60.0 * PACE
 BACK_S = 120.0 * PACE  # for Ray to notice and replace a replica, on a busy machine
 DEADLINE_S = 0.8
 TRIES = 3

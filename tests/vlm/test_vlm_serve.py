@@ -16,13 +16,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pace import PACE
 from tiny_llava import write_llava
 
 from hapticvlm.vlm.contract import VlmError, VlmSettings
 from hapticvlm.vlm.remote import RemoteVlm, RestingError
 
-START_S = 400.0  # of a process that imports torch and a web framework on a busy machine
-ANSWER_S = 120.0
+START_S = 400.0 * PACE  # of a process that imports torch and a web framework on a busy machine
+ANSWER_S = 120.0 * PACE
 NEEDED = ("torch", "transformers", "fastapi", "uvicorn", "openai", "accelerate")
 PICTURE = np.random.default_rng(2).integers(0, 255, (120, 160, 3), dtype=np.uint8)
 
