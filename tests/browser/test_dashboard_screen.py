@@ -24,7 +24,6 @@ from dashboard_scene import (
     missing,
     touching,
 )
-from pace import PACE
 from PIL import Image
 from playwright.sync_api import Browser, Page, Route, expect
 
@@ -66,7 +65,7 @@ PAINTED = """async () => {
   return (await painted()) - key.timeStamp;
 }"""
 YIELD_MS = 60.0
-LET_GO_S = 8.0 * PACE
+LET_GO_S = 8.0
 FELT = re.compile(r"0\.\d*[1-9]")
 
 

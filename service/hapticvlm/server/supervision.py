@@ -37,7 +37,7 @@ class Supervision:
         """End lapsed leases, follow the plate and watch the children, until cancelled."""
         gateway = self._gateway
         while True:
-            await asyncio.sleep(TICK_S if gateway.connections or gateway.owner else REST_TICK_S)
+            await asyncio.sleep(TICK_S if gateway.connections else REST_TICK_S)
             now = time.monotonic()
             self._follow_plate(now)
             if gateway.owner is not None:
@@ -51,7 +51,7 @@ class Supervision:
                 gateway.deliver(gateway.owner, actions)
                 if gateway.vibration.is_on:
                     gateway.vibration.tick(now)
-            if now - self._supervised_at >= CHILDREN_S - TICK_S / 2:
+            if now - self._supervised_at >= CHILDREN_S:
                 self._supervised_at = now
                 self._supervise(now)
             # A recogniser that has just come back has nobody else to wake it, nor has a frame that
