@@ -2,7 +2,6 @@
 
 import os
 import signal
-import socket
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +22,7 @@ from dashboard_scene import (
     touching,
 )
 from playwright.sync_api import APIResponse, Browser, Page, Route, expect
+from ports import free_port
 from soak_dashboard import soak
 
 from hapticvlm.client.local_service import Service, running
@@ -78,12 +78,6 @@ def until(page: Page, service: Service, claim: Any) -> None:
 def is_felt(found: dict[str, Any]) -> bool:
     level: float = found["speaker"]["level"]
     return level > SILENCE
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port: int = listener.getsockname()[1]
-        return port
 
 
 def test_a_touched_object_is_shown_with_material_confidence_rung_and_why(

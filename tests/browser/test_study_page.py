@@ -9,7 +9,6 @@ import json
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 from collections import Counter
@@ -20,6 +19,7 @@ from typing import Any
 
 import pytest
 from pace import PACE
+from ports import free_port
 
 pytestmark = [pytest.mark.browser, pytest.mark.realtime]
 
@@ -142,12 +142,6 @@ def studying(folder: Path, patterns: Path, port: int) -> Iterator[subprocess.Pop
         process.terminate()
         process.wait(30)
         process.stdout.close()
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def log_of(folder: Path) -> list[dict[str, Any]]:

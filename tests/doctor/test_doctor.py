@@ -18,6 +18,7 @@ import pytest
 from certificates import Authority
 from pace import PACE
 from plate_ports import Cable
+from ports import free_port
 
 from hapticvlm.client.local_service import running
 from hapticvlm.devices.plate import protocol as line
@@ -41,11 +42,6 @@ def doctor(*arguments: str) -> tuple[int, dict[str, Any]]:
     )
     assert done.stdout, done.stderr
     return done.returncode, json.loads(done.stdout)
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        return int(probe.getsockname()[1])
 
 
 def config(folder: Path, **stated: object) -> str:

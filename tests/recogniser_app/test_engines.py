@@ -23,6 +23,7 @@ import numpy as np
 import pytest
 from conftest import status
 from pace import PACE
+from ports import free_port
 from test_shared_recogniser import is_shared, look, scene, until_shared
 
 from hapticvlm.client.local_service import running
@@ -64,11 +65,6 @@ class App:
         found, data = self.ask("GET", contract.HEALTH)
         assert found == 200, data
         return json.loads(data)
-
-
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return listener.getsockname()[1]
 
 
 @pytest.fixture(scope="module", params=["uvicorn", "ray"])

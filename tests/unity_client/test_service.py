@@ -13,6 +13,7 @@ import msgpack
 import numpy as np
 import pytest
 from PIL import Image
+from ports import free_port
 
 from hapticvlm.client import connect
 from hapticvlm.client.local_service import running
@@ -35,12 +36,6 @@ def service():
 
 def figures(line):
     return {key: float(value) for key, value in re.findall(r"(\w+) (-?[\d.]+(?:E-?\d+)?)", line)}
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def is_our_fault(said):

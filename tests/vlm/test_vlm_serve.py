@@ -5,7 +5,6 @@ It serves a tiny LLaVA with a planted answer, not a Qwen2-VL, whose processor ne
 
 import importlib.util
 import os
-import socket
 import subprocess
 import sys
 import time
@@ -17,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pace import PACE
+from ports import free_port
 from tiny_llava import write_llava
 
 from hapticvlm.vlm.contract import VlmError, VlmSettings
@@ -65,11 +65,6 @@ def give_up(reason: str) -> None:
     if os.environ.get("CI"):
         pytest.fail(reason)
     pytest.skip(reason)
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return int(listener.getsockname()[1])
 
 
 def await_health(url: str, process: subprocess.Popen[bytes], log: Path) -> None:
