@@ -7,8 +7,8 @@ import pytest
 
 from hapticvlm.devices.speaker.channels import Channels
 from hapticvlm.devices.speaker.engine import REPORTED_SILENCE_S, AudioSettings, Engine
-from hapticvlm.devices.speaker.engine_orders import PersistentState, RestAll
-from hapticvlm.devices.speaker.ring import Ring
+from hapticvlm.devices.speaker.engine_orders import EngineStatus, PersistentState, RestAll
+from hapticvlm.devices.speaker.ring import SAMPLES, Ring
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
 
@@ -117,3 +117,15 @@ def test_one_hand_alone_sounds_the_same_on_its_own_channel_as_in_the_mix():
         ring.put(_strike(), time.monotonic())
         waves.append(np.concatenate([engine.fill(BLOCK) for _ in range(8)]))
     assert np.array_equal(waves[0], waves[1][:, 0])
+
+
+@pytest.mark.parametrize("count", [0, 1, 300, 1000, SAMPLES])
+def test_the_newest_samples_are_read_in_order_across_the_end_of_the_memory(count: int) -> None:
+    ring = Ring.create()
+    played = np.arange(SAMPLES + 200, dtype=np.float32)
+    for end in range(100, played.size + 1, 100):
+        status = EngineStatus(1.0, 0.0, 0, 0, 0, end, 0, realtime=False)
+        ring.report(status, played[end - 100 : end])
+    end, newest = ring.waveform_until(count)
+    assert end == played.size
+    assert np.array_equal(newest, played[played.size - count :])

@@ -209,7 +209,9 @@ class Ring:
     def waveform_until(self, count: int) -> tuple[int, NDArray[np.float32]]:
         """Return how many samples were played since the start, and the newest `count` of them."""
         end = self.status().samples
-        return end, np.array(self._samples[np.arange(end - count, end) % SAMPLES])
+        at = (end - count) % SAMPLES
+        to_the_edge = self._samples[at : at + count]
+        return end, np.concatenate((to_the_edge, self._samples[: count - to_the_edge.size]))
 
     def _number(self, at: int) -> int:
         number: int = _NUMBER.unpack_from(self._view, at)[0]

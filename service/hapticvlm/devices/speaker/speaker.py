@@ -135,7 +135,8 @@ class Speaker:
         self._levelled = self._ring.status().samples
         played = self._ring.waveform(min(max(0, self._levelled - since), SAMPLES))
         stretches = played[: played.size // STRETCH * STRETCH].reshape(-1, STRETCH)
-        return float(np.sqrt(np.max(np.mean(stretches**2, axis=1), initial=0.0)))
+        squares = np.einsum("ij,ij->i", stretches, stretches)
+        return float(np.sqrt(np.max(squares, initial=0.0) / STRETCH))
 
     def waveform(self, count: int) -> NDArray[np.float32]:
         """Return the newest samples played."""
