@@ -22,6 +22,9 @@ from hapticvlm_recogniser_app.settings import APPLICATION, AppSettings
 
 OBJECT_STORE_BYTES = 80 * 1024 * 1024  # crops travel inside calls, not through the store
 FOLDER = "hv-ray-"  # short: sockets lie in it, whose paths have at most 107 characters
+TRIES = 3  # Ray gives its own processes 30 s to start, too little on a busy machine
+PROXY_S = "50"  # for Serve's proxy to answer first, below the 60 s after which Serve gives up
+CURE = "free processor and memory, and try again"
 
 
 class RayError(HapticVLMError):
@@ -36,8 +39,10 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_SERVE_THROUGHPUT_OPTIMIZED", "1")
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+    # Serve kills a proxy that has not answered after 5 s, which on a busy machine is while it still
+    # imports its code, and so never has one.
+    os.environ.setdefault("RAY_SERVE_PROXY_READY_CHECK_TIMEOUT_S", PROXY_S)
     import ray
-    from ray import serve
 
     folder = tempfile.mkdtemp(prefix=FOLDER)
     scale = settings.scale
@@ -47,7 +52,7 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
             _start(ceil(scale.replicas[1] * scale.cpus), folder)
             for name in ("ray", "ray.serve"):
                 logging.getLogger(name).setLevel(logging.ERROR)
-            serve.start(proxy_location="HeadOnly", http_options=http)
+            _serve(http)
             deploy(settings)
         yield
     finally:
@@ -57,21 +62,37 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
 
 
 def _start(cores: int, folder: str) -> None:
+    """Start Ray's own processes, again where they took too long. Raises RayError."""
     import ray
 
+    for left in reversed(range(TRIES)):
+        try:
+            ray.init(
+                address="local",
+                num_cpus=cores,
+                object_store_memory=OBJECT_STORE_BYTES,
+                include_dashboard=False,
+                _temp_dir=folder,
+                log_to_driver=False,
+                logging_level="error",
+            )
+        except Exception as error:  # Ray has no class of its own for this
+            ray.shutdown()  # what of it had started
+            if not left:
+                raise RayError(f"Ray does not start ({error}); {CURE}") from error
+        else:
+            return
+
+
+def _serve(http: dict[str, Any]) -> None:
+    """Start Serve, which answers over HTTP. Raises RayError."""
+    from ray import exceptions, serve
+
     try:
-        ray.init(
-            address="local",
-            num_cpus=cores,
-            object_store_memory=OBJECT_STORE_BYTES,
-            include_dashboard=False,
-            _temp_dir=folder,
-            log_to_driver=False,
-            logging_level="error",
-        )
-    except Exception as error:  # Ray has no class of its own for this
-        text = f"Ray does not start ({error}); free processor and memory, and try again"
-        raise RayError(text) from error
+        serve.start(proxy_location="HeadOnly", http_options=http)
+    except (exceptions.RayError, TimeoutError) as error:
+        reason = str(error).strip().partition("\n")[0]
+        raise RayError(f"Ray Serve does not start ({reason}); {CURE}") from error
 
 
 def deploy(settings: AppSettings) -> None:
