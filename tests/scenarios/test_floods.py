@@ -54,8 +54,8 @@ FLOODS = {
 
 
 async def drained(client):
-    """Wait until what was written has left."""
-    with contextlib.suppress(ConnectionClosed):
+    """Wait until what was written has left, or cannot."""
+    with contextlib.suppress(ConnectionClosed, OSError):
         await client.socket.drain()
 
 

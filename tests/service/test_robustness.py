@@ -354,5 +354,6 @@ async def test_a_region_touch_is_decided_while_frames_stream(service):
         assert event["source"] in ("encoder", "unknown")
         await client.touch("release")
         after = status(service)["counts"]
-        assert after["recognitions"] > before.get("recognitions", 0) + 10
+        new = after["recognitions"] - before.get("recognitions", 0)
+        assert new > 10 / PACE  # as many as this machine can
         assert after.get("refused: model") == before.get("refused: model")

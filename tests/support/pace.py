@@ -4,8 +4,8 @@ A wait is for something that comes: it fails a test only when nothing comes at a
 nothing otherwise. On a slow machine, or one that others use too, everything comes later, so every
 such wait is multiplied by `PACE`. It is measured once a run, before the first test, with all cores
 computing at once, and handed to every worker: never below 1, and at most 8, so that a test which
-hangs still ends. What a test *claims* about time (a limit of the product, a mark) is never
-multiplied.
+hangs still ends. How often something must at least have come is divided by it. What a test
+*claims* about time (a limit of the product, a mark) is never multiplied.
 """
 
 from __future__ import annotations
