@@ -33,7 +33,7 @@ from hapticvlm_lab.training.graph_writer import Ranges
 from hapticvlm_lab.training.head import Fitted
 from hapticvlm_lab.training.packages import SOURCES
 
-VERSION = 1  # of the heads: galleries made with another do not fit
+VERSION = 2  # of the heads: galleries made with another do not fit
 CALIBRATING = 60  # pictures, and as many rooms, that ranges of activations are taken of
 SHARPNESS = 16.0  # of the shipped references, which teach a user's own ones what is none of them
 SEEDS = (0, 1, 2)  # of the fit; the one is kept that is least surprised by what taught nothing
