@@ -2,7 +2,7 @@
 
 Draws rooms and path-traced objects, describes all that teaches by the packaged network, fits the
 head, chooses its scale on pictures that taught nothing, and writes the encoder's folder. What is
-in W already is not made again. Under half an hour of two cores, with Debian's libllvm19.
+in W already is not made again. About half an hour of two cores, with libllvm19.
 """
 
 from __future__ import annotations
