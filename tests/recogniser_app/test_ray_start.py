@@ -15,7 +15,7 @@ def slow_ray(monkeypatch):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Ray's own, about its own parts
         ray = pytest.importorskip("ray", reason="the extra `ray` brings it")
-    starts = []
+    starts: list[int] = []
 
     def set_slow(times):
         def init(**_):
