@@ -9,6 +9,7 @@ from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate import protocol as plate_protocol
 from hapticvlm.devices.plate.framing import Deframer
 from hapticvlm.devices.plate.peltier import Peltier
+from hapticvlm.devices.plate.ports import READ_S
 from hapticvlm.devices.simulated.simulated_board import SimulatedBoard, SimulatedPort
 
 TURN_S = 0.02
@@ -57,6 +58,8 @@ class Cable:
 
 class CablePort(SimulatedPort):
     """What pyserial gives; raises as pyserial does once the cable is cut."""
+
+    longest_read_s = READ_S
 
     def __init__(self, cable: Cable) -> None:
         super().__init__(cable.board, cable.clock, cable.clock.wait)

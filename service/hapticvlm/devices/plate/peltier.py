@@ -100,8 +100,8 @@ class Peltier:
         try:
             # The read blocks for READ_S at most and outside the lock: a serial adapter that hangs
             # in the kernel holds up this thread and nobody else. Everything between is computed
-            # under the lock, and what it gives is written outside again. A command that comes
-            # between is sent in the next round, 10 ms later.
+            # under the lock, and what it gives is written outside again. What is commanded and
+            # is to be sent at once ends the read; where a port cannot do that it is sent after it.
             data = self._port.read(READ_BYTES)
             now = self._clock()
             with self._lock:
@@ -117,7 +117,7 @@ class Peltier:
             self._disconnect("nothing understandable came")
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
-        """Hold `setpoint_c` for `ttl_s`; sent by the thread within READ_S, the first at once."""
+        """Hold `setpoint_c` for `ttl_s`; sent by the thread without waiting for its read to end."""
         with self._lock:
             if self._session.command(setpoint_c, ttl_s, now):
                 self._end_read()
@@ -126,6 +126,7 @@ class Peltier:
         """Return to neutral, then switch off."""
         with self._lock:
             self._session.rest()
+            self._end_read()
 
     def off(self, now: float) -> None:  # noqa: ARG002 - the board's clock decides
         """Open the bridge at once; sent by the thread without waiting for its read to end."""

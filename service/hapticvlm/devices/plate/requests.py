@@ -128,14 +128,18 @@ class Drive:
         self._release()
         self._is_held = True
 
+    def is_due(self, now: float) -> bool:
+        """Whether there is a setpoint to send now."""
+        pause_s = RENEW_S if self._setpoint_mc == self._sent_mc else CHANGE_S
+        return self._setpoint_mc is not None and now - self._sent_at >= pause_s
+
     def due(self, now: float) -> plate_protocol.Setpoint | None:
         """Return the setpoint to send now, if any; a lease that has run out ends here."""
         left_s = self._until - now
         if self._setpoint_mc is None or left_s <= 0.0:
             self._release()
             return None
-        pause_s = RENEW_S if self._setpoint_mc == self._sent_mc else CHANGE_S
-        if now - self._sent_at < pause_s:
+        if not self.is_due(now):
             return None
         self._sent_at = now
         self._sent_mc = self._setpoint_mc

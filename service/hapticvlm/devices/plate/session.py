@@ -111,15 +111,14 @@ class PlateSession:
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> bool:
         """Hold `setpoint_c`, limited to the band, for `ttl_s`, if this is a fresh command.
 
-        Returns whether it begins to drive: whether the board hears of it for the first time.
+        Returns whether there is something to send at once.
         """
         is_sound = not (self.telemetry and self.telemetry.faults) and not self._clock.is_wrong
         may_drive = self.is_ready and is_sound
-        was_driving = self._drive.is_driving
         if not self._drive.command(setpoint_c, ttl_s, now, may_drive=may_drive):
             return False
         self._orders.drop_rest()
-        return not was_driving
+        return self._drive.is_due(now)
 
     def rest(self) -> None:
         """Return to neutral, then off."""

@@ -36,7 +36,6 @@ from hapticvlm.rendering.heat import limits as plate_limits
 TELEMETRY_HZ = 20
 FULL_SCALE_A = 3.0  # of the assumed driver, as PROTOCOL.md
 _POWER_ON = 1 << 0
-_REST_READ_S = 1.0 / TELEMETRY_HZ  # a plate that is off has nothing to say before
 _UNSENT_BYTES = 4096  # a host that does not read loses the rest
 
 
@@ -56,9 +55,9 @@ class SimulatedBoard:
         self._is_greeted = False
 
     @property
-    def is_quiet(self) -> bool:
-        """Whether nothing but telemetry can come: the host is known, and the plate is off."""
-        return self._is_greeted and self.plate.state is plate_protocol.State.OFF
+    def is_greeted(self) -> bool:
+        """Whether the host is known: nothing but telemetry comes then, unless it is asked."""
+        return self._is_greeted
 
     def exchange(self, data: bytes, now: float) -> bytes:
         """Receive what the host sent, advance to `now` and return what is to be sent."""
@@ -192,6 +191,10 @@ class SimulatedBoard:
 class SimulatedPort:
     """A board at the end of a line without a line; `wait` lets the clock's time pass."""
 
+    # Once the board is greeted it says nothing before its next telemetry but to an order, which
+    # ends the read. The fewer turns its thread has, the fewer touches meet one.
+    longest_read_s = 1.0 / TELEMETRY_HZ
+
     def __init__(
         self,
         board: SimulatedBoard,
@@ -207,7 +210,7 @@ class SimulatedPort:
     def read(self, size: int) -> bytes:
         """Wait as a real port does, then return what the board sent meanwhile."""
         if not self._cancelled.is_set():
-            self._wait(_REST_READ_S if self._board.is_quiet else READ_S)
+            self._wait(self.longest_read_s if self._board.is_greeted else READ_S)
         self._cancelled.clear()
         self._exchange(b"")
         found = self._pending[:size]
