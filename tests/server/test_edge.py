@@ -104,6 +104,27 @@ async def test_messages_of_one_read_are_taken_in_order_and_one_a_turn():
     assert len(set(service.turns)) == 20
 
 
+async def test_a_touch_is_carried_out_in_the_read_that_brought_it_and_a_picture_in_a_later_turn(
+    monkeypatch,
+):
+    # A picture's message is long to parse and long to carry out: a touch of another socket that has
+    # come meanwhile goes between.
+    service, read_in = Service(), []
+    take = EdgeSocket.buffer_updated
+
+    def take_and_note(self, count):
+        take(self, count)
+        read_in.append(service.turn)
+
+    monkeypatch.setattr(EdgeSocket, "buffer_updated", take_and_note)
+    async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
+        for number, message in enumerate((b"touch", bytes(20_000)), start=1):
+            await client.send(message)
+            await until(lambda number=number: len(service.said) == number)
+            service.log.append(service.turns[-1] - read_in[-1])
+    assert service.log[:2] == [0, 2]
+
+
 async def test_no_answer_waits_until_the_one_before_it_was_acknowledged():
     # A client acknowledges an answer 40 ms late where it has nothing to send with it. An edge that
     # gathers small answers until then delays every second of these by so much.

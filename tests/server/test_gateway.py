@@ -1,5 +1,7 @@
 """The gateway and its queues without a socket: who owns the outputs, and whose picture is next."""
 
+import asyncio
+import socket
 import time
 from collections import Counter
 from types import SimpleNamespace
@@ -11,13 +13,17 @@ from websockets.protocol import State
 
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Error, Frame, MessageError, Ownership, Scene, SceneObject, Set, Touch
+from hapticvlm.processes.model_worker import Answered
 from hapticvlm.server.budgets import ENROL_BYTES
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.ownership import IDLE_OWNER_S
 from hapticvlm.server.recognition_queue import RecognitionQueue
+from hapticvlm.server.turns import give_way
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import RecognitionRequest, RequestId, of_object
+from hapticvlm.vision.frame_recogniser import Recognition
+from hapticvlm.vision.worker import Recognised
 
 PEER: Any = Peer()
 
@@ -242,7 +248,53 @@ def test_the_owners_pictures_come_first_and_the_others_take_turns():
     assert names == ["owner", "guest", "other"] * 2
 
 
-def test_what_was_never_seen_waits_for_no_turn_however_much_was_looked_at():
+async def test_an_answer_and_the_frame_after_it_have_a_turn_each_between_which_a_touch_may_go():
+    recogniser, log = Idle(), []
+    recogniser.worker.accept = lambda *_: True
+    recogniser.note = lambda _: None  # type: ignore[attr-defined]
+    queue = RecognitionQueue(recogniser, Counter(), lambda *_: log.append("answered"))  # type: ignore[arg-type]
+    client = scene("owner", owner=True)
+    queue.join(client)
+    recogniser.worker.is_busy = False
+    queue.put(client, look("first"))
+    await give_way()
+    recogniser.worker.is_busy = True
+    queue.put(client, look("second"))
+    recogniser.worker.is_busy = False
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        # A touch comes while the answer is taken, and another while it is given.
+        asyncio.get_running_loop().add_reader(ours, lambda: log.append(ours.recv(9)))
+        queue.accept(Answered(1, Recognised(Recognition(None, {}))))
+        theirs.send(b"touch")
+        assert log == []
+        while len(recogniser.subjects) == 1:
+            if log and log[-1] == "answered":
+                theirs.send(b"another")
+            log.append("turn")
+            await asyncio.sleep(0)
+        asyncio.get_running_loop().remove_reader(ours)
+    log = [entry for entry in log if entry != "turn"]
+    assert log == [b"touch", "answered", b"another"], "and then the next frame"
+
+
+async def test_who_left_before_its_answer_was_given_gets_none():
+    recogniser, log = Idle(), []
+    recogniser.worker.accept = lambda *_: True
+    recogniser.note = lambda _: None  # type: ignore[attr-defined]
+    queue = RecognitionQueue(recogniser, Counter(), lambda *_: log.append("answered"))  # type: ignore[arg-type]
+    client = scene("owner", owner=True)
+    queue.join(client)
+    recogniser.worker.is_busy = False
+    queue.put(client, look("first"))
+    await give_way()
+    queue.accept(Answered(1, Recognised(Recognition(None, {}))))
+    queue.leave(client)
+    await give_way()
+    assert log == []
+
+
+async def test_what_was_never_seen_waits_for_no_turn_however_much_was_looked_at():
     recogniser = Idle()
     queue = RecognitionQueue(recogniser, Counter(), lambda *_: None)  # type: ignore[arg-type]
     client = scene("owner", owner=True)
@@ -252,8 +304,10 @@ def test_what_was_never_seen_waits_for_no_turn_however_much_was_looked_at():
     recogniser.worker.is_busy = False
     for _ in range(40):
         queue.put(client, look("thing"))
+        await give_way()
     assert len(recogniser.subjects) < 40, "looks at it wait for their turn"
     queue.put(client, look("new"))
+    await give_way()
     assert recogniser.subjects[-1] == "owner/object new"
 
 

@@ -29,6 +29,9 @@ class Mailbox(Generic[T]):
         self._enrol_next = False
         self.enrol_bytes = 0
 
+    def __bool__(self) -> bool:
+        return bool(self._live is not None or self._touched or self._enrol)
+
     def put_live(self, item: T) -> T | None:
         """Keep the newest live frame; return the one it supersedes."""
         superseded = self._live

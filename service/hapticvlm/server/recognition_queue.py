@@ -6,7 +6,6 @@ waits; what waits to be enrolled is bounded for all of them together.
 
 from __future__ import annotations
 
-import asyncio
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -17,6 +16,7 @@ from hapticvlm.processes.model_worker import Answered
 from hapticvlm.server.budgets import ENROL_BYTES, LOOKS, TokenBucket
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.mailbox import Mailbox, QueueFull
+from hapticvlm.server.turns import put_off
 from hapticvlm.session.actions import Action, Reply
 from hapticvlm.session.targets import (
     HandRegion,
@@ -50,7 +50,7 @@ class RecognitionQueue:
     """Feeds the recogniser from a mailbox for each connection that has joined.
 
     All of it runs on the event loop, so no two methods run at once and nothing is locked. The
-    recogniser works on one picture at a time: `put` and `accept` end by `feed`, which hands over
+    recogniser works on one picture at a time: after `put` and `accept` a turn of the loop feeds it
     the next one if it is idle. An answer belongs to the request under way or to none: one that was
     given up (a restart, a connection that left) is dropped by its number. Whoever waits for an
     answer gets exactly one: a decision, `skipped` with its reason, or an error.
@@ -68,6 +68,7 @@ class RecognitionQueue:
         self._under_way: _UnderWay | None = None
         self._shown_at: dict[tuple[Connection, str | None], float] = {}  # by object
         self._looks: dict[Connection, TokenBucket] = {}
+        self._is_feed_due = False
 
     def join(self, connection: Connection) -> None:
         """Give a connection its place, behind all others."""
@@ -96,8 +97,13 @@ class RecognitionQueue:
             self._counts["frames superseded"] += 1
             if superseded.waits is not None:
                 answers.append(Skipped(id=superseded.waits.value, reason="superseded"))
-        self.feed()
+        self._feed_soon()
         return answers
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether a frame waits that the recogniser could take now."""
+        return not self._recogniser.worker.is_busy and any(map(bool, self._mailboxes.values()))
 
     def feed(self) -> None:
         """Give the recogniser the next frame if it is idle."""
@@ -128,13 +134,10 @@ class RecognitionQueue:
         self._recogniser.note(answered.value.remote)
         under_way = self._under_way
         self._under_way = None
-        if under_way is not None and under_way.connection in self._mailboxes:
-            if under_way.is_shown:
-                self._show(under_way, answered.value.shown)
-            self._deliver(under_way.connection, self._actions(under_way, answered.value, now))
-        # Deciding what was recognised, and copying the next frame over, would together hold the
-        # loop for half a millisecond, 60 times a second. A touch that came meanwhile goes between.
-        asyncio.get_running_loop().call_soon(self.feed)
+        # To take the answer, to decide, and to copy the next frame over would together hold the
+        # loop for half a millisecond. Each has a turn of its own: a touch that came meanwhile goes
+        # between.
+        put_off(self._answer, under_way, answered.value, now)
 
     def fail(self, text: str) -> None:
         """Answer the waiting client that the recogniser was restarted, and go on."""
@@ -145,6 +148,23 @@ class RecognitionQueue:
             if waits is not None:
                 under_way.connection.post(Error(id=waits.value, code="model", text=text))
         self.feed()
+
+    def _feed_soon(self) -> None:
+        """Give the recogniser the next frame in a turn of its own."""
+        if not (self._is_feed_due or self._recogniser.worker.is_busy):
+            self._is_feed_due = True
+            put_off(self._feed_now)
+
+    def _feed_now(self) -> None:
+        self._is_feed_due = False
+        self.feed()
+
+    def _answer(self, under_way: _UnderWay | None, answer: Recognised, now: float) -> None:
+        if under_way is not None and under_way.connection in self._mailboxes:  # it has not left
+            if under_way.is_shown:
+                self._show(under_way, answer.shown)
+            self._deliver(under_way.connection, self._actions(under_way, answer, now))
+        self._feed_soon()
 
     def _queue(
         self, mailbox: Mailbox[RecognitionRequest], request: RecognitionRequest

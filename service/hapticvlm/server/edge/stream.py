@@ -1,9 +1,9 @@
 """Bytes in, whole messages out, one at a time and in their order: the way of a touch.
 
 What RFC 6455 says is decided by websockets' protocol without I/O; this is its shell over an asyncio
-transport, encrypted or not. A message that finds nothing before it is carried out inside the read
-that brought it. All others wait for a turn of the event loop each, so that no client gets two while
-another has none. Knows no message; how a socket begins and ends stands in `socket.py`.
+transport, encrypted or not. A short message that finds nothing before it is carried out inside the
+read that brought it. All others wait for a turn of the event loop each, so that no client gets two
+while another has none. Knows no message; how a socket begins and ends stands in `socket.py`.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from websockets.server import ServerProtocol
 from hapticvlm.server.budgets import READ_BYTES, TURN_BYTES, PeerBudget
 from hapticvlm.server.edge.assembly import Assembly
 from hapticvlm.server.edge.frame_lengths import FrameLengths
+from hapticvlm.server.turns import put_off
 
 MOST_QUEUED = 4  # messages; then nothing more is read
 CONTROL = (Opcode.PING, Opcode.PONG)
@@ -92,7 +93,13 @@ class Stream(asyncio.BufferedProtocol):
         if not self.budget.spend_bytes(count, now):
             self.refuse("too many bytes")
         self._parse(data, now)
-        if not self._is_turn_due:
+        if self._inbox and len(self._inbox[0]) > READ_BYTES:
+            # To parse a picture's message and to carry it out are a turn each: a touch that has
+            # come meanwhile to another socket goes between.
+            if not self._is_turn_due:
+                self._is_turn_due = True
+                put_off(self._take_turn)
+        elif not self._is_turn_due:
             self._take_turn()
         # What the client asked for by a control frame leaves last. When it closes, its outputs rest
         # before it is told that the connection is closed.
