@@ -35,6 +35,7 @@ from hapticvlm.session.settings import SessionSettings
 from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
 
 MOST_FILES = 14
+RING = "devices/speaker/ring.py"
 MOST_SUMS = 4.0  # 2 to 2.6 today, 6 and more before decisions were kept
 ROOMS = Path(hapticvlm.__file__).parent
 TABLE = SceneObject(object_id="table", name="Oak_Table")
@@ -53,14 +54,15 @@ def touched():
 
 
 class Profile:
-    """Collects the files of the package whose functions run."""
+    """Collects the files of the package whose functions run, until one of `last` has."""
 
-    def __init__(self) -> None:
+    def __init__(self, last: str | None = None) -> None:
         self.files: set[str] = set()
+        self._last = last
 
     def __call__(self, frame, event, _) -> None:
         name = frame.f_code.co_filename
-        if event == "call" and name.startswith(str(ROOMS)):
+        if event == "call" and name.startswith(str(ROOMS)) and self._last not in self.files:
             self.files.add(str(Path(name).relative_to(ROOMS)))
 
 
@@ -89,7 +91,7 @@ async def test_a_touch_passes_at_most_14_files_from_the_socket_to_the_ring():
             await socket.send(encode(message, as_text=True))
         await socket.recv()  # the contact's decision
         await socket.recv()
-        sys.setprofile(profile := Profile())
+        sys.setprofile(profile := Profile(last=RING))
         await socket.send(encode(touch(), as_text=True))
         reply = await socket.recv()
         sys.setprofile(None)
@@ -99,7 +101,7 @@ async def test_a_touch_passes_at_most_14_files_from_the_socket_to_the_ring():
     assert {
         "server/conversation.py",
         "session/session.py",
-        "devices/speaker/ring.py",
+        RING,
     } <= profile.files
     assert len(profile.files) <= MOST_FILES
 

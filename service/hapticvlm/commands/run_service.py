@@ -50,13 +50,8 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
         server = WebSocketServer(where, gateway, offer.service_info(serving, parts), time.monotonic)
         has_priority = not serving.no_realtime and _raise_priority()
         sys.setswitchinterval(SWITCH_S)
-        supervision = Supervision(gateway)
         async with server.listen() as port, asyncio.TaskGroup() as tasks:
-            running = [
-                tasks.create_task(supervision.run_ticks()),
-                tasks.create_task(supervision.run_telemetry()),
-                tasks.create_task(supervision.run_waveform()),
-            ]
+            running = tasks.create_task(Supervision(gateway).run())
             # What was made so far stays: looking through it again would hold up a touch by 40 ms.
             gc.collect()
             gc.freeze()
@@ -67,8 +62,7 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
             gateway.vibration.prepare()
             await stopping.wait()
             gateway.close()
-            for task in running:
-                task.cancel()
+            running.cancel()
             # The outputs end first: closing connections may wait for a client that does not read.
             parts.plate.close()
             await asyncio.to_thread(parts.speaker.close)

@@ -13,6 +13,7 @@ from hapticvlm.messages import (
     Scene,
     ServiceMessage,
     Set,
+    Touch,
     decode,
     encode,
 )
@@ -45,8 +46,10 @@ class Conversation:
         """Carry out one message and answer it."""
         now = self._clock()
         self._connection.has_spoken = True
+        message: ClientMessage | None = None
         try:
-            answers = self.carry_out(_read(data), now)
+            message = _read(data)
+            answers = self.carry_out(message, now)
         except MessageError as error:
             self._gateway.refuse(error.code)
             refusal = Error(id=error.id, code=error.code, text=error.text, path=error.path)
@@ -55,6 +58,8 @@ class Conversation:
                 self.socket.refuse("too many refused messages")
         for answer in answers:
             self.socket.write(encode(answer, as_text=self._connection.as_text))
+        if isinstance(message, Touch):
+            self._gateway.lull.touched()
 
     def left(self) -> None:
         """Forget the client; what it drove rests."""

@@ -32,6 +32,7 @@ from hapticvlm.processes.model_worker import Answered
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.log_writer import LogWriter
+from hapticvlm.server.lull import Lull
 from hapticvlm.server.outputs import Driven, Outputs
 from hapticvlm.server.ownership import OutputOwnership
 from hapticvlm.server.recognition_queue import RecognitionQueue
@@ -68,6 +69,7 @@ class Gateway:
         self.connections: list[Connection] = []
         self.recorder: Recorder | None = None
         self.log: LogWriter | None = None
+        self.lull = Lull()
         self.outputs = Outputs(speaker, plate)
         self.recogniser = recogniser
         self.vibration = VibrationEvents(speaker)

@@ -5,87 +5,99 @@ Leases that lapsed end here, the plate is followed, and what fails is reported t
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import time
+from collections.abc import Callable, Iterator
 
 from hapticvlm.devices.faults import describe
 from hapticvlm.messages import Error
 from hapticvlm.server import status
 from hapticvlm.server.connection import Event
 from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.turns import give_way
 
 TICK_S = 0.02
 REST_TICK_S = 0.1  # while nobody is connected: no lease can lapse
 CHILDREN_S = 0.1  # between looks at the children; to start one again takes longer
 TELEMETRY_S = 0.1
 LOSSES_S = 10.0
-WAVEFORM_S = 0.02  # sound in a browser lags by this and what the browser keeps in hand
 
 logger = logging.getLogger(__name__)
 
 
 class Supervision:
-    """Looks after one gateway; each `run` goes on until it is cancelled."""
+    """Looks after one gateway."""
 
     def __init__(self, gateway: Gateway) -> None:
         self._gateway = gateway
         self._lost_lines, self._losses_at = 0, float("-inf")
-        self._supervised_at = float("-inf")
+        self._supervised_at = self._telemetry_at = float("-inf")
+        self._waveform_from = 0
 
-    async def run_ticks(self) -> None:
-        """End lapsed leases, follow the plate and watch the children, until cancelled."""
+    async def run(self) -> None:
+        """Do all of it, until cancelled."""
         gateway = self._gateway
         while True:
             # With nobody connected no lease can lapse and no frame waits: the loop wakes ten times
             # a second instead of fifty. The first client to come finds its first tick at most a
             # tenth of a second late, well within a lease.
-            await asyncio.sleep(TICK_S if gateway.connections else REST_TICK_S)
+            await gateway.lull.wait(TICK_S if gateway.connections else REST_TICK_S)
             now = time.monotonic()
-            self._follow_plate(now)
-            if gateway.owner is not None:
-                if gateway.leases:
-                    gateway.ownership.leased_at = now
-                # A lease ends here and nowhere else on this side: no timer is set for each touch,
-                # the tick looks at all of them 50 times a second. Should the loop be held up,
-                # outputs still end by themselves: the engine knows when each command expires, the
-                # board how long its setpoint lives.
-                actions = gateway.owner.session.tick(now, gateway.outputs.reading)
-                gateway.deliver(gateway.owner, actions)
-                if gateway.vibration.is_on:
-                    gateway.vibration.tick(now)
-            if now - self._supervised_at >= CHILDREN_S:
-                self._supervised_at = now
-                self._supervise(now)
-            # A recogniser that has just come back has nobody else to wake it, nor has a frame that
-            # had to wait for its turn.
-            gateway.recognition.feed()
+            self._tick(now)
+            for work in self._due(now):
+                await give_way()  # a touch that has come meanwhile goes between
+                work()
 
-    async def run_telemetry(self) -> None:
-        """Report the state of the outputs to every connection, until cancelled."""
-        while True:
-            await asyncio.sleep(TELEMETRY_S)
-            dropped = (n for name, n in self._gateway.counts.items() if name.startswith("frames "))
-            telemetry = status.telemetry(
-                self._gateway.outputs, dropped_frames=sum(dropped), leases=self._gateway.leases
-            )
-            event = Event(telemetry)
+    def _tick(self, now: float) -> None:
+        """End lapsed leases and follow the plate."""
+        gateway = self._gateway
+        self._follow_plate(now)
+        if gateway.owner is None:
+            return
+        if gateway.leases:
+            gateway.ownership.leased_at = now
+        # A lease ends here and nowhere else on this side: no timer is set for each touch, the tick
+        # looks at all of them 50 times a second. Should the loop be held up, outputs still end by
+        # themselves: the engine knows when each command expires, the board how long its setpoint
+        # lives.
+        gateway.deliver(gateway.owner, gateway.owner.session.tick(now, gateway.outputs.reading))
+        if gateway.vibration.is_on:
+            gateway.vibration.tick(now)
+
+    def _due(self, now: float) -> Iterator[Callable[[], None]]:
+        """Yield what else there is to do."""
+        if now - self._supervised_at >= CHILDREN_S:
+            self._supervised_at = now
+            yield self._supervise
+        # A recogniser that has just come back has nobody else to wake it, nor has a frame that had
+        # to wait for its turn.
+        if self._gateway.recognition.is_waiting:
+            yield self._gateway.recognition.feed
+        if now >= self._telemetry_at:
+            # Ten a second in the long run; what a held up loop has missed is not made up for.
+            self._telemetry_at = max(self._telemetry_at, now - TICK_S) + TELEMETRY_S
+            yield self._send_telemetry
+        if any("waveform" in other.watches for other in self._gateway.connections):
+            yield self._send_waveform
+
+    def _send_telemetry(self) -> None:
+        """Report the state of the outputs to every connection."""
+        dropped = (n for name, n in self._gateway.counts.items() if name.startswith("frames "))
+        telemetry = status.telemetry(
+            self._gateway.outputs, dropped_frames=sum(dropped), leases=self._gateway.leases
+        )
+        event = Event(telemetry)
+        for connection in self._gateway.connections:
+            connection.post(event)
+
+    def _send_waveform(self) -> None:
+        """Send what the speaker plays to the observers that watch it."""
+        waveform = status.waveform(self._gateway.outputs.speaker, self._waveform_from)
+        self._waveform_from = (waveform.start or 0) + len(waveform.samples or ())
+        if waveform.samples:
+            event = Event(waveform)
             for connection in self._gateway.connections:
-                connection.post(event)
-
-    async def run_waveform(self) -> None:
-        """Send what the speaker plays to the observers that watch it, until cancelled."""
-        start = 0
-        while True:
-            await asyncio.sleep(WAVEFORM_S if self._gateway.connections else REST_TICK_S)
-            watching = [other for other in self._gateway.connections if "waveform" in other.watches]
-            if not watching:
-                continue
-            waveform = status.waveform(self._gateway.outputs.speaker, start)
-            start = (waveform.start or 0) + len(waveform.samples or ())
-            if waveform.samples:
-                event = Event(waveform)
-                for connection in watching:
+                if "waveform" in connection.watches:
                     connection.post(event)
 
     def _follow_plate(self, now: float) -> None:
@@ -95,7 +107,8 @@ class Supervision:
         if new:
             self._gateway.stop("peltier")
 
-    def _supervise(self, now: float) -> None:
+    def _supervise(self) -> None:
+        now = time.monotonic()
         # Each child is looked at ten times a second, and started again in a thread of its own, so
         # nothing here waits for a process. A look in every tick was half of what a tick cost, and a
         # touch that meets a tick waits for its end. What a child that died was asked is answered at
