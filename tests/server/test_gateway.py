@@ -249,7 +249,8 @@ def test_the_owners_pictures_come_first_and_the_others_take_turns():
 
 
 async def test_an_answer_and_the_frame_after_it_have_a_turn_each_between_which_a_touch_may_go():
-    recogniser, log = Idle(), []
+    recogniser = Idle()
+    log: list[str | bytes] = []
     recogniser.worker.accept = lambda *_: True
     recogniser.note = lambda _: None  # type: ignore[attr-defined]
     queue = RecognitionQueue(recogniser, Counter(), lambda *_: log.append("answered"))  # type: ignore[arg-type]
@@ -279,7 +280,8 @@ async def test_an_answer_and_the_frame_after_it_have_a_turn_each_between_which_a
 
 
 async def test_who_left_before_its_answer_was_given_gets_none():
-    recogniser, log = Idle(), []
+    recogniser = Idle()
+    log: list[str | bytes] = []
     recogniser.worker.accept = lambda *_: True
     recogniser.note = lambda _: None  # type: ignore[attr-defined]
     queue = RecognitionQueue(recogniser, Counter(), lambda *_: log.append("answered"))  # type: ignore[arg-type]
