@@ -104,25 +104,48 @@ async def test_messages_of_one_read_are_taken_in_order_and_one_a_turn():
     assert len(set(service.turns)) == 20
 
 
+@pytest.fixture
+def reads(monkeypatch):
+    """Keep in which turn of the loop each read was."""
+
+    def note(service):
+        found: list[int] = []
+        take = EdgeSocket.buffer_updated
+
+        def take_and_note(self, count):
+            found.append(service.turn)
+            take(self, count)
+
+        monkeypatch.setattr(EdgeSocket, "buffer_updated", take_and_note)
+        return found
+
+    return note
+
+
 async def test_a_touch_is_carried_out_in_the_read_that_brought_it_and_a_picture_in_a_later_turn(
-    monkeypatch,
+    reads,
 ):
     # A picture's message is long to parse and long to carry out: a touch of another socket that has
     # come meanwhile goes between.
-    service, read_in, turns_later = Service(), [], []
-    take = EdgeSocket.buffer_updated
-
-    def take_and_note(self, count):
-        take(self, count)
-        read_in.append(service.turn)
-
-    monkeypatch.setattr(EdgeSocket, "buffer_updated", take_and_note)
+    service, turns_later = Service(), []
     async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
+        read_in = reads(service)
         for number, message in enumerate((b"touch", bytes(20_000)), start=1):
             await client.send(message)
             await until(lambda number=number: len(service.said) == number)
             turns_later.append(service.turns[-1] - read_in[-1])
     assert turns_later == [0, 2]
+
+
+async def test_a_touch_behind_a_picture_of_its_own_socket_waits_one_turn(reads):
+    service = Service()
+    async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
+        read_in = reads(service)
+        for number in range(1, 11):
+            client.transport.write(frames(bytes(20_000), b"touch"))
+            await until(lambda number=number: len(service.said) == 2 * number)
+            assert service.said[-2:] == [bytes(20_000), b"touch"]
+            assert service.turns[-1] - read_in[-1] <= 1
 
 
 async def test_no_answer_waits_until_the_one_before_it_was_acknowledged():

@@ -46,7 +46,7 @@ class Stream(asyncio.BufferedProtocol):
         self._receive: Callable[[bytes | str], None] | None = None
         self._left: Callable[[], None] | None = None
         self._bug: Exception | None = None
-        self._is_turn_due = self._is_full = False
+        self._is_turn_due = self._is_put_off = self._is_full = False
         self._has_ended = False  # no message will come any more
 
     def write(self, data: bytes | str) -> None:
@@ -93,12 +93,14 @@ class Stream(asyncio.BufferedProtocol):
         if not self.budget.spend_bytes(count, now):
             self.refuse("too many bytes")
         self._parse(data, now)
-        if self._inbox and len(self._inbox[0]) > READ_BYTES:
-            # To parse a picture's message and to carry it out are a turn each: a touch that has
-            # come meanwhile to another socket goes between.
-            if not self._is_turn_due:
-                self._is_turn_due = True
-                put_off(self._take_turn)
+        # To parse a picture's message and to carry it out are a turn each: a touch that has come
+        # meanwhile to another socket goes between. One of this socket goes behind it, and then
+        # there is nothing to wait for.
+        if self._is_put_off and len(self._inbox) > 1:
+            self._take_turn()
+        elif self._inbox and len(self._inbox[0]) > READ_BYTES and not self._is_turn_due:
+            self._is_turn_due = self._is_put_off = True
+            put_off(self._take_put_off)
         elif not self._is_turn_due:
             self._take_turn()
         # What the client asked for by a control frame leaves last. When it closes, its outputs rest
@@ -166,9 +168,13 @@ class Stream(asyncio.BufferedProtocol):
             self._is_turn_due = True
             self._loop.call_soon(self._take_turn)
 
+    def _take_put_off(self) -> None:
+        if self._is_put_off:
+            self._take_turn()
+
     def _take_turn(self) -> None:
         """Carry out the next message; one whose client does not read its answers waits."""
-        self._is_turn_due = False
+        self._is_turn_due = self._is_put_off = False
         if self._receive is None:
             self.tell()
             return
