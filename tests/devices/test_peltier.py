@@ -24,6 +24,7 @@ from hapticvlm.devices.plate.requests import CHANGE_S
 from hapticvlm.devices.simulated.plant import Plant
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.simulated.simulated_board import (
+    TELEMETRY_HZ,
     SimulatedBoard,
     SimulatedPort,
     simulated_plate,
@@ -408,6 +409,23 @@ def test_a_changed_setpoint_and_the_end_of_a_touch_wait_for_no_read_that_goes_on
     assert changed.setpoint_mc == 22_500
     plate.rest(time.monotonic())
     wait_for(lambda: plate_protocol.Rest() in patient.sent(), 10.0)
+
+
+def test_a_simulated_plate_that_is_driven_lives_on_when_it_is_looked_at(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Its thread would hold up touches at moments of its own.
+    plate = simulated_plate()
+    plate.start()
+    try:
+        plate.command(22.0, 60.0, time.monotonic())
+        wait_for(lambda: plate.advance(time.monotonic()).duty < 0.0)
+        monkeypatch.setattr(SimulatedPort, "longest_read_s", 3600.0)
+        time.sleep(2.0 / TELEMETRY_HZ)  # the thread reads that long by now
+        wait_for(lambda: plate.advance(time.monotonic()).plate_c == pytest.approx(22.0, abs=0.3))
+        assert plate.advance(time.monotonic()).faults == ()
+    finally:
+        plate.close()
 
 
 def test_an_off_waits_for_no_read_that_goes_on(

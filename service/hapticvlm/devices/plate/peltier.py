@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -25,6 +26,7 @@ HANDSHAKE_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
 READ_BYTES = 256
 PAUSES_S = (0.25, 0.5, 1.0, 2.0, 5.0)  # before each try to open the port again, then the last
 SIGN_OFF_S = 0.5
+TURN_S = 0.018  # of a simulated board: a tick, less what a clock may be off
 JOIN_S = 2.0
 PRIORITY = 15  # above the gateway's loop, whose orders it sends, below the audio's
 
@@ -63,6 +65,7 @@ class Peltier:
         # the setpoint's own time to live ends on the board.
         self._lock = threading.Lock()
         self._port: Port | None = None
+        self._polled_at = -math.inf
         self._trouble = ""  # why the port was closed last
         self._place: PortInfo | None = None
         self._closing = threading.Event()
@@ -103,7 +106,7 @@ class Peltier:
             # under the lock, and what it gives is written outside again. What is commanded and
             # is to be sent at once ends the read; where a port cannot do that it is sent after it.
             data = self._port.read(READ_BYTES)
-            now = self._clock()
+            now = self._polled_at = self._clock()
             with self._lock:
                 self._session.receive(data, now)
                 out = self._session.outgoing(now)
@@ -137,6 +140,11 @@ class Peltier:
     def advance(self, now: float) -> PlateReading:
         """Return the plate's last reading; nothing measured if that is too long ago."""
         with self._lock:
+            # The thread of a simulated board shares the interpreter with the event loop, and what
+            # it computes holds up a touch. So it lives on when the loop looks at it, which is just
+            # after a touch, and not at moments of its own.
+            if self.simulated and self._session.is_moving and now - self._polled_at >= TURN_S:
+                self._end_read()
             return self._session.reading(now)
 
     def clear(self, named: str, patience_s: float = 1.0) -> None:

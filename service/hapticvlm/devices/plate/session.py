@@ -64,6 +64,11 @@ class PlateSession:
         return self._orders.is_waiting
 
     @property
+    def is_moving(self) -> bool:
+        """Whether the plate is driven, or on its way back to neutral."""
+        return self.telemetry is not None and self.telemetry.state != State.OFF
+
+    @property
     def answer(self) -> Answer | None:
         """The board's answer to the newest order; None if there is none (yet)."""
         return self._orders.answer
