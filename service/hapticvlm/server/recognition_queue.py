@@ -137,7 +137,7 @@ class RecognitionQueue:
         # To take the answer, to decide, and to copy the next frame over would together hold the
         # loop for half a millisecond. Each has a turn of its own: a touch that came meanwhile goes
         # between.
-        put_off(self._answer, under_way, answered.value, now)
+        put_off(self._answer, under_way, answered.value)
 
     def fail(self, text: str) -> None:
         """Answer the waiting client that the recogniser was restarted, and go on."""
@@ -159,7 +159,8 @@ class RecognitionQueue:
         self._is_feed_due = False
         self.feed()
 
-    def _answer(self, under_way: _UnderWay | None, answer: Recognised, now: float) -> None:
+    def _answer(self, under_way: _UnderWay | None, answer: Recognised) -> None:
+        now = time.monotonic()  # later than all that the session has heard meanwhile
         if under_way is not None and under_way.connection in self._mailboxes:  # it has not left
             if under_way.is_shown:
                 self._show(under_way, answer.shown)
