@@ -420,7 +420,7 @@ def test_a_simulated_plate_that_is_driven_lives_on_when_it_is_looked_at(
     try:
         plate.command(22.0, 60.0, time.monotonic())
         wait_for(lambda: plate.advance(time.monotonic()).duty < 0.0)
-        monkeypatch.setattr(SimulatedPort, "longest_read_s", 3600.0)
+        monkeypatch.setattr(SimulatedPort, "longest_read_s", lambda _: 3600.0)
         time.sleep(2.0 / TELEMETRY_HZ)  # the thread reads that long by now
         wait_for(lambda: plate.advance(time.monotonic()).plate_c == pytest.approx(22.0, abs=0.3))
         assert plate.advance(time.monotonic()).faults == ()

@@ -191,10 +191,6 @@ class SimulatedBoard:
 class SimulatedPort:
     """A board at the end of a line without a line; `wait` lets the clock's time pass."""
 
-    # Once the board is greeted it says nothing before its next telemetry but to an order, which
-    # ends the read. The fewer turns its thread has, the fewer touches meet one.
-    longest_read_s = 1.0 / TELEMETRY_HZ
-
     def __init__(
         self,
         board: SimulatedBoard,
@@ -210,12 +206,20 @@ class SimulatedPort:
     def read(self, size: int) -> bytes:
         """Wait as a real port does, then return what the board sent meanwhile."""
         if not self._cancelled.is_set():
-            self._wait(self.longest_read_s if self._board.is_greeted else READ_S)
+            self._wait(self.longest_read_s())
         self._cancelled.clear()
         self._exchange(b"")
         found = self._pending[:size]
         self._pending = self._pending[size:]
         return found
+
+    def longest_read_s(self) -> float:
+        """Return how long a read may wait, s.
+
+        A board that is greeted says nothing before its next telemetry but to an order, which ends
+        the read. The fewer turns its thread has, the fewer touches meet one.
+        """
+        return 1.0 / TELEMETRY_HZ if self._board.is_greeted else READ_S
 
     def write(self, data: bytes) -> int:
         """Pass bytes to the board."""
