@@ -248,9 +248,9 @@ def test_the_owners_pictures_come_first_and_the_others_take_turns():
     assert names == ["owner", "guest", "other"] * 2
 
 
-async def test_an_answer_and_the_frame_after_it_have_a_turn_each_between_which_a_touch_may_go():
+async def looking(log):
+    """Hand over a frame of an owner; `log` says when its answer is given."""
     recogniser = Idle()
-    log: list[str | bytes] = []
     recogniser.worker.accept = lambda *_: True
     recogniser.note = lambda _: None  # type: ignore[attr-defined]
     queue = RecognitionQueue(recogniser, Counter(), lambda *_: log.append("answered"))  # type: ignore[arg-type]
@@ -259,6 +259,12 @@ async def test_an_answer_and_the_frame_after_it_have_a_turn_each_between_which_a
     recogniser.worker.is_busy = False
     queue.put(client, look("first"))
     await give_way()
+    return queue, client, recogniser
+
+
+async def test_an_answer_and_the_frame_after_it_have_a_turn_each_between_which_a_touch_may_go():
+    log: list[str | bytes] = []
+    queue, client, recogniser = await looking(log)
     recogniser.worker.is_busy = True
     queue.put(client, look("second"))
     recogniser.worker.is_busy = False
@@ -280,16 +286,8 @@ async def test_an_answer_and_the_frame_after_it_have_a_turn_each_between_which_a
 
 
 async def test_who_left_before_its_answer_was_given_gets_none():
-    recogniser = Idle()
     log: list[str | bytes] = []
-    recogniser.worker.accept = lambda *_: True
-    recogniser.note = lambda _: None  # type: ignore[attr-defined]
-    queue = RecognitionQueue(recogniser, Counter(), lambda *_: log.append("answered"))  # type: ignore[arg-type]
-    client = scene("owner", owner=True)
-    queue.join(client)
-    recogniser.worker.is_busy = False
-    queue.put(client, look("first"))
-    await give_way()
+    queue, client, _ = await looking(log)
     queue.accept(Answered(1, Recognised(Recognition(None, {}))))
     queue.leave(client)
     await give_way()

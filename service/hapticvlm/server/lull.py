@@ -15,11 +15,6 @@ AFTER_S = 0.001
 EARLY_S = 0.014
 
 
-def sooner(due: float, now: float) -> float:
-    """Return when work that is due then should be done, of which a touch was answered just now."""
-    return min(due, now + AFTER_S) if due - now <= EARLY_S else due
-
-
 class Lull:
     """Lets one task wait for its time; all of it on the event loop."""
 
@@ -44,10 +39,10 @@ class Lull:
         if self._waiter is None:
             return
         loop = self._waiter.get_loop()
-        due = sooner(self._due, loop.time())
-        if due < self._due:
+        now = loop.time()
+        if AFTER_S < self._due - now <= EARLY_S:
             self._cancel()
-            self._wake(loop, due)
+            self._wake(loop, now + AFTER_S)
 
     def _wake(self, loop: asyncio.AbstractEventLoop, due: float) -> None:
         self._due = due
