@@ -233,6 +233,15 @@ def test_all_beliefs_are_probabilities_and_leave_room_for_unknown(evidence: list
 
 
 @settings(deadline=None)
+@given(several, several)
+def test_a_verdict_believes_what_all_its_evidence_says_also_where_a_label_is_held(
+    before: list[Evidence], now: list[Evidence]
+) -> None:
+    held = apply_hysteresis(decide(before), decide(now))
+    assert held.evidence == tuple(now)
+    assert held.beliefs == (pool(now) if any(item.beliefs for item in now) else {})
+
+
 @given(several, st.randoms())
 def test_the_order_of_evidence_does_not_matter(evidence: list[Evidence], luck: Random) -> None:
     shuffled = list(evidence)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hapticvlm import materials, messages
 
@@ -58,6 +58,8 @@ class Verdict:
     """What the ladder decided. An unknown material still names its best guess as `runner_up`.
 
     `confidence` is the posterior of the best material, also where that was not enough to name it.
+    `beliefs` is the posterior of every class, empty where no rung believes anything. It follows
+    from the evidence, so two verdicts are compared without it.
     """
 
     material: str
@@ -65,6 +67,7 @@ class Verdict:
     runner_up: str | None
     source: Rung
     evidence: tuple[Evidence, ...]
+    beliefs: Mapping[str, float] = field(compare=False, repr=False)
 
 
 def ranked(rung: Rung, beliefs: Mapping[str, float]) -> Evidence:
@@ -95,18 +98,19 @@ def is_sure(evidence: Sequence[Evidence]) -> bool:
 
 def decide(evidence: Sequence[Evidence]) -> Verdict:
     """Judge what was gathered so far; unknown when nothing is believed enough."""
+    gathered = tuple(evidence)
     informative = _informative(evidence)
     if not informative:
-        return Verdict(materials.UNKNOWN, 0.0, None, "unknown", tuple(evidence))
-    posterior = pool(evidence)
-    best, second = sorted(posterior, key=lambda name: -posterior[name])[:2]
+        return Verdict(materials.UNKNOWN, 0.0, None, "unknown", gathered, {})
     statement = _statement(informative)
+    posterior = _posterior(informative, statement)
+    best, second = sorted(posterior, key=lambda name: -posterior[name])[:2]
     confidence = posterior[best]
     if statement is None and confidence < KNOWN:
-        return Verdict(materials.UNKNOWN, confidence, best, "unknown", tuple(evidence))
+        return Verdict(materials.UNKNOWN, confidence, best, "unknown", gathered, posterior)
     source = statement.rung if statement is not None else _heaviest(informative, best)
     runner_up = second if posterior[second] > FLOOR else None
-    return Verdict(best, confidence, runner_up, source, tuple(evidence))
+    return Verdict(best, confidence, runner_up, source, gathered, posterior)
 
 
 def apply_hysteresis(previous: Verdict | None, new: Verdict) -> Verdict:
@@ -115,14 +119,13 @@ def apply_hysteresis(previous: Verdict | None, new: Verdict) -> Verdict:
         return new
     if previous.material == materials.UNKNOWN:
         return new
-    posterior = pool(new.evidence)
-    held = posterior.get(previous.material, 0.0)
+    held = new.beliefs.get(previous.material, 0.0)
     bar = KNOWN if new.material == materials.UNKNOWN else new.confidence
     if bar - held > FLIP_MARGIN:
         return new
     rival = new.runner_up if new.material == materials.UNKNOWN else new.material
     rival = None if rival == previous.material else rival
-    return Verdict(previous.material, held, rival, previous.source, new.evidence)
+    return Verdict(previous.material, held, rival, previous.source, new.evidence, new.beliefs)
 
 
 def fuse(views: Sequence[Evidence]) -> Evidence:
@@ -140,17 +143,7 @@ def fuse(views: Sequence[Evidence]) -> Evidence:
 def pool(evidence: Sequence[Evidence]) -> dict[str, float]:
     """Belief in every class after all evidence: the posterior; what it lacks to 1 is unknown."""
     informative = _informative(evidence)
-    statement = _statement(informative)
-    if statement is None:
-        return _product(informative)
-    if statement.rung == "scene":
-        informative = [statement]
-    return _with_statement(_product(informative), statement.material or "", informative)
-
-
-def beliefs(evidence: Sequence[Evidence]) -> dict[str, float]:
-    """Return `pool`, or nothing where no rung believes anything."""
-    return pool(evidence) if _informative(evidence) else {}
+    return _posterior(informative, _statement(informative))
 
 
 def _informative(evidence: Sequence[Evidence]) -> list[Evidence]:
@@ -165,6 +158,14 @@ def _statement(informative: Sequence[Evidence]) -> Evidence | None:
         if item.rung == "scene" or item.confidence >= SURE:
             return item
     return None
+
+
+def _posterior(informative: Sequence[Evidence], statement: Evidence | None) -> dict[str, float]:
+    if statement is None:
+        return _product(informative)
+    if statement.rung == "scene":
+        informative = [statement]
+    return _with_statement(_product(informative), statement.material or "", informative)
 
 
 def _product(informative: Sequence[Evidence]) -> dict[str, float]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hapticvlm.evidence import ladder
 from hapticvlm.evidence.ladder import Verdict
 from hapticvlm.materials import UNKNOWN, Material, Thermal
 from hapticvlm.messages import Basis
@@ -54,8 +53,8 @@ class Rendition:
 def choose_rendition(verdict: Verdict, table: Mapping[str, Material]) -> Rendition:
     """Work out what a verdict can be rendered as; what the scene states is never graded."""
     named = None if verdict.material == UNKNOWN else verdict.material
-    believed = ladder.beliefs(verdict.evidence)
-    beliefs = {name: belief for name, belief in believed.items() if belief > 0.0 and name in table}
+    believed = verdict.beliefs.items()
+    beliefs = {name: belief for name, belief in believed if belief > 0.0 and name in table}
     is_stated = named is not None and verdict.source == "scene"
     if is_stated or sum(beliefs.values()) < LEAST_KNOWN:
         return Rendition(named, verdict.confidence, None, (named, 1.0), (named, 1.0))
