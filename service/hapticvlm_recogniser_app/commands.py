@@ -188,7 +188,8 @@ def _write(settings: AppSettings, options: argparse.Namespace) -> None:
 
     config = serve_config(settings, options.host, options.port)
     options.write.write_text(yaml.safe_dump(config, sort_keys=False), "utf-8")
-    print(f"{options.write}: `serve run {options.write}`, or `serve deploy` on a cluster")
+    command = f"RAY_worker_niceness=0 serve run {options.write}"
+    print(f"{options.write}: `{command}`, or `serve deploy` on a cluster whose nodes have that set")
 
 
 def _run_on_uvicorn(settings: AppSettings, options: argparse.Namespace) -> None:

@@ -147,6 +147,13 @@ def test_what_comes_together_is_embedded_together(app):
 
 
 @on_ray
+@pytest.mark.skipif(os.name != "posix", reason="priorities of POSIX")
+def test_a_replica_takes_its_turn_beside_other_programs(app):
+    ours, replica = (os.getpriority(os.PRIO_PROCESS, pid) for pid in (0, app.health()["pid"]))
+    assert replica == ours  # Ray's own choice is 15: behind all others
+
+
+@on_ray
 async def test_a_killed_replica_is_bridged_here_and_replaced_by_ray(app, sharing):
     async with scene(sharing) as client:
         await until_shared(client, BACK_S)
