@@ -51,14 +51,19 @@ class Service:
 
 @contextmanager
 def running(
-    arguments: Sequence[str] = (), *, ends_with_us: bool = False, log: int = subprocess.STDOUT
+    arguments: Sequence[str] = (),
+    *,
+    ends_with_us: bool = False,
+    log: int = subprocess.STDOUT,
+    module: str = "hapticvlm",
 ) -> Iterator[Service]:
     """Start a service on a free port, and stop it at the end. Raises ServiceError.
 
     With `ends_with_us` it also stops, on Linux, when this thread is killed. Its log goes to the
-    descriptor `log`; without one it is kept in `printed`.
+    descriptor `log`; without one it is kept in `printed`. `module` is what Python runs as the
+    `hapticvlm` command.
     """
-    command = [sys.executable, "-m", "hapticvlm", "serve", "--port", "0", *arguments]
+    command = [sys.executable, "-m", module, "serve", "--port", "0", *arguments]
     started = time.monotonic()
     process = subprocess.Popen(
         command,

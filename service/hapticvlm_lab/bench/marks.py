@@ -24,7 +24,14 @@ from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm_lab.bench.latency.round_trip import echo
 from hapticvlm_lab.bench.latency.touch import measured
-from hapticvlm_lab.bench.rigs import is_priority_permitted, least_us, priority, service_status
+from hapticvlm_lab.bench.latency.turns import measure as turns_beside
+from hapticvlm_lab.bench.rigs import (
+    is_priority_permitted,
+    least_us,
+    priority,
+    service_status,
+    spent_s,
+)
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "MEASURED.md"
 BEGIN = "<!-- marks: `hapticvlm measure marks --write` writes what stands from here -->"
@@ -70,6 +77,10 @@ def run(*, write: bool, as_json: bool) -> int:
 def measure() -> Iterator[Mark]:
     """Yield every mark. The machine should do nothing else meanwhile."""
     yield from _latencies()
+    dearest = turns_beside(SECONDS)[0]
+    yield Mark(
+        "a turn of the loop, the dearest kind: p99", "ms of a core", 0.25, dearest.p99_us / 1e3
+    )
     yield from _at_rest()
     yield from _of_a_session()
 
@@ -103,22 +114,16 @@ def _resting(service: Service) -> Iterator[Mark]:
     import psutil
 
     gateway = psutil.Process(service.process.pid)
-    engine = psutil.Process(int(service_status(service)["speaker"]["pid"]))
+    pids = gateway.pid, int(service_status(service)["speaker"]["pid"])
     time.sleep(1.0)
-    before = _used_s(gateway), _used_s(engine)
+    before = [spent_s(pid) for pid in pids]
     time.sleep(REST_S)
-    after = _used_s(gateway), _used_s(engine)
-    spent = [(now - was) / REST_S for now, was in zip(after, before, strict=True)]
+    spent = [(spent_s(pid) - was) / REST_S for pid, was in zip(pids, before, strict=True)]
     yield Mark("gateway at rest", "ms of a core a second", 15.0, 1e3 * spent[0])
     yield Mark("audio engine at rest", "% of a core", 2.0, 100.0 * spent[1])
     family = (gateway, *gateway.children(recursive=True))
     held = sum(each.memory_full_info().uss for each in family) / 2**20
     yield Mark("memory of all processes at rest, their own", "MB", 300.0, held)
-
-
-def _used_s(process: Any) -> float:  # noqa: ANN401 - psutil has no types
-    spent = process.cpu_times()
-    return float(spent.user + spent.system)
 
 
 def _of_a_session() -> Iterator[Mark]:

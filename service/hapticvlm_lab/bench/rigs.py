@@ -86,6 +86,14 @@ def service_status(service: Service) -> dict[str, Any]:
     return found
 
 
+def spent_s(pid: int) -> float:
+    """Return the processor time that a process has spent so far, s, in the system's steps."""
+    import psutil
+
+    spent = psutil.Process(pid).cpu_times()
+    return float(spent.user + spent.system)
+
+
 def core_us(work: Callable[[], object], times: int = 1) -> float:
     """Return the time of this process's core for one go, us."""
     begun = time.process_time_ns()

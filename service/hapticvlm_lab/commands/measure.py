@@ -46,6 +46,8 @@ def _add_latency(kinds: Commands) -> None:
         action="store_true",
         help="also measure while a VLM with random weights uses every core",
     )
+    turns = _kind(kinds, "turns", _turns, "how long each turn of the gateway's loop holds it")
+    number(turns, "--seconds", 10.0, "S", "seconds to send touches and frames for")
     frames = _kind(kinds, "frames", _frames, "60 frames/s for a minute: answers, latency, memory")
     number(frames, "--seconds", 60.0, "S", "seconds to send frames for")
 
@@ -143,6 +145,12 @@ def _latency(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.latency.touch import run
 
     return run(seconds=options.seconds, as_json=options.json, with_vlm=options.vlm)
+
+
+def _turns(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.latency.turns import run
+
+    return run(seconds=options.seconds, as_json=options.json)
 
 
 def _frames(options: argparse.Namespace) -> int:

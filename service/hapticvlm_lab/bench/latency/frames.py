@@ -1,7 +1,9 @@
 """The frame path under steady load: whether every frame is answered and memory stays flat.
 
 Streams different 40 KB frames at 60 a second from a process of its own. The floor beside it is the
-recogniser's own work on one frame (decode, embed, match) without sockets or processes.
+recogniser's own work on one frame (decode, embed, match) without sockets or processes. What the
+gateway spends on frames is its processor time less that of as long a rest, shared among all frames
+that were sent, and among those that were looked at.
 """
 
 from __future__ import annotations
@@ -20,12 +22,13 @@ from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm_lab.bench.latency.load import SIDE, pictures
-from hapticvlm_lab.bench.rigs import Process, helper, report_of, spread
+from hapticvlm_lab.bench.rigs import Process, helper, report_of, spent_s, spread
 
 RATE_HZ = 60.0
 FRAME_BYTES = 40_000
 SETTLE_S = 5.0
 SAMPLE_S = 1.0
+REST_S = 5.0
 FLOOR_FRAMES = 60
 
 
@@ -36,10 +39,14 @@ def run(*, seconds: float, as_json: bool) -> int:
     with running() as service, console.status(f"{seconds:.0f} s at {RATE_HZ:.0f} frames/s"):
         ready_s = service.seconds_to_ready
         resting = _memory_mb(service.process.pid)
+        rest_s = _rest_s(service.process.pid)
+        before_s = spent_s(service.process.pid)
         rig = (service.url, RATE_HZ, seconds, FRAME_BYTES)
         with helper("latency.load", *rig) as load:
             memory = _watch_memory(load, service.process.pid)
             frames = report_of(load)
+        used_s = spent_s(service.process.pid) - before_s - rest_s * frames["seconds"]
+    looks = frames["answers"].get("decision", 0)
     answered = sum(frames["answers"].values())
     settled = memory[int(SETTLE_S / SAMPLE_S) :] or memory
     result = {
@@ -48,7 +55,12 @@ def run(*, seconds: float, as_json: bool) -> int:
         **frames,
         "answered": answered,
         "all_answered": answered == frames["sent"],
-        "looks_per_s": round(frames["answers"].get("decision", 0) / frames["seconds"], 1),
+        "looks_per_s": round(looks / frames["seconds"], 1),
+        "gateway_ms": {
+            "a_frame": round(1e3 * used_s / frames["sent"], 2),
+            "a_look": round(1e3 * used_s / max(looks, 1), 2),
+            "a_second_at_rest": round(1e3 * rest_s, 1),
+        },
         "floor_look_ms": floor,
         "ready_s": round(ready_s, 2),
         "memory_mb": {
@@ -71,6 +83,13 @@ def _watch_memory(load: Process, pid: int) -> list[float]:
         time.sleep(SAMPLE_S)
         memory.append(_memory_mb(pid))
     return memory
+
+
+def _rest_s(pid: int) -> float:
+    """Return the processor time that a process spends in a second of rest, s."""
+    before = spent_s(pid)
+    time.sleep(REST_S)
+    return (spent_s(pid) - before) / REST_S
 
 
 def _memory_mb(pid: int) -> float:

@@ -1,0 +1,24 @@
+"""What each turn of the gateway's loop takes, timed inside a running service."""
+
+import json
+
+import pytest
+
+from hapticvlm_lab.bench.latency import turns
+from hapticvlm_lab.bench.latency.touch import RATE_HZ
+
+pytestmark = pytest.mark.process
+SECONDS = 2.0
+
+
+def test_reads_frames_and_ticks_of_a_running_service_are_timed_and_told_dearest_first(capsys):
+    assert turns.run(seconds=SECONDS, as_json=True) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert [row["p99_us"] for row in rows] == sorted((row["p99_us"] for row in rows), reverse=True)
+    found = {row["what"]: row for row in rows}
+    # Each of the 100 touches a second is read, and a picture is put off into a turn of its own.
+    assert found["EdgeSocket reads"]["n"] >= 0.9 * RATE_HZ * SECONDS
+    assert {"Supervision.run", "Stream._take_put_off"} <= found.keys()
+    for row in rows:
+        assert 0.0 < row["median_us"] <= row["p99_us"] <= row["longest_us"]
+        assert row["n"] >= (1.0 - turns.WARM_UP) * turns.LEAST_HZ * SECONDS - 1
