@@ -13,12 +13,13 @@ from PIL import Image
 
 pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
 
+from pace import PACE
 from webxr_frames import LOOK
 from webxr_scene import Visit, missing, visiting
 
 pytestmark = pytest.mark.browser
 
-LOOK_MS = 10_000  # to draw, send and look at a picture
+LOOK_MS = 10_000 * PACE  # to draw, send and look at a picture
 NEUTRAL_C = 32.0
 FRAMES_ONLY = ("bowl", "vase", "linen", "kettle")  # all eleven: webxr_frames.py
 HEAD = (0.1, 1.4, 0.5)
