@@ -64,7 +64,7 @@ class Command:
     @property
     def reason(self) -> str | None:
         """Why it is not run here, or None."""
-        bare = re.sub(r"^(?:[A-Z_]+=\S*\s+)+", "", self.text)
+        bare = re.sub(r"^(?:[A-Za-z_]+=\S*\s+)+", "", self.text)
         return next((why for what, why in NOT_RUN if re.match(what, bare)), None)
 
     @property
