@@ -41,7 +41,7 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
     # Ray puts its workers behind all other programs (nice 15), for jobs that may take all night.
     # Beside two busy programs on two cores a recogniser that somebody waits for then got a
-    # thirtieth of a core.
+    # thirtieth of each core.
     os.environ.setdefault("RAY_worker_niceness", "0")
     # Serve kills a proxy that has not answered after 5 s, which on a busy machine is while it still
     # imports its code, and so never has one.
