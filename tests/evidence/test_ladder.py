@@ -243,6 +243,7 @@ def test_a_verdict_believes_what_all_its_evidence_says_also_where_a_label_is_hel
     assert held.beliefs == (pool(now) if believes else {})
 
 
+@settings(deadline=None)
 @given(several, st.randoms())
 def test_the_order_of_evidence_does_not_matter(evidence: list[Evidence], luck: Random) -> None:
     shuffled = list(evidence)

@@ -26,6 +26,7 @@ from hapticvlm_lab.bench.rigs import (
     helper,
     is_priority_permitted,
     priority,
+    spent_s,
     spread,
 )
 
@@ -58,9 +59,9 @@ async def _row(kind: str, service: Service, echo_port: int, seconds: float) -> d
                 flood = helper("reliability.floods", service.url, kind, seconds + MARGIN_S)
                 await asyncio.to_thread(first_line, stack.enter_context(flood))
             started = time.monotonic()
-            used = _processor_s(service)
+            used = spent_s(service.process.pid)
             touch_ms, echo_ms = await alternate(touches, echoes, seconds)
-            cores = (_processor_s(service) - used) / (time.monotonic() - started)
+            cores = (spent_s(service.process.pid) - used) / (time.monotonic() - started)
     return {
         "hostile": kind,
         "touch_ms": spread(touch_ms),
@@ -68,13 +69,6 @@ async def _row(kind: str, service: Service, echo_port: int, seconds: float) -> d
         "gateway_cores": round(cores, 2),
         "load": round(os.getloadavg()[0], 1),
     }
-
-
-def _processor_s(service: Service) -> float:
-    import psutil
-
-    times = psutil.Process(service.process.pid).cpu_times()
-    return float(times.user + times.system)
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:
