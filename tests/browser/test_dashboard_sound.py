@@ -113,3 +113,32 @@ def test_nothing_is_heard_a_tenth_of_a_second_after_a_stop(listening: tuple[Page
     assert min(loud) < stopped_at
     print(f"silent {1000 * (max(loud) - stopped_at):.0f} ms after the key")
     assert max(loud) - stopped_at < SILENCE_S
+
+
+def test_a_stop_while_sound_begins_leaves_it_off(service: Service, browser: Browser) -> None:
+    with dashboard(browser, service.page, (1280, 800)) as page:
+        assert page.evaluate("""async () => {
+          const { Sound } = await import("./sound.js");
+          const sound = new Sound();
+          const begun = sound.start();
+          sound.stop();
+          await begun;
+          return [sound.isOn, sound.output];
+        }""") == [False, None]
+
+
+def test_sound_that_could_not_begin_begins_at_the_next_click(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, (1280, 800)) as page:
+        page.evaluate("""() => {
+          const { addModule } = AudioWorklet.prototype;
+          AudioWorklet.prototype.addModule = function () {
+            AudioWorklet.prototype.addModule = addModule;
+            throw new Error("the network is gone");
+          };
+        }""")
+        page.locator("#hear").click()
+        expect(page.locator("#hear-lag")).to_have_text("no sound: the network is gone")
+        page.locator("#hear").click()
+        expect(page.locator("#hear")).to_have_text("Sound on")

@@ -37,8 +37,8 @@ LOOKS: tuple[tuple[Literal["light", "dark"], ViewportSize], ...] = (
     ("dark", ViewportSize(width=390, height=844)),
     ("light", ViewportSize(width=1280, height=800)),
 )
-RECORD = """async () => {
-  const { sound } = await import("./study.sound.js");
+SOUND = "import('./study.sound.js').then((module) => { window.sound = module.sound; })"
+RECORD = """() => {
   const node = sound.output.context.createScriptProcessor(512, 1, 1);
   window.loudest = 0;
   node.onaudioprocess = ({ inputBuffer }) => {
@@ -150,7 +150,8 @@ def take_part(sat: Sat, context: BrowserContext, address: str) -> None:
     sat.look("training", page)
     page.locator("#go").click()
     page.locator("#hear-on:checked").wait_for()
-    page.wait_for_function("import('./study.sound.js').then(({ sound }) => sound.isOn)")
+    page.evaluate(SOUND)
+    page.wait_for_function("sound.isOn")  # never a promise's value: it is true before it is kept
     page.evaluate(RECORD)
     for trial in range(4):
         page.locator(".pattern:enabled").first.wait_for()

@@ -22,20 +22,27 @@ export class Sound extends EventTarget {
     return this.#inHandMs + PIECE_MS + 1000 * (outputLatency || baseLatency);
   }
 
-  // Call it from a click. Resolves when sound is on, whatever the browser has to load first.
+  // Call it from a click. Resolves when sound is on, whatever the browser has to load first. After a `stop`
+  // meanwhile it stays off; after a failure, too, so that a next click tries anew.
   async start() {
     if (this.#context) return;
-    this.#context = new AudioContext({ latencyHint: "interactive" });
-    const resumed = this.#context.resume();
-    await this.#context.audioWorklet.addModule(new URL("sound.worklet.js", import.meta.url));
-    await resumed;
-    this.#gain = new GainNode(this.#context, { gain: this.#strength });
-    this.#player = new AudioWorkletNode(this.#context, "stream-player", { numberOfInputs: 0 });
+    const context = (this.#context = new AudioContext({ latencyHint: "interactive" }));
+    try {
+      const player = context.audioWorklet.addModule(new URL("sound.worklet.js", import.meta.url));
+      await Promise.all([context.resume(), player]);
+    } catch (error) {
+      if (this.#context !== context) return; // `stop` closed it
+      this.stop();
+      throw error;
+    }
+    if (this.#context !== context) return;
+    this.#gain = new GainNode(context, { gain: this.#strength });
+    this.#player = new AudioWorkletNode(context, "stream-player", { numberOfInputs: 0 });
     this.#player.port.onmessage = ({ data }) => {
       this.#inHandMs = data.inHandMs;
       this.dispatchEvent(new CustomEvent("report", { detail: data }));
     };
-    this.#player.connect(this.#gain).connect(this.#context.destination);
+    this.#player.connect(this.#gain).connect(context.destination);
     this.dispatchEvent(new Event("change"));
   }
 

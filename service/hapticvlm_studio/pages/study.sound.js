@@ -67,8 +67,8 @@ function setMasking(on, ask = null) {
 function hear(on) {
   byId("hear-on").checked = on;
   sound.level = Number(byId("hear-level").value);
-  if (on && !sound.isOn) sound.start();
-  else if (!on && sound.isOn) sound.stop();
+  if (on) sound.start().catch(() => (byId("hear-on").checked = false));
+  else sound.stop();
 }
 
 // Pink by Paul Kellet's filter of white noise (from memory), peak below 1.
