@@ -102,7 +102,9 @@ def _of_record(recorder: Recorder | None) -> dict[str, Any] | None:
     }
 
 
-def telemetry(outputs: Outputs, *, dropped_frames: int, leases: int) -> Telemetry:
+def telemetry(
+    outputs: Outputs, *, speaker_level: float, dropped_frames: int, leases: int
+) -> Telemetry:
     """Write the state of the outputs as every connection gets it."""
     plate = outputs.reading
     return Telemetry(
@@ -111,7 +113,7 @@ def telemetry(outputs: Outputs, *, dropped_frames: int, leases: int) -> Telemetr
         setpoint_c=plate.setpoint_c,
         sink_c=plate.sink_c,
         duty=plate.duty,
-        speaker_level=outputs.speaker.loudest(),
+        speaker_level=speaker_level,
         underruns=outputs.speaker.underruns,
         dropped_frames=dropped_frames,
         leases=leases,

@@ -33,6 +33,7 @@ class Supervision:
         self._lost_lines, self._losses_at = 0, float("-inf")
         self._supervised_at = self._telemetry_at = float("-inf")
         self._waveform_from = 0
+        self._speaker_level = 0.0  # for the next telemetry
 
     async def run(self) -> None:
         """Do all of it, until cancelled."""
@@ -76,15 +77,23 @@ class Supervision:
         if now >= self._telemetry_at:
             # Ten a second in the long run; what a held up loop has missed is not made up for.
             self._telemetry_at = max(self._telemetry_at, now - TICK_S) + TELEMETRY_S
+            # Two turns of the loop: to read a tenth of a second of samples takes as long as a tick.
+            yield self._hear_speaker
             yield self._send_telemetry
         if any("waveform" in other.watches for other in self._gateway.connections):
             yield self._send_waveform
+
+    def _hear_speaker(self) -> None:
+        self._speaker_level = self._gateway.outputs.speaker.loudest()
 
     def _send_telemetry(self) -> None:
         """Report the state of the outputs to every connection."""
         dropped = (n for name, n in self._gateway.counts.items() if name.startswith("frames "))
         telemetry = status.telemetry(
-            self._gateway.outputs, dropped_frames=sum(dropped), leases=self._gateway.leases
+            self._gateway.outputs,
+            speaker_level=self._speaker_level,
+            dropped_frames=sum(dropped),
+            leases=self._gateway.leases,
         )
         event = Event(telemetry)
         for connection in self._gateway.connections:
