@@ -1,6 +1,7 @@
 """What the service does as time passes, on a gateway without processes."""
 
 import asyncio
+import socket
 import time
 from types import SimpleNamespace
 
@@ -13,6 +14,8 @@ from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.speaker.engine_orders import EngineStatus
 from hapticvlm.messages import Set, Touch
 from hapticvlm.server.supervision import LOSSES_S, TELEMETRY_S, TICK_S, Supervision
+from hapticvlm.session.session import SceneSession
+from hapticvlm.session.settings import SessionSettings
 
 WITHIN_S = 5.0 * PACE  # on a busy machine
 NOTHING_LOST = {"underruns": 0, "lost": 0, "scrubbed": 0, "newest": 0}
@@ -104,6 +107,34 @@ async def test_telemetry_reaches_scenes_and_observers_and_counts_dropped_frames(
     state = clients[0].received("telemetry")[0]
     assert (state["id"], state["dropped_frames"], state["leases"]) == (0, 5, 0)
     assert state["faults"] == []
+
+
+async def test_what_comes_during_a_tick_is_carried_out_before_the_loops_other_work(gateway):
+    ours, theirs = socket.socketpair()
+    order = []
+
+    class Sees(Peer):
+        def posted(self):
+            order.append("telemetry")
+
+    class Ticks(SceneSession):
+        def tick(self, now, reading):
+            order.append("tick")
+            theirs.send(b"a message")
+            return super().tick(now, reading)
+
+    def take():
+        ours.recv(64)
+        order.append("message")
+
+    client = join(gateway, peer=Sees())
+    client.session = Ticks(SessionSettings(owner=True))
+    loop = asyncio.get_running_loop()
+    with ours, theirs:
+        loop.add_reader(ours, take)
+        await until(lambda: "telemetry" in order, gateway, Supervision(gateway).run())
+        loop.remove_reader(ours)
+    assert order[:3] == ["tick", "message", "telemetry"]
 
 
 async def test_a_waveform_goes_to_those_that_watch_it(gateway):

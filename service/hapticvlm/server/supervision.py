@@ -44,17 +44,17 @@ class Supervision:
             # tenth of a second late, well within a lease.
             await gateway.lull.wait(TICK_S if gateway.connections else REST_TICK_S)
             now = time.monotonic()
-            self._tick(now)
+            self._follow_plate(now)
             for work in self._due(now):
                 await give_way()  # a touch that has come meanwhile goes between
                 work()
 
-    def _tick(self, now: float) -> None:
-        """End lapsed leases and follow the plate."""
+    def _tick(self) -> None:
+        """End lapsed leases, and move the plate."""
         gateway = self._gateway
-        self._follow_plate(now)
         if gateway.owner is None:
             return
+        now = time.monotonic()  # later than all that the session has heard meanwhile
         if gateway.leases:
             gateway.ownership.leased_at = now
         # A lease ends here and nowhere else on this side: no timer is set for each touch, the tick
@@ -62,11 +62,16 @@ class Supervision:
         # themselves: the engine knows when each command expires, the board how long its setpoint
         # lives.
         gateway.deliver(gateway.owner, gateway.owner.session.tick(now, gateway.outputs.reading))
-        if gateway.vibration.is_on:
-            gateway.vibration.tick(now)
+
+    def _plan_vibration(self) -> None:
+        if self._gateway.owner is not None:
+            self._gateway.vibration.tick(time.monotonic())
 
     def _due(self, now: float) -> Iterator[Callable[[], None]]:
-        """Yield what else there is to do."""
+        """Yield what else there is to do, each for a turn of the loop."""
+        yield self._tick
+        if self._gateway.vibration.is_on:
+            yield self._plan_vibration
         if now - self._supervised_at >= CHILDREN_S:
             self._supervised_at = now
             yield self._supervise
