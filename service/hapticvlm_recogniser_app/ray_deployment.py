@@ -7,6 +7,7 @@ gathers its batches, watches it and replaces it.
 from __future__ import annotations
 
 import asyncio
+import logging
 from dataclasses import asdict
 from typing import Any
 
@@ -19,6 +20,8 @@ from hapticvlm_recogniser_app import recogniser
 from hapticvlm_recogniser_app.replies import Embedded
 from hapticvlm_recogniser_app.settings import AppSettings, Live, Model, options
 
+logger = logging.getLogger("ray.serve")  # what Serve writes into a replica's log
+
 
 class Recogniser:
     """One replica."""
@@ -26,6 +29,12 @@ class Recogniser:
     def __init__(self, model: dict[str, Any]) -> None:
         """Load the encoder. Raises HapticVLMError, which the deployment reports."""
         self._recogniser = recogniser.Recogniser(Model(**model), self._embed)
+        if nice := recogniser.niceness():
+            logger.warning(
+                "this replica is at nice %d, behind all other programs of its node: "
+                "start each node with RAY_worker_niceness=0",
+                nice,
+            )
 
     async def reconfigure(self, live: dict[str, Any]) -> None:
         """Apply other galleries or another batching, all of it or nothing, while answering."""

@@ -64,6 +64,11 @@ class Waiting:
 Gather = Callable[[Waiting], Awaitable[Embedded | None]]
 
 
+def niceness() -> int | None:
+    """Return how far this process stands behind others, 0: not at all; None where none is told."""
+    return os.getpriority(os.PRIO_PROCESS, 0) if hasattr(os, "getpriority") else None
+
+
 class Recogniser:
     """Encoder, galleries and counts of one process; `gather` puts a crop into the next batch."""
 
@@ -170,6 +175,7 @@ class Recogniser:
         return {
             "status": "a batch hangs" if self.hangs else "ok",
             "pid": os.getpid(),
+            "nice": niceness(),
             "counts": dict(self._counts),
             "batches": {str(size): count for size, count in sorted(self._batches.items())},
             "encode_cpu_s": {str(size): used for size, used in sorted(self._encode_s.items())},

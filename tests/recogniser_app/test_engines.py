@@ -151,6 +151,7 @@ def test_what_comes_together_is_embedded_together(app):
 def test_a_replica_takes_its_turn_beside_other_programs(app):
     ours, replica = (os.getpriority(os.PRIO_PROCESS, pid) for pid in (0, app.health()["pid"]))
     assert replica == ours  # Ray's own choice is 15: behind all others
+    assert app.health()["nice"] == replica
 
 
 @on_ray
