@@ -198,16 +198,18 @@ def _run_on_uvicorn(settings: AppSettings, options: argparse.Namespace) -> None:
     from hapticvlm.commands.service_address import port_errors
     from hapticvlm_recogniser_app import here
 
-    # uvicorn takes these for itself while it serves, and hands them on when it has ended.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: None)
     certificate = None if options.tls_cert is None else (options.tls_cert, options.tls_key)
     with contextlib.ExitStack() as stack:
         with port_errors(options.port):
             listener = stack.enter_context(here.listening(options.host, options.port))
         port = listener.getsockname()[1]
         ready = functools.partial(_print_ready, settings, options, port)
-        asyncio.run(here.run(settings, listener, certificate, ready))
+        server = here.Server(settings, certificate, ready)
+        # From here on it ends in order. uvicorn takes these for itself while it serves, and hands
+        # them on when it has ended; before, while a large network is loaded, they end the process.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: server.leave())
+        asyncio.run(server.serve(sockets=[listener]))
 
 
 def _run_on_ray(settings: AppSettings, options: argparse.Namespace) -> None:

@@ -106,28 +106,21 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
         yield listener
 
 
-class _Server(uvicorn.Server):
-    """Says when it listens."""
+class Server(uvicorn.Server):
+    """Answers requests from when it is run until `leave`; says when it listens."""
 
-    def __init__(self, config: uvicorn.Config, on_ready: Callable[[], None]) -> None:
-        super().__init__(config)
-        self._on_ready = on_ready
+    def __init__(
+        self,
+        settings: AppSettings,
+        certificate: tuple[Path, Path] | None,
+        on_ready: Callable[[], None],
+    ) -> None:
+        """Load encoder and galleries. `certificate` is the PEM files of certificate and key.
 
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().startup(sockets)
-        self._on_ready()
-
-
-async def run(
-    settings: AppSettings,
-    listener: socket.socket,
-    certificate: tuple[Path, Path] | None,
-    on_ready: Callable[[], None],
-) -> None:
-    """Run until SIGINT or SIGTERM; `certificate` is the PEM files of certificate and key."""
-    cert, key = certificate or (None, None)
-    server = _Server(
-        uvicorn.Config(
+        Raises HapticVLMError.
+        """
+        cert, key = certificate or (None, None)
+        config = uvicorn.Config(
             Application(settings),
             loop="asyncio",
             http="h11",
@@ -141,7 +134,15 @@ async def run(
             timeout_graceful_shutdown=LEAVING_S,
             ssl_certfile=cert,
             ssl_keyfile=key,
-        ),
-        on_ready,
-    )
-    await server.serve(sockets=[listener])
+        )
+        super().__init__(config)
+        self._on_ready = on_ready
+
+    def leave(self) -> None:
+        """Answer what is under way and end, also when asked before it has begun."""
+        self.should_exit = True
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen, and say so."""
+        await super().startup(sockets)
+        self._on_ready()
