@@ -1,8 +1,10 @@
 """The edge over real sockets, without a gateway: order, turns, long frames, slow readers, ends."""
 
 import asyncio
+import gc
 import socket
 import time
+import weakref
 from collections import Counter
 from contextlib import asynccontextmanager
 
@@ -303,3 +305,70 @@ async def test_junk_for_a_request_is_closed_and_leaves_nothing():
                 await reader.read()
             writer.close()
         await until(lambda: not entrance.sockets)
+
+
+class Watched(Entrance[EdgeSocket]):
+    """Knows the sockets that came in without keeping them."""
+
+    def __init__(self):
+        super().__init__(Counter())
+        self.came = []
+
+    def opened(self, socket, now):
+        self.came.append(weakref.ref(socket))
+        super().opened(socket, now)
+
+
+async def closes(port):
+    async with connect(f"ws://127.0.0.1:{port}/", compression=None, proxy=None) as client:
+        await client.send(b"hello")
+
+
+async def is_cut_off_in_a_message(port):
+    async with connect(f"ws://127.0.0.1:{port}/", compression=None, proxy=None) as client:
+        client.transport.write(frames(bytes(1_000_000))[:500_000])
+        await asyncio.sleep(0.1)
+        client.transport.abort()
+        await client.wait_closed()
+
+
+async def breaks_the_protocol(port):
+    async with connect(f"ws://127.0.0.1:{port}/", compression=None, proxy=None) as client:
+        client.transport.write(b"\xff" * 100)
+        await client.wait_closed()
+
+
+async def says_nothing(port):
+    _, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.close()
+    await writer.wait_closed()
+
+
+async def sends_no_request(port):
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(b"no request\r\n\r\n")
+    await reader.read()
+    writer.close()
+    await writer.wait_closed()
+
+
+@pytest.mark.parametrize(
+    "comes_and_goes",
+    [closes, is_cut_off_in_a_message, breaks_the_protocol, says_nothing, sends_no_request],
+)
+async def test_a_socket_that_has_ended_is_gone_without_a_collection_of_cycles(comes_and_goes):
+    async def answer(*_):
+        return None
+
+    async def serve(edge):
+        await edge.converse(lambda data: edge.write(data), lambda: None)
+
+    entrance = Watched()
+    door = FrontDoor(entrance, answer, serve, 4 * 1024 * 1024)
+    gc.disable()
+    try:
+        async with door.listen("127.0.0.1", 0) as port:
+            await comes_and_goes(port)
+            await until(lambda: entrance.came and entrance.came[0]() is None)
+    finally:
+        gc.enable()

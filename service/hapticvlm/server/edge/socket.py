@@ -45,7 +45,7 @@ class EdgeSocket(Stream):
         super().__init__(door.most_bytes)
         self.request: Request | None = None
         self._door = door
-        self._next_posted: Callable[[], bytes | str | None] = lambda: None
+        self._next_posted: Callable[[], bytes | str | None] = _nothing
         self._is_post_due = self._is_ending = False
         self._news = asyncio.Event()
         self._deadline: asyncio.TimerHandle | None = None
@@ -201,6 +201,7 @@ class EdgeSocket(Stream):
         self._door.entrance.closed(self)
         self.protocol.receive_eof()
         self._has_ended = True
+        self._let_go()
         self._schedule()
         self.tell()
 
@@ -214,6 +215,18 @@ class EdgeSocket(Stream):
     def tell(self) -> None:
         """Wake those who wait for a message, for room to write, or for the end."""
         self._news.set()
+
+    def _let_go(self) -> None:
+        """Break the circles of references through this socket, so that it goes at once.
+
+        Cycles are collected seldom here (`commands/run_service.py`), and a socket that was cut off
+        in the middle of a message holds up to all of it.
+        """
+        self._next_posted = _nothing
+        protocol = self.protocol
+        protocol.parser.close()  # a generator of the protocol, which holds it
+        # An error holds the frames it came through, and these the protocol.
+        protocol.parser_exc = protocol.handshake_exc = None
 
     async def _wait(self) -> None:
         self._news.clear()
@@ -231,3 +244,7 @@ class EdgeSocket(Stream):
         self._is_post_due = False
         while self.is_writable and (data := self._next_posted()) is not None:
             self.write(data)
+
+
+def _nothing() -> None:
+    """Return nothing to send: where nobody posts."""

@@ -188,7 +188,8 @@ class Stream(asyncio.BufferedProtocol):
         if self._inbox and is_heard:
             self._schedule()
         elif not self._inbox and self._has_ended and self._left is not None:
-            left, self._left = self._left, None
+            left = self._left
+            self._left = self._receive = None
             left()
             self.tell()
 
