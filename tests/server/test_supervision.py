@@ -1,8 +1,10 @@
 """What the service does as time passes, on a gateway without processes."""
 
 import asyncio
+import gc
 import socket
 import time
+import weakref
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +15,7 @@ from pace import PACE
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.speaker.engine_orders import EngineStatus
 from hapticvlm.messages import Set, Touch
-from hapticvlm.server.supervision import LOSSES_S, TELEMETRY_S, TICK_S, Supervision
+from hapticvlm.server.supervision import LOSSES_S, TELEMETRY_S, TICK_S, YOUNG, Supervision
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
@@ -135,6 +137,23 @@ async def test_what_comes_during_a_tick_is_carried_out_before_the_loops_other_wo
         await until(lambda: "telemetry" in order, gateway, Supervision(gateway).run())
         loop.remove_reader(ours)
     assert order[:3] == ["tick", "message", "telemetry"]
+
+
+@pytest.mark.parametrize("is_connected", [True, False])
+async def test_what_only_holds_itself_is_freed_before_python_would(gateway, is_connected):
+    class Circle:
+        def __init__(self):
+            self.itself = self
+
+    if is_connected:
+        join(gateway)
+    gc.collect()
+    gc.disable()
+    try:
+        held = [weakref.ref(Circle()) for _ in range(YOUNG)]
+        await until(lambda: not any(each() for each in held), gateway, Supervision(gateway).run())
+    finally:
+        gc.enable()
 
 
 async def test_a_waveform_goes_to_those_that_watch_it(gateway):

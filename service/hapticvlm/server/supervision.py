@@ -5,6 +5,7 @@ Leases that lapsed end here, the plate is followed, and what fails is reported t
 
 from __future__ import annotations
 
+import gc
 import logging
 import time
 from collections.abc import Callable, Iterator
@@ -21,6 +22,8 @@ REST_TICK_S = 0.1  # while nobody is connected: no lease can lapse
 CHILDREN_S = 0.1  # between looks at the children; to start one again takes longer
 TELEMETRY_S = 0.1
 LOSSES_S = 10.0
+YOUNG = 1000  # objects made and not freed; cycles among them are looked for then
+SURVIVED = 20  # such looks; then the next goes through what they left, too
 
 logger = logging.getLogger(__name__)
 
@@ -85,8 +88,21 @@ class Supervision:
             # Two turns of the loop: to read a tenth of a second of samples takes as long as a tick.
             yield self._hear_speaker
             yield self._send_telemetry
+        if gc.get_count()[0] >= YOUNG:
+            yield self._collect
         if any("waveform" in other.watches for other in self._gateway.connections):
             yield self._send_waveform
+
+    def _collect(self) -> None:
+        """Free what only holds itself."""
+        # By itself Python does it whenever 50,000 objects have been made (`run_service.py`), in the
+        # middle of a touch or not. What is left of a connection in asyncio is such a circle, 1 kB:
+        # an hour of coming and going was 9 MB. Here, in the lull, it costs 0.3 ms, and 0.8 after a
+        # scene of 8,192 objects came. All there is is looked through while nobody is connected.
+        if not self._gateway.connections:
+            gc.collect()
+        else:
+            gc.collect(1 if gc.get_count()[1] >= SURVIVED else 0)
 
     def _hear_speaker(self) -> None:
         self._speaker_level = self._gateway.outputs.speaker.loudest()
