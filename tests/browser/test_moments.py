@@ -17,7 +17,7 @@ PIXELS = """() => {
   const canvas = document.getElementById("frame");
   return [...canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data];
 }"""
-SHOWN = "document.getElementById('clock').textContent.includes(' of ')"
+SHOWN = "() => document.getElementById('clock').textContent.includes(' of ')"
 
 
 @pytest.fixture(scope="module")

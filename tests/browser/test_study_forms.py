@@ -151,7 +151,9 @@ def take_part(sat: Sat, context: BrowserContext, address: str) -> None:
     page.locator("#go").click()
     page.locator("#hear-on:checked").wait_for()
     page.evaluate(SOUND)
-    page.wait_for_function("sound.isOn")  # never a promise's value: it is true before it is kept
+    # A function, for the page's policy forbids what is evaluated anew at each look; and never a
+    # promise, which is true before it is kept.
+    page.wait_for_function("() => sound.isOn")
     page.evaluate(RECORD)
     for trial in range(4):
         page.locator(".pattern:enabled").first.wait_for()
