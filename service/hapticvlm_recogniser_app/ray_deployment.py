@@ -15,6 +15,7 @@ from ray import serve
 from starlette.requests import Request
 from starlette.responses import Response
 
+from hapticvlm.processes import priority
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app import recogniser
 from hapticvlm_recogniser_app.replies import Embedded
@@ -29,7 +30,7 @@ class Recogniser:
     def __init__(self, model: dict[str, Any]) -> None:
         """Load the encoder. Raises HapticVLMError, which the deployment reports."""
         self._recogniser = recogniser.Recogniser(Model(**model), self._embed)
-        if nice := recogniser.niceness():
+        if nice := priority.niceness():
             logger.warning(
                 "this replica is at nice %d, behind all other programs of its node: "
                 "start each node with RAY_worker_niceness=0",

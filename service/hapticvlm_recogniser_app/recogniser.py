@@ -18,6 +18,7 @@ from typing import Any
 import msgspec
 
 from hapticvlm.errors import HapticVLMError, UsageError
+from hapticvlm.processes import priority
 from hapticvlm.vision.encoders.encoder import Floats
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
@@ -62,11 +63,6 @@ class Waiting:
 
 
 Gather = Callable[[Waiting], Awaitable[Embedded | None]]
-
-
-def niceness() -> int | None:
-    """Return how far this process stands behind others, 0: not at all; None where none is told."""
-    return os.getpriority(os.PRIO_PROCESS, 0) if hasattr(os, "getpriority") else None
 
 
 class Recogniser:
@@ -175,7 +171,7 @@ class Recogniser:
         return {
             "status": "a batch hangs" if self.hangs else "ok",
             "pid": os.getpid(),
-            "nice": niceness(),
+            "nice": priority.niceness(),
             "counts": dict(self._counts),
             "batches": {str(size): count for size, count in sorted(self._batches.items())},
             "encode_cpu_s": {str(size): used for size, used in sorted(self._encode_s.items())},

@@ -1,7 +1,6 @@
 """The edge over real sockets, without a gateway: order, turns, long frames, slow readers, ends."""
 
 import asyncio
-import gc
 import socket
 import time
 import weakref
@@ -9,6 +8,7 @@ from collections import Counter
 from contextlib import asynccontextmanager
 
 import pytest
+from collecting import no_collection
 from hypothesis import given
 from hypothesis import strategies as st
 from pace import PACE
@@ -307,6 +307,13 @@ async def test_junk_for_a_request_is_closed_and_leaves_nothing():
         await until(lambda: not entrance.sockets)
 
 
+class Forgetful(Service):
+    """Keeps nothing, not even the socket."""
+
+    async def serve(self, edge):
+        await edge.converse(lambda data: edge.write(data), lambda: None)
+
+
 class Watched(Entrance[EdgeSocket]):
     """Knows the sockets that came in without keeping them."""
 
@@ -357,18 +364,8 @@ async def sends_no_request(port):
     [closes, is_cut_off_in_a_message, breaks_the_protocol, says_nothing, sends_no_request],
 )
 async def test_a_socket_that_has_ended_is_gone_without_a_collection_of_cycles(comes_and_goes):
-    async def answer(*_):
-        return None
-
-    async def serve(edge):
-        await edge.converse(lambda data: edge.write(data), lambda: None)
-
     entrance = Watched()
-    door = FrontDoor(entrance, answer, serve, 4 * 1024 * 1024)
-    gc.disable()
-    try:
-        async with door.listen("127.0.0.1", 0) as port:
+    with no_collection():
+        async with listening(Forgetful(), entrance) as port:
             await comes_and_goes(port)
             await until(lambda: entrance.came and entrance.came[0]() is None)
-    finally:
-        gc.enable()

@@ -1,22 +1,17 @@
 """What is left of a client that has gone: nothing, and without a collection of cycles."""
 
 import asyncio
-import gc
-import time
 import weakref
 
 import pytest
-from gateways import new_gateway
+from collecting import no_collection
+from gateways import new_gateway, server_of
 from pace import PACE
 from websockets.asyncio.client import connect
 
-from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import (
-    Device,
-    Devices,
     Feel,
     Hello,
-    Models,
     Party,
     ProtocolVersion,
     Scene,
@@ -25,13 +20,8 @@ from hapticvlm.messages import (
     Touch,
     encode,
 )
-from hapticvlm.server.access import Address
-from hapticvlm.server.handshake import ServiceInfo
-from hapticvlm.server.websocket import WebSocketServer
 
 GONE_S = 5.0 * PACE
-SIMULATED = Device(name="simulated", simulated=True)
-OFFER = ServiceInfo(Devices(speaker=SIMULATED, peltier=SIMULATED), Models(), MATERIALS)
 SCENE = (
     Scene(id=2, objects=[SceneObject(object_id="table", name="Oak_Table")], replace=True),
     Set(id=3, feel=Feel(right="amplitude"), watch=["frames", "log"]),
@@ -51,12 +41,10 @@ OBSERVER = (Set(id=2, watch=["waveform"]),)
 @pytest.mark.parametrize(("role", "said"), [("scene", SCENE), ("observer", OBSERVER)])
 async def test_a_client_that_has_left_is_forgotten_with_its_session(role, said):
     gateway = new_gateway()
-    server = WebSocketServer(Address(port=0), gateway, OFFER, time.monotonic)
     version = ProtocolVersion(major=1, minor=0)
     hello = Hello(id=1, client=Party(name="test", version="1"), protocol=version, role=role)
-    gc.disable()
-    try:
-        async with server.listen() as port:
+    with no_collection():
+        async with server_of(gateway).listen() as port:
             async with connect(f"ws://127.0.0.1:{port}", proxy=None) as socket:
                 for message in (hello, *said):
                     await socket.send(encode(message, as_text=True))
@@ -67,5 +55,3 @@ async def test_a_client_that_has_left_is_forgotten_with_its_session(role, said):
             async with asyncio.timeout(GONE_S):
                 while any(each() is not None for each in kept):  # noqa: ASYNC110
                     await asyncio.sleep(0.01)
-    finally:
-        gc.enable()

@@ -1,7 +1,6 @@
 """What the service does as time passes, on a gateway without processes."""
 
 import asyncio
-import gc
 import socket
 import time
 import weakref
@@ -9,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from collecting import no_collection
 from gateways import Peer, join, new_gateway
 from pace import PACE
 
@@ -147,13 +147,9 @@ async def test_what_only_holds_itself_is_freed_before_python_would(gateway, is_c
 
     if is_connected:
         join(gateway)
-    gc.collect()
-    gc.disable()
-    try:
+    with no_collection():
         held = [weakref.ref(Circle()) for _ in range(YOUNG)]
         await until(lambda: not any(each() for each in held), gateway, Supervision(gateway).run())
-    finally:
-        gc.enable()
 
 
 async def test_a_waveform_goes_to_those_that_watch_it(gateway):

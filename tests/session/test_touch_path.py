@@ -1,38 +1,28 @@
 """The way of a touch through the code: how many files it passes, and what a renewal costs."""
 
-import gc
 import json
 import sys
 import time
 from pathlib import Path
 
 import pytest
+from collecting import no_collection
+from gateways import new_gateway, server_of
 from websockets.asyncio.client import connect
 
 import hapticvlm
 from hapticvlm.devices.simulated.simulated_board import simulated_plate
-from hapticvlm.devices.speaker.engine import AudioSettings
-from hapticvlm.devices.speaker.speaker import Speaker
-from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import (
     Decision,
-    Device,
-    Devices,
-    Models,
     Scene,
     SceneObject,
     Set,
     Touch,
     encode,
 )
-from hapticvlm.server.access import Address
-from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.handshake import ServiceInfo
-from hapticvlm.server.websocket import WebSocketServer
 from hapticvlm.session.actions import Reply
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
-from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
 
 MOST_FILES = 14
 RING = "devices/speaker/ring.py"
@@ -78,11 +68,8 @@ def files_of(call):
 
 async def test_a_touch_passes_at_most_14_files_from_the_socket_to_the_ring():
     """Over a real socket; the audio engine is not started, its ring takes the command."""
-    simulated = Device(name="simulated", simulated=True)
-    offer = ServiceInfo(Devices(speaker=simulated, peltier=simulated), Models(), MATERIALS)
-    speaker, plate = Speaker(AudioSettings()), simulated_plate()
-    gateway = Gateway(speaker, plate, RecogniserWorker(RecogniserSettings()))
-    edge = WebSocketServer(Address(port=0), gateway, offer, time.monotonic)
+    plate = simulated_plate()
+    edge = server_of(new_gateway(plate))
     hello = {"type": "hello", "id": 1, "client": {"name": "test", "version": "1"}, "role": "scene"}
     async with edge.listen() as port, connect(f"ws://127.0.0.1:{port}") as socket:
         await socket.send(json.dumps({**hello, "protocol": {"major": 1, "minor": 0}}))
@@ -139,14 +126,11 @@ renewal = touch()
 def least_us(*calls):
     """CPU time of each call, us: the best of 20 runs of 1000, in turn on the same machine."""
     best = [float("inf")] * len(calls)
-    gc.disable()
-    try:
+    with no_collection():
         for _ in range(20):
             for place, call in enumerate(calls):
                 began = time.process_time()
                 for _ in range(1000):
                     call()
                 best[place] = min(best[place], time.process_time() - began)
-    finally:
-        gc.enable()
     return [seconds / 1000 * 1e6 for seconds in best]

@@ -1,30 +1,45 @@
-"""A gateway on simulated devices without processes, and clients of it without a network."""
+"""A gateway on simulated devices without processes, its server, and clients without a network."""
 
 from __future__ import annotations
 
 import asyncio
 import json
+import time
 from collections.abc import Callable
 from typing import Any, cast
 
 import msgpack
 from websockets.protocol import State
 
+from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
+from hapticvlm.materials import MATERIALS
+from hapticvlm.messages import Device, Devices, Models
+from hapticvlm.server.access import Address
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.edge.socket import EdgeSocket
 from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.handshake import ServiceInfo
+from hapticvlm.server.websocket import WebSocketServer
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
 
+SIMULATED = Device(name="simulated", simulated=True)
 
-def new_gateway(plate: SimulatedPlate | None = None) -> Gateway:
+
+def new_gateway(plate: Plate | None = None) -> Gateway:
     """Make a gateway whose engine and recogniser are never started."""
     worker = RecogniserWorker(RecogniserSettings())
     return Gateway(Speaker(AudioSettings()), plate or SimulatedPlate(), worker)
+
+
+def server_of(gateway: Gateway) -> WebSocketServer:
+    """Make what lets clients in to this gateway over real sockets, at any free port."""
+    offer = ServiceInfo(Devices(speaker=SIMULATED, peltier=SIMULATED), Models(), MATERIALS)
+    return WebSocketServer(Address(port=0), gateway, offer, time.monotonic)
 
 
 class Peer:

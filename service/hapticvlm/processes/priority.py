@@ -32,3 +32,8 @@ def lower_priority(nice: int) -> None:
             os.sched_setscheduler(0, getattr(os, "SCHED_BATCH", os.SCHED_OTHER), os.sched_param(0))
     if hasattr(os, "nice"):
         os.nice(nice)
+
+
+def niceness() -> int | None:
+    """Return how far this process stands behind others, 0: not at all; None where none is told."""
+    return os.getpriority(os.PRIO_PROCESS, 0) if hasattr(os, "getpriority") else None

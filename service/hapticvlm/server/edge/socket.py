@@ -217,10 +217,10 @@ class EdgeSocket(Stream):
         self._news.set()
 
     def _let_go(self) -> None:
-        """Break the circles of references through this socket, so that it goes at once.
+        """Break the reference cycles through this socket, so that it is freed at once.
 
-        Cycles are collected seldom here (`commands/run_service.py`), and a socket that was cut off
-        in the middle of a message holds up to all of it.
+        Python collects cycles seldom here (`commands/run_service.py`), and a socket that was cut
+        off in the middle of a message holds up to all of it.
         """
         self._next_posted = _nothing
         protocol = self.protocol

@@ -189,7 +189,7 @@ class Stream(asyncio.BufferedProtocol):
             self._schedule()
         elif not self._inbox and self._has_ended and self._left is not None:
             left = self._left
-            self._left = self._receive = None
+            self._left = self._receive = None  # they hold this socket
             left()
             self.tell()
 
