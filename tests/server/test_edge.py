@@ -315,14 +315,14 @@ class Forgetful(Service):
 
 
 class Watched(Entrance[EdgeSocket]):
-    """Knows the sockets that came in without keeping them."""
+    """Knows the sockets that came in, and what holds their messages, without keeping them."""
 
     def __init__(self):
         super().__init__(Counter())
         self.came = []
 
     def opened(self, socket, now):
-        self.came.append(weakref.ref(socket))
+        self.came += [weakref.ref(socket), weakref.ref(socket.protocol)]
         super().opened(socket, now)
 
 
@@ -368,4 +368,4 @@ async def test_a_socket_that_has_ended_is_gone_without_a_collection_of_cycles(co
     with no_collection():
         async with listening(Forgetful(), entrance) as port:
             await comes_and_goes(port)
-            await until(lambda: entrance.came and entrance.came[0]() is None)
+            await until(lambda: entrance.came and not any(each() for each in entrance.came))
