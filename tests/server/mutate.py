@@ -112,6 +112,8 @@ def is_caught(defect: Defect, scratch: Path) -> bool:
         )
     finally:
         file.write_text(sound, encoding="utf-8")
+    if done.returncode not in (0, 1):  # no test was found, or pytest itself failed
+        raise SystemExit(f"{defect.test}:\n{done.stdout}{done.stderr}")
     return done.returncode == 1 and "failed" in done.stdout
 
 
