@@ -3,13 +3,15 @@
 What comes while a callback runs waits for its end, so the dearest kind of turn is what a touch in
 a hundred meets. A turn is timed by the processor time of the loop's thread: how long other
 processes kept it waiting is no fault of the callback. What runs only at the start and at the end
-is left out.
+is left out. The floor is all that a bare echo's loop does for one message of the same bytes, in
+turns with the touches in the same run.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
+from collections import defaultdict
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -17,9 +19,10 @@ from rich.console import Console
 from rich.table import Table
 
 from hapticvlm import __version__
-from hapticvlm.client.local_service import Service, running
-from hapticvlm_lab.bench.latency.round_trip import echo
+from hapticvlm.client.local_service import running
+from hapticvlm_lab.bench.latency.timed_loop import Turns
 from hapticvlm_lab.bench.latency.touch import LOADS, measured
+from hapticvlm_lab.bench.rigs import first_line, helper, report_of
 
 MODULE = "hapticvlm_lab.bench.latency.timed_service"
 LOAD = "60 frames/s"
@@ -38,32 +41,60 @@ class Turn:
     longest_us: float
 
 
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Every kind of turn of the gateway, the dearest at p99 first, and the floor."""
+
+    turns: list[Turn]
+    echo: Turn
+
+
 def run(*, seconds: float, as_json: bool) -> int:
     """Measure and print a table, dearest first, or JSON."""
     console = Console(quiet=as_json, width=120)
     with console.status(f"{LOAD} beside touches: {seconds:.0f} s"):
-        turns = measure(seconds)
-    console.print(_table(turns))
+        found = measure(seconds)
+    console.print(_table(found))
     if as_json:
-        rows = [asdict(turn) for turn in turns]
-        print(json.dumps({"measure": "turns", "hapticvlm": __version__, "rows": rows}))
+        rows = [asdict(turn) for turn in found.turns]
+        figures = {"rows": rows, "floor": asdict(found.echo)}
+        print(json.dumps({"measure": "turns", "hapticvlm": __version__, **figures}))
     return 0
 
 
-def measure(seconds: float) -> list[Turn]:
-    """Return every kind of turn beside touches and frames, the dearest at p99 first."""
-    with echo(realtime=False) as port, running(["--no-realtime"], module=MODULE) as service:
+def measure(seconds: float) -> Found:
+    """Measure beside touches, echoes in turns with them, and frames."""
+    with (
+        helper("latency.timed_echo") as echoing,
+        running(["--no-realtime"], module=MODULE) as service,
+    ):
+        port = int(first_line(echoing))
         asyncio.run(measured(LOAD, service, port, seconds, LOADS[LOAD]))
-    took = _told(service).items()
-    found = [_turn(what, us) for what, us in took if len(us) >= LEAST_HZ * seconds]
-    return sorted(found, key=lambda turn: -turn.p99_us)
-
-
-def _told(service: Service) -> dict[str, list[float]]:
-    """Return what the service printed at its end, us of each turn by what ran."""
+        echoed: Turns = report_of(echoing)["turns"]
     last = next(line for line in reversed(service.printed) if line.startswith('{"turns"'))
-    turns: dict[str, list[float]] = json.loads(last)["turns"]
-    return turns
+    took = by_kind(json.loads(last)["turns"]).items()
+    turns = [_turn(what, us) for what, us in took if len(us) >= LEAST_HZ * seconds]
+    turns.sort(key=lambda turn: -turn.p99_us)
+    return Found(turns, _turn("a bare echo, read and answered", by_message(echoed)))
+
+
+def by_kind(turns: Turns) -> dict[str, list[float]]:
+    """Return what each kind of turn took, us."""
+    found: dict[str, list[float]] = defaultdict(list)
+    for what, us in turns:
+        found[what].append(us)
+    return found
+
+
+def by_message(turns: Turns) -> list[float]:
+    """Return what each read took together with all turns until the next, us."""
+    found: list[float] = []
+    for what, us in turns:
+        if what.endswith(" reads"):
+            found.append(us)
+        elif found:
+            found[-1] += us
+    return found
 
 
 def _turn(what: str, took_us: list[float]) -> Turn:
@@ -72,10 +103,16 @@ def _turn(what: str, took_us: list[float]) -> Turn:
     return Turn(what, len(steady), median, p99, longest)
 
 
-def _table(turns: list[Turn]) -> Table:
+def _table(found: Found) -> Table:
     title = f"turns of the gateway's loop beside touches and {LOAD}, us of processor time"
     table = Table("what runs", "n", "median", "p99", "longest", title=title)
-    for turn in turns:
-        figures = (turn.median_us, turn.p99_us, turn.longest_us)
-        table.add_row(turn.what, str(turn.n), *(f"{us:.0f}" for us in figures))
+    for turn in found.turns:
+        table.add_row(*_figures(turn))
+    table.add_section()
+    table.add_row(*_figures(found.echo))
     return table
+
+
+def _figures(turn: Turn) -> tuple[str, ...]:
+    took = (turn.median_us, turn.p99_us, turn.longest_us)
+    return turn.what, str(turn.n), *(f"{us:.0f}" for us in took)

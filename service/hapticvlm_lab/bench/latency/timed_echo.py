@@ -1,0 +1,33 @@
+"""The bare echo with each turn of its loop timed, for one client; told as JSON when it has gone.
+
+Prints its port when it is ready, then as `timed_service` does.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+
+from websockets.asyncio.server import ServerConnection
+
+from hapticvlm_lab.bench.latency.echo import echo, listening
+from hapticvlm_lab.bench.latency.timed_loop import report, time_turns
+
+
+async def main() -> None:
+    """Serve one client."""
+    has_gone = asyncio.Event()
+
+    async def serve(socket: ServerConnection) -> None:
+        await echo(socket)
+        has_gone.set()
+
+    async with listening(serve) as port:
+        print(port, flush=True)
+        await has_gone.wait()
+
+
+if __name__ == "__main__":
+    found = time_turns()
+    asyncio.run(main())
+    print(json.dumps(report(found)))
