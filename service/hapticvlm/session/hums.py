@@ -16,7 +16,7 @@ The law's form is that of bending waves in a plate; all four figures are our cho
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from hapticvlm.evidence.hums import hum_of
 from hapticvlm.materials import Vibration
@@ -49,19 +49,27 @@ class Hums:
         self._touching.clear()
         self.kept.clear()
 
-    def declare(self, given: SceneObject) -> None:
-        """Receive what carries an object, in place of what did before."""
-        self.forget(given.object_id)
-        supports = tuple(given.stands_on or ())
-        if supports:
-            self._stands_on[given.object_id] = supports
-        for support in supports:
-            self._touching.setdefault(given.object_id, set()).add(support)
-            self._touching.setdefault(support, set()).add(given.object_id)
+    def declare(self, objects: Iterable[SceneObject]) -> None:
+        """Receive what carries these objects, in place of what did before."""
+        self.kept.clear()
+        for given in objects:
+            if given.object_id in self._stands_on:
+                self._lift(given.object_id)
+            if given.stands_on:
+                self._put(given.object_id, tuple(given.stands_on))
 
     def forget(self, object_id: str) -> None:
         """Lift an object off what carries it."""
         self.kept.clear()
+        self._lift(object_id)
+
+    def _put(self, object_id: str, supports: tuple[str, ...]) -> None:
+        self._stands_on[object_id] = supports
+        for support in supports:
+            self._touching.setdefault(object_id, set()).add(support)
+            self._touching.setdefault(support, set()).add(object_id)
+
+    def _lift(self, object_id: str) -> None:
         for support in self._stands_on.pop(object_id, ()):
             self._touching.get(support, set()).discard(object_id)
             self._touching.get(object_id, set()).discard(support)

@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Generic, TypeVar
+
+import msgspec
 
 from hapticvlm import materials
 from hapticvlm.evidence import fusion, ladder, names, sub_materials
@@ -53,8 +55,7 @@ class Cached(Generic[T]):
 # evidence -> verdict -> rendition and contact -> decision. A renewal of a lease that changes
 # nothing makes nothing anew; whatever does change an input (a picture, an answer, ambient, gain, a
 # limit of the plate) is found by comparing, and nobody has to remember to invalidate anything.
-@dataclass(slots=True)
-class ObjectState:
+class ObjectState(msgspec.Struct):
     """One object: what the scene gives, evidence by source, verdict, and the decision kept.
 
     `make` is what its name says beyond the material, `table` the materials as it has them.
@@ -64,7 +65,7 @@ class ObjectState:
     facts: SceneObject | None
     given: tuple[Evidence, ...] | None = None
     make: MaterialDetail = sub_materials.PLAIN
-    table: Mapping[str, Material] = field(default_factory=lambda: materials.MATERIALS)
+    table: Mapping[str, Material] = materials.MATERIALS
     recognised: Fused | None = None
     vlm: Evidence | None = None
     asked_at: float | None = None
@@ -116,12 +117,12 @@ class SceneObjects:
                 self.forget(gone)
         if scene.materials is not None:
             self._among = frozenset(scene.materials)
+        self.hums.declare(scene.objects)
         for given in scene.objects:
             target = ObjectTarget(given.object_id)
             known = self.known.get(target)
             state = self.known[target] = ObjectState(with_saved(given, self._saved))
             self._declared.add(target)
-            self.hums.declare(given)
             if known is not None:
                 state.recognised = known.recognised
                 state.vlm = known.vlm
@@ -129,7 +130,8 @@ class SceneObjects:
 
     def _check(self, scene: Scene) -> None:
         for index, given in enumerate(scene.objects):
-            _check_material(given.material, self._table, f"$.objects[{index}].material")
+            if given.material is not None:
+                _check_material(given.material, self._table, f"$.objects[{index}].material")
         for index, name in enumerate(scene.materials or ()):
             _check_material(name, self._table, f"$.materials[{index}]")
         if self._count_after(scene) > MAX_KNOWN:
@@ -142,9 +144,9 @@ class SceneObjects:
         Only what the message names is counted, so that to change one of thousands of objects costs
         as little as to change the only one.
         """
-        given = {ObjectTarget(given.object_id) for given in scene.objects}
         if scene.replace:
-            return len(given)
+            return len({given.object_id for given in scene.objects})
+        given = {ObjectTarget(given.object_id) for given in scene.objects}
         gone = set(map(ObjectTarget, scene.forget or ())) - given
         return len(self._declared) - len(gone & self._declared) + len(given - self._declared)
 
@@ -275,8 +277,8 @@ class SceneObjects:
         return known.given
 
 
-def _check_material(material: str | None, table: Mapping[str, Material], path: str) -> None:
-    if material is None or material in table or material == materials.UNKNOWN:
+def _check_material(material: str, table: Mapping[str, Material], path: str) -> None:
+    if material in table or material == materials.UNKNOWN:
         return
     near = materials.nearest(material, (*table, materials.UNKNOWN))
     text = f"{path}: no material `{material[:40]}`{near}"
