@@ -129,14 +129,21 @@ class SceneObjects:
                 state.asked_at = known.asked_at
 
     def _check(self, scene: Scene) -> None:
+        allowed = {None, materials.UNKNOWN, *self._table}
         for index, given in enumerate(scene.objects):
-            if given.material is not None:
-                _check_material(given.material, self._table, f"$.objects[{index}].material")
+            if given.material not in allowed:
+                raise self._no_material(str(given.material), f"$.objects[{index}].material")
         for index, name in enumerate(scene.materials or ()):
-            _check_material(name, self._table, f"$.materials[{index}]")
+            if name not in allowed:
+                raise self._no_material(name, f"$.materials[{index}]")
         if self._count_after(scene) > MAX_KNOWN:
             text = f"$.objects: more than {MAX_KNOWN}; send `replace` true with those in use"
             raise MessageError("limit", text, path="$.objects")
+
+    def _no_material(self, material: str, path: str) -> MessageError:
+        near = materials.nearest(material, (*self._table, materials.UNKNOWN))
+        text = f"{path}: no material `{material[:40]}`{near}"
+        return MessageError("message", text, path=path)
 
     def _count_after(self, scene: Scene) -> int:
         """Return how many objects would be declared after this message.
@@ -275,11 +282,3 @@ class SceneObjects:
                 known.make = sub_materials.from_name(name, self._lexicon)
             known.table = known.make.refine(self._table)
         return known.given
-
-
-def _check_material(material: str, table: Mapping[str, Material], path: str) -> None:
-    if material in table or material == materials.UNKNOWN:
-        return
-    near = materials.nearest(material, (*table, materials.UNKNOWN))
-    text = f"{path}: no material `{material[:40]}`{near}"
-    raise MessageError("message", text, path=path)

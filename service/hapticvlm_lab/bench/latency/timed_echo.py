@@ -19,8 +19,10 @@ async def main() -> None:
     has_gone = asyncio.Event()
 
     async def serve(socket: ServerConnection) -> None:
-        await echo(socket)
-        has_gone.set()
+        try:
+            await echo(socket)
+        finally:
+            has_gone.set()
 
     async with listening(serve) as port:
         print(port, flush=True)
