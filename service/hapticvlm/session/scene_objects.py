@@ -129,10 +129,10 @@ class SceneObjects:
                 state.asked_at = known.asked_at
 
     def _check(self, scene: Scene) -> None:
-        allowed = {None, materials.UNKNOWN, *self._table}
+        allowed = {*self._table, materials.UNKNOWN}
         for index, given in enumerate(scene.objects):
-            if given.material not in allowed:
-                raise self._no_material(str(given.material), f"$.objects[{index}].material")
+            if given.material is not None and given.material not in allowed:
+                raise self._no_material(given.material, f"$.objects[{index}].material")
         for index, name in enumerate(scene.materials or ()):
             if name not in allowed:
                 raise self._no_material(name, f"$.materials[{index}]")
