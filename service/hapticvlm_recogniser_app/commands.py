@@ -139,7 +139,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def settle(options: argparse.Namespace, engine: str, environment: os._Environ[str]) -> AppSettings:
     """Return what is to be run. Raises ValueError, naming the option."""
-    from hapticvlm.server.web.http import is_loopback
+    from hapticvlm.server.addresses import is_loopback
     from hapticvlm_recogniser_app import settings as app
 
     token = environment.get(app.TOKEN)

@@ -26,8 +26,8 @@ from hapticvlm.vision.remote.contract import (
     SHIPPED,
     Answer,
     ContractError,
-    Found,
     Identity,
+    RemoteMatch,
 )
 
 DIGITS = 16  # hexadecimal, of SHA-256: mistakes are to be noticed, not forgeries
@@ -140,7 +140,9 @@ def write_answer(job: Job, embedded: Sequence[Embedded | None]) -> bytes:
     if len(done) < len(embedded):
         raise Refusal(504, "nobody waits for it any more: it was not recognised")
     results = [
-        contract.write_result(Found(job.named.gallery.match(result.embedding), result.embedding))
+        contract.write_result(
+            RemoteMatch(job.named.gallery.match(result.embedding), result.embedding)
+        )
         for result in done
     ]
     stages = {

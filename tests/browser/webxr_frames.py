@@ -25,13 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 from webxr_scene import missing, visiting
 
-from hapticvlm.evidence.fusion import fuse
-from hapticvlm.evidence.ladder import Evidence, decide, restrict
+from hapticvlm.evidence.ladder import Evidence, decide, fuse, restrict
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.messages import Frame
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import contact_temperature_c, thermal_contact
-from hapticvlm.session.rendition import choose_rendition
+from hapticvlm.session.decisions import choose_rendition
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder

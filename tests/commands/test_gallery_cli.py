@@ -12,6 +12,7 @@ from tiny_encoders import Graph, write_onnx
 
 from hapticvlm.commands.main import main
 from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.galleries.calibration import find_confusable_pairs, leave_one_out
 from hapticvlm.vision.galleries.enrol import (
     CLOSER,
     Enrolled,
@@ -21,7 +22,6 @@ from hapticvlm.vision.galleries.enrol import (
     list_pictures,
 )
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
-from hapticvlm.vision.galleries.leave_one_out import find_confusable_pairs, leave_one_out
 from hapticvlm.vision.galleries.storage import SHIPPED, load_gallery, read_gallery, save_gallery
 from hapticvlm.vision.galleries.user_materials import read_material
 

@@ -12,8 +12,15 @@ import soundfile
 
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.speaker.engine import REPORTED_SILENCE_S, AudioSettings, Engine
-from hapticvlm.devices.speaker.engine_orders import EngineStatus, PersistentState, Release, RestAll
-from hapticvlm.devices.speaker.ring import SAMPLES, SLOTS, Ring
+from hapticvlm.devices.speaker.ring import (
+    SAMPLES,
+    SLOTS,
+    EngineStatus,
+    PersistentState,
+    Release,
+    RestAll,
+    Ring,
+)
 from hapticvlm.devices.speaker.speaker import SILENT_S, Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command

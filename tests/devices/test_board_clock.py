@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from hapticvlm.devices.plate.board_clock import BoardClock
+from hapticvlm.devices.plate.session import BoardClock
 
 
 def is_wrong(

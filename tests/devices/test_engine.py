@@ -7,8 +7,7 @@ import pytest
 
 from hapticvlm.devices.speaker.channels import Channels
 from hapticvlm.devices.speaker.engine import REPORTED_SILENCE_S, AudioSettings, Engine
-from hapticvlm.devices.speaker.engine_orders import EngineStatus, PersistentState, RestAll
-from hapticvlm.devices.speaker.ring import SAMPLES, Ring
+from hapticvlm.devices.speaker.ring import SAMPLES, EngineStatus, PersistentState, RestAll, Ring
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
 

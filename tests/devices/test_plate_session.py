@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from hapticvlm.devices import faults
 from hapticvlm.devices.plate import protocol as plate_protocol
-from hapticvlm.devices.plate.dose import REST_S, Dose
 from hapticvlm.devices.plate.framing import Deframer
 from hapticvlm.devices.plate.protocol import (
     Ack,
@@ -28,7 +27,15 @@ from hapticvlm.devices.plate.protocol import (
     State,
 )
 from hapticvlm.devices.plate.requests import ANSWER_S, TRIES
-from hapticvlm.devices.plate.session import DEAF_S, GONE_S, HELLO_S, SILENT_S, PlateSession
+from hapticvlm.devices.plate.session import (
+    HELLO_S,
+    POLL_TIMEOUT_S,
+    REOPEN_AFTER_S,
+    REST_S,
+    RX_TIMEOUT_S,
+    Dose,
+    PlateSession,
+)
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 BOARD = HelloReply(1, 0, 1, 2, 3, 7, 18_000, 40_000, 5000, 1000, 750, 2000, 250, 667, 20, 1)
@@ -177,21 +184,21 @@ def test_no_reading_stays_none() -> None:
 def test_a_board_that_falls_silent_has_no_reading_and_is_a_fault() -> None:
     session = greeted()
 
-    session.receive(b"", SILENT_S)
-    assert session.reading(SILENT_S).plate_c is not None
-    session.receive(b"", SILENT_S + 0.01)
-    silent = session.reading(SILENT_S + 0.01)
+    session.receive(b"", RX_TIMEOUT_S)
+    assert session.reading(RX_TIMEOUT_S).plate_c is not None
+    session.receive(b"", RX_TIMEOUT_S + 0.01)
+    silent = session.reading(RX_TIMEOUT_S + 0.01)
     assert silent.plate_c is None
     assert silent.faults == ("plate_silent",)
-    assert not session.is_gone(GONE_S)
-    assert session.is_gone(GONE_S + 0.01)
+    assert not session.is_gone(REOPEN_AFTER_S)
+    assert session.is_gone(REOPEN_AFTER_S + 0.01)
 
 
 def test_a_board_that_nobody_could_listen_to_is_not_called_silent() -> None:
     session = greeted()
 
-    assert session.reading(SILENT_S * 3).faults == ()
-    assert session.reading(DEAF_S + 0.01).faults == ("plate_silent",)
+    assert session.reading(RX_TIMEOUT_S * 3).faults == ()
+    assert session.reading(POLL_TIMEOUT_S + 0.01).faults == ("plate_silent",)
 
 
 def test_a_lost_port_is_a_fault_and_sends_nothing() -> None:

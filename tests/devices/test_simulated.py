@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import pytest
 
-from hapticvlm.devices.plate.dose import REST_S
 from hapticvlm.devices.plate.plate import Plate
+from hapticvlm.devices.plate.session import REST_S
 from hapticvlm.devices.simulated.plant import (
     FACE_J_PER_K,
     RESISTANCE,

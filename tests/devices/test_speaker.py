@@ -14,9 +14,8 @@ from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.speaker.channels import OF_DUALSENSE, read_channels
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
-from hapticvlm.devices.speaker.engine_orders import PersistentState
 from hapticvlm.devices.speaker.output import OutputError, choose
-from hapticvlm.devices.speaker.ring import Ring
+from hapticvlm.devices.speaker.ring import PersistentState, Ring
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command

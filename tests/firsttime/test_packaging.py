@@ -9,7 +9,7 @@ import yaml
 from hapticvlm import __version__
 from hapticvlm.commands import alive, serve
 from hapticvlm.commands.main import _parser
-from hapticvlm.server import offer
+from hapticvlm.server import service_info
 
 ROOT = Path(__file__).parents[2]
 DOCKERFILE = (ROOT / "Dockerfile").read_text().replace("\\\n", " ")
@@ -36,7 +36,7 @@ def test_the_container_runs_the_service_without_root_behind_a_token():
     words = [*yaml.safe_load(last("ENTRYPOINT")), *yaml.safe_load(last("CMD"))]
     given = _parser().parse_args(words[1:])
     serving = serve.resolve_options(given, {"HAPTICVLM_TOKEN": "choose-a-long-secret"})
-    assert offer.address(serving).host == "0.0.0.0"
+    assert service_info.address(serving).host == "0.0.0.0"
     assert str(serving.port) == last("EXPOSE")
 
 

@@ -29,7 +29,7 @@ from hapticvlm.session.actions import DrivePlate, PlayVibration
 from hapticvlm.session.hands import Hold
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
-from hapticvlm.vision import decoding, pictures
+from hapticvlm.vision import pictures
 from hapticvlm.vision.galleries.storage import GalleryError, read_gallery
 from hapticvlm.vision.galleries.user_materials import read_material
 
@@ -73,8 +73,8 @@ class _Sessions:
 
 def _pictures(data: bytes, _: Path) -> None:
     kind = "png" if data[:1] == b"\x89" else "jpeg"
-    with contextlib.suppress(decoding.PictureError):
-        size = decoding._png_size("$", data) if kind == "png" else decoding._jpeg_size(data)
+    with contextlib.suppress(pictures.PictureError):
+        size = pictures._png_size("$", data) if kind == "png" else pictures._jpeg_size(data)
         frame = Frame(
             id=1,
             captured_at=0.0,

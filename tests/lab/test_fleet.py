@@ -7,7 +7,7 @@ import pytest
 
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
-from hapticvlm.vision.remote.contract import Found, write_result
+from hapticvlm.vision.remote.contract import RemoteMatch, write_result
 from hapticvlm_lab.bench.fleet import curve
 from hapticvlm_lab.bench.fleet.scenes import Truth, recorded
 from hapticvlm_recogniser_app.replies import Named, identify
@@ -42,7 +42,7 @@ def test_an_answer_is_right_only_for_the_gallery_it_names():
     named = [Named(identify(encoder, one, "arcade"), one) for one in (gallery, unsure)]
     crops = recorded(Path("examples/captures/living_room"), encoder)
     embedding = encoder.embed(crops[:1])[0]
-    result = write_result(Found(gallery.match(embedding), embedding))
+    result = write_result(RemoteMatch(gallery.match(embedding), embedding))
     truth = Truth(named)
     assert truth.is_right(named[0].identity.hash, result)
     assert not truth.is_right(named[1].identity.hash, result)

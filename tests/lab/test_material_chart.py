@@ -13,8 +13,7 @@ import pytest
 from tiny_capture import OBJECTS, VIEWS, drawn, write_capture
 from tiny_encoders import write_classifier
 
-from hapticvlm.evidence.fusion import fuse
-from hapticvlm.evidence.ladder import decide
+from hapticvlm.evidence.ladder import decide, fuse
 from hapticvlm.messages import Frame, Shader
 from hapticvlm.statistics import wilson
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery

@@ -7,7 +7,7 @@ torch = pytest.importorskip("torch", reason="extra `train` is not installed")
 pytest.importorskip("onnx", reason="extra `train` is not installed")
 
 from hapticvlm import materials  # noqa: E402
-from hapticvlm.vision.encoders import packaged_weights, two_parts  # noqa: E402
+from hapticvlm.vision.encoders import joint_embedding, packaged_weights  # noqa: E402
 from hapticvlm.vision.encoders.onnx_encoder import open_session  # noqa: E402
 from hapticvlm.vision.galleries.gallery import LinearLayer  # noqa: E402
 from hapticvlm_lab.training import head, lite_graph, making, pool, sources  # noqa: E402
@@ -167,7 +167,7 @@ def test_the_graph_that_ships_embeds_as_the_fit_does():
         named = np.array(["rooms"])
         wanted = fitted.embed(Described(features, scores, np.zeros(1, np.int64), named))
         found = whole.run(None, crop)[0]
-        assert found.shape == (1, 16 + two_parts.ADDED)
+        assert found.shape == (1, 16 + joint_embedding.ADDED)
         assert np.linalg.norm(found) == pytest.approx(1.0, abs=1e-4)
         assert float((found * wanted).sum()) > 0.999
 

@@ -8,7 +8,7 @@ import pytest
 
 from hapticvlm.evidence.ladder import Evidence, decide
 from hapticvlm.materials import MATERIALS
-from hapticvlm.session.rendition import choose_rendition
+from hapticvlm.session.decisions import choose_rendition
 from hapticvlm_lab.bench.material.answers import embed
 from hapticvlm_lab.bench.material.data import Source, thin
 from hapticvlm_lab.bench.material.reading import default_captures, read_capture

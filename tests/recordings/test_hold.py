@@ -49,7 +49,7 @@ def test_a_hold_that_another_session_lifts_is_in_the_record(tmp_path):
     hold = Hold()
     recorder, session = recording(tmp_path, hold)
     hold.stop("all")
-    session.held("all")
+    session.on_stop("all")
     hold.update(touch("release", 1))
     hold.update(touch("contact", 2))  # of another session
     session.receive(touch("contact", 3), 2.0)

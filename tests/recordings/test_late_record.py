@@ -1,7 +1,7 @@
 """When a record begins: with the first message, or when a scene stays without one."""
 
-from hapticvlm.recordings.late_record import MOST_HELD, LateRecord
 from hapticvlm.recordings.lines import Input, Key, Line
+from hapticvlm.recordings.recorder import MOST_HELD, LateRecord
 
 TICK: Line = {Key.IN: Input.TICK, Key.NOW: 1.0}
 MESSAGE: Line = {Key.IN: Input.MESSAGE, Key.NOW: 2.0}

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Vibration
 from hapticvlm.rendering.vibration.impacts import impact
-from hapticvlm.rendering.vibration.limiter import DELAY_S
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
-from hapticvlm.rendering.vibration.voices import Command, Voices
+from hapticvlm.rendering.vibration.voices import DELAY_S, Command, Voices
 
 BLOCK = 128
 DELAY = round(DELAY_S * RATE_HZ)

@@ -15,7 +15,7 @@ from test_server import owner_of
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
 
-from hapticvlm.server.budgets import (
+from hapticvlm.server.edge.limits import (
     CONTROL_FRAMES,
     HELLO_FRAMES,
     MESSAGES,

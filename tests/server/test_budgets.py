@@ -5,9 +5,9 @@ from collections import Counter
 import pytest
 
 from hapticvlm.server.access import Address
-from hapticvlm.server.budgets import ASKED_S, CONNECTS, Rate, TokenBucket
-from hapticvlm.server.edge.accepting import ConnectBudgets
-from hapticvlm.server.entrance import Entrance
+from hapticvlm.server.edge.limiter import SocketLimiter
+from hapticvlm.server.edge.limits import ASKED_S, CONNECTS, Rate, TokenBucket
+from hapticvlm.server.edge.listener import ConnectRates
 
 
 class Transport:
@@ -43,37 +43,37 @@ def test_a_bucket_never_holds_more_than_its_burst_and_a_clock_that_jumps_back_gi
 
 def test_the_socket_that_waits_longest_for_hello_makes_room_and_is_counted():
     counts: Counter[str] = Counter()
-    entrance: Entrance[Socket] = Entrance(counts, most=3)
+    limiter: SocketLimiter[Socket] = SocketLimiter(counts, most=3)
     sockets = [socket() for _ in range(4)]
     for each in sockets[:3]:
-        entrance.opened(each, 0.0)
-    entrance.greeted(sockets[0])
+        limiter.add(each, 0.0)
+    limiter.mark_admitted(sockets[0])
     assert not any(each.transport.is_aborted for each in sockets)
-    entrance.opened(sockets[3], 0.0)
+    limiter.add(sockets[3], 0.0)
     assert [each.transport.is_aborted for each in sockets] == [False, True, False, False]
     assert counts == {"closed: too many sockets before hello": 1}
-    assert sockets[1] not in entrance.sockets
+    assert sockets[1] not in limiter.sockets
 
 
 def test_a_socket_that_has_sent_its_request_is_spared_for_a_moment_and_then_makes_room():
-    entrance: Entrance[Socket] = Entrance(Counter(), most=2)
+    limiter: SocketLimiter[Socket] = SocketLimiter(Counter(), most=2)
     honest, silent, third, fourth = (socket() for _ in range(4))
     for each in (honest, silent):
-        entrance.opened(each, 0.0)
-    entrance.asked(honest, 0.0)
-    assert entrance.has_room(0.1)
-    entrance.opened(third, 0.1)
+        limiter.add(each, 0.0)
+    limiter.mark_requested(honest, 0.0)
+    assert limiter.has_room(0.1)
+    limiter.add(third, 0.1)
     assert silent.transport.is_aborted
-    entrance.asked(third, 0.1)
-    assert not entrance.has_room(0.2)
-    assert entrance.has_room(ASKED_S)
-    entrance.opened(fourth, ASKED_S)
+    limiter.mark_requested(third, 0.1)
+    assert not limiter.has_room(0.2)
+    assert limiter.has_room(ASKED_S)
+    limiter.add(fourth, ASKED_S)
     assert honest.transport.is_aborted
     assert not third.transport.is_aborted
 
 
 def test_connects_have_a_budget_for_each_address_and_one_for_this_machine():
-    budgets = ConnectBudgets()
+    budgets = ConnectRates()
     burst = int(CONNECTS.burst)
     assert all(budgets.spend("192.0.2.1", 0.0) for _ in range(burst))
     assert not budgets.spend("192.0.2.1", 0.0)
@@ -83,11 +83,11 @@ def test_connects_have_a_budget_for_each_address_and_one_for_this_machine():
 
 
 def test_a_newcomer_goes_when_all_others_have_said_hello():
-    entrance: Entrance[Socket] = Entrance(Counter(), most=1)
+    limiter: SocketLimiter[Socket] = SocketLimiter(Counter(), most=1)
     first, second = socket(), socket()
-    entrance.opened(first, 0.0)
-    entrance.greeted(first)
-    entrance.opened(second, 0.0)
+    limiter.add(first, 0.0)
+    limiter.mark_admitted(first)
+    limiter.add(second, 0.0)
     assert second.transport.is_aborted
     assert not first.transport.is_aborted
 

@@ -17,12 +17,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 
-from hapticvlm.server.budgets import READ_BYTES, TURN_BYTES
-from hapticvlm.server.edge.frame_lengths import FrameLengths
-from hapticvlm.server.edge.front_door import FrontDoor
-from hapticvlm.server.edge.socket import WRITE_BYTES, EdgeSocket
-from hapticvlm.server.edge.stream import MOST_QUEUED
-from hapticvlm.server.entrance import Entrance
+from hapticvlm.server.edge.limiter import SocketLimiter
+from hapticvlm.server.edge.limits import READ_BYTES, TURN_BYTES
+from hapticvlm.server.edge.listener import Listener
+from hapticvlm.server.edge.socket import MAX_QUEUED, WRITE_BYTES, ClientSocket, FrameBoundaries
 
 SIZES = st.lists(st.sampled_from([0, 1, 125, 126, 127, 3000, 65_535, 65_536, 70_000]), max_size=6)
 
@@ -35,11 +33,11 @@ class Service:
         self.turns: list[int] = []
         self.turn = 0
         self.log: list[str] = []
-        self.sockets: list[EdgeSocket] = []
+        self.sockets: list[ClientSocket] = []
         self._answer = answer
 
     async def serve(self, edge):
-        edge.greeted()
+        edge.mark_admitted()
         self.sockets.append(edge)
 
         def receive(data):
@@ -49,7 +47,7 @@ class Service:
             if answer is not None:
                 edge.write(answer)
 
-        await edge.converse(receive, lambda: self.log.append("left"))
+        await edge.run(receive, lambda: self.log.append("left"))
 
     async def count_turns(self):
         while True:
@@ -58,12 +56,12 @@ class Service:
 
 
 @asynccontextmanager
-async def listening(service, entrance=None):
+async def listening(service, limiter=None):
     async def answer(*_):
         return None
 
-    door = FrontDoor(entrance or Entrance(Counter()), answer, service.serve, 4 * 1024 * 1024)
-    async with door.listen("127.0.0.1", 0) as port:
+    listener = Listener(limiter or SocketLimiter(Counter()), answer, service.serve, 4 * 1024 * 1024)
+    async with listener.listen("127.0.0.1", 0) as port:
         counting = asyncio.create_task(service.count_turns())
         yield port
         counting.cancel()
@@ -85,7 +83,7 @@ def test_what_a_frame_lacks_is_known_wherever_the_stream_is_cut(sizes, cuts):
     ends = [0]
     for size in sizes:
         ends.append(ends[-1] + len(frames(bytes(size))))
-    lengths, at = FrameLengths(), 0
+    lengths, at = FrameBoundaries(), 0
     for cut in [*cuts, len(stream)]:
         lengths.follow(stream[at : at + cut])
         at = min(at + cut, len(stream))
@@ -112,13 +110,13 @@ def reads(monkeypatch):
 
     def note(service):
         found: list[int] = []
-        take = EdgeSocket.buffer_updated
+        take = ClientSocket.buffer_updated
 
         def take_and_note(self, count):
             found.append(service.turn)
             take(self, count)
 
-        monkeypatch.setattr(EdgeSocket, "buffer_updated", take_and_note)
+        monkeypatch.setattr(ClientSocket, "buffer_updated", take_and_note)
         return found
 
     return note
@@ -217,7 +215,7 @@ async def test_a_client_that_reads_nothing_stops_its_own_messages_and_loses_none
         for _ in range(200):
             assert len(await client.recv()) == WRITE_BYTES
         assert len(service.said) == 200
-        assert len(edge._inbox) <= MOST_QUEUED + READ_BYTES // 6
+        assert len(edge._inbox) <= MAX_QUEUED + READ_BYTES // 6
 
 
 async def test_what_is_left_is_forgotten_before_its_close_is_answered():
@@ -270,7 +268,7 @@ async def test_a_close_of_ours_tells_the_server_and_a_silent_client_is_cut_off()
         client.transport.abort()
 
 
-class Counting(Entrance[EdgeSocket]):
+class Counting(SocketLimiter[ClientSocket]):
     """Counts the sockets that open in each turn of the loop."""
 
     def __init__(self, service):
@@ -278,52 +276,52 @@ class Counting(Entrance[EdgeSocket]):
         self.opened_in: Counter[int] = Counter()
         self._service = service
 
-    def opened(self, socket, now):
+    def add(self, socket, now):
         self.opened_in[self._service.turn] += 1
-        super().opened(socket, now)
+        super().add(socket, now)
 
 
 async def test_of_many_that_connect_at_once_one_is_taken_a_turn():
     service = Service()
-    entrance = Counting(service)
-    async with listening(service, entrance) as port:
+    limiter = Counting(service)
+    async with listening(service, limiter) as port:
         made = [socket.create_connection(("127.0.0.1", port)) for _ in range(60)]
-        await until(lambda: entrance.opened_in.total() == 60)
+        await until(lambda: limiter.opened_in.total() == 60)
         for each in made:
             each.close()
-    assert max(entrance.opened_in.values()) <= 2
+    assert max(limiter.opened_in.values()) <= 2
 
 
 async def test_junk_for_a_request_is_closed_and_leaves_nothing():
     service = Service()
-    entrance: Entrance[EdgeSocket] = Entrance(Counter())
-    async with listening(service, entrance) as port:
+    limiter: SocketLimiter[ClientSocket] = SocketLimiter(Counter())
+    async with listening(service, limiter) as port:
         for junk in (b"\0" * 100, b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 500, b"\x16\x03\x01" * 40):
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
             writer.write(junk + b"\r\n\r\n")
             async with asyncio.timeout(5.0 * PACE):
                 await reader.read()
             writer.close()
-        await until(lambda: not entrance.sockets)
+        await until(lambda: not limiter.sockets)
 
 
 class Forgetful(Service):
     """Keeps nothing, not even the socket."""
 
     async def serve(self, edge):
-        await edge.converse(lambda data: edge.write(data), lambda: None)
+        await edge.run(lambda data: edge.write(data), lambda: None)
 
 
-class Watched(Entrance[EdgeSocket]):
+class Watched(SocketLimiter[ClientSocket]):
     """Knows the sockets that came in, and what holds their messages, without keeping them."""
 
     def __init__(self):
         super().__init__(Counter())
         self.came = []
 
-    def opened(self, socket, now):
+    def add(self, socket, now):
         self.came += [weakref.ref(socket), weakref.ref(socket.protocol)]
-        super().opened(socket, now)
+        super().add(socket, now)
 
 
 async def closes(port):
@@ -364,8 +362,8 @@ async def sends_no_request(port):
     [closes, is_cut_off_in_a_message, breaks_the_protocol, says_nothing, sends_no_request],
 )
 async def test_a_socket_that_has_ended_is_gone_without_a_collection_of_cycles(comes_and_goes):
-    entrance = Watched()
+    limiter = Watched()
     with no_collection():
-        async with listening(Forgetful(), entrance) as port:
+        async with listening(Forgetful(), limiter) as port:
             await comes_and_goes(port)
-            await until(lambda: entrance.came and not any(each() for each in entrance.came))
+            await until(lambda: limiter.came and not any(each() for each in limiter.came))

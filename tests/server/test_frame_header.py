@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from hapticvlm.messages import Frame, MessageError
-from hapticvlm.server.frame_header import require_header
+from hapticvlm.server.websocket import require_header
 
 
 def frame(**fields):

@@ -13,17 +13,17 @@ from websockets.protocol import State
 
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Error, Frame, MessageError, Ownership, Scene, SceneObject, Set, Touch
-from hapticvlm.processes.model_worker import Answered
-from hapticvlm.server.budgets import ENROL_BYTES
+from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.edge.limits import ENROL_BYTES
+from hapticvlm.server.edge.scheduling import yield_to_io
 from hapticvlm.server.ownership import IDLE_OWNER_S
 from hapticvlm.server.recognition_queue import RecognitionQueue
-from hapticvlm.server.turns import give_way
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import RecognitionRequest, RequestId, of_object
 from hapticvlm.vision.frame_recogniser import Recognition
-from hapticvlm.vision.worker import Recognised
+from hapticvlm.vision.worker import RecogniserResult
 
 PEER: Any = Peer()
 
@@ -258,7 +258,7 @@ async def looking(log):
     queue.join(client)
     recogniser.worker.is_busy = False
     queue.put(client, look("first"))
-    await give_way()
+    await yield_to_io()
     return queue, client, recogniser
 
 
@@ -272,7 +272,7 @@ async def test_an_answer_and_the_frame_after_it_have_a_turn_each_between_which_a
     with ours, theirs:
         # A touch comes while the answer is taken, and another while it is given.
         asyncio.get_running_loop().add_reader(ours, lambda: log.append(ours.recv(9)))
-        queue.accept(Answered(1, Recognised(Recognition(None, {}))))
+        queue.accept(WorkerReply(1, RecogniserResult(Recognition(None, {}))))
         theirs.send(b"touch")
         assert log == []
         while len(recogniser.subjects) == 1:
@@ -288,9 +288,9 @@ async def test_an_answer_and_the_frame_after_it_have_a_turn_each_between_which_a
 async def test_who_left_before_its_answer_was_given_gets_none():
     log: list[str | bytes] = []
     queue, client, _ = await looking(log)
-    queue.accept(Answered(1, Recognised(Recognition(None, {}))))
+    queue.accept(WorkerReply(1, RecogniserResult(Recognition(None, {}))))
     queue.leave(client)
-    await give_way()
+    await yield_to_io()
     assert log == []
 
 
@@ -304,10 +304,10 @@ async def test_what_was_never_seen_waits_for_no_turn_however_much_was_looked_at(
     recogniser.worker.is_busy = False
     for _ in range(40):
         queue.put(client, look("thing"))
-        await give_way()
+        await yield_to_io()
     assert len(recogniser.subjects) < 40, "looks at it wait for their turn"
     queue.put(client, look("new"))
-    await give_way()
+    await yield_to_io()
     assert recogniser.subjects[-1] == "owner/object new"
 
 

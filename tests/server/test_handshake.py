@@ -16,20 +16,20 @@ from hapticvlm.recordings.recorded_session import RecordedSession
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server import handshake
 from hapticvlm.server.access import Address
-from hapticvlm.server.budgets import (
-    LOOPBACK_PLACES,
+from hapticvlm.server.edge.limits import (
+    LOOPBACK_SLOTS,
     MAX_CONNECTIONS,
     MAX_HELLO_BYTES,
     MAX_SCENES,
 )
 from hapticvlm.server.handshake import (
+    CLOSE_MADE_ROOM,
     CLOSE_PROTOCOL,
     GUESSES_LOGGED_S,
     Guesses,
     Handshake,
     ServiceInfo,
 )
-from hapticvlm.server.places import CLOSE_MADE_ROOM
 
 SIMULATED = Device(name="simulated", simulated=True)
 TOKEN = "long enough to be given off this machine"
@@ -148,15 +148,15 @@ async def test_one_scene_too_many_is_refused_and_an_observer_is_not(gateway):
 
 
 async def test_the_last_places_are_kept_for_the_dashboard_of_this_machine(gateway):
-    crowd(gateway, MAX_CONNECTIONS - LOOPBACK_PLACES)
+    crowd(gateway, MAX_CONNECTIONS - LOOPBACK_SLOTS)
     door = at_the_door(gateway)
-    assert not has_place(await door.welcome(says(hello("observer"), address="192.168.1.9")))
-    assert not has_place(await door.welcome(says(hello("scene"))))
-    for _ in range(LOOPBACK_PLACES):
+    assert not has_slot(await door.welcome(says(hello("observer"), address="192.168.1.9")))
+    assert not has_slot(await door.welcome(says(hello("scene"))))
+    for _ in range(LOOPBACK_SLOTS):
         dashboard = await door.welcome(says(hello("observer")))
-        assert has_place(dashboard)
+        assert has_slot(dashboard)
         dashboard.has_spoken = True
-    assert not has_place(await door.welcome(says(hello("observer"))))
+    assert not has_slot(await door.welcome(says(hello("observer"))))
     assert len(gateway.connections) == MAX_CONNECTIONS
 
 
@@ -166,16 +166,16 @@ def crowd(gateway, count):
         join(gateway, observer=True).has_spoken = True
 
 
-def has_place(connection):
-    return connection is not None and connection.has_place
+def has_slot(connection):
+    return connection is not None and connection.has_slot
 
 
 async def test_idle_observers_make_room_the_oldest_first_and_those_that_asked_stay(gateway):
-    crowd(gateway, MAX_CONNECTIONS - LOOPBACK_PLACES - 2)
+    crowd(gateway, MAX_CONNECTIONS - LOOPBACK_SLOTS - 2)
     oldest, younger = Peer(), Peer()
     for peer in (oldest, younger):
         join(gateway, observer=True, peer=peer)
-    assert has_place(await at_the_door(gateway).welcome(says(hello("scene"))))
+    assert has_slot(await at_the_door(gateway).welcome(says(hello("scene"))))
     assert oldest.closed == (CLOSE_MADE_ROOM, "made room for another client")
     assert younger.closed is None
     assert gateway.counts["closed: made room"] == 1
@@ -186,7 +186,7 @@ async def test_an_observer_that_finds_no_place_is_let_in_to_stop_and_takes_none(
     peer = says(hello("observer"), address="192.168.1.9")
     connection = await at_the_door(gateway).welcome(peer)
     assert connection is not None
-    assert not connection.has_place
+    assert not connection.has_slot
     assert peer.sent[0]["type"] == "welcome"
     assert len(gateway.connections) == MAX_CONNECTIONS
     assert gateway.counts["refused: no place"] == 1

@@ -17,8 +17,8 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request
 
 from hapticvlm.client.local_service import ServiceError, running
-from hapticvlm.server.edge.front_door import FrontDoor
-from hapticvlm.server.entrance import Entrance
+from hapticvlm.server.edge.limiter import SocketLimiter
+from hapticvlm.server.edge.listener import Listener
 from hapticvlm.server.web import http, scene_files, scene_pages
 
 MAP = '\n  {"imports": {"three": "./three.js"}}\n'
@@ -145,9 +145,9 @@ async def test_a_large_file_is_read_beside_the_loop_on_which_touches_are_carried
 
 async def test_a_browser_on_a_slow_network_gets_the_whole_of_a_large_file(big, monkeypatch):
     monkeypatch.setattr("hapticvlm.server.edge.socket.OPEN_S", 0.2)
-    door = FrontDoor(Entrance(Counter()), lambda *_: big(), lambda _: asyncio.sleep(0), BIG)
+    listener = Listener(SocketLimiter(Counter()), lambda *_: big(), lambda _: asyncio.sleep(0), BIG)
     got = 0
-    async with door.listen("127.0.0.1", 0) as port:
+    async with listener.listen("127.0.0.1", 0) as port:
         slow = socket.create_connection(("127.0.0.1", port))
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 64 * 1024)
         reader, writer = await asyncio.open_connection(sock=slow, limit=64 * 1024)

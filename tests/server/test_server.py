@@ -21,9 +21,9 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError, Inval
 
 from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.commands.main import main
-from hapticvlm.server.budgets import GUESS_S, MAX_CONNECTIONS, MAX_SCENES
-from hapticvlm.server.places import CLOSE_MADE_ROOM
-from hapticvlm.server.stop_places import CLOSE_NO_PLACE
+from hapticvlm.server.edge.limits import GUESS_S, MAX_CONNECTIONS, MAX_SCENES
+from hapticvlm.server.handshake import CLOSE_MADE_ROOM
+from hapticvlm.server.websocket import CLOSE_SERVER_FULL
 
 OBJECTS = [
     {"object_id": "table", "material": "wood"},
@@ -560,7 +560,7 @@ async def test_a_crowd_of_observers_locks_neither_dashboard_nor_stop_out_and_sce
             assert (await client.hello("observer"))["type"] == "welcome"
             assert "close one" in (await client.ask(type="set", watch=["log"]))["text"]
             await client.socket.wait_closed()
-            assert client.socket.close_code == CLOSE_NO_PLACE
+            assert client.socket.close_code == CLOSE_SERVER_FULL
             assert status(service)["connections"] == MAX_CONNECTIONS
 
 

@@ -13,7 +13,7 @@ from gateways import Peer, join, new_gateway
 from pace import PACE
 
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
-from hapticvlm.devices.speaker.engine_orders import EngineStatus
+from hapticvlm.devices.speaker.ring import EngineStatus
 from hapticvlm.messages import Set, Touch
 from hapticvlm.server.supervision import LOSSES_S, TELEMETRY_S, TICK_S, YOUNG, Supervision
 from hapticvlm.session.session import SceneSession

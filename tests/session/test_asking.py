@@ -50,7 +50,7 @@ def asked_ambient(session, now=1.0, seed=0):
 
 def test_a_live_frame_is_also_looked_at_as_a_whole_only_when_somebody_can_be_asked():
     whole = looks(asking(TABLE), frame(mask=None), 1.0)[True]
-    assert (whole.picture.object_id, whole.waits) == (None, None)
+    assert (whole.picture.object_id, whole.reply_to) == (None, None)
     assert (whole.picture.region.w, whole.picture.region.h) == (1.0, 1.0)
     assert True not in looks(asking(TABLE, can_ask=False), frame(), 1.0)
     assert True not in looks(asking(TABLE, ambient_c=20.0), frame(), 1.0)

@@ -5,8 +5,7 @@ import pytest
 
 from hapticvlm.messages import Decision, MessageError, Ok, Scene, SceneObject, Touch
 from hapticvlm.session.actions import Reply
-from hapticvlm.session.permissions import with_materials
-from hapticvlm.session.session import SceneSession
+from hapticvlm.session.session import SceneSession, with_materials
 from hapticvlm.session.settings import SessionSettings
 
 MUG = SceneObject(object_id="mug", name="TeaMug_01", temperature_c=45.0)

@@ -38,11 +38,11 @@ from hapticvlm.session.actions import (
 )
 from hapticvlm.session.frames import WINDOW_S, ClockOffset, FrameRate
 from hapticvlm.session.hands import LEASE_S, Hold
-from hapticvlm.session.plate_target import NEUTRAL_HOLD_S
-from hapticvlm.session.scene_objects import TAUGHT_VIEWS
+from hapticvlm.session.scene_objects import MAX_REFERENCE_VIEWS
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, RecognitionRequest, RequestId
+from hapticvlm.session.touch import NEUTRAL_HOLD_S
 
 READING = PlateReading(
     plate_c=NEUTRAL_C,
@@ -387,8 +387,8 @@ def test_a_frame_of_an_object_the_scene_has_named_is_answered_at_once_and_teache
     (decision,) = replies(actions, Decision)
     assert (decision.id, decision.material, decision.source) == (5, "wood", "scene")
     (taught,) = only(actions, RecognitionRequest)
-    assert (taught.teaches, taught.target) == ("wood", ObjectTarget("table"))
-    assert taught.waits is None
+    assert (taught.reference_material, taught.target) == ("wood", ObjectTarget("table"))
+    assert taught.reply_to is None
     assert session.recognised(taught, GLASS, {}, 1.1) == []
 
 
@@ -396,9 +396,9 @@ def test_some_pictures_of_an_object_are_enough_unless_one_is_sent_to_be_enrolled
     session = owner(TABLE)
     for number in range(10):
         actions = session.receive(frame(object_id="table"), 1.0 + number)
-        assert len(only(actions, RecognitionRequest)) == (number < TAUGHT_VIEWS)
+        assert len(only(actions, RecognitionRequest)) == (number < MAX_REFERENCE_VIEWS)
     enrolled = session.receive(frame(object_id="table", purpose="enrol"), 20.0)
-    assert only(enrolled, RecognitionRequest)[0].teaches == "wood"
+    assert only(enrolled, RecognitionRequest)[0].reference_material == "wood"
 
 
 def test_what_is_taught_belongs_to_the_scene_that_taught_it():
@@ -407,7 +407,7 @@ def test_what_is_taught_belongs_to_the_scene_that_taught_it():
     session.receive(scene(TABLE, BLOB), 2.0)
     (after,) = only(session.receive(frame(object_id="blob"), 3.0), RecognitionRequest)
     assert before.scene != after.scene
-    assert before.teaches is after.teaches is None
+    assert before.reference_material is after.reference_material is None
 
 
 def test_only_the_materials_that_a_scene_states_are_recognised():
@@ -491,8 +491,8 @@ def test_a_touched_region_has_the_newest_frame_looked_at():
     region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
     actions = session.receive(touch(object_id=None, region=region), 1.1)
     (look,) = only(actions, RecognitionRequest)
-    assert (look.waits, look.picture.region) == (None, region)
-    assert session.wants_anew(look)
+    assert (look.reply_to, look.picture.region) == (None, region)
+    assert session.is_uncached(look)
     assert replies(session.recognised(look, GLASS, {}, 1.2), Decision)[0].id == 0
     (feel,) = only(session.receive(touch("slide", None, region=region), 1.25), PlayVibration)
     assert feel.command.material == "glass"
@@ -747,7 +747,7 @@ def test_a_touched_region_is_looked_at_again_in_every_newer_frame():
     region = Region(x=0.2, y=0.2, w=0.5, h=0.5)
     assert not only(session.receive(touch(object_id=None, region=region), 1.0), RecognitionRequest)
     looks = only(session.receive(frame(object_id=None), 1.1), RecognitionRequest)
-    assert [look.waits for look in looks] == [None, RequestId(5)]
+    assert [look.reply_to for look in looks] == [None, RequestId(5)]
 
 
 def test_an_answer_for_a_scene_since_replaced_is_not_believed():

@@ -51,10 +51,10 @@ from hapticvlm.session.actions import (
     SetGain,
 )
 from hapticvlm.session.hands import LEASE_S, NAMES, OUTPUTS, Hold
-from hapticvlm.session.plate_target import NEUTRAL_HOLD_S
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import SURROUNDINGS, RecognitionRequest, RequestId
+from hapticvlm.session.touch import NEUTRAL_HOLD_S
 
 TICK_S = 0.02
 STALL_S = 0.1  # s, the longest pause between ticks that may earn slew
@@ -224,7 +224,7 @@ class Scenes(RuleBasedStateMachine):
             actions = session.scene_view_received(look, sight, self.now)
         else:
             actions = session.recognised(look, seen, {"encode": 1.0}, self.now)
-        self.carry_out(session, actions, 0 if look.waits is None else look.waits.value)
+        self.carry_out(session, actions, 0 if look.reply_to is None else look.reply_to.value)
 
     @precondition(lambda self: self.asks)
     @rule(which=st.integers(0, 50), answer=answers, seen=evidence)
@@ -278,8 +278,8 @@ class Scenes(RuleBasedStateMachine):
             return False
         if isinstance(message, Touch) and message.phase == "release":
             self.stopped -= {(output, message.hand) for output in OUTPUTS}
-        later = [action for action in only(actions, RecognitionRequest) if action.waits]
-        assert all(action.waits == RequestId(message.id) for action in later)
+        later = [action for action in only(actions, RecognitionRequest) if action.reply_to]
+        assert all(action.reply_to == RequestId(message.id) for action in later)
         self.carry_out(session, actions, 0 if later else message.id, may_answer=not later)
         assert len(later) <= 1
         return True
@@ -352,7 +352,7 @@ class Scenes(RuleBasedStateMachine):
         outputs = OUTPUTS if scope == "all" else (scope,)
         self.stopped |= {(output, hand) for output in outputs for hand in NAMES}
         for session in (self.owner, self.other, self.watcher):
-            session.held(scope)
+            session.on_stop(scope)
         if scope != "peltier":
             self.voices.clear()
         if scope != "speaker":

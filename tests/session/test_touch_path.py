@@ -86,7 +86,7 @@ async def test_a_touch_passes_at_most_14_files_from_the_socket_to_the_ring():
     assert json.loads(reply)["type"] == "ok"
     print(f"{len(profile.files)} files: {', '.join(sorted(profile.files))}")
     assert {
-        "server/conversation.py",
+        "server/websocket.py",
         "session/session.py",
         RING,
     } <= profile.files

@@ -11,7 +11,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 from websockets.frames import Frame, Opcode
 
-from hapticvlm.server.budgets import CONTROL_FRAMES, MESSAGES
+from hapticvlm.server.edge.limits import CONTROL_FRAMES, MESSAGES
 from hapticvlm_studio.trials import page_server
 from hapticvlm_studio.trials.conductor import Conductor
 from hapticvlm_studio.trials.page_server import StudyServer

@@ -19,7 +19,7 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Device, Devices, Models
 from hapticvlm.server.access import Address
 from hapticvlm.server.connection import Connection
-from hapticvlm.server.edge.socket import EdgeSocket
+from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.handshake import ServiceInfo
 from hapticvlm.server.websocket import WebSocketServer
@@ -38,8 +38,8 @@ def new_gateway(plate: Plate | None = None) -> Gateway:
 
 def server_of(gateway: Gateway) -> WebSocketServer:
     """Make what lets clients in to this gateway over real sockets, at any free port."""
-    offer = ServiceInfo(Devices(speaker=SIMULATED, peltier=SIMULATED), Models(), MATERIALS)
-    return WebSocketServer(Address(port=0), gateway, offer, time.monotonic)
+    service_info = ServiceInfo(Devices(speaker=SIMULATED, peltier=SIMULATED), Models(), MATERIALS)
+    return WebSocketServer(Address(port=0), gateway, service_info, time.monotonic)
 
 
 class Peer:
@@ -54,7 +54,7 @@ class Peer:
         self._said = list(said)
         self._next_posted: Callable[[], bytes | str | None] = lambda: None
 
-    def greeted(self) -> None:
+    def mark_admitted(self) -> None:
         self.is_greeted = True
 
     async def recv(self) -> bytes | str:
@@ -89,7 +89,7 @@ def join(gateway: Gateway, *, observer: bool = False, peer: Peer | None = None) 
             owner=is_owner, observer=observer, thermal_gain=gateway.outputs.thermal_gain
         )
     )
-    socket = cast("EdgeSocket", peer or Peer())
+    socket = cast("ClientSocket", peer or Peer())
     connection = Connection(socket, "test", session, as_text=False)
     gateway.join(connection)
     return connection

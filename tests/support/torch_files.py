@@ -7,7 +7,7 @@ import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from hapticvlm.vision.encoders.torch_file import MAGIC, VERSION
+from hapticvlm.vision.encoders.packaged_weights import MAGIC, VERSION
 
 MARK, TUPLE, REDUCE, PERSISTENT, SET, STOP = b"(", b"t", b"R", b"Q", b"s", b"."
 

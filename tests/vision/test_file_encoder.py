@@ -10,7 +10,7 @@ import pytest
 from tiny_encoders import crop, picture, write_classifier
 
 from hapticvlm import materials
-from hapticvlm.vision.encoders import imagenet, two_parts
+from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import BATCH, EncoderError, NetworkEncoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
@@ -31,7 +31,7 @@ def _cores(status: Path) -> str:
 
 def test_a_classifier_in_a_file_is_an_encoder(tmp_path: Path) -> None:
     encoder = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
-    assert (encoder.side, encoder.dimension) == (SIDE, 8 + two_parts.ADDED)
+    assert (encoder.side, encoder.dimension) == (SIDE, 8 + joint_embedding.ADDED)
     crops = [crop(seed, SIDE) for seed in range(BATCH + 2)]
     found = encoder.embed(crops)
     assert np.allclose(np.linalg.norm(found, axis=1), 1.0, atol=1e-5)
@@ -49,24 +49,26 @@ def test_its_class_scores_are_read_as_materials(tmp_path: Path) -> None:
     normalised = (levels - mean) / deviation
     session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
     shares = session.run(None, {"pixels": normalised.transpose(2, 0, 1)[None]})[0]
-    expected = shares[0] @ imagenet.material_weights()
-    found = np.exp(two_parts.log_beliefs(load_encoder(str(path)).embed([shown])))[0]
-    assert np.allclose(found[:-1] - two_parts.FLOOR, expected, atol=2e-3)
+    expected = shares[0] @ joint_embedding.material_weights()
+    found = np.exp(joint_embedding.log_beliefs(load_encoder(str(path)).embed([shown])))[0]
+    assert np.allclose(found[:-1] - joint_embedding.FLOOR, expected, atol=2e-3)
 
 
 def test_the_mask_decides_what_the_features_show(tmp_path: Path) -> None:
     encoder = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
-    left, right = two_parts.features_of(encoder.embed([masked(left=True), masked(left=False)]))
+    left, right = joint_embedding.features_of(
+        encoder.embed([masked(left=True), masked(left=False)])
+    )
     assert np.abs(left - right).max() > 1e-3
 
 
 def test_a_background_class_before_the_thousand_is_left_out(tmp_path: Path) -> None:
     scores = np.random.default_rng(1).normal(size=(3, 1001)).astype(np.float32)
-    found = imagenet.material_beliefs(scores)
-    assert np.allclose(found, imagenet.material_beliefs(scores[:, 1:]))
+    found = joint_embedding.material_beliefs(scores)
+    assert np.allclose(found, joint_embedding.material_beliefs(scores[:, 1:]))
     assert np.allclose(found.sum(axis=1), 1.0, atol=1e-6)
     path = write_classifier(tmp_path / "tiny.onnx", classes=1001)
-    assert load_encoder(str(path)).dimension == 8 + two_parts.ADDED
+    assert load_encoder(str(path)).dimension == 8 + joint_embedding.ADDED
 
 
 def test_a_network_of_other_classes_gives_its_features_alone(tmp_path: Path) -> None:
@@ -156,21 +158,21 @@ def test_a_joined_embedding_gives_back_both_parts() -> None:
     rng = np.random.default_rng(1)
     features = rng.normal(size=(5, 20)).astype(np.float32)
     features /= np.linalg.norm(features, axis=1, keepdims=True)
-    beliefs = rng.dirichlet([0.2] * two_parts.BELIEFS, 5).astype(np.float32)
-    joined = two_parts.join(features, beliefs)
+    beliefs = rng.dirichlet([0.2] * joint_embedding.BELIEFS, 5).astype(np.float32)
+    joined = joint_embedding.join(features, beliefs)
     assert np.allclose(np.linalg.norm(joined, axis=1), 1.0, atol=1e-5)
-    assert np.allclose(two_parts.features_of(joined), features, atol=1e-5)
-    logs = np.log(np.minimum(beliefs, 1.0 - two_parts.FLOOR) + two_parts.FLOOR)
-    assert np.allclose(two_parts.log_beliefs(joined), logs, atol=1e-4)
-    weights = rng.normal(size=(20, two_parts.BELIEFS)).astype(np.float32)
-    found = joined @ two_parts.layer_of(weights, 0.5) - features @ weights - 0.5 * logs
+    assert np.allclose(joint_embedding.features_of(joined), features, atol=1e-5)
+    logs = np.log(np.minimum(beliefs, 1.0 - joint_embedding.FLOOR) + joint_embedding.FLOOR)
+    assert np.allclose(joint_embedding.log_beliefs(joined), logs, atol=1e-4)
+    weights = rng.normal(size=(20, joint_embedding.BELIEFS)).astype(np.float32)
+    found = joined @ joint_embedding.layer_of(weights, 0.5) - features @ weights - 0.5 * logs
     assert np.allclose(found - found[:, :1], 0.0, atol=1e-3)
 
 
 def test_the_table_names_every_class_once_and_every_material() -> None:
-    rows = [line.split(",") for line in imagenet.TABLE.read_text().splitlines()[1:]]
+    rows = [line.split(",") for line in joint_embedding.TABLE.read_text().splitlines()[1:]]
     numbers = [int(row[0]) for row in rows]
     assert numbers == sorted(set(numbers))
     assert all(row[1] for row in rows)
-    assert (imagenet.material_weights().sum(axis=0) > 5).all()
-    assert imagenet.material_weights().shape == (1000, len(materials.MATERIALS))
+    assert (joint_embedding.material_weights().sum(axis=0) > 5).all()
+    assert joint_embedding.material_weights().shape == (1000, len(materials.MATERIALS))

@@ -8,12 +8,11 @@ from tiny_encoders import picture, write_onnx
 
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
-from hapticvlm.vision.decoding import PictureError
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
-from hapticvlm.vision.pictures import Crop
+from hapticvlm.vision.pictures import Crop, PictureError
 
 REGIONS = [Region(x=x, y=y, w=0.25, h=0.25) for y in (0.0, 0.4, 0.7) for x in (0.1, 0.6)]
 
@@ -39,8 +38,8 @@ def frame(seed: int = 1, side: int = 256, **fields: object) -> Frame:
     return Frame(**{**given, **sized, **fields})
 
 
-def recognise(recogniser: FrameRecogniser, shown: Frame, *, anew: bool = True):
-    return recogniser.recognise(msgspec.msgpack.encode(shown), "cup", 0.0, anew=anew)
+def recognise(recogniser: FrameRecogniser, shown: Frame, *, force: bool = True):
+    return recogniser.recognise(msgspec.msgpack.encode(shown), "cup", 0.0, force=force)
 
 
 def counted_decodes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
@@ -91,14 +90,14 @@ def test_the_very_same_bytes_of_an_object_are_skipped_without_decoding_them(
 ) -> None:
     decoded = counted_decodes(monkeypatch)
     recogniser = FrameRecogniser(encoder, gallery)
-    assert recognise(recogniser, frame(), anew=False).evidence is not None
-    assert recognise(recogniser, frame(), anew=False).evidence is None
+    assert recognise(recogniser, frame(), force=False).evidence is not None
+    assert recognise(recogniser, frame(), force=False).evidence is None
     assert len(decoded) == 1
-    assert recognise(recogniser, frame(region=REGIONS[0]), anew=False).evidence is not None
-    assert recognise(recogniser, frame(seed=2), anew=False).evidence is not None
-    assert recognise(recogniser, frame(), anew=False).evidence is not None  # another lay between
-    assert recognise(recogniser, frame(), anew=True).evidence is not None
-    assert recognise(recogniser, frame(purpose="enrol"), anew=False).evidence is not None
+    assert recognise(recogniser, frame(region=REGIONS[0]), force=False).evidence is not None
+    assert recognise(recogniser, frame(seed=2), force=False).evidence is not None
+    assert recognise(recogniser, frame(), force=False).evidence is not None  # another lay between
+    assert recognise(recogniser, frame(), force=True).evidence is not None
+    assert recognise(recogniser, frame(purpose="enrol"), force=False).evidence is not None
     assert len(decoded) == 6
 
 
@@ -117,10 +116,12 @@ def test_what_was_seen_while_warming_up_does_not_hide_the_first_picture(
     grey = simplejpeg.encode_jpeg(np.full((64, 64, 3), 127, np.uint8))
     shown = frame(width=64, height=64, image=grey)
     assert (
-        recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, anew=False).evidence
+        recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, force=False).evidence
         is not None
     )
-    assert recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, anew=False).evidence is None
+    assert (
+        recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, force=False).evidence is None
+    )
 
 
 def test_an_encoder_that_fails_is_our_fault_and_no_evidence(

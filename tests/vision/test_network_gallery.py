@@ -8,7 +8,7 @@ import pytest
 from tiny_encoders import crop, write_classifier
 
 from hapticvlm import materials
-from hapticvlm.vision.encoders import two_parts
+from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import NetworkEncoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries import network_gallery
@@ -72,7 +72,7 @@ def test_a_gallery_that_was_named_is_not_replaced(encoder: NetworkEncoder, tmp_p
 
 
 def fitted(beliefs: np.ndarray, features: np.ndarray, labels: np.ndarray) -> np.ndarray:
-    embeddings = two_parts.join(features.astype(np.float32), beliefs.astype(np.float32))
+    embeddings = joint_embedding.join(features.astype(np.float32), beliefs.astype(np.float32))
     found = network_gallery.fit("tiny", embeddings, labels, has_beliefs=True)
     return np.asarray(found.shipped_logits(embeddings, NAMES).argmax(axis=1))
 

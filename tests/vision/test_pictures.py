@@ -12,9 +12,10 @@ from PIL import Image
 
 from hapticvlm import messages
 from hapticvlm.messages import WHOLE
-from hapticvlm.vision.decoding import MAX_CHUNKS, PictureError
 from hapticvlm.vision.pictures import (
+    MAX_CHUNKS,
     Crop,
+    PictureError,
     central_mask,
     check_header,
     crop,

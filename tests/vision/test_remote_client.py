@@ -12,7 +12,7 @@ from shared_recogniser import Shared, shared_recogniser
 from hapticvlm import materials
 from hapticvlm.http_client import HttpError
 from hapticvlm.messages import Frame
-from hapticvlm.vision.frame_recogniser import FrameRecogniser, Shown
+from hapticvlm.vision.frame_recogniser import FrameRecogniser, SceneContext
 from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm.vision.remote.client import RemoteRecogniser
 from hapticvlm.vision.remote.settings import RemoteSettings
@@ -151,10 +151,10 @@ def test_a_view_of_the_whole_scene_is_never_sent(shared: Shared) -> None:
     )
     data = msgspec.msgpack.encode(frame)
     before = len(shared.asked)
-    assert recogniser.recognise(data, "scene", 0.0, anew=True).scene_view is not None
+    assert recogniser.recognise(data, "scene", 0.0, force=True).scene_view is not None
     assert len(shared.asked) == before
-    shown = Shown("scene", "cup")
-    assert recogniser.recognise(data, "cup", 0.0, anew=True, shown=shown).evidence is not None
+    shown = SceneContext("scene", "cup")
+    assert recogniser.recognise(data, "cup", 0.0, force=True, shown=shown).evidence is not None
     assert len(shared.asked) == before + 1
 
 

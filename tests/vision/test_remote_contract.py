@@ -12,7 +12,7 @@ from hapticvlm.vision.encoders.onnx_encoder import load_onnx_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm.vision.remote import contract
-from hapticvlm.vision.remote.contract import Answer, ContractError, Found, Identity, SentCrop
+from hapticvlm.vision.remote.contract import Answer, ContractError, Identity, RemoteMatch, SentCrop
 from hapticvlm_recogniser_app.replies import identify
 
 SIDE = 32
@@ -24,8 +24,8 @@ def crop(seed: int = 0, side: int = SIDE) -> Crop:
     return Crop(smooth.astype(np.uint8), central_mask(side))
 
 
-def found(*beliefs: tuple[str, float]) -> Found:
-    return Found(Evidence("encoder", beliefs), np.array([0, 1, 0, 0], np.float32))
+def found(*beliefs: tuple[str, float]) -> RemoteMatch:
+    return RemoteMatch(Evidence("encoder", beliefs), np.array([0, 1, 0, 0], np.float32))
 
 
 def answer(*results: contract.Result, gallery: str = "arcade", hash: str = "0123") -> bytes:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch_files import Tensor, calling, file_of
 
-from hapticvlm.vision.encoders.torch_file import MOST_BYTES, TorchFileError, read_arrays
+from hapticvlm.vision.encoders.packaged_weights import MOST_BYTES, TorchFileError, read_arrays
 
 SIX = {"k": [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]}
 WHOLE = file_of({"a": Tensor(), "b": Tensor((3,), (2,), 1)}, SIX)

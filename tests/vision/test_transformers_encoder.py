@@ -16,7 +16,7 @@ from tiny_encoders import crop, picture, write_network, write_tokenizer
 from hapticvlm.client.local_service import running
 from hapticvlm.messages import Frame
 from hapticvlm.vision import pictures
-from hapticvlm.vision.encoders import imagenet, two_parts
+from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import BATCH, Encoder, EncoderError
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
@@ -120,8 +120,8 @@ def test_a_classifier_adds_what_its_classes_are_made_of(tmp_path: Path, kind: st
     pixels = torch.from_numpy(levels.transpose(2, 0, 1)[None].astype(np.float32))
     with torch.inference_mode():
         scores = model(pixel_values=pixels).logits.numpy()
-    found = two_parts.log_beliefs(encoder.embed([shown]))
-    expected = np.log(imagenet.material_beliefs(scores) + two_parts.FLOOR)
+    found = joint_embedding.log_beliefs(encoder.embed([shown]))
+    expected = np.log(joint_embedding.material_beliefs(scores) + joint_embedding.FLOOR)
     assert encoder.name.endswith("(transformers, classes)")
     assert np.allclose(found, expected, atol=0.05)
 
@@ -133,7 +133,7 @@ def test_a_network_of_pictures_and_text_is_asked_for_the_materials(
     saved = write_tokenizer(write_network(tmp_path / kind, kind, crop_pct=1.0))
     encoder = load_encoder(str(saved))
     assert encoder.name.endswith("(transformers, words)")
-    found = np.exp(two_parts.log_beliefs(encoder.embed([crop(1, 112), crop(2, 112)])))
+    found = np.exp(joint_embedding.log_beliefs(encoder.embed([crop(1, 112), crop(2, 112)])))
     assert np.allclose(found.sum(axis=1), 1.0, atol=0.02)
     assert np.abs(found[0] - found[1]).max() > 1e-5
 

@@ -156,8 +156,8 @@ def _answers(
 ) -> Iterator[Answer]:
     """Recognise one picture after the other: none may sway another by being in a batch with it."""
     from hapticvlm.evidence.ladder import decide, restrict
-    from hapticvlm.vision.decoding import PictureError
     from hapticvlm.vision.files import FileError, read_frame
+    from hapticvlm.vision.pictures import PictureError
 
     for path in found:
         try:

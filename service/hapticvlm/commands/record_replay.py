@@ -149,7 +149,7 @@ def _recogniser(options: argparse.Namespace) -> Recognise:
     recogniser = FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
 
     def recognise(picture: Frame, subject: str) -> Evidence:
-        found = recogniser.recognise(msgspec.msgpack.encode(picture), subject, 0.0, anew=True)
+        found = recogniser.recognise(msgspec.msgpack.encode(picture), subject, 0.0, force=True)
         if found.evidence is None:
             text = f"{options.folder}: {found.error}; --recognise needs the frames kept"
             raise SessionLogError(text)

@@ -16,14 +16,14 @@ from typing import TypeVar
 
 from hapticvlm import __version__
 from hapticvlm.messages import Devices
-from hapticvlm.processes.model_worker import Answered
-from hapticvlm.server import log_writer, offer
+from hapticvlm.processes.model_worker import WorkerReply
+from hapticvlm.server import log_writer, service_info
 from hapticvlm.server.access import Address
+from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.assemble import ServiceParts
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.settings import ServeOptions
 from hapticvlm.server.supervision import Supervision
-from hapticvlm.server.web.http import is_loopback
 from hapticvlm.server.web.lan_pages import own_address
 from hapticvlm.server.websocket import WebSocketServer
 
@@ -47,7 +47,9 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
     logging.getLogger("hapticvlm").addHandler(log_writer.ObserverLog(gateway.show_log))
     try:
         await _start(parts, gateway)
-        server = WebSocketServer(where, gateway, offer.service_info(serving, parts), time.monotonic)
+        server = WebSocketServer(
+            where, gateway, service_info.service_info(serving, parts), time.monotonic
+        )
         has_priority = not serving.no_realtime and _raise_priority()
         sys.setswitchinterval(SWITCH_S)
         async with server.listen() as port, asyncio.TaskGroup() as tasks:
@@ -58,7 +60,7 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
             # The default looks at the young every 700 objects and at all of them soon after, 1.9 ms
             # in the middle of a touch. What a touch makes dies by itself; cycles are few.
             gc.set_threshold(*COLLECT_AFTER)
-            print_ready(serving, port, offer.devices(parts), has_priority=has_priority)
+            print_ready(serving, port, service_info.devices(parts), has_priority=has_priority)
             gateway.vibration.prepare()
             await stopping.wait()
             gateway.close()
@@ -86,7 +88,9 @@ async def _start(parts: ServiceParts, gateway: Gateway) -> None:
 
 
 def _on_loop(
-    loop: asyncio.AbstractEventLoop, receive: Callable[[Answered[T]], None], answered: Answered[T]
+    loop: asyncio.AbstractEventLoop,
+    receive: Callable[[WorkerReply[T]], None],
+    answered: WorkerReply[T],
 ) -> None:
     """Forward a worker's answer from its reader thread to the event loop."""
     with contextlib.suppress(RuntimeError):  # the loop has closed

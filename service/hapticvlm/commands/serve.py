@@ -70,9 +70,9 @@ def _run_parts(serving: ServeOptions, parts: ServiceParts) -> None:
     import asyncio
 
     from hapticvlm.commands import run_service
-    from hapticvlm.server import offer
+    from hapticvlm.server import service_info
 
-    where = offer.address(serving)
+    where = service_info.address(serving)
     with port_errors(serving.port):
         asyncio.run(run_service.run(serving, where, parts))
 

@@ -19,10 +19,10 @@ _ANY = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where to ask, not where to liste
 
 def address(serving: ServeOptions) -> list[Finding]:
     """Check whether the service would listen as asked, and how long its certificate lasts."""
-    from hapticvlm.server import offer
+    from hapticvlm.server import service_info
 
     try:
-        where = offer.address(serving)
+        where = service_info.address(serving)
     except ValueError as error:
         return [Finding("address", "wrong", str(error), "`hapticvlm serve --help`")]
     if where.certificate is None:

@@ -7,13 +7,21 @@ open spread evenly; that no rung knows stays open, so one rung alone is believed
 where w_r < 1 discounts a rung for leaning on the same hints as the others. Hence a rung that knows
 nothing changes nothing, and one that agrees never lowers a belief. Knows neither pictures nor
 objects, and keeps no state.
+
+Several recognitions of one object are one evidence: the mean of their beliefs, of which the newest
+counts 1 / MEMORY at least. When CHANGE in a row find the same other material, something else is
+shown and the mean starts again. A belief carries its own weight: a poor picture leaves much open.
+Rejected after a comparison: short means and moving averages (2 to 6 times the flips for as quick a
+change), products with an exponent and a Bayes filter (surer than right: neighbouring frames repeat
+each other's errors), the mean embedding (its best guess is not better, and evidence would have to
+carry it), weights by size or sharpness (no gain).
 """
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from hapticvlm import materials, messages
@@ -28,6 +36,11 @@ FLOOR = 1e-4  # least belief any rung may hold: no rung can veto a material for 
 # Names and shaders come from the same person: what of a shader's exponent a name takes away that
 # leaves nothing open. All other exponents are 1.
 SHARED_HINTS = 0.3
+
+# Of the recognitions of one object; chosen on drifting crops of teaching sources, never on what is
+# held back.
+MEMORY = 32  # recognitions; so far back each counts alike, older ones fade
+CHANGE = 4  # in a row: fewer flip with a blurred stretch, more delay what is rendered
 
 _ORDER: tuple[Rung, ...] = ("scene", "name", "shader", "encoder", "vlm", "unknown")
 
@@ -68,6 +81,15 @@ class Verdict:
     source: Rung
     evidence: tuple[Evidence, ...]
     beliefs: Mapping[str, float] = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Fused:
+    """The evidence of all recognitions of one object, their number, and those that contradict."""
+
+    evidence: Evidence
+    count: int
+    contradicting: tuple[Evidence, ...] = ()
 
 
 def ranked(rung: Rung, beliefs: Mapping[str, float]) -> Evidence:
@@ -138,6 +160,25 @@ def fuse(views: Sequence[Evidence]) -> Evidence:
     means = {name: sum(b.get(name, 0.0) for b in beliefs) / len(views) for name in named}
     ranked = sorted(means.items(), key=lambda item: (-item[1], item[0]))
     return Evidence("encoder", tuple(ranked))
+
+
+def fuse_recognition(before: Fused | None, newest: Evidence) -> Fused:
+    """Fuse one more recognition; bounded by MEMORY, CHANGE and the number of materials."""
+    if before is None:
+        return Fused(newest, 1)
+    contradicting = _contradicting(before, newest)
+    if len(contradicting) == CHANGE:
+        return Fused(fuse(contradicting), CHANGE)
+    count = min(before.count + 1, MEMORY)
+    return Fused(_running_mean(before.evidence, newest, 1.0 / count), count, contradicting)
+
+
+def fuse_recognitions(recognitions: Iterable[Evidence]) -> Evidence:
+    """Fuse recognitions in the order of their frames."""
+    fused: Fused | None = None
+    for evidence in recognitions:
+        fused = fuse_recognition(fused, evidence)
+    return fused.evidence if fused else Evidence("encoder", ())
 
 
 def pool(evidence: Sequence[Evidence]) -> dict[str, float]:
@@ -231,3 +272,23 @@ def _heaviest(informative: Sequence[Evidence], material: str) -> Rung:
         return _weight(item, informative) * math.log(max(belief, FLOOR) * len(classes))
 
     return max(informative, key=weight).rung
+
+
+def _contradicting(before: Fused, newest: Evidence) -> tuple[Evidence, ...]:
+    """Return those in a row, this one included, that find another material than was fused.
+
+    A run goes on when the mean has come over to it, since hysteresis may still hold the old label.
+    """
+    if newest.confidence < KNOWN:
+        return ()
+    run = tuple(item for item in before.contradicting if item.material == newest.material)
+    contradicts = bool(run) or newest.material != before.evidence.material
+    return (*run, newest) if contradicts else ()
+
+
+def _running_mean(before: Evidence, newest: Evidence, share: float) -> Evidence:
+    beliefs = {name: belief * (1.0 - share) for name, belief in before.beliefs}
+    for name, belief in newest.beliefs:
+        beliefs[name] = beliefs.get(name, 0.0) + belief * share
+    kept = [item for item in beliefs.items() if item[1] >= FLOOR]
+    return Evidence(newest.rung, tuple(sorted(kept, key=lambda item: (-item[1], item[0]))))

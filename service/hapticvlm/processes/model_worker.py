@@ -36,7 +36,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Answered(Generic[A]):
+class WorkerReply(Generic[A]):
     """One answer and the number of the request it belongs to."""
 
     number: int
@@ -77,7 +77,7 @@ class ModelWorker(Generic[A]):
         self._slot = multiprocessing.get_context("spawn").RawArray("B", SLOT_BYTES)
         self._bytes = np.frombuffer(memoryview(self._slot), np.uint8)
         self._child = Child(plan.name, plan.entry, self._arguments, self._begin, plan.start_s)
-        self._deliver: Callable[[Answered[A]], None] | None = None
+        self._deliver: Callable[[WorkerReply[A]], None] | None = None
         self._requested_at: float | None = None
         self._number = 0
         self.names: tuple[str, ...] = ()
@@ -103,7 +103,7 @@ class ModelWorker(Generic[A]):
         """Whether it cannot take a request now: one is under way, or it is not ready."""
         return self._requested_at is not None or not self.is_ready
 
-    def start(self, deliver: Callable[[Answered[A]], None]) -> None:
+    def start(self, deliver: Callable[[WorkerReply[A]], None]) -> None:
         """Start the process and wait until its model is loaded. Raises ChildError.
 
         `deliver` is called from a thread of this class for each answer and must only pass it on.
@@ -111,7 +111,7 @@ class ModelWorker(Generic[A]):
         self._deliver = deliver
         self._child.start()
 
-    def begin(self, deliver: Callable[[Answered[A]], None]) -> None:
+    def begin(self, deliver: Callable[[WorkerReply[A]], None]) -> None:
         """Start the process and return; it is busy until its model is loaded."""
         self._deliver = deliver
         self._child.begin()
@@ -128,7 +128,7 @@ class ModelWorker(Generic[A]):
         with suppress(OSError):
             self._child.control.send((self._number, len(data), details))
 
-    def accept(self, answered: Answered[A], now: float) -> bool:
+    def accept(self, answered: WorkerReply[A], now: float) -> bool:
         """Note that an answer came; false if it is to a request that was given up."""
         if answered.number != self._number or self._requested_at is None:
             return False
@@ -184,7 +184,9 @@ def serve_requests(
             control.send_bytes(msgspec.msgpack.encode(_Packet(number, msgspec.Raw(body))))
 
 
-def _read(control: Connection, deliver: Callable[[Answered[Any]], None], plan: WorkerPlan) -> None:
+def _read(
+    control: Connection, deliver: Callable[[WorkerReply[Any]], None], plan: WorkerPlan
+) -> None:
     """Pass on answers until the pipe ends; one that is none ends it too, and the worker is late."""
     packets = msgspec.msgpack.Decoder(_Packet)
     bodies: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(plan.answer, dec_hook=_array)
@@ -201,7 +203,7 @@ def _read(control: Connection, deliver: Callable[[Answered[Any]], None], plan: W
             except msgspec.MsgspecError as error:
                 logger.error("the %s answered what cannot be read: %s", plan.name, error)
                 return
-            deliver(Answered(packet.number, value))
+            deliver(WorkerReply(packet.number, value))
 
 
 def _encode(answer: object) -> bytes:

@@ -82,7 +82,7 @@ class RecordedSession(SceneSession):
         now: float,
     ) -> list[Action]:
         """Receive what a recognition gave; what only taught the recogniser is no input."""
-        if request.teaches is not None:
+        if request.reference_material is not None:
             return super().recognised(request, evidence, stages_ms, now)
         line: Line = {Key.NOW: now, Key.IN: Input.RECOGNITION, Key.NUMBER: request.number}
         line |= {Key.STAGES_MS: stages_ms, Key.EVIDENCE: _plain(evidence)}
@@ -124,11 +124,11 @@ class RecordedSession(SceneSession):
         self._write_line({Key.IN: Input.REST}, None)
         super().rest()
 
-    def held(self, scope: Scope) -> None:
+    def on_stop(self, scope: Scope) -> None:
         """Note that outputs were stopped."""
         self._known_hold = self._hold.state
         self._write_line({Key.IN: Input.HELD, Key.SCOPE: scope}, None)
-        super().held(scope)
+        super().on_stop(scope)
 
     def _write_line(self, line: Line, frame: Frame | None) -> None:
         """Write a line, and before it how the hold stands if another session has changed it.
@@ -150,7 +150,7 @@ class RecordedSession(SceneSession):
         return numbered
 
     def _numbered(self, action: Action) -> Action:
-        if isinstance(action, RecognitionRequest) and action.teaches is not None:
+        if isinstance(action, RecognitionRequest) and action.reference_material is not None:
             return action
         if isinstance(action, RecognitionRequest | AskAmbient | AskMaterial):
             return dataclasses.replace(action, number=next(self._numbers))

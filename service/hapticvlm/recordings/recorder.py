@@ -1,8 +1,10 @@
 """Keeps sessions on disk: a folder each, written by one thread that nobody waits for.
 
-`tape.jsonl` is everything that went into the session, for `replay`; `capture.jsonl` its messages,
-for `stream`; `decisions.jsonl` what was decided. Pictures are kept only when asked for. When the
-disk is too slow or the record too long, lines are lost and counted, and the log reports it.
+`session.jsonl` is everything that went into the session, for `replay`; `capture.jsonl` its
+messages, for `stream`; `decisions.jsonl` its decisions. Pictures are kept only when asked for. When
+the disk is too slow or the record too long, lines are lost and counted, and the log reports it. A
+scene that only says hello and leaves again leaves no folder behind: its first lines are held in
+memory until it stays.
 """
 
 from __future__ import annotations
@@ -31,8 +33,9 @@ MAX_WAITING_BYTES = 64 * 1024**2
 COMPLAIN_S = 10.0
 MAX_BYTES = 4 * 1024**3
 SUFFIX = {"jpeg": "jpg", "png": "png", "rgb8": "rgb", "rgba8": "rgba"}
-
 logger = logging.getLogger(__name__)
+MOST_HELD = 500  # lines: ten seconds of ticks, then a scene has come to stay
+WriteLine = Callable[[Line, Frame | None], None]
 
 
 class Recorder:
@@ -213,3 +216,26 @@ def _new_folder(wanted: Path) -> Path:
         except FileExistsError:
             wanted = wanted.with_name(f"{wanted.name.partition('_')[0]}_{number}")
     raise AssertionError("there is always another name")
+
+
+class LateRecord:
+    """Keeps a session's lines until its first message, then has all of them written in order."""
+
+    def __init__(self, begin: Callable[[], WriteLine]) -> None:
+        self._begin = begin
+        self._write_line: WriteLine | None = None
+        self._held: list[tuple[Line, Frame | None]] = []
+
+    def __call__(self, line: Line, frame: Frame | None) -> None:
+        """Take one line, and the frame if it has one."""
+        if self._write_line is None:
+            self._held.append((line, frame))
+            is_message = line.get(Key.IN) == Input.MESSAGE
+            if not is_message and len(self._held) < MOST_HELD:
+                return
+            self._write_line = self._begin()
+            held, self._held = self._held, []
+            for each in held:
+                self._write_line(*each)
+        else:
+            self._write_line(line, frame)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.web import http
 from hapticvlm.server.web.certificate import Certificate
 from hapticvlm.server.web.lan_pages import LanPages, own_names
@@ -43,7 +44,7 @@ class Address:
         """Refuse an empty token anywhere, and a missing or short one off loopback."""
         if self.token == "":
             raise ValueError("--token: empty; leave it out on this machine, or give a secret")
-        if http.is_loopback(self.host):
+        if is_loopback(self.host):
             return
         if self.token is None:
             raise ValueError(
@@ -56,7 +57,7 @@ class Address:
             )
 
     def _check_lan(self) -> None:
-        if http.is_loopback(self.host):
+        if is_loopback(self.host):
             raise ValueError(f"--pages-from lan: nobody reaches {self.host}: add --host 0.0.0.0")
 
     def policy(self) -> http.AccessPolicy:

@@ -9,9 +9,9 @@ from contextlib import suppress
 from websockets.protocol import State
 
 from hapticvlm.messages import ServiceMessage, Telemetry, Vibration, View, encode
-from hapticvlm.server.budgets import MAX_EVENTS
-from hapticvlm.server.edge.socket import EdgeSocket
-from hapticvlm.server.web import http
+from hapticvlm.server.addresses import is_loopback
+from hapticvlm.server.edge.limits import MAX_EVENTS
+from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.session.session import SceneSession
 
 CLOSE_ENDED = 4001
@@ -42,20 +42,20 @@ class Connection:
 
     def __init__(
         self,
-        socket_: EdgeSocket,
+        socket_: ClientSocket,
         name: str,
         session: SceneSession,
         *,
         as_text: bool,
-        has_place: bool = True,
+        has_slot: bool = True,
     ) -> None:
         self.name = name
-        self.is_local = http.is_loopback(str(socket_.remote_address[0]))
+        self.is_local = is_loopback(str(socket_.remote_address[0]))
         self.session = session
         self.watches: frozenset[str] = frozenset()
         self.stated: dict[str, str] = {}  # materials that a person stated of this scene's objects
         self.as_text = as_text
-        self.has_place = has_place  # else it may only stop the outputs
+        self.has_slot = has_slot  # else it may only stop the outputs
         self.has_spoken = False  # since its hello
         self._socket = socket_
         self._waiting: deque[Event] = deque()
@@ -119,7 +119,7 @@ class Connection:
         self._counts["events not sent"] += 1
 
 
-def notice_dead_peers(connection: EdgeSocket) -> None:
+def notice_dead_peers(connection: ClientSocket) -> None:
     """Make the kernel end a half-open connection, so that a paused program never loses its own.
 
     A program that is only paused still has a kernel that answers; a late WebSocket ping would cut

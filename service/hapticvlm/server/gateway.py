@@ -28,12 +28,12 @@ from hapticvlm.messages import (
     Skipped,
     View,
 )
-from hapticvlm.processes.model_worker import Answered
+from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.connection import Connection, Event
+from hapticvlm.server.edge.scheduling import IdleScheduler
 from hapticvlm.server.log_writer import LogWriter
-from hapticvlm.server.lull import Lull
-from hapticvlm.server.outputs import Driven, Outputs
+from hapticvlm.server.outputs import OutputAction, Outputs
 from hapticvlm.server.ownership import OutputOwnership
 from hapticvlm.server.recognition_queue import RecognitionQueue
 from hapticvlm.server.vibration_events import VibrationEvents
@@ -69,7 +69,7 @@ class Gateway:
         self.connections: list[Connection] = []
         self.recorder: Recorder | None = None
         self.log: LogWriter | None = None
-        self.lull = Lull()
+        self.scheduler = IdleScheduler()
         self.outputs = Outputs(speaker, plate)
         self.recogniser = recogniser
         self.vibration = VibrationEvents(speaker)
@@ -156,7 +156,7 @@ class Gateway:
         """Count a refused message."""
         self.counts[f"refused: {code}"] += 1
 
-    def on_reply(self, answered: Answered[VlmReply]) -> None:
+    def on_reply(self, answered: WorkerReply[VlmReply]) -> None:
         """Receive the VLM worker's reply (on the event loop)."""
         if self.vlm is not None:
             self.vlm.accept(answered, time.monotonic())
@@ -178,7 +178,7 @@ class Gateway:
         """How many hands of the owner hold a lease."""
         return self.owner.session.leases if self.owner else 0
 
-    def _drive(self, action: Driven) -> None:
+    def _drive(self, action: OutputAction) -> None:
         self.outputs.drive(action)
         if self.vibration.is_on:
             self.vibration.drive(action)
@@ -207,7 +207,7 @@ class Gateway:
         if scope != "peltier":
             self.vibration.stop()
         for connection in self.connections:
-            connection.session.held(scope)
+            connection.session.on_stop(scope)
         if scope == "all" and self.owner is not None:
             self.owner.session.rest()
         logger.warning("outputs stopped: %s", scope)

@@ -1,4 +1,4 @@
-"""What happens before a connection is admitted: hello, its checks, a session, welcome."""
+"""Admits connections: hello, its checks, a free slot, a session, welcome."""
 
 from __future__ import annotations
 
@@ -38,18 +38,22 @@ from hapticvlm.messages import (
     encode,
 )
 from hapticvlm.recordings import recorded_session as recorded
-from hapticvlm.recordings.late_record import LateRecord
 from hapticvlm.recordings.recorded_session import RecordedSession
-from hapticvlm.recordings.recorder import Recorder
+from hapticvlm.recordings.recorder import LateRecord, Recorder
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server.access import Address
-from hapticvlm.server.budgets import GUESS_S, MAX_HELLO_BYTES
+from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.connection import Connection
-from hapticvlm.server.edge.socket import EdgeSocket
+from hapticvlm.server.edge.limits import (
+    GUESS_S,
+    LOOPBACK_SLOTS,
+    MAX_CONNECTIONS,
+    MAX_HELLO_BYTES,
+    MAX_SCENES,
+)
+from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.places import Places
-from hapticvlm.server.web import http
 from hapticvlm.server.web.recorded_sessions import RecordedSessions
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
@@ -57,8 +61,9 @@ from hapticvlm.session.settings import SessionSettings
 CLOSE_PROTOCOL = 4000
 HELLO_S = 10.0
 GUESSES_LOGGED_S = 10.0
-
 logger = logging.getLogger(__name__)
+CLOSE_MADE_ROOM = 4002
+SERVER_FULL = f"{MAX_CONNECTIONS} connections are open already: close one"
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,20 +87,24 @@ class ServiceInfo:
 
 
 class Handshake:
-    """Admits connections to one gateway, with what `offer` has."""
+    """Admits connections to one gateway, with what `service_info` reports."""
 
     def __init__(
-        self, address: Address, gateway: Gateway, offer: ServiceInfo, clock: Callable[[], float]
+        self,
+        address: Address,
+        gateway: Gateway,
+        service_info: ServiceInfo,
+        clock: Callable[[], float],
     ) -> None:
         self._address = address
         self._gateway = gateway
-        self._offer = offer
+        self._service_info = service_info
         self._clock = clock
         self._numbers = itertools.count(1)
         self._guesses = Guesses()
-        self._places = Places(gateway)
+        self._admission = AdmissionControl(gateway)
 
-    async def welcome(self, socket: EdgeSocket) -> Connection | None:
+    async def welcome(self, socket: ClientSocket) -> Connection | None:
         """Wait for hello; answer welcome, or an error and close.
 
         A connection without a place is no part of the gateway: it may only stop the outputs.
@@ -108,14 +117,14 @@ class Handshake:
             if len(data) > MAX_HELLO_BYTES:
                 raise MessageError("protocol", f"hello is at most {MAX_HELLO_BYTES} bytes")
             hello = self._admit(decode(data))
-            has_place = self._places.find(hello, socket.remote_address[0])
+            has_slot = self._admission.find(hello, socket.remote_address[0])
         except TimeoutError:
             error = MessageError("protocol", f"no hello within {HELLO_S:.0f} s")
         except MessageError as refused:
             error = refused
         else:
-            socket.greeted()
-            return self._open(socket, hello, as_text=as_text, has_place=has_place)
+            socket.mark_admitted()
+            return self._open(socket, hello, as_text=as_text, has_slot=has_slot)
         if error.path == "$.token":
             await self.slow_guess(socket.remote_address[0])
         self._gateway.refuse(error.code)
@@ -152,15 +161,15 @@ class Handshake:
         await asyncio.sleep(GUESS_S)
 
     def _open(
-        self, socket: EdgeSocket, hello: Hello, *, as_text: bool, has_place: bool
+        self, socket: ClientSocket, hello: Hello, *, as_text: bool, has_slot: bool
     ) -> Connection | None:
         if socket.state is not State.OPEN:
             return None
         observer = hello.role == "observer"
         session = self._session(observer=observer)
         name = f"{hello.client.name[:40]!r} #{next(self._numbers)}"
-        connection = Connection(socket, name, session, as_text=as_text, has_place=has_place)
-        if has_place:
+        connection = Connection(socket, name, session, as_text=as_text, has_slot=has_slot)
+        if has_slot:
             self._gateway.join(connection)
         logger.info("%s connected as %s, owner: %s", name, hello.role, session.owner)
         connection.send(self._welcome_message(hello, session))
@@ -174,16 +183,16 @@ class Handshake:
             owner=not observer and self._gateway.owner is None,
             observer=observer,
             reading=outputs.reading,
-            table=self._offer.table,
-            saved=self._offer.saved,
-            can_ask=self._offer.models.vlm is not None,
-            contact_resistance=self._offer.contact_resistance,
-            plate_resistance=self._offer.plate_resistance,
+            table=self._service_info.table,
+            saved=self._service_info.saved,
+            can_ask=self._service_info.models.vlm is not None,
+            contact_resistance=self._service_info.contact_resistance,
+            plate_resistance=self._service_info.plate_resistance,
             thermal_gain=outputs.thermal_gain,
         )
-        if self._offer.recorder is None or observer:
+        if self._service_info.recorder is None or observer:
             return SceneSession(settings, outputs.hold)
-        begin = partial(self._offer.recorder.begin, recorded.head(settings, outputs.hold))
+        begin = partial(self._service_info.recorder.begin, recorded.head(settings, outputs.hold))
         return RecordedSession(settings, outputs.hold, write_line=LateRecord(begin))
 
     def _welcome_message(self, hello: Hello, session: SceneSession) -> Welcome:
@@ -200,15 +209,15 @@ class Handshake:
                 lease_ms=LEASE_MS,
                 setpoint_c=SetpointRange(low=SETPOINT_MIN_C, high=SETPOINT_MAX_C),
             ),
-            devices=self._offer.devices,
-            models=self._offer.models,
-            materials=list(self._offer.table),
+            devices=self._service_info.devices,
+            models=self._service_info.models,
+            materials=list(self._service_info.table),
             privacy=Privacy(
-                frames_stored=self._offer.recorder is not None
-                and self._offer.recorder.keeps_frames,
-                frames_leave_machine=self._offer.asks_elsewhere
-                or not http.is_loopback(self._address.host),
-                crops_leave_machine=self._offer.crops_elsewhere,
+                frames_stored=self._service_info.recorder is not None
+                and self._service_info.recorder.keeps_frames,
+                frames_leave_machine=self._service_info.asks_elsewhere
+                or not is_loopback(self._address.host),
+                crops_leave_machine=self._service_info.crops_elsewhere,
             ),
         )
 
@@ -227,3 +236,49 @@ class Guesses:
             logger.warning("%d wrong tokens, the newest from %s", self._since, peer)
             self._since = 0
             self._logged_at = now
+
+
+class AdmissionControl:
+    """The places of one gateway."""
+
+    def __init__(self, gateway: Gateway) -> None:
+        self._gateway = gateway
+
+    def find(self, hello: Hello, peer: str) -> bool:
+        """Return whether a newcomer has a place. Raises MessageError for a scene that has none.
+
+        An observer without a place is let in all the same: a person may have sent it to stop the
+        outputs, which nobody may be kept from.
+        """
+        if hello.role == "scene":
+            self._check_scenes(hello)
+        if self._has_slot(hello, peer):
+            return True
+        self._gateway.counts["refused: no place"] += 1
+        if hello.role == "scene":
+            raise MessageError("protocol", SERVER_FULL, id=hello.id)
+        return False
+
+    def _check_scenes(self, hello: Hello) -> None:
+        scenes = sum(not each.session.observer for each in self._gateway.connections)
+        if scenes >= MAX_SCENES:
+            self._gateway.counts["refused: no place"] += 1
+            text = f"{MAX_SCENES} scenes are connected already: close one, or connect as observer"
+            raise MessageError("protocol", text, path="$.role", id=hello.id)
+
+    def _has_slot(self, hello: Hello, peer: str) -> bool:
+        """Whether a place is free, or the oldest of the idle observers makes room.
+
+        The last places are for observers on this machine, so that a crowd locks no dashboard out.
+        """
+        is_kept_for = hello.role == "observer" and is_loopback(peer)
+        places = MAX_CONNECTIONS if is_kept_for else MAX_CONNECTIONS - LOOPBACK_SLOTS
+        taken = [each for each in self._gateway.connections if each.is_open]
+        if len(taken) < places:
+            return True
+        idle = next((each for each in taken if each.is_idle), None)
+        if idle is None:
+            return False
+        self._gateway.counts["closed: made room"] += 1
+        idle.end("made room for another client", CLOSE_MADE_ROOM)
+        return True

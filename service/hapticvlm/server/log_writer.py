@@ -18,7 +18,7 @@ from contextlib import suppress
 from typing import Any
 
 from hapticvlm.errors import printable
-from hapticvlm.server.budgets import LOG_LINES, LOG_REPEATS, TokenBucket
+from hapticvlm.server.edge.limits import LOG_LINES, LOG_REPEATS, TokenBucket
 
 STDERR = 2
 CLOSE_S = 0.5

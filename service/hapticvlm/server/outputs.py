@@ -18,7 +18,7 @@ from hapticvlm.session.actions import (
 )
 from hapticvlm.session.hands import Hold
 
-Driven = PlayVibration | ReleaseHand | SetGain | KeepThermalGain | DrivePlate | RestPlate
+OutputAction = PlayVibration | ReleaseHand | SetGain | KeepThermalGain | DrivePlate | RestPlate
 
 
 class Outputs:
@@ -64,7 +64,7 @@ class Outputs:
         self.reading = self.plate.advance(now)
         return [fault for fault in self.reading.faults if fault not in before]
 
-    def drive(self, action: Driven) -> None:
+    def drive(self, action: OutputAction) -> None:
         """Do what a session asked of them."""
         if self.is_closed:
             return

@@ -95,7 +95,7 @@ class OutputOwnership:
             text = "an observer owns no outputs: connect as scene"
             raise MessageError("not_owner", text, path=PATH, id=wanted.id)
         if self.owner is not None and self.owner is not requester:
-            self._depose(self.owner, wanted, now)
+            self._transfer_from(self.owner, wanted, now)
             self._vibration.rest()
             self._vibration.end()
         self.owner = requester
@@ -105,7 +105,7 @@ class OutputOwnership:
         requester.session.set_owner(owner=True, thermal_gain=self._outputs.thermal_gain)
         self._notify(but=requester)
 
-    def _depose(self, owner: Connection, wanted: Set, now: float) -> None:
+    def _transfer_from(self, owner: Connection, wanted: Set, now: float) -> None:
         """Take the outputs from an owner that touches nothing. Raises MessageError."""
         idle_s = now - self.leased_at
         if idle_s < IDLE_OWNER_S:

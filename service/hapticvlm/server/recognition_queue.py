@@ -1,22 +1,23 @@
-"""What waits to be recognised, whose turn it is, and who gets the answers. One frame at a time.
+"""Frames that wait to be recognised, the order in which they are, and the delivery of the results.
 
-The connection that owns the outputs comes first, the others take turns. Of each the newest frame
-waits; what waits to be enrolled is bounded for all of them together.
+One frame is recognised at a time. The connection that owns the outputs comes first; the others take
+turns. Of each connection and hand only the newest frame waits; frames to enrol keep their order and
+are bounded for all connections together.
 """
 
 from __future__ import annotations
 
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 from hapticvlm.messages import Error, ErrorCode, Frame, ServiceMessage, Skipped, View
-from hapticvlm.processes.model_worker import Answered
-from hapticvlm.server.budgets import ENROL_BYTES, LOOKS, TokenBucket
+from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server.connection import Connection, Event
-from hapticvlm.server.mailbox import Mailbox, QueueFull
-from hapticvlm.server.turns import put_off
+from hapticvlm.server.edge.limits import ENROL_BYTES, RECOGNITION_RATE, TokenBucket
+from hapticvlm.server.edge.scheduling import call_after_io
 from hapticvlm.session.actions import Action, Reply
 from hapticvlm.session.targets import (
     HandRegion,
@@ -25,16 +26,81 @@ from hapticvlm.session.targets import (
     Surroundings,
     name_of,
 )
-from hapticvlm.vision.frame_recogniser import Shown
-from hapticvlm.vision.pictures import Shrunk
-from hapticvlm.vision.worker import SHOWN_PX, Recognised, RecogniserWorker
+from hapticvlm.vision.frame_recogniser import SceneContext
+from hapticvlm.vision.pictures import Thumbnail
+from hapticvlm.vision.worker import SHOWN_PX, RecogniserResult, RecogniserWorker
 
+MAX_ENROL_PER_OBJECT = 8
+MAX_ENROL_BYTES = 32 * 1024 * 1024
+T = TypeVar("T")
 SCENE_SLOT = "scene"  # beside those of the hands: the newest view of the surroundings waits there
 VIEW_S = 0.5
 MOST_VIEWED = 256
 SHOWN_BYTES = 256 * 1024  # text observers get a third more, and all of it in one go
-
 Deliver = Callable[[Connection, list[Action]], None]
+
+
+class QueueFull(Exception):
+    """Too much waits to be enrolled; the client sends too fast."""
+
+
+class Mailbox(Generic[T]):
+    """The newest live item, the newest for each hand, and a queue of those to enrol.
+
+    What a hand touches comes first; live frames and frames to enrol take turns after it.
+    """
+
+    def __init__(self) -> None:
+        self._live: T | None = None
+        self._touched: dict[str, T] = {}
+        self._enrol: deque[tuple[T, str | None, int]] = deque()
+        self._enrol_next = False
+        self.enrol_bytes = 0
+
+    def __bool__(self) -> bool:
+        return bool(self._live is not None or self._touched or self._enrol)
+
+    def put_live(self, item: T) -> T | None:
+        """Keep the newest live frame; return the one it supersedes."""
+        superseded = self._live
+        self._live = item
+        return superseded
+
+    def put_touch(self, item: T, hand: str) -> T | None:
+        """Keep the newest for this hand; return the one it supersedes."""
+        superseded = self._touched.get(hand)
+        self._touched[hand] = item
+        return superseded
+
+    def put_enrol(self, item: T, object_id: str | None, size_bytes: int) -> None:
+        """Queue a view of an object. Raises QueueFull."""
+        same = sum(waiting[1] == object_id for waiting in self._enrol)
+        if same >= MAX_ENROL_PER_OBJECT or self.enrol_bytes + size_bytes > MAX_ENROL_BYTES:
+            raise QueueFull
+        self._enrol.append((item, object_id, size_bytes))
+        self.enrol_bytes += size_bytes
+
+    def take(self, is_due: Callable[[T], bool]) -> T | None:
+        """Remove and return what is to be recognised next; a live frame only where `is_due`."""
+        if self._touched:
+            return self._touched.pop(next(iter(self._touched)))
+        # After a live frame it is the turn of one to be enrolled, and the other way round. With a
+        # fixed order a scene at 60 frames a second would keep its own teaching waiting for ever, or
+        # eight views of each of its objects would keep what is looked at now.
+        if self._enrol and self._enrol_next:
+            return self._take_enrol()
+        if self._live is not None and is_due(self._live):
+            self._enrol_next = True
+            newest = self._live
+            self._live = None
+            return newest
+        return self._take_enrol() if self._enrol else None
+
+    def _take_enrol(self) -> T:
+        self._enrol_next = False
+        item, _, size_bytes = self._enrol.popleft()
+        self.enrol_bytes -= size_bytes
+        return item
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,18 +133,18 @@ class RecognitionQueue:
         ] = {}  # in order of their turns
         self._under_way: _UnderWay | None = None
         self._shown_at: dict[tuple[Connection, str | None], float] = {}  # by object
-        self._looks: dict[Connection, TokenBucket] = {}
+        self._rates: dict[Connection, TokenBucket] = {}
         self._is_feed_due = False
 
     def join(self, connection: Connection) -> None:
         """Give a connection its place, behind all others."""
         self._mailboxes[connection] = Mailbox()
-        self._looks[connection] = TokenBucket(LOOKS, time.monotonic())
+        self._rates[connection] = TokenBucket(RECOGNITION_RATE, time.monotonic())
 
     def leave(self, connection: Connection) -> None:
         """Drop what a connection has waiting; an answer under way goes to nobody."""
         self._mailboxes.pop(connection, None)
-        self._looks.pop(connection, None)
+        self._rates.pop(connection, None)
         for shown in [shown for shown in self._shown_at if shown[0] is connection]:
             del self._shown_at[shown]
 
@@ -88,15 +154,15 @@ class RecognitionQueue:
             superseded = self._queue(self._mailboxes[connection], request)
         except QueueFull:
             self._counts["refused: overload"] += 1
-            if request.waits is None:  # it would only have taught; another picture will
+            if request.reply_to is None:  # it would only have taught; another picture will
                 return []
             text = "too many enrol frames wait: send more when some of these are decided"
-            return [Error(id=request.waits.value, code="overload", text=text, path="$.purpose")]
+            return [Error(id=request.reply_to.value, code="overload", text=text, path="$.purpose")]
         answers: list[ServiceMessage] = []
         if superseded is not None:
             self._counts["frames superseded"] += 1
-            if superseded.waits is not None:
-                answers.append(Skipped(id=superseded.waits.value, reason="superseded"))
+            if superseded.reply_to is not None:
+                answers.append(Skipped(id=superseded.reply_to.value, reason="superseded"))
         self._feed_soon()
         return answers
 
@@ -122,7 +188,7 @@ class RecognitionQueue:
             self._begin(connection, request, now)
             return
 
-    def accept(self, answered: Answered[Recognised]) -> None:
+    def accept(self, answered: WorkerReply[RecogniserResult]) -> None:
         """Deliver the recogniser's answer; one to a request that was given up is dropped."""
         now = time.monotonic()
         # Answers come from a thread that reads the worker's pipe, through the event loop. Between
@@ -137,29 +203,29 @@ class RecognitionQueue:
         # To take the answer, to decide, and to copy the next frame over would together hold the
         # loop for half a millisecond. Each has a turn of its own: a touch that came meanwhile goes
         # between.
-        put_off(self._answer, under_way, answered.value)
+        call_after_io(self._answer, under_way, answered.value)
 
     def fail(self, text: str) -> None:
         """Answer the waiting client that the recogniser was restarted, and go on."""
         under_way = self._under_way
         self._under_way = None
         if under_way is not None and under_way.connection in self._mailboxes:
-            waits = under_way.request.waits
-            if waits is not None:
-                under_way.connection.post(Error(id=waits.value, code="model", text=text))
+            reply_to = under_way.request.reply_to
+            if reply_to is not None:
+                under_way.connection.post(Error(id=reply_to.value, code="model", text=text))
         self.feed()
 
     def _feed_soon(self) -> None:
         """Give the recogniser the next frame in a turn of its own."""
         if not (self._is_feed_due or self._recogniser.worker.is_busy):
             self._is_feed_due = True
-            put_off(self._feed_now)
+            call_after_io(self._feed_now)
 
     def _feed_now(self) -> None:
         self._is_feed_due = False
         self.feed()
 
-    def _answer(self, under_way: _UnderWay | None, answer: Recognised) -> None:
+    def _answer(self, under_way: _UnderWay | None, answer: RecogniserResult) -> None:
         now = time.monotonic()  # later than all that the session has heard meanwhile
         if under_way is not None and under_way.connection in self._mailboxes:  # it has not left
             if under_way.is_shown:
@@ -176,7 +242,7 @@ class RecognitionQueue:
                 return mailbox.put_touch(request, hand)
             case Surroundings():
                 return mailbox.put_touch(request, SCENE_SLOT)
-            case _ if request.picture.purpose == "enrol" or request.teaches is not None:
+            case _ if request.picture.purpose == "enrol" or request.reference_material is not None:
                 self._put_enrol(mailbox, request)
                 return None
             case _:
@@ -207,28 +273,28 @@ class RecognitionQueue:
             picture,
             f"{connection.name}/{name_of(request.target)}",
             now,
-            anew=request.teaches is not None or connection.session.wants_anew(request),
+            force=request.reference_material is not None or connection.session.is_uncached(request),
             shrink=is_shown and not _is_small(picture),
             shown=_shown(connection, request),
         )
 
     def _next_of(self, connection: Connection, now: float) -> RecognitionRequest | None:
-        session, looks = connection.session, self._looks[connection]
+        session, rate = connection.session, self._rates[connection]
 
         # A live frame that comes before its time waits in its slot, where a newer one may take its
         # place. No message need come for it to be looked at then: the supervision's tick feeds too.
         def is_due(request: RecognitionRequest) -> bool:
-            return session.wants_anew(request) or looks.spend(1.0, now)
+            return session.is_uncached(request) or rate.spend(1.0, now)
 
         while (request := self._mailboxes[connection].take(is_due)) is not None:
             if not connection.session.is_stale(request.picture, now):
                 return request
             self._counts["frames stale"] += 1
-            if request.waits is not None:
-                connection.post(Skipped(id=request.waits.value, reason="stale"))
+            if request.reply_to is not None:
+                connection.post(Skipped(id=request.reply_to.value, reason="stale"))
         return None
 
-    def _actions(self, under_way: _UnderWay, answer: Recognised, now: float) -> list[Action]:
+    def _actions(self, under_way: _UnderWay, answer: RecogniserResult, now: float) -> list[Action]:
         request = under_way.request
         session = under_way.connection.session
         found = answer.recognition
@@ -239,15 +305,15 @@ class RecognitionQueue:
             return session.recognised(request, found.evidence, found.stages_ms, now)
         code: ErrorCode = "model" if found.is_our_fault else "message"
         self._counts[f"refused: {code}"] += 1
-        if request.waits is None:
+        if request.reply_to is None:
             return []
         path = found.error_path or "$.image"
-        return [Reply(Error(id=request.waits.value, code=code, text=found.error, path=path))]
+        return [Reply(Error(id=request.reply_to.value, code=code, text=found.error, path=path))]
 
     def _observers(self) -> Iterable[Connection]:
         return (other for other in self._mailboxes if "frames" in other.watches)
 
-    def _show(self, under_way: _UnderWay, shrunk: Shrunk | None) -> None:
+    def _show(self, under_way: _UnderWay, shrunk: Thumbnail | None) -> None:
         """Show the frame to the observers that watch frames, encoded once for all of them."""
         frame = under_way.request.picture
         if shrunk is None and not _is_small(frame):
@@ -279,13 +345,13 @@ def _is_small(frame: Frame) -> bool:
     return is_compressed and max(frame.width, frame.height) <= SHOWN_PX and size <= SHOWN_BYTES
 
 
-def _shown(connection: Connection, request: RecognitionRequest) -> Shown | None:
+def _shown(connection: Connection, request: RecognitionRequest) -> SceneContext | None:
     """Name the object and its scene; None for the surroundings, which are no object."""
     scene = f"{connection.name}/{request.scene}"
     match request.target:
         case Surroundings():
             return None
         case ObjectTarget(object_id):
-            return Shown(scene, object_id, request.teaches)
+            return SceneContext(scene, object_id, request.reference_material)
         case _:
-            return Shown(scene, None, request.teaches)
+            return SceneContext(scene, None, request.reference_material)

@@ -14,8 +14,8 @@ from hapticvlm.devices.faults import describe
 from hapticvlm.messages import Error
 from hapticvlm.server import status
 from hapticvlm.server.connection import Event
+from hapticvlm.server.edge.scheduling import yield_to_io
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.turns import give_way
 
 TICK_S = 0.02
 REST_TICK_S = 0.1  # while nobody is connected: no lease can lapse
@@ -44,11 +44,11 @@ class Supervision:
             # With nobody connected no lease can lapse and no frame waits: the loop wakes ten times
             # a second instead of fifty. The first client to come finds its first tick at most a
             # tenth of a second late, well within a lease.
-            await gateway.lull.wait(TICK_S if gateway.connections else REST_TICK_S)
+            await gateway.scheduler.wait(TICK_S if gateway.connections else REST_TICK_S)
             now = time.monotonic()
             self._follow_plate(now)
             for work in self._due(now):
-                await give_way()  # a touch that has come meanwhile goes between
+                await yield_to_io()  # a touch that has come meanwhile goes between
                 work()
 
     def _tick(self) -> None:
@@ -96,9 +96,9 @@ class Supervision:
         """Free reference cycles."""
         # By itself Python does it when 50,000 objects have been made (`run_service.py`), in the
         # middle of a touch or not. What asyncio leaves of a connection is such a cycle, 1 kB: an
-        # hour of coming and going was 9 MB. Here, in the lull, the youngest generation takes 0.3
-        # ms, and 0.8 after a scene of 8,192 objects came. All generations take milliseconds, so
-        # they wait until nobody is connected.
+        # hour of coming and going was 9 MB. Here, while the loop is idle, the youngest generation
+        # takes 0.3 ms, and 0.8 after a scene of 8,192 objects came. All generations take
+        # milliseconds, so they wait until nobody is connected.
         if not self._gateway.connections:
             gc.collect()
         else:

@@ -15,10 +15,10 @@ from collections.abc import Callable
 
 from msgspec.structs import replace
 
-from hapticvlm.devices.speaker import kept_tables
+from hapticvlm.devices.speaker import table_cache
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.messages import FeelForm, Transient, Vibration
-from hapticvlm.rendering.vibration.memo import MEMO
+from hapticvlm.rendering.vibration.cache import CACHE
 from hapticvlm.rendering.vibration.vibration_plan import PERIOD_S, VibrationPlan, VibrationPlanner
 from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session.actions import Action, PlayVibration, ReleaseHand, SetGain
@@ -137,7 +137,7 @@ class VibrationEvents:
     def _make(self) -> tuple[VibrationPlanner, ...]:
         settings = self._speaker.settings
         table = {material.name: material for material in settings.materials}
-        kept_tables.load(MEMO)  # what the engine computed at its start is not computed here again
+        table_cache.load(CACHE)  # what the engine computed at its start is not computed here again
         return tuple(VibrationPlanner(table, settings.patterns, settings.gain) for _ in NAMES)
 
     def _made(self, making: asyncio.Future[tuple[VibrationPlanner, ...]]) -> None:

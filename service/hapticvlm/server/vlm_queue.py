@@ -10,7 +10,7 @@ import time
 from collections import Counter, OrderedDict
 from collections.abc import Callable
 
-from hapticvlm.processes.model_worker import Answered
+from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server.connection import Connection
 from hapticvlm.session.actions import Action, Ask, AskAmbient, AskMaterial
 from hapticvlm.session.targets import ObjectTarget
@@ -70,7 +70,7 @@ class VlmQueue:
             names = () if isinstance(ask, AskAmbient) else connection.session.materials
             self.worker.ask(Question(ask.picture, names), now)
 
-    def accept(self, answered: Answered[VlmReply], now: float) -> None:
+    def accept(self, answered: WorkerReply[VlmReply], now: float) -> None:
         """Deliver a reply; one to a question that was given up is dropped."""
         if not self.worker.worker.accept(answered, now):
             self._counts["late vlm answers dropped"] += 1

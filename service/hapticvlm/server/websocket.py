@@ -1,66 +1,89 @@
-"""The port: who may connect, what browsers are answered, and who is served."""
+"""The port: answers browsers, admits clients, and carries out the messages of each connection."""
 
 from __future__ import annotations
 
+import asyncio
+import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from functools import partial
 
 from websockets.http11 import Request, Response
 
-from hapticvlm.messages import MAX_MESSAGE_BYTES
+from hapticvlm.messages import (
+    MAX_MESSAGE_BYTES,
+    ClientMessage,
+    Error,
+    Frame,
+    MessageError,
+    Scene,
+    ServiceMessage,
+    Set,
+    Stop,
+    Touch,
+    decode,
+    encode,
+)
 from hapticvlm.server import status
 from hapticvlm.server.access import Address
-from hapticvlm.server.connection import notice_dead_peers
-from hapticvlm.server.conversation import Conversation
-from hapticvlm.server.edge.front_door import FrontDoor
-from hapticvlm.server.edge.socket import EdgeSocket
-from hapticvlm.server.entrance import Entrance
+from hapticvlm.server.connection import Connection, notice_dead_peers
+from hapticvlm.server.edge.limiter import SocketLimiter
+from hapticvlm.server.edge.limits import MAX_TEXT_BYTES, REFUSED, STOP_S, STOP_SLOTS, TokenBucket
+from hapticvlm.server.edge.listener import Listener
+from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.handshake import Handshake, ServiceInfo
-from hapticvlm.server.stop_places import StopPlaces
+from hapticvlm.server.handshake import SERVER_FULL, Handshake, ServiceInfo
 from hapticvlm.server.web import http, scene_pages
 from hapticvlm.server.web.local_pages import LoopbackPages
+from hapticvlm.vision.pictures import PictureError, check_header
 
+CLOSE_SERVER_FULL = 4003
 TOO_BIG = 1009
+
+logger = logging.getLogger(__name__)
 
 
 class WebSocketServer:
     """Speaks protocol v1 with each connection and hands messages to its session."""
 
     def __init__(
-        self, address: Address, gateway: Gateway, offer: ServiceInfo, clock: Callable[[], float]
+        self,
+        address: Address,
+        gateway: Gateway,
+        service_info: ServiceInfo,
+        clock: Callable[[], float],
     ) -> None:
         self._address = address
         self._gateway = gateway
-        self._offer = offer
+        self._service_info = service_info
         self._clock = clock
-        self._door = address.policy()
-        self._own_machine = LoopbackPages(self._door, offer.sessions, self._stated)
-        entrance: Entrance[EdgeSocket] = Entrance(gateway.counts)
-        self._front_door = FrontDoor(entrance, self._answer, self._serve, MAX_MESSAGE_BYTES)
-        self._handshake = Handshake(address, gateway, offer, clock)
-        self._stops = StopPlaces()
+        self._policy = address.policy()
+        self._local_pages = LoopbackPages(self._policy, service_info.sessions, self._stated)
+        limiter: SocketLimiter[ClientSocket] = SocketLimiter(gateway.counts)
+        self._listener = Listener(limiter, self._answer, self._serve, MAX_MESSAGE_BYTES)
+        self._handshake = Handshake(address, gateway, service_info, clock)
+        self._stop_slots = StopOnlySlots()
 
     @asynccontextmanager
     async def listen(self) -> AsyncIterator[int]:
         """Accept connections while the context lasts; yields the port."""
         address, certificate = self._address, self._address.certificate
         tls = None if certificate is None else certificate.context
-        async with self._front_door.listen(address.host, address.port, tls) as port:
+        async with self._listener.listen(address.host, address.port, tls) as port:
             try:
                 yield port
             finally:
-                if self._offer.sessions is not None:
-                    await self._offer.sessions.close()
+                if self._service_info.sessions is not None:
+                    await self._service_info.sessions.close()
 
-    async def _answer(self, socket: EdgeSocket, request: Request) -> Response | None:
-        response = await self._own_machine.answer(socket, request)
+    async def _answer(self, socket: ClientSocket, request: Request) -> Response | None:
+        """Return a page or a refusal; None lets the WebSocket open."""
+        response = await self._local_pages.answer(socket, request)
         if response is None:
-            response = await scene_pages.answer(socket, request, self._door)
+            response = await scene_pages.answer(socket, request, self._policy)
         if response is None:
             response = http.answer(
-                socket, request, self._door, partial(status.of_service, self._gateway)
+                socket, request, self._policy, partial(status.of_service, self._gateway)
             )
         if response is not None and response.status_code == 403:
             self._gateway.counts["refused: origin"] += 1
@@ -69,17 +92,151 @@ class WebSocketServer:
             await self._handshake.slow_guess(socket.remote_address[0])
         return response
 
-    async def _serve(self, socket: EdgeSocket) -> None:
+    async def _serve(self, socket: ClientSocket) -> None:
+        """Serve an open socket from its hello to its end."""
         notice_dead_peers(socket)
         connection = await self._handshake.welcome(socket)
         if connection is not None:
-            kind = Conversation if connection.has_place else self._stops.make
-            talk = kind(socket, connection, self._gateway, self._clock)
-            await socket.converse(talk.receive, talk.left)
+            make = MessageHandler if connection.has_slot else self._stop_slots.make
+            handler = make(socket, connection, self._gateway, self._clock)
+            await socket.run(handler.receive, handler.on_closed)
         if socket.close_code == TOO_BIG:
             self._gateway.counts["closed: message too big"] += 1
 
     def _stated(self) -> dict[str, str]:
         """Return what a person stated of the owner's scene, now or before, by object id."""
         owner = self._gateway.owner
-        return {**self._offer.saved, **({} if owner is None else owner.stated)}
+        return {**self._service_info.saved, **({} if owner is None else owner.stated)}
+
+
+class MessageHandler:
+    """Carries out the messages of one connection, one by one, and answers them."""
+
+    def __init__(
+        self,
+        socket: ClientSocket,
+        connection: Connection,
+        gateway: Gateway,
+        clock: Callable[[], float],
+    ) -> None:
+        self.socket = socket
+        self._connection = connection
+        self._gateway = gateway
+        self._clock = clock
+        self._refusals = TokenBucket(REFUSED, clock())
+
+    def receive(self, data: bytes | str) -> None:
+        """Carry out one message and answer it."""
+        now = self._clock()
+        self._connection.has_spoken = True
+        message: ClientMessage | None = None
+        try:
+            message = _read(data)
+            answers = self.carry_out(message, now)
+        except MessageError as error:
+            self._gateway.refuse(error.code)
+            refusal = Error(id=error.id, code=error.code, text=error.text, path=error.path)
+            answers = [refusal]
+            if not self._refusals.spend(1, now):
+                self.socket.refuse("too many refused messages")
+        for answer in answers:
+            self.socket.write(encode(answer, as_text=self._connection.as_text))
+        if isinstance(message, Touch):
+            self._gateway.scheduler.touched()
+
+    def on_closed(self) -> None:
+        """Forget the client; the outputs that it drove rest."""
+        self._gateway.leave(self._connection)
+        logger.info("%s left (%s)", self._connection.name, self.socket.close_code)
+
+    def carry_out(self, message: ClientMessage, now: float) -> list[ServiceMessage]:
+        """Carry out one message; return its answers. Raises MessageError."""
+        connection = self._connection
+        if isinstance(message, Set) and message.ownership is not None:
+            self._gateway.change_owner(connection, message, now)
+        if isinstance(message, Scene) and connection.session.observer:
+            return [self._gateway.state_materials(connection, message, now)]
+        if isinstance(message, Frame):
+            require_header(message)
+        actions = connection.session.receive(message, now)
+        if isinstance(message, Scene) and message.replace:
+            connection.stated.clear()
+        return self._gateway.carry_out(connection, actions)
+
+
+class StopOnlyHandler(MessageHandler):
+    """Takes one `stop`, refuses every other message, and closes."""
+
+    is_over = False
+
+    def carry_out(self, message: ClientMessage, now: float) -> list[ServiceMessage]:
+        """Carry out a stop. Raises MessageError for every other message."""
+        if not isinstance(message, Stop):
+            raise MessageError("protocol", SERVER_FULL, path="$.type", id=message.id)
+        return super().carry_out(message, now)
+
+    def receive(self, data: bytes | str) -> None:
+        """Answer the first message, and close."""
+        if not self.is_over:
+            self.is_over = True
+            super().receive(data)
+            self.end()
+
+    def on_closed(self) -> None:
+        """Do nothing: this client never joined the gateway."""
+
+    def end(self) -> None:
+        """Close the connection."""
+        self.socket.close(CLOSE_SERVER_FULL, "no place")
+
+
+class StopOnlySlots:
+    """Clients beyond the limit of connections: each may stop the outputs, and is closed then.
+
+    `hapticvlm stop` must reach a service that a crowd has filled. A client cannot be known for it
+    before it has sent its message, so a few more are admitted than there are slots, for STOP_S
+    each; the oldest makes room for a newcomer.
+    """
+
+    def __init__(self) -> None:
+        self._open: list[StopOnlyHandler] = []
+
+    def make(
+        self,
+        socket: ClientSocket,
+        connection: Connection,
+        gateway: Gateway,
+        clock: Callable[[], float],
+    ) -> StopOnlyHandler:
+        """Return the handler of a client that found no slot."""
+        handler = StopOnlyHandler(socket, connection, gateway, clock)
+        self._open.append(handler)
+        if len(self._open) > STOP_SLOTS:
+            self._open.pop(0).end()
+        asyncio.get_running_loop().call_later(STOP_S, self._expire, handler)
+        return handler
+
+    def _expire(self, handler: StopOnlyHandler) -> None:
+        if handler in self._open:
+            self._open.remove(handler)
+            handler.end()
+
+
+def require_header(frame: Frame) -> None:
+    """Compare size, format and region with the picture's header; decodes no pixel.
+
+    A session is pure and knows no picture format, so a frame reaches it only when its picture has
+    the size that it claims. Raises MessageError.
+    """
+    try:
+        check_header(frame)
+    except PictureError as error:
+        raise MessageError("message", str(error), path=error.path, id=frame.id) from None
+
+
+def _read(data: bytes | str) -> ClientMessage:
+    """Decode a message. Raises MessageError."""
+    if isinstance(data, str) and len(data) > MAX_TEXT_BYTES:
+        text = f"$: text messages are at most {MAX_TEXT_BYTES} bytes; send MessagePack"
+        raise MessageError("limit", text, path="$")
+    return decode(data)

@@ -1,4 +1,10 @@
-"""From a verdict, the scene's facts and the ambient to the `decision` on the wire. Pure."""
+"""From a verdict, the scene's facts and the ambient to the `decision` on the wire. Pure.
+
+A verdict is rendered as its material where that is sure enough, else as an expectation over the
+materials believed in. How sure is sure enough depends on what a mistake costs
+(rendering/expectation.py). Where nothing is believed, or the object is probably none of the
+materials, nothing is rendered: the plate stays neutral and nothing vibrates.
+"""
 
 from __future__ import annotations
 
@@ -13,15 +19,71 @@ from hapticvlm.evidence.ambient import Ambient
 from hapticvlm.evidence.ladder import Evidence, Verdict
 from hapticvlm.evidence.sub_materials import MaterialDetail
 from hapticvlm.evidence.surface import Surface, SurfaceFacts
-from hapticvlm.materials import Material, Thermal
-from hapticvlm.messages import Decision, EvidenceItem, SceneObject
+from hapticvlm.materials import UNKNOWN, Material, Thermal
+from hapticvlm.messages import Basis, Decision, EvidenceItem, SceneObject
 from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering import expectation
 from hapticvlm.rendering.heat import contact as thermal
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import ThermalContact
 from hapticvlm.rendering.heat.limits import PlateLimits
 from hapticvlm.rendering.vibration.vibration import IMPACTS
-from hapticvlm.session.rendition import Rendition
+
+LEAST_KNOWN = 0.5  # belief in all materials together below which a thing is none of them
+Vibrating = tuple[str | None, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Rendition:
+    """What a verdict can be rendered as: `named` alone, or between the materials believed in.
+
+    `bulk` is what is expected; None where nothing is believed, or probably none of the materials.
+    `impact` and `texture` are the material that vibrates, if any, and its gain.
+    """
+
+    named: str | None
+    confidence: float
+    bulk: Thermal | None
+    impact: Vibrating
+    texture: Vibrating
+
+    def thermal(
+        self, surface_c: float, table: Mapping[str, Material]
+    ) -> tuple[Thermal | None, Basis]:
+        """Return the bulk rendered at this surface temperature, and what it is made from."""
+        if self.named is None:
+            return self.bulk, "neutral" if self.bulk is None else "expectation"
+        named = table[self.named].thermal
+        if self.bulk is None:
+            return named, "material"
+        jump_c = _contact_c(named, surface_c) - _contact_c(self.bulk, surface_c)
+        if self.confidence > expectation.needed_belief(None, jump_c):
+            return named, "material"
+        return self.bulk, "expectation"
+
+
+def choose_rendition(verdict: Verdict, table: Mapping[str, Material]) -> Rendition:
+    """Work out what a verdict can be rendered as; what the scene states is never graded."""
+    named = None if verdict.material == UNKNOWN else verdict.material
+    believed = verdict.beliefs.items()
+    beliefs = {name: belief for name, belief in believed if belief > 0.0 and name in table}
+    is_stated = named is not None and verdict.source == "scene"
+    if is_stated or sum(beliefs.values()) < LEAST_KNOWN:
+        return Rendition(named, verdict.confidence, None, (named, 1.0), (named, 1.0))
+    bulk = expectation.expected_thermal(beliefs, table)
+    graded = (expectation.nearest_vibration(beliefs, table), expectation.GRADED_GAIN)
+
+    def vibrating(interaction: str) -> Vibrating:
+        is_sure = verdict.confidence > expectation.needed_belief(interaction, 0.0)
+        return (named, 1.0) if named is not None and is_sure else graded
+
+    impact = vibrating("strike")
+    texture = vibrating("slide")
+    return Rendition(named, verdict.confidence, bulk, impact, texture)
+
+
+def _contact_c(bulk: Thermal, surface_c: float) -> float:
+    return thermal.contact_temperature_c(thermal.thermal_contact(bulk, surface_c))
 
 
 def known(material: str) -> str | None:
@@ -45,10 +107,12 @@ def surface_of(
     )
 
 
-def thickness_m(verdict: Verdict, facts: SceneObject | None, make: MaterialDetail) -> float | None:
+def thickness_m(
+    verdict: Verdict, facts: SceneObject | None, detail: MaterialDetail
+) -> float | None:
     """Return how thick the object is, m: as the scene states, else as its name; None is thick."""
     stated = facts.thickness_m if facts else None
-    return make.thickness_m.get(verdict.material) if stated is None else stated
+    return detail.thickness_m.get(verdict.material) if stated is None else stated
 
 
 def contact(
@@ -76,8 +140,8 @@ class DecisionInputs:
     """What a decision depends on beside the object's name and the material table."""
 
     verdict: Verdict
-    grading: Rendition
-    make: MaterialDetail
+    rendition: Rendition
+    detail: MaterialDetail
     facts: SceneObject | None
     ambient: Ambient
     thermal_gain: float
@@ -94,8 +158,8 @@ def decide(
     verdict = inputs.verdict
     ambient = inputs.ambient
     surface = surface_of(object_id, verdict, inputs.facts, ambient)
-    bulk, basis = inputs.grading.thermal(surface.value_c, table)
-    thick_m = thickness_m(verdict, inputs.facts, inputs.make)
+    bulk, basis = inputs.rendition.thermal(surface.value_c, table)
+    thick_m = thickness_m(verdict, inputs.facts, inputs.detail)
     touched = contact(bulk, thick_m, surface.value_c)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
     deviation = 0.0 if contact_c is None else inputs.thermal_gain * (contact_c - NEUTRAL_C)
@@ -124,16 +188,16 @@ def decide(
         limited_by=limited.limited_by,
         thermal_cue=touched is not None and thermal.carries_cue(touched),
         basis=basis,
-        sub_material=inputs.make.sub_material(verdict.material),
+        sub_material=inputs.detail.sub_material(verdict.material),
         thickness_m=None if touched is None else thick_m,
     )
 
 
-def touched_as(decision: Decision, interaction: str | None, grading: Rendition) -> Decision:
+def touched_as(decision: Decision, interaction: str | None, rendition: Rendition) -> Decision:
     """Return the decision with the pattern of this interaction; nothing believed in has none."""
     if interaction is None:
         return decision
-    material, gain = grading.impact if interaction in IMPACTS else grading.texture
+    material, gain = rendition.impact if interaction in IMPACTS else rendition.texture
     if material is None:
         return decision
     basis = decision.basis if gain == 1.0 else "expectation"

@@ -45,11 +45,11 @@ class Hand:
     region: Region | None = None
     interaction: Interaction | None = None
     motion: Motion = STILL
-    rubs: bool = False
+    is_sliding: bool = False
     near_since: float | None = None
     nearest_m: float | None = None  # of the lead that goes on or ended last, where it was told
-    in_vain: int = 0  # leads that ended without a contact, since the last contact
-    in_vain_at: float = -math.inf  # when the last of them ended
+    failed_leads: int = 0  # leads that ended without a contact, since the last contact
+    last_failed_at: float = -math.inf  # when the last of them ended
 
     @property
     def name(self) -> HandName:
@@ -68,8 +68,8 @@ class Hand:
 
     @property
     def interaction_name(self) -> str:
-        """How this hand touches: as the client names it, else strike, and slide once it rubs."""
-        if self.rubs and self.interaction not in TEXTURES:
+        """How this hand touches: as the client names it, else strike, and slide once it slides."""
+        if self.is_sliding and self.interaction not in TEXTURES:
             return "slide"
         return self.interaction or "strike"
 
@@ -98,21 +98,21 @@ class Hand:
         self.interaction = touch.interaction
         if touch.phase == "approach":
             self.contact_at = None
-            self.rubs = touch.interaction == "swing"
+            self.is_sliding = touch.interaction == "swing"
             return False
         if begins:
             self.contact_at = now
         onset = begins and touch.phase == "contact"
         named = touch.interaction
-        self.rubs = touch.phase == "slide" or named in TEXTURES or not (onset or named)
+        self.is_sliding = touch.phase == "slide" or named in TEXTURES or not (onset or named)
         return onset
 
     def _approach(self, touch: Touch, now: float) -> None:
         """Note since when a contact with this object has been near."""
         if touch.phase != "approach":
             self.near_since = self.nearest_m = None
-            self.in_vain = 0
-            self.in_vain_at = -math.inf
+            self.failed_leads = 0
+            self.last_failed_at = -math.inf
             return
         if not _is_near(touch):
             self._end_lead(now)
@@ -126,8 +126,8 @@ class Hand:
     def _begin_lead(self, distance_m: float | None, now: float) -> None:
         before_m = self.nearest_m
         comes_nearer = distance_m is not None and before_m is not None and distance_m < before_m
-        again_s = min(AGAIN_S * 2.0 ** (self.in_vain - 1), LONGEST_AGAIN_S)
-        if now - self.in_vain_at < again_s and not comes_nearer:
+        retry_after_s = min(AGAIN_S * 2.0 ** (self.failed_leads - 1), LONGEST_AGAIN_S)
+        if now - self.last_failed_at < retry_after_s and not comes_nearer:
             return
         self.near_since = now
         self.nearest_m = distance_m
@@ -135,8 +135,8 @@ class Hand:
     def _end_lead(self, now: float) -> None:
         """Note a lead that ended without a contact."""
         if self.near_since is not None:
-            self.in_vain += 1
-            self.in_vain_at = min(now, self.near_since + LONGEST_LEAD_S)
+            self.failed_leads += 1
+            self.last_failed_at = min(now, self.near_since + LONGEST_LEAD_S)
         self.near_since = None
 
     def _target_of(self, touch: Touch) -> ThingTarget:
@@ -156,7 +156,7 @@ class Hand:
         self.target = WHOLE_VIEW
         self.region = None
         self.interaction = None
-        self.rubs = False
+        self.is_sliding = False
         self.motion = STILL
 
 

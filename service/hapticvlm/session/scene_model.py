@@ -11,8 +11,7 @@ from hapticvlm.rendering.heat.limits import PlateLimits
 from hapticvlm.rendering.vibration.hum import Hum
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import AskMaterial
-from hapticvlm.session.decisions import DecisionInputs
-from hapticvlm.session.rendition import Rendition, choose_rendition
+from hapticvlm.session.decisions import DecisionInputs, Rendition, choose_rendition
 from hapticvlm.session.scene_objects import Cached, ObjectState, SceneObjects
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.surroundings import Surroundings
@@ -58,7 +57,7 @@ class SceneModel:
         state = self.objects.known.get(target)
         return state is not None and state.verdict is not None
 
-    def grading(self, target: ThingTarget) -> Rendition:
+    def rendition(self, target: ThingTarget) -> Rendition:
         """Return what this object can be rendered as, worked out once for each verdict."""
         state = self._state(target)
         assert state.verdict is not None
@@ -99,8 +98,8 @@ class SceneModel:
         inputs = (verdict, state.facts, ambient)
         if state.contact is None or state.contact.inputs != inputs:
             surface = decisions.surface_of(_name(target), verdict, state.facts, ambient)
-            bulk, _ = self.grading(target).thermal(surface.value_c, state.table)
-            thickness_m = decisions.thickness_m(verdict, state.facts, state.make)
+            bulk, _ = self.rendition(target).thermal(surface.value_c, state.table)
+            thickness_m = decisions.thickness_m(verdict, state.facts, state.detail)
             contact = decisions.contact(
                 bulk, thickness_m, surface.value_c, self._contact_resistance
             )
@@ -114,7 +113,7 @@ class SceneModel:
         assert state.verdict is not None
         inputs = (state.verdict, state.facts, ambient, gain, limits)
         if state.decision is None or state.decision.inputs != inputs:
-            given = DecisionInputs(inputs[0], self.grading(target), state.make, *inputs[1:])
+            given = DecisionInputs(inputs[0], self.rendition(target), state.detail, *inputs[1:])
             decision = decisions.decide(_name(target), given, state.table)
             state.decision = Cached(decision, inputs)
         return state.decision.value
@@ -139,7 +138,7 @@ class SceneModel:
     def teaching(self, frame: Frame, target: ObjectTarget) -> list[RecognitionRequest]:
         """Teach the scene from some pictures of an object that is sure."""
         objects = self.objects
-        material = objects.teaches(target, always=frame.purpose == "enrol")
+        material = objects.reference_material(target, always=frame.purpose == "enrol")
         if material is None:
             return []
         return [
@@ -149,7 +148,7 @@ class SceneModel:
                 None,
                 objects.generation(target),
                 scene=objects.scene_number,
-                teaches=material,
+                reference_material=material,
             )
         ]
 

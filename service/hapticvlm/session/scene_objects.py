@@ -1,9 +1,9 @@
-"""What is known of each object: evidence, verdict, and the decision kept until one of them changes.
+"""Keeps of each object its evidence, verdict and decision, until one of them changes.
 
 Evidence is gathered in the ladder's order and only as far as needed: what the scene gives, the
 name, the shader; the encoder's is added when a frame was recognised. Names are read on first need.
-The recognitions of one object are fused, live frames and frames to enrol alike. What a frame
-without an object id shows may be several objects, so there each recognition stands alone.
+The recognitions of one object are fused, live frames and frames to enrol alike. A frame without an
+object id may show several objects, so there each recognition stands alone. Pure.
 """
 
 from __future__ import annotations
@@ -16,30 +16,65 @@ from typing import Generic, TypeVar
 import msgspec
 
 from hapticvlm import materials
-from hapticvlm.evidence import fusion, ladder, names, sub_materials
-from hapticvlm.evidence.fusion import Fused
-from hapticvlm.evidence.ladder import Evidence, Verdict
+from hapticvlm.evidence import ladder, names, shader, sub_materials
+from hapticvlm.evidence.ladder import Evidence, Fused, Verdict
+from hapticvlm.evidence.names import Lexicon
 from hapticvlm.evidence.sub_materials import MaterialDetail
-from hapticvlm.materials import Material
+from hapticvlm.materials import UNKNOWN, Material
 from hapticvlm.messages import Decision, MessageError, Scene, SceneObject
 from hapticvlm.rendering.heat.contact import ThermalContact
-from hapticvlm.session.declared_evidence import (
-    NONE_SAVED,
-    from_declaration,
-    name_of,
-    saved_facts,
-    with_saved,
-)
+from hapticvlm.session.decisions import Rendition
 from hapticvlm.session.hums import Hums
-from hapticvlm.session.rendition import Rendition
-from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, ThingTarget
+from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, Target, ThingTarget
 
+NONE_SAVED: Mapping[str, str] = {}
 MAX_KNOWN = 8192
-TAUGHT_VIEWS = 4  # pictures of an object that is sure, as references for the others
+MAX_REFERENCE_VIEWS = 4  # pictures of an object that is sure, as references for the others
 ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
-
-
 T = TypeVar("T")
+
+
+def with_saved(given: SceneObject, saved: Mapping[str, str]) -> SceneObject:
+    """Return what the scene gives of an object, with its saved material where it gives none."""
+    material = saved.get(given.object_id)
+    if material is None or given.material not in (None, UNKNOWN):
+        return given
+    return msgspec.structs.replace(given, material=material)
+
+
+def saved_facts(target: Target, saved: Mapping[str, str]) -> SceneObject | None:
+    """Return what was saved of an object that the scene has not declared, if anything was."""
+    if not isinstance(target, ObjectTarget) or target.object_id not in saved:
+        return None
+    return SceneObject(object_id=target.object_id, material=saved[target.object_id])
+
+
+def from_declaration(
+    target: Target, facts: SceneObject | None, lexicon: Lexicon
+) -> tuple[Evidence, ...]:
+    """Climb the rungs that need no picture and stop at the first that is sure."""
+    if facts and facts.material and facts.material != UNKNOWN:
+        return (Evidence("scene", ((facts.material, 1.0),)),)
+    found: list[Evidence] = []
+    name = name_of(target, facts)
+    named = names.from_name(name, lexicon) if name else None
+    if named:
+        found.append(named)
+    if facts and facts.shader and not ladder.is_sure(found):
+        stated = facts.shader
+        shaded = shader.from_shader(
+            stated.metallic, stated.roughness, stated.transmission, stated.base_color
+        )
+        if shaded:
+            found.append(shaded)
+    return tuple(found)
+
+
+def name_of(target: Target, facts: SceneObject | None) -> str | None:
+    """Return the name an object goes by: the one given, else its id."""
+    return (facts.name if facts else None) or (
+        target.object_id if isinstance(target, ObjectTarget) else None
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,18 +93,18 @@ class Cached(Generic[T]):
 class ObjectState(msgspec.Struct):
     """One object: what the scene gives, evidence by source, verdict, and the decision kept.
 
-    `make` is what its name says beyond the material, `table` the materials as it has them.
+    `detail` is what its name says beyond the material, `table` the materials as it has them.
     `announced` is what was told of the last decision that was compared, with that one's inputs.
     """
 
     facts: SceneObject | None
     given: tuple[Evidence, ...] | None = None
-    make: MaterialDetail = sub_materials.PLAIN
+    detail: MaterialDetail = sub_materials.PLAIN
     table: Mapping[str, Material] = materials.MATERIALS
     recognised: Fused | None = None
     vlm: Evidence | None = None
     asked_at: float | None = None
-    taught: int = 0
+    reference_views: int = 0
     verdict: Verdict | None = None
     rendition: Cached[Rendition] | None = None
     decision: Cached[Decision] | None = None
@@ -188,17 +223,17 @@ class SceneObjects:
         """How often the scene was replaced: what it taught is forgotten with it."""
         return self._replaced
 
-    def teaches(self, target: ThingTarget, *, always: bool) -> str | None:
+    def reference_material(self, target: ThingTarget, *, always: bool) -> str | None:
         """Return the material that a picture of this object is a reference of, if it is wanted.
 
         Some pictures of each object are enough, unless one was sent to be enrolled.
         """
         state = self.state(target)
         assert state.verdict is not None
-        is_wanted = always or state.taught < TAUGHT_VIEWS
+        is_wanted = always or state.reference_views < MAX_REFERENCE_VIEWS
         if not is_wanted or state.verdict.material == materials.UNKNOWN:
             return None
-        state.taught += 1
+        state.reference_views += 1
         return state.verdict.material
 
     def forget(self, target: ThingTarget) -> None:
@@ -231,7 +266,7 @@ class SceneObjects:
         """Receive the encoder's evidence of a new picture and return the verdict."""
         known = self._entry(target)
         before = None if target == WHOLE_VIEW else known.recognised
-        known.recognised = fusion.update(before, ladder.restrict(evidence, self._among))
+        known.recognised = ladder.fuse_recognition(before, ladder.restrict(evidence, self._among))
         new = ladder.decide(self._evidence(target, known))
         known.verdict = ladder.apply_hysteresis(known.verdict, new)
         return known.verdict
@@ -279,6 +314,6 @@ class SceneObjects:
             known.given = from_declaration(target, known.facts, self._lexicon)
             name = name_of(target, known.facts)
             if name is not None:
-                known.make = sub_materials.from_name(name, self._lexicon)
-            known.table = known.make.refine(self._table)
+                known.detail = sub_materials.from_name(name, self._lexicon)
+            known.table = known.detail.refine(self._table)
         return known.given

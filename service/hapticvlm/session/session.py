@@ -1,10 +1,14 @@
 """SceneSession: the protocol's state machine for one connection. Does no I/O and reads no clock.
 
 Feed it messages, recognitions and ticks with the time; carry out the actions it returns, in order.
-What is wrong, or not its sender's to say, raises MessageError before anything has changed.
+A message that is wrong, or that its sender may not send, raises MessageError before anything has
+changed. An observer describes no scene of its own. On this machine it may override materials of
+objects that the owner's scene already has; everything else about them stays as the scene gave it.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import msgspec
 
@@ -18,6 +22,7 @@ from hapticvlm.messages import (
     MessageError,
     Ok,
     Scene,
+    SceneObject,
     Scope,
     Set,
     Skipped,
@@ -40,8 +45,6 @@ from hapticvlm.session.actions import (
 )
 from hapticvlm.session.frames import Frames, recognise_scene
 from hapticvlm.session.hands import Hold
-from hapticvlm.session.permissions import check_describes, check_set, with_materials
-from hapticvlm.session.plate_target import PlateTarget
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import (
@@ -51,7 +54,9 @@ from hapticvlm.session.targets import (
     Surroundings,
     of_object,
 )
-from hapticvlm.session.touch import TouchTracker, check_touch
+from hapticvlm.session.touch import PlateTarget, TouchTracker, check_touch
+
+Facts = Callable[[str], SceneObject | None]
 
 
 class SceneSession:
@@ -142,19 +147,19 @@ class SceneSession:
     ) -> list[Action]:
         """Receive what a recognition gave; None means its picture has not changed."""
         target = request.target
-        if request.teaches is not None or isinstance(target, Surroundings):
+        if request.reference_material is not None or isinstance(target, Surroundings):
             return []
         if request.generation != self._model.objects.generation(target):
-            return skipped(request.waits, "superseded")
+            return skipped(request.reply_to, "superseded")
         if evidence is None:
-            return skipped(request.waits, "unchanged")
+            return skipped(request.reply_to, "unchanged")
         self._model.objects.add_recognition(target, evidence)
         has_changed = self._touches.changed_decision(target) is not None
         actions: list[Action] = []
-        if request.waits is not None or has_changed:
+        if request.reply_to is not None or has_changed:
             answer = msgspec.structs.replace(
                 self._touches.decision(target),
-                id=0 if request.waits is None else request.waits.value,
+                id=0 if request.reply_to is None else request.reply_to.value,
                 stages_ms=stages_ms,
                 frame_age_ms=self._frames.age_s(request.picture, now) * 1000.0,
             )
@@ -166,7 +171,7 @@ class SceneSession:
         """Whether the frame has outlived its own `max_age_ms`."""
         return self._frames.is_stale(frame, now)
 
-    def wants_anew(self, request: RecognitionRequest) -> bool:
+    def is_uncached(self, request: RecognitionRequest) -> bool:
         """Whether to recognise even an unchanged picture: nothing is kept of what it shows."""
         target = request.target
         return not isinstance(target, Surroundings) and not self._model.objects.is_recognised(
@@ -188,7 +193,7 @@ class SceneSession:
         """Drop every lease: the outputs were put to rest from outside."""
         self._touches.hands.release()
 
-    def held(self, scope: Scope) -> None:
+    def on_stop(self, scope: Scope) -> None:
         """Note that outputs were stopped; the hold itself is shared by all sessions."""
 
     def _frame(self, frame: Frame, now: float) -> list[Action]:
@@ -208,9 +213,9 @@ class SceneSession:
         objects = self._model.objects
         if not isinstance(target, ObjectTarget) or objects.needs_recognition(target):
             generation = objects.generation(target)
-            waits = RequestId(frame.id)
+            reply_to = RequestId(frame.id)
             scene = objects.scene_number
-            return [RecognitionRequest(target, frame, waits, generation, scene=scene)]
+            return [RecognitionRequest(target, frame, reply_to, generation, scene=scene)]
         cached = self._model.has_verdict(target)
         age_ms = self._frames.age_s(frame, now) * 1000.0
         decision = self._touches.decision(target)
@@ -242,6 +247,66 @@ class SceneSession:
         return [*actions, Reply(Ok(id=wanted.id)), *self._touches.refresh()]
 
 
-def skipped(waits: RequestId | None, reason: SkipReason) -> list[Action]:
+def skipped(reply_to: RequestId | None, reason: SkipReason) -> list[Action]:
     """Answer the message that waits, if one does, that its frame was not recognised."""
-    return [] if waits is None else [Reply(Skipped(id=waits.value, reason=reason))]
+    return [] if reply_to is None else [Reply(Skipped(id=reply_to.value, reason=reason))]
+
+
+def check_describes(message: Frame | Scene, *, observer: bool) -> None:
+    """Refuse a frame or a scene of an observer. Raises MessageError."""
+    if not observer:
+        return
+    what = "send no frames" if isinstance(message, Frame) else "describe no scene"
+    text = f"observers {what}; connect with role scene"
+    raise MessageError("protocol", text, path="$.type", id=message.id)
+
+
+def check_set(wanted: Set, *, owner: bool, observer: bool) -> None:
+    """Refuse settings that are not this connection's. Raises MessageError."""
+    if wanted.watch is not None and not observer:
+        text = "$.watch: only observers watch; connect with role observer"
+        raise MessageError("protocol", text, path="$.watch", id=wanted.id)
+    if wanted.ambient_c is not None and observer:
+        text = "$.ambient_c: observers have no scene; connect with role scene"
+        raise MessageError("protocol", text, path="$.ambient_c", id=wanted.id)
+    if not owner and wanted.feel is not None:
+        text = "$.feel: another scene owns the outputs; only their owner gets vibration events"
+        raise MessageError("not_owner", text, path="$.feel", id=wanted.id)
+    if not owner and (wanted.vibration_gain, wanted.thermal_gain) != (None, None):
+        text = "another scene owns the outputs; only their owner sets gains"
+        raise MessageError("not_owner", text, path="$", id=wanted.id)
+
+
+def with_materials(scene: Scene, facts: Facts) -> Scene:
+    """Return the scene as its owner would send it: known objects with these materials.
+
+    `facts` gives what is known of an object, None of one that is not. Raises MessageError.
+    """
+    _check(scene)
+    objects = []
+    for index, given in enumerate(scene.objects):
+        known = facts(given.object_id)
+        if known is None:
+            text = f"the owner's scene has no object `{given.object_id}`: state one that it has"
+            raise _refused(scene, text, f"$.objects[{index}].object_id")
+        objects.append(msgspec.structs.replace(known, material=given.material))
+    return msgspec.structs.replace(scene, objects=objects)
+
+
+def _check(scene: Scene) -> None:
+    only = "an observer states materials only"
+    if scene.replace:
+        raise _refused(scene, f"{only}: send `replace` false", "$.replace")
+    if scene.forget is not None:
+        raise _refused(scene, f"{only}: leave out forget", "$.forget")
+    if scene.ambient_c is not None or scene.materials is not None:
+        raise _refused(scene, f"{only}: leave out ambient_c and materials", "$")
+    for index, given in enumerate(scene.objects):
+        bare = SceneObject(object_id=given.object_id, material=given.material)
+        if given != bare or given.material is None:
+            text = f"{only}: send `object_id` and `material` and nothing else"
+            raise _refused(scene, text, f"$.objects[{index}]")
+
+
+def _refused(scene: Scene, text: str, path: str) -> MessageError:
+    return MessageError("message", f"{path}: {text}", path=path, id=scene.id)

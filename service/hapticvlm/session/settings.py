@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import AT_REST, PlateReading
-from hapticvlm.session.declared_evidence import NONE_SAVED
+from hapticvlm.session.scene_objects import NONE_SAVED
 
 
 @dataclass(frozen=True, slots=True)

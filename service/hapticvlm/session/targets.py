@@ -52,21 +52,22 @@ class RequestId:
 
 @dataclass(frozen=True, slots=True)
 class RecognitionRequest:
-    """Recognise `target` in `picture`, and answer the message that `waits`; None: nobody does.
+    """Recognise `target` in `picture`, and answer the message `reply_to`; None: nobody does.
 
     `picture` is the frame as it came, with the region and mask to look at; its own id counts for
     nothing. `generation` is that of the target, so that an answer for a scene or a contact since
     replaced is not believed. `number` is given by a recorded session, `scene` numbers the scene,
-    `teaches` is the material of an object that is sure: its answer only teaches the recogniser.
+    `reference_material` is the material of an object that is sure: then the picture is only kept as
+    a reference for the other objects of its scene.
     """
 
     target: Target
     picture: Frame
-    waits: RequestId | None
+    reply_to: RequestId | None
     generation: int = 0
     number: int = 0
     scene: int = 0
-    teaches: str | None = None
+    reference_material: str | None = None
 
 
 def of_object(object_id: str | None) -> ObjectTarget | WholeView:

@@ -1,4 +1,8 @@
-"""From what the hands of one scene do to what the outputs do: leases, vibration, plate."""
+"""From what the hands of one scene do to what the outputs do: leases, vibration, plate.
+
+The plate follows the hand of the latest contact, within limits, and never jumps. Between touches it
+is kept neutral for a while and then released.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +11,94 @@ from collections.abc import Hashable, Mapping
 import msgspec
 
 from hapticvlm.messages import Decision, MessageError, Ok, Touch
-from hapticvlm.rendering.heat.limits import PlateReading
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering.heat import limits as plate_limits
+from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE, ThermalContact
+from hapticvlm.rendering.heat.limits import AT_REST, PlateReading, limits_of
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.rendering.vibration.vibration import IMPACTS
 from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session import decisions
-from hapticvlm.session.actions import Action, PlayVibration, ReleaseHand, Reply
+from hapticvlm.session.actions import (
+    Action,
+    DrivePlate,
+    PlayVibration,
+    ReleaseHand,
+    Reply,
+    RestPlate,
+)
 from hapticvlm.session.frames import Frames
-from hapticvlm.session.hands import Hand, Hands, Hold
-from hapticvlm.session.plate_target import NEUTRAL_HOLD_S, PlateTarget
+from hapticvlm.session.hands import LEASE_S, Hand, Hands, Hold
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.targets import HandRegion, ThingTarget
+
+NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
+
+
+class PlateTarget:
+    """The trajectory of the skin and the setpoint that moves there; `gain` is 0..1."""
+
+    def __init__(
+        self,
+        reading: PlateReading = AT_REST,
+        plate_resistance: float = PLATE_RESISTANCE,
+        gain: float = 1.0,
+    ) -> None:
+        self.reading = reading
+        self.limits = limits_of(reading)
+        self.gain = gain
+        self._trajectory = ThermalTrajectory(plate_resistance=plate_resistance)
+        self._setpoint_c = NEUTRAL_C
+        self._is_driving = False
+        self._ticked_at: float | None = None
+
+    def elapse(self, now: float, reading: PlateReading) -> float:
+        """Receive what the plate reports; return the time since the last call, s."""
+        self.reading = reading
+        limits = limits_of(reading)
+        if limits != self.limits:
+            self.limits = limits
+        elapsed = 0.0 if self._ticked_at is None else max(0.0, now - self._ticked_at)
+        self._ticked_at = now
+        return elapsed
+
+    def rest(self, now: float) -> list[Action]:
+        """Release the plate, once."""
+        self._trajectory = self._trajectory.release(now)
+        was_driving = self._is_driving
+        self._is_driving = False
+        return [RestPlate()] if was_driving else []
+
+    def update(
+        self, hand: Hand | None, contact: ThermalContact | None, now: float, elapsed: float
+    ) -> list[Action]:
+        """Go on with what this hand does now; None = no hand holds a lease."""
+        self._trajectory = self._after(hand, contact, now)
+        waits = hand is not None and not hand.is_touching and self._trajectory.begun_at is None
+        lead = hand.lead(now) if hand is not None and waits else 1.0
+        wanted = self._trajectory.wanted_c(now, self.gain * lead)
+        if not self._is_driving and self.reading.plate_c is not None:
+            low = plate_limits.SETPOINT_MIN_C
+            high = plate_limits.SETPOINT_MAX_C
+            self._setpoint_c = min(max(self.reading.plate_c, low), high)
+        self._is_driving = True
+        limited = plate_limits.limit(wanted, self._setpoint_c, elapsed, self.reading)
+        self._setpoint_c = limited.setpoint_c
+        return [DrivePlate(limited.setpoint_c, LEASE_S)]
+
+    def _after(
+        self, hand: Hand | None, contact: ThermalContact | None, now: float
+    ) -> ThermalTrajectory:
+        """Continue the trajectory.
+
+        A region of a frame does not show where an object ends: another material is another object.
+        """
+        if hand is None:
+            return self._trajectory.release(now)
+        if not hand.is_touching:
+            return self._trajectory.approach(contact, now, leads=hand.lead(now) > 0.0)
+        bulk = contact.thermal if contact and isinstance(hand.target, HandRegion) else None
+        return self._trajectory.touch(contact, (hand.name, hand.target, bulk), now)
 
 
 def check_touch(touch: Touch, *, owner: bool) -> None:
@@ -65,7 +147,7 @@ class TouchTracker:
         """Return the decision on this, with the pattern of a hand on it."""
         decision = self._scene.decision(target, self.plate.gain, self.plate.limits)
         interaction = self.hands.interaction_on(target)
-        return decisions.touched_as(decision, interaction, self._scene.grading(target))
+        return decisions.touched_as(decision, interaction, self._scene.rendition(target))
 
     def changed_decision(self, target: ThingTarget) -> Decision | None:
         """Return the decision on this if it differs from the one last announced, else None."""
@@ -73,7 +155,7 @@ class TouchTracker:
         if changed is None:
             return None
         interaction = self.hands.interaction_on(target)
-        return decisions.touched_as(changed, interaction, self._scene.grading(target))
+        return decisions.touched_as(changed, interaction, self._scene.rendition(target))
 
     def recognise_again(self) -> list[Action]:
         """Recognise the regions under the hands in the newest frame."""
@@ -108,7 +190,7 @@ class TouchTracker:
         return [
             action
             for hand in self.hands
-            if hand.vibrates and hand.rubs and hand.target == target
+            if hand.vibrates and hand.is_sliding and hand.target == target
             for action in self._play(hand, onset=False)
         ]
 
@@ -124,7 +206,7 @@ class TouchTracker:
             self._scene.objects.forget(hand.target)
         had_verdict = self._scene.has_verdict(hand.target)
         actions: list[Action] = []
-        if hand.vibrates and (hand.rubs or not is_late):
+        if hand.vibrates and (hand.is_sliding or not is_late):
             actions += self._play(hand, onset=onset and not is_late)
         elif vibrated and not hand.vibrates:
             actions.append(ReleaseHand(hand.number))
@@ -148,9 +230,9 @@ class TouchTracker:
         if self._hold.holds("speaker", hand.name) or hand.lease_until is None:
             return []
         self._onsets += onset
-        grading = self._scene.grading(hand.target)
+        rendition = self._scene.rendition(hand.target)
         interaction = hand.interaction_name
-        material, gain = grading.impact if interaction in IMPACTS else grading.texture
+        material, gain = rendition.impact if interaction in IMPACTS else rendition.texture
         command = Command(
             hand=hand.number,
             material=material,

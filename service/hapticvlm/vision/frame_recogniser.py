@@ -21,14 +21,14 @@ from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
 from hapticvlm.vision import pictures
-from hapticvlm.vision.decoding import PictureError
 from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
 from hapticvlm.vision.galleries.gallery import Gallery
+from hapticvlm.vision.pictures import PictureError
 from hapticvlm.vision.scene_references import SceneReferences
 
 if TYPE_CHECKING:
     from hapticvlm.vision.remote.client import RemoteRecogniser
-    from hapticvlm.vision.remote.contract import Found
+    from hapticvlm.vision.remote.contract import RemoteMatch
 
 MAX_REMEMBERED = 1024
 MAX_SCENES = 16  # whose named objects teach; the one unused longest makes room
@@ -50,7 +50,7 @@ class Recognition:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class SceneContext:
     """What a frame shows: an object of a scene, and its material where that is sure."""
 
     scene: str
@@ -59,7 +59,7 @@ class Shown:
 
 
 @dataclass(slots=True)
-class _Remembered:
+class _LastPicture:
     """The signature of the picture that was last recognised, and the digest of the last seen."""
 
     signature: NDArray[np.float32]
@@ -77,7 +77,7 @@ class FrameRecogniser:
         self._remote = remote
         self._answered_by = ""  # the identity of the shared recogniser, "" = this machine
         self._scenes: OrderedDict[str, SceneReferences] = OrderedDict()
-        self._remembered: OrderedDict[str, _Remembered] = OrderedDict()
+        self._remembered: OrderedDict[str, _LastPicture] = OrderedDict()
 
     def warm_up(self) -> None:
         """Recognise a grey picture, since the first one is slow. Raises EncoderError."""
@@ -88,7 +88,7 @@ class FrameRecogniser:
         frame = Frame(
             id=1, captured_at=0.0, format="jpeg", width=side, height=side, image=grey, origin="top"
         )
-        found = self.recognise(msgspec.msgpack.encode(frame), "", 0.0, anew=True)
+        found = self.recognise(msgspec.msgpack.encode(frame), "", 0.0, force=True)
         if found.error is not None:
             raise EncoderError(found.error)
         self._remembered.clear()
@@ -107,8 +107,8 @@ class FrameRecogniser:
         subject: str,
         waited_ms: float,
         *,
-        anew: bool,
-        shown: Shown | None = None,
+        force: bool,
+        shown: SceneContext | None = None,
     ) -> Recognition:
         """Decode, compare with the last picture of the same object, embed and match.
 
@@ -124,7 +124,7 @@ class FrameRecogniser:
         # shown before. The very same bytes need not even be decoded. Comparing a few cells of two
         # pictures costs next to nothing beside embedding them. `anew` is set where the same picture
         # may mean something else: what the scene can be made of has changed, or it is to teach.
-        may_skip = frame.purpose == "live" and not anew
+        may_skip = frame.purpose == "live" and not force
         digest = _digest(frame)
         if may_skip and self._is_the_same(subject, digest):
             return Recognition(None, stages)
@@ -138,7 +138,11 @@ class FrameRecogniser:
         return self._match(frame, crop, shown, stages)
 
     def _match(
-        self, frame: Frame, crop: pictures.Crop, shown: Shown | None, stages: dict[str, float]
+        self,
+        frame: Frame,
+        crop: pictures.Crop,
+        shown: SceneContext | None,
+        stages: dict[str, float],
     ) -> Recognition:
         """Embed a crop, here or elsewhere, and match it; adds to `stages`."""
         started = time.perf_counter()
@@ -157,7 +161,7 @@ class FrameRecogniser:
             stages["encode"], started = _lap(started)
             evidence = self._gallery.match(embedding)
         if shown is not None:
-            evidence = self._taught(evidence, embedding, shown)
+            evidence = self._with_scene_references(evidence, embedding, shown)
         stages["match"], _ = _lap(started)
         return Recognition(evidence, stages, SceneView(embedding, float(crop.image.mean()) / 255.0))
 
@@ -168,14 +172,14 @@ class FrameRecogniser:
         # Two encoders do not agree on what is near what. When the shared recogniser comes or goes,
         # all pictures count as changed, so that each object is decided once more by whoever answers
         # now, and no decision is a mixture. References that were taught stay apart by the same name
-        # (`_taught`).
+        # (`_with_scene_references`).
         if answering != self._answered_by:
             self._answered_by = answering
             self._remembered.clear()
 
     def _ask_remote(
         self, remote: RemoteRecogniser, frame: Frame, crop: pictures.Crop
-    ) -> Found | None:
+    ) -> RemoteMatch | None:
         identity = remote.identity
         if identity is not None and identity.side != self._encoder.side:
             # The picture is cut once more from the frame, and not the crop enlarged: the other
@@ -186,7 +190,9 @@ class FrameRecogniser:
             self._answered_by = ""
         return found
 
-    def _taught(self, evidence: Evidence, embedding: NDArray[np.float32], shown: Shown) -> Evidence:
+    def _with_scene_references(
+        self, evidence: Evidence, embedding: NDArray[np.float32], shown: SceneContext
+    ) -> Evidence:
         scene = f"{self._answered_by} {shown.scene}"  # embeddings of two encoders do not compare
         references = self._scenes.pop(scene, None) or SceneReferences()
         self._scenes[scene] = references
@@ -208,7 +214,7 @@ class FrameRecogniser:
         if before is not None and not pictures.has_changed(before.signature, signature):
             before.digest = digest
             return True
-        self._remembered[subject] = _Remembered(signature, digest)
+        self._remembered[subject] = _LastPicture(signature, digest)
         # The newest of MAX_REMEMBERED subjects are kept. A client names them, so without a bound it
         # could fill the memory; one that is forgotten is recognised once more and nothing else.
         self._remembered.move_to_end(subject)

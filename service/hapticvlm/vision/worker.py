@@ -18,11 +18,11 @@ import msgspec
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame
 from hapticvlm.processes.model_worker import (
-    Answered,
     ModelWorker,
     Serve,
     Slot,
     WorkerPlan,
+    WorkerReply,
     serve_requests,
 )
 from hapticvlm.processes.priority import lower_priority
@@ -30,10 +30,10 @@ from hapticvlm.processes.supervised import START_S, Started
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import EncoderError
 from hapticvlm.vision.encoders.loading import load_encoder
-from hapticvlm.vision.frame_recogniser import FrameRecogniser, Recognition, Shown
+from hapticvlm.vision.frame_recogniser import FrameRecogniser, Recognition, SceneContext
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.galleries.user_materials import UserMaterial, table_with
-from hapticvlm.vision.pictures import Shrunk
+from hapticvlm.vision.pictures import Thumbnail
 from hapticvlm.vision.remote.settings import RemoteSettings, RemoteState
 
 if TYPE_CHECKING:
@@ -83,14 +83,14 @@ class Loaded:
 
 
 @dataclass(frozen=True, slots=True)
-class Recognised:
+class RecogniserResult:
     """What came of one frame, the small picture of it if that was asked for.
 
     `remote`: how the shared recogniser stands, if one is named.
     """
 
     recognition: Recognition
-    shown: Shrunk | None = None
+    shown: Thumbnail | None = None
     remote: RemoteState | None = None
 
 
@@ -100,8 +100,8 @@ class RecogniserWorker:
     def __init__(self, settings: RecogniserSettings) -> None:
         limit_s = settings.limit_s
         start_s = settings.start_s
-        self.worker: ModelWorker[Recognised] = ModelWorker(
-            WorkerPlan("recogniser", run_recogniser, settings, Recognised, limit_s, start_s)
+        self.worker: ModelWorker[RecogniserResult] = ModelWorker(
+            WorkerPlan("recogniser", run_recogniser, settings, RecogniserResult, limit_s, start_s)
         )
         self.remote: RemoteState | None = None
 
@@ -110,7 +110,7 @@ class RecogniserWorker:
         """What it runs."""
         return Loaded(*self.worker.names)
 
-    def start(self, deliver: Callable[[Answered[Recognised]], None]) -> None:
+    def start(self, deliver: Callable[[WorkerReply[RecogniserResult]], None]) -> None:
         """Start the process and wait until its models are loaded. Raises ChildError."""
         self.worker.start(deliver)
 
@@ -120,13 +120,13 @@ class RecogniserWorker:
         subject: str,
         now: float,
         *,
-        anew: bool,
+        force: bool,
         shrink: bool = False,
-        shown: Shown | None = None,
+        shown: SceneContext | None = None,
     ) -> None:
         """Hand over one frame; only while not busy.
 
-        `subject` names what it shows, to notice an unchanged picture; `anew` = even if unchanged;
+        `subject` names what it shows, to notice an unchanged picture; `force` = even if unchanged;
         `shrink` = return a small picture of it too; `shown` = which object of which scene.
         """
         # The frame goes into the shared memory of the worker as bytes, whole and once: megabytes
@@ -134,7 +134,7 @@ class RecogniserWorker:
         # touch that memory until the answer is there or the worker was given up, which `is_busy`
         # says.
         data = msgspec.msgpack.encode(frame)
-        self.worker.request(data, (subject, now, anew, shrink, shown), now)
+        self.worker.request(data, (subject, now, force, shrink, shown), now)
 
     def note(self, remote: RemoteState | None) -> None:
         """Note the state of the shared recogniser; log a change of it."""
@@ -170,7 +170,7 @@ def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection
             raise RuntimeError(f"cannot load the models: {error}") from error
         gallery = settings.gallery.resolve().name if settings.gallery else "shipped"
 
-        def serve(data: bytes, details: tuple[Any, ...]) -> Recognised:
+        def serve(data: bytes, details: tuple[Any, ...]) -> RecogniserResult:
             found = _recognise(recogniser, data, *details)
             return found if remote is None else replace(found, remote=remote.state)
 
@@ -179,23 +179,29 @@ def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection
     serve_requests(slot, control, load)
 
 
-class Blind:
+class NullRecogniser:
     """Stands in where the shipped encoder's network is not installed: it finds nothing.
 
     What the scene states, names and shaders still decide.
     """
 
     def recognise(
-        self, _data: bytes, _subject: str, waited_ms: float, *, anew: bool, shown: Shown | None
+        self,
+        _data: bytes,
+        _subject: str,
+        waited_ms: float,
+        *,
+        force: bool,
+        shown: SceneContext | None,
     ) -> Recognition:
         """Return evidence of nothing, whatever is shown."""
-        del anew, shown
+        del force, shown
         return Recognition(Evidence("encoder", ()), {"queue": waited_ms})
 
 
 def _load(
     settings: RecogniserSettings,
-) -> tuple[FrameRecogniser | Blind, str, RemoteRecogniser | None]:
+) -> tuple[FrameRecogniser | NullRecogniser, str, RemoteRecogniser | None]:
     try:
         # The packaged network comes from another package, which a user may have removed or
         # replaced. Then objects are still known by what the scene states, by names and shaders, so
@@ -206,7 +212,7 @@ def _load(
         if settings.encoder is not None:  # who names one wants that one
             raise
         logger.warning("pictures are not recognised: %s", error)
-        return Blind(), Loaded().encoder, None
+        return NullRecogniser(), Loaded().encoder, None
     remote = None
     if settings.remote is not None:
         from hapticvlm.vision.remote.client import RemoteRecogniser
@@ -221,18 +227,22 @@ def _load(
     return recogniser, encoder.name, remote
 
 
-def _recognise(recogniser: FrameRecogniser | Blind, data: bytes, *details: Any) -> Recognised:
-    subject, requested_at, anew, shrink, shown_object = details
+def _recognise(
+    recogniser: FrameRecogniser | NullRecogniser, data: bytes, *details: Any
+) -> RecogniserResult:
+    subject, requested_at, force, shrink, shown_object = details
     waited_ms = (time.monotonic() - requested_at) * 1000.0
     try:
-        recognition = recogniser.recognise(data, subject, waited_ms, anew=anew, shown=shown_object)
-        shown = _shrunk(data) if shrink and recognition.error is None else None
-        return Recognised(recognition, shown)
+        recognition = recogniser.recognise(
+            data, subject, waited_ms, force=force, shown=shown_object
+        )
+        shown = _thumbnail(data) if shrink and recognition.error is None else None
+        return RecogniserResult(recognition, shown)
     except Exception:  # a picture that trips a bug of ours must not take the others down
         logger.exception("a recognition failed")
         text = "recognising this picture failed"
-        return Recognised(Recognition(None, {}, error=text, is_our_fault=True))
+        return RecogniserResult(Recognition(None, {}, error=text, is_our_fault=True))
 
 
-def _shrunk(data: bytes) -> Shrunk:
-    return pictures.shrunk(msgspec.msgpack.decode(data, type=Frame), SHOWN_PX)
+def _thumbnail(data: bytes) -> Thumbnail:
+    return pictures.thumbnail(msgspec.msgpack.decode(data, type=Frame), SHOWN_PX)

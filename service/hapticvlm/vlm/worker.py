@@ -21,11 +21,11 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.messages import Frame, Region
 from hapticvlm.processes.model_worker import (
-    Answered,
     ModelWorker,
     Serve,
     Slot,
     WorkerPlan,
+    WorkerReply,
     serve_requests,
 )
 from hapticvlm.processes.priority import lower_priority
@@ -78,7 +78,7 @@ class VlmWorker:
         """Whether it cannot take a question now: one is under way, or it is not ready."""
         return self.worker.is_busy
 
-    def start(self, deliver: Callable[[Answered[VlmReply]], None]) -> None:
+    def start(self, deliver: Callable[[WorkerReply[VlmReply]], None]) -> None:
         """Start the process and return."""
         self.worker.begin(deliver)
 
@@ -131,7 +131,7 @@ def run_vlm(slot: Slot, settings: VlmSettings, control: Connection) -> None:
 def reply(vlm: Vlm, question: Question) -> VlmReply:
     """Ask the model; an error of any kind is a reply."""
     from hapticvlm.vision import pictures
-    from hapticvlm.vision.decoding import PictureError
+    from hapticvlm.vision.pictures import PictureError
     from hapticvlm.vlm.contract import highlight
 
     started = time.monotonic()

@@ -15,7 +15,7 @@ import torch
 from numpy.typing import NDArray
 from torch.nn import functional
 
-from hapticvlm.vision.encoders import imagenet, two_parts
+from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.galleries.gallery import LinearLayer
 from hapticvlm_lab.training.describing import NAMES, RENDERS, Described
 from hapticvlm_lab.training.lite_graph import Head, Network
@@ -59,8 +59,8 @@ class Fitted:
 
     def embed(self, described: Described) -> Floats:
         """Return the embeddings (N, D) of described crops, as the graph does."""
-        beliefs = imagenet.material_beliefs(described.scores.astype(np.float32))
-        return two_parts.join(self.activation(described.features), beliefs)
+        beliefs = joint_embedding.material_beliefs(described.scores.astype(np.float32))
+        return joint_embedding.join(self.activation(described.features), beliefs)
 
 
 def fit(sets: Sequence[Described], network: Network, seed: int) -> Fitted:

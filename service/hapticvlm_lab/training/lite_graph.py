@@ -5,7 +5,7 @@ Lite form (no squeeze, ReLU6, TensorFlow's padding). What its stages see is aver
 mean and standard deviation; the last map gives its mean, and the scores of ImageNet's classes.
 
 The head standardises these numbers, and one hidden layer makes an embedding of them; the class
-scores become beliefs in the materials beside it (two_parts), all inside of the graph.
+scores become beliefs in the materials beside it (joint_embedding), all inside of the graph.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from onnx import ModelProto, TensorProto
 
-from hapticvlm.vision.encoders import imagenet, two_parts
+from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm_lab.training.graph_writer import GraphWriter, Ranges
 
 Floats = NDArray[np.float32]
@@ -72,7 +72,7 @@ class Head:
     @property
     def dimension(self) -> int:
         """Length of an embedding."""
-        return len(self.bias) + two_parts.ADDED
+        return len(self.bias) + joint_embedding.ADDED
 
 
 def describing(network: Network, ranges: Ranges | None) -> tuple[ModelProto, GraphWriter]:
@@ -84,7 +84,7 @@ def describing(network: Network, ranges: Ranges | None) -> tuple[ModelProto, Gra
     features, scores = _describe(graph, network)
     outputs: dict[str, list[int | str | None] | None] = {
         features: ["N", network.features],
-        scores: ["N", imagenet.CLASSES],
+        scores: ["N", joint_embedding.CLASSES],
     }
     if ranges is None:
         outputs |= dict.fromkeys(graph.watched)
@@ -98,9 +98,11 @@ def embedding(network: Network, ranges: Ranges, head: Head) -> tuple[ModelProto,
     hidden = _hidden(graph, features, head)
     levels = _levels(graph, scores)
     squares = graph.add("ReduceSumSquare", [levels], "levels.squares", axes=[1], keepdims=1)
-    left = graph.add("Sub", [_number(graph, "share", two_parts.SHARE), squares], "levels.left")
+    left = graph.add(
+        "Sub", [_number(graph, "share", joint_embedding.SHARE), squares], "levels.left"
+    )
     rest = graph.add("Sqrt", [graph.add("Relu", [left], "levels.positive")], "rest")
-    factor = _number(graph, "features.share", math.sqrt(1.0 - two_parts.SHARE))
+    factor = _number(graph, "features.share", math.sqrt(1.0 - joint_embedding.SHARE))
     shared = graph.add("Mul", [hidden, factor], "hidden.shared")
     graph.add("Concat", [shared, levels, rest], "embeddings", axis=1)
     return graph.model(network.side, {"embeddings": ["N", head.dimension]}), graph
@@ -127,7 +129,7 @@ def _describe(graph: GraphWriter, network: Network) -> tuple[str, str]:
     parts.append(_mean(graph, _rows(graph, x, "last"), mask, "last"))
     whole = graph.add("GlobalAveragePool", [x], "whole")
     flat = graph.rounded(graph.add("Flatten", [whole], "flat"))
-    scores = graph.layer("Gemm", flat, "_fc", (imagenet.CLASSES, LAST), transB=1)
+    scores = graph.layer("Gemm", flat, "_fc", (joint_embedding.CLASSES, LAST), transB=1)
     return graph.add("Concat", parts, "features", axis=1), scores
 
 
@@ -240,23 +242,25 @@ def _unit(graph: GraphWriter, rows: str, name: str) -> str:
 
 
 def _levels(graph: GraphWriter, scores: str) -> str:
-    """Turn class scores into the levels of two_parts.join, (N, BELIEFS)."""
+    """Turn class scores into the levels of joint_embedding.join, (N, BELIEFS)."""
     shares = graph.add("Softmax", [scores], "classes", axis=1)
-    table = graph.folded("materials", imagenet.material_weights().astype(np.float16))
+    table = graph.folded("materials", joint_embedding.material_weights().astype(np.float16))
     known = graph.add("MatMul", [shares, table], "known")
     axes = graph.constant("row", np.array([1], np.int64))
     total = graph.add("ReduceSum", [known, axes], "known.total", keepdims=1)
     none = graph.add("Sub", [_number(graph, "one", 1.0), total], "unknown")
     beliefs = graph.add("Concat", [known, none], "beliefs", axis=1)
     least = _number(graph, "least", 0.0)
-    most = _number(graph, "belief.most", 1.0 - two_parts.FLOOR)
+    most = _number(graph, "belief.most", 1.0 - joint_embedding.FLOOR)
     clipped = graph.add("Clip", [beliefs, least, most], "beliefs.clipped")
-    raised = graph.add("Add", [clipped, _number(graph, "floor", two_parts.FLOOR)], "beliefs.raised")
+    raised = graph.add(
+        "Add", [clipped, _number(graph, "floor", joint_embedding.FLOOR)], "beliefs.raised"
+    )
     logs = graph.add("Log", [raised], "beliefs.logs")
     above = graph.add(
-        "Sub", [logs, _number(graph, "floor.log", math.log(two_parts.FLOOR))], "above"
+        "Sub", [logs, _number(graph, "floor.log", math.log(joint_embedding.FLOOR))], "above"
     )
-    return graph.add("Mul", [above, _number(graph, "level", two_parts.SCALE)], "levels")
+    return graph.add("Mul", [above, _number(graph, "level", joint_embedding.SCALE)], "levels")
 
 
 def _number(graph: GraphWriter, name: str, value: float) -> str:

@@ -21,8 +21,8 @@ from onnx import ModelProto
 from hapticvlm import materials
 from hapticvlm.vision.encoders import packaged_weights
 from hapticvlm.vision.encoders.encoder import CARD
+from hapticvlm.vision.encoders.joint_embedding import layer_of
 from hapticvlm.vision.encoders.onnx_encoder import GRAPH, open_session
-from hapticvlm.vision.encoders.two_parts import layer_of
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
 from hapticvlm.vision.galleries.network_gallery import EXPONENT
 from hapticvlm.vision.galleries.storage import FILE_NAME, save_gallery

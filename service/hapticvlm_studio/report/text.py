@@ -49,7 +49,7 @@ def _head(document: Document) -> str:
     )
     whole = document["recognition"]
     chance = document["chance"]
-    lines.append(f"Recognised: {_share(whole)}; chance {100 * chance:.1f} %.")
+    lines.append(f"RecogniserResult: {_share(whole)}; chance {100 * chance:.1f} %.")
     if whole["by_person"] is None:
         lines.append("The interval takes trials for independent, which one person's are not.")
     return "\n".join(lines)

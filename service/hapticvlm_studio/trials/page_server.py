@@ -26,10 +26,10 @@ from websockets.http11 import Request, Response
 
 from hapticvlm import documents
 from hapticvlm.client import Client, connect
-from hapticvlm.server.budgets import REFUSED, TokenBucket
-from hapticvlm.server.edge.front_door import FrontDoor
-from hapticvlm.server.edge.socket import EdgeSocket
-from hapticvlm.server.entrance import Entrance
+from hapticvlm.server.edge.limiter import SocketLimiter
+from hapticvlm.server.edge.limits import REFUSED, TokenBucket
+from hapticvlm.server.edge.listener import Listener
+from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.web import http
 from hapticvlm_studio.design import languages
 from hapticvlm_studio.design.design import Design
@@ -66,8 +66,8 @@ class StudyServer:
     def __init__(self, conductor: Conductor, greeting: dict[str, Any]) -> None:
         self._conductor = conductor
         self._greeting = json.dumps(greeting)
-        self._pages: set[EdgeSocket] = set()
-        self._experimenters: set[EdgeSocket] = set()
+        self._pages: set[ClientSocket] = set()
+        self._experimenters: set[ClientSocket] = set()
         self._turn = asyncio.Lock()
         conductor.notify = self._notify
 
@@ -89,13 +89,13 @@ class StudyServer:
         """Send the speaker's waveform to the participant's pages, which play it."""
         _send(self._pages, json.dumps({"waveform": waveform}))
 
-    async def serve_page(self, socket: EdgeSocket) -> None:
+    async def serve_page(self, socket: ClientSocket) -> None:
         """Serve one page until it leaves."""
         is_experimenter = socket.request is not None and socket.request.path == EXPERIMENTER_SOCKET
         pages = self._experimenters if is_experimenter else self._pages
         shown = self._conductor.overview() if is_experimenter else self._conductor.view()
         refusals = TokenBucket(REFUSED, time.monotonic())
-        socket.greeted()
+        socket.mark_admitted()
         socket.write(self._greeting)
         socket.write(json.dumps(shown))
         pages.add(socket)
@@ -108,7 +108,7 @@ class StudyServer:
         finally:
             pages.discard(socket)
 
-    async def _receive(self, socket: EdgeSocket, data: bytes | str) -> bool:
+    async def _receive(self, socket: ClientSocket, data: bytes | str) -> bool:
         """Do what a page asks, or refuse it; return whether it was done."""
         try:
             command = documents.parse_json(data)
@@ -122,7 +122,7 @@ class StudyServer:
         return True
 
 
-def _send(pages: Iterable[EdgeSocket], text: str) -> None:
+def _send(pages: Iterable[ClientSocket], text: str) -> None:
     """Send each page a text now."""
     for page in tuple(pages):
         if page.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
@@ -191,10 +191,10 @@ async def _cancel(task: asyncio.Task[Any]) -> None:
 async def _listening(server: StudyServer, port: int) -> AsyncIterator[int]:
     policy = http.AccessPolicy(HOST, frozenset(), pages=PAGES, is_open_to_own_pages_only=True)
 
-    async def answer(socket: EdgeSocket, request: Request) -> Response | None:
+    async def answer(socket: ClientSocket, request: Request) -> Response | None:
         asked = replace(request, path=PAGE) if request.path == "/" else request
         return http.answer(socket, asked, policy, dict)
 
-    door = FrontDoor(Entrance(Counter()), answer, server.serve_page, MAX_COMMAND_BYTES)
+    door = Listener(SocketLimiter(Counter()), answer, server.serve_page, MAX_COMMAND_BYTES)
     async with door.listen(HOST, port) as found:
         yield found

@@ -184,9 +184,9 @@ public static class Owners
     static bool Shows(HapticWindow window, string text)
     {
         if (EditorApplication.update != null) EditorApplication.update();
-        EditorGUILayout.Shown.Clear();
+        EditorGUILayout.SceneContext.Clear();
         Call(window, "OnGUI");
-        return EditorGUILayout.Shown.Exists(line => line.Contains(text));
+        return EditorGUILayout.SceneContext.Exists(line => line.Contains(text));
     }
 
     static void Call(object on, string method)

@@ -50,7 +50,7 @@ public static class Allocations
         {
             long id;
             Protocol.KindOf(next.Written, out id);
-            outbox.Requests.Answered(id, Clock.Now);
+            outbox.Requests.WorkerReply(id, Clock.Now);
         }
     }
 }

@@ -19,7 +19,7 @@ public static class Golden
             try
             {
                 byte[] data = FromHex(line);
-                Console.WriteLine(Copied(data) + "\t" + Typed(data) + "\t" + Shown(data));
+                Console.WriteLine(Copied(data) + "\t" + Typed(data) + "\t" + SceneContext(data));
             }
             catch (WireException error)
             {
@@ -133,7 +133,7 @@ public static class Golden
         }
     }
 
-    static string Shown(byte[] data)
+    static string SceneContext(byte[] data)
     {
         var r = new MsgPackReader(new ArraySegment<byte>(data));
         var text = new StringBuilder();

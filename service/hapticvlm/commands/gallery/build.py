@@ -16,6 +16,11 @@ from hapticvlm.materials import Material, MaterialError, derive
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries import calibration
+from hapticvlm.vision.galleries.calibration import (
+    LeaveOneOut,
+    find_confusable_pairs,
+    leave_one_out,
+)
 from hapticvlm.vision.galleries.enrol import (
     EnrolError,
     Enrolled,
@@ -24,11 +29,6 @@ from hapticvlm.vision.galleries.enrol import (
     list_pictures,
 )
 from hapticvlm.vision.galleries.gallery import Gallery
-from hapticvlm.vision.galleries.leave_one_out import (
-    LeaveOneOut,
-    find_confusable_pairs,
-    leave_one_out,
-)
 from hapticvlm.vision.galleries.storage import (
     FILE_NAME,
     SHIPPED,

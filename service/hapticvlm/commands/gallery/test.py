@@ -19,12 +19,12 @@ from hapticvlm.evidence import ladder
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.statistics import wilson
 from hapticvlm.vision import pictures
-from hapticvlm.vision.decoding import PictureError
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.enrol import EnrolError, Picture, find_pictures, read_frame
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.galleries.user_materials import read_folder, table_with
+from hapticvlm.vision.pictures import PictureError
 
 SAME = 0.9999  # similarity from which a picture is one of the references: rounding takes the rest
 

@@ -1,33 +1,117 @@
-"""The host's half of the conversation with a plate: bytes and `now` in, bytes and readings out.
+"""The host's half of the plate's protocol: bytes and `now` in, bytes and readings out. Sans-I/O.
 
-Sans-I/O: whoever owns the port calls `opened`, `receive` and `lost`, and writes what `outgoing`
-returns, many times a second. Nothing is driven before the board answered a HELLO of our major
-version; a setpoint is sent with what is left of its lease and never after; after a loss, a reset of
-the board or a fault nothing is driven until a fresh command (`plate_requests.py`). What does not
-fit is counted: no bytes whatever raise.
+The owner of the port calls `opened`, `receive` and `lost`, and writes what `outgoing` returns, many
+times a second. Nothing is driven before the board has answered a HELLO of our major version. A
+setpoint is sent with what is left of its lease and never after it. After a loss, a reset of the
+board or a fault nothing is driven until a fresh command arrives (`requests.py`). Bytes that do not
+fit the protocol are counted; no input raises an error.
+
+Two more things are watched here because the board cannot: whether its clock runs at the right rate
+(`BoardClock`), and the dose over resets of a board that forgets it (`Dose`).
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import dataclass
 
 from hapticvlm.devices import faults
 from hapticvlm.devices.plate import protocol as plate_protocol
-from hapticvlm.devices.plate.board_clock import BoardClock
-from hapticvlm.devices.plate.dose import Dose
 from hapticvlm.devices.plate.framing import Deframer, Frame
 from hapticvlm.devices.plate.protocol import Ack, Answer, HelloReply, Message, State, Telemetry
 from hapticvlm.devices.plate.requests import Drive, Orders
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.limits import PlateReading
 
+WINDOW_S = 10.0
+LARGEST_DRIFT = 0.05  # ceramic resonators are within 0.5 %; our choice
+WRONG_WINDOWS = 2
+_UPTIME_WRAPS_MS = 2**32
+REST_S = 900.0  # without heat until a new session's heat may begin: our choice, as long as one
 HELLO_S = 0.25  # between HELLOs; a boot loader eats the first ones
-SILENT_S = 0.5  # ten telemetries missed while listening
-DEAF_S = 2.0  # without listening: whoever reads the port is stuck
-FOLLOW_S = 0.8  # of setpoints that the board does not follow: a fault within a second
-GONE_S = 3.0  # longer than a boot loader: then the port is worth opening again
+RX_TIMEOUT_S = 0.5  # ten telemetries missed while listening
+POLL_TIMEOUT_S = 2.0  # without listening: whoever reads the port is stuck
+TRACKING_TIMEOUT_S = 0.8  # of setpoints that the board does not follow: a fault within a second
+REOPEN_AFTER_S = 3.0  # longer than a boot loader: then the port is worth opening again
 _UPTIME_WRAPS = 2**32
+
+
+@dataclass(slots=True)
+class BoardClock:
+    """What one board's uptime says, from a reset on."""
+
+    is_wrong: bool = False
+    _started: tuple[int, float] | None = None
+    _window_at: float = 0.0
+    _least_late_s: float = 0.0
+    _before: tuple[float, float] | None = None  # middle of the last window, its least delay
+    _wrong_windows: int = 0
+
+    def note(self, uptime_ms: int, now: float) -> None:
+        """Receive an uptime that arrived at `now`."""
+        if self._started is None:
+            self._started = (uptime_ms, now)
+            self._window_at = now
+            self._least_late_s = 0.0
+            return
+        first_ms, begun = self._started
+        late_s = (now - begun) - ((uptime_ms - first_ms) % _UPTIME_WRAPS_MS) / 1000.0
+        if now - self._window_at >= WINDOW_S:
+            self._judge(now)
+            self._window_at = now
+            self._least_late_s = late_s
+        self._least_late_s = min(self._least_late_s, late_s)
+
+    def _judge(self, now: float) -> None:
+        before = self._before
+        self._before = (now, self._least_late_s)
+        if before is None:
+            return
+        then, was_late_s = before
+        # Lateness is what the line, the operating system and this process add: it is never negative
+        # and changes from one telemetry to the next. The least of a window is nearly free of it. A
+        # clock that runs at the right rate keeps that least value, one that runs wrong moves it by
+        # the same share in every window.
+        drift = abs(self._least_late_s - was_late_s) / (now - then)
+        self._wrong_windows = self._wrong_windows + 1 if drift > LARGEST_DRIFT else 0
+        self.is_wrong = self._wrong_windows >= WRONG_WINDOWS
+
+
+@dataclass(slots=True)
+class Dose:
+    """Thermal dose in CEM43 minutes and heat in seconds, as the board reports them and before."""
+
+    _reported: tuple[float, float] = (0.0, 0.0)
+    _carried: tuple[float, float] = (0.0, 0.0)
+    _rested_since: float | None = None
+    _is_restarted: bool = False
+
+    @property
+    def total(self) -> tuple[float, float]:
+        """Dose and heat of the whole session."""
+        return self._reported[0] + self._carried[0], self._reported[1] + self._carried[1]
+
+    def update(self, dose_cem43: float, heated_s: float, now: float) -> None:
+        """Update from the board's report; the report of its earlier run is dropped after a rest."""
+        # A board that was reset by its watchdog keeps its dose in memory that survives, one that
+        # lost its supply counts from zero. Both report one number. So after a reset what was known
+        # before is added, unless the board's own count already contains it.
+        is_remembered = dose_cem43 >= self._carried[0] and heated_s >= self._carried[1]
+        if self._is_restarted and is_remembered:
+            self._carried = (0.0, 0.0)
+        self._is_restarted = False
+        if heated_s > self._reported[1] or self._rested_since is None:
+            self._rested_since = now
+        elif now - self._rested_since >= REST_S:
+            self._carried = (0.0, 0.0)
+        self._reported = dose_cem43, heated_s
+
+    def restart(self) -> None:
+        """Keep what was reported so far: the board was reset and may count from zero."""
+        self._carried = self.total
+        self._reported = (0.0, 0.0)
+        self._is_restarted = True
 
 
 class PlateSession:
@@ -111,7 +195,7 @@ class PlateSession:
 
     def is_gone(self, now: float) -> bool:
         """Return whether an open port has been useless for so long that it is worth closing."""
-        return self._is_open and now - self._received_at > GONE_S
+        return self._is_open and now - self._received_at > REOPEN_AFTER_S
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> bool:
         """Hold `setpoint_c`, limited to the band, for `ttl_s`, if this is a fresh command.
@@ -176,8 +260,8 @@ class PlateSession:
 
     def _is_fresh(self, now: float) -> bool:
         """Return whether telemetry is recent, counted only while the port was read."""
-        is_recent = self._listened_at - self._received_at <= SILENT_S
-        return self._is_open and is_recent and now - self._listened_at <= DEAF_S
+        is_recent = self._listened_at - self._received_at <= RX_TIMEOUT_S
+        return self._is_open and is_recent and now - self._listened_at <= POLL_TIMEOUT_S
 
     def _faults(self, now: float) -> tuple[str, ...]:
         found = () if self.telemetry is None else faults.names(self.telemetry.faults)
@@ -262,7 +346,7 @@ class PlateSession:
             self._unfollowed_since = None
         elif self._unfollowed_since is None:
             self._unfollowed_since = now
-        elif now - self._unfollowed_since > FOLLOW_S:
+        elif now - self._unfollowed_since > TRACKING_TIMEOUT_S:
             # The board acknowledged nothing wrong, and yet does not drive: its supply is off, its
             # cut-out open, or the module came loose. It cannot know, the host can: setpoints went
             # out for longer than the slowest board takes to hold one.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from hapticvlm.devices.plate.dose import REST_S
 from hapticvlm.devices.plate.protocol import State
+from hapticvlm.devices.plate.session import REST_S
 from hapticvlm.devices.simulated.plant import AMBIENT_C, SINK_K_PER_W, Plant
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering.heat import limits as plate_limits

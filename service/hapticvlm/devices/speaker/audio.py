@@ -26,14 +26,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.speaker import kept_tables
+from hapticvlm.devices.speaker import table_cache
 from hapticvlm.devices.speaker.engine import FADE_S, AudioSettings, Engine
 from hapticvlm.devices.speaker.output import lock_memory
 from hapticvlm.devices.speaker.output_loop import Player, VirtualClock
 from hapticvlm.devices.speaker.ring import Ring
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.processes.supervised import Started
-from hapticvlm.rendering.vibration.memo import MEMO
+from hapticvlm.rendering.vibration.cache import CACHE
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 if TYPE_CHECKING:
@@ -51,9 +51,9 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
     ring = Ring(shared, tuple(material.name for material in settings.materials))
-    kept_tables.load(MEMO)
+    table_cache.load(CACHE)
     engine = Engine(ring, settings)
-    kept_tables.save(MEMO)
+    table_cache.save(CACHE)
     try:
         wav = WavFile(settings.wav, settings.columns) if settings.wav else None
     except (OSError, RuntimeError) as error:  # soundfile's own error is a RuntimeError

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.devices.speaker.channels import Channels
-from hapticvlm.devices.speaker.engine_orders import EngineStatus, Order, Release, RestAll
-from hapticvlm.devices.speaker.ring import Ring
+from hapticvlm.devices.speaker.ring import EngineStatus, Order, Release, RestAll, Ring
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Correction, Playback
 from hapticvlm.rendering.vibration.patterns import Pattern

@@ -1,11 +1,11 @@
-"""The shared memory between gateway and audio engine: a command ring in, its status out.
+"""The shared memory between gateway and audio engine: orders in, a status out.
 
-One writer and one reader on each side, no lock. Records and statuses are numbered and end in a
-checksum, and the number of the newest is stored after it, so the reader never acts on a
-half-written one, also where a processor reorders writes: a record that is not whole yet is left for
-the next block. Statuses alternate between two slots, since `pack_into` clears its target first: a
-writer that is put aside in the middle leaves the one before in place. A reader that falls a whole
-ring behind counts what it lost.
+Orders go through a ring. One writer and one reader stand on each side, and no lock. Records and
+statuses are numbered and end in a checksum, and the number of the newest is stored after it, so the
+reader never acts on a half-written one, also where a processor reorders writes: a record that is
+not complete yet is left for the next block. Statuses alternate between two slots, since `pack_into`
+clears its target first: a writer that is suspended in the middle leaves the status before it
+intact. A reader that falls a whole ring behind counts what it lost.
 """
 
 from __future__ import annotations
@@ -15,18 +15,12 @@ import multiprocessing
 import struct
 import zlib
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.devices.speaker.engine_orders import (
-    EngineStatus,
-    Order,
-    PersistentState,
-    Release,
-    RestAll,
-)
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.hum import Hum
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS, Motion
@@ -38,9 +32,7 @@ if TYPE_CHECKING:
 SLOTS = 256
 DELAYS = 1024
 SAMPLES = 48_000  # the newest second
-
 TRIES = 100
-
 # The block of memory, from its start:
 #   three numbers of 8 bytes: the newest command, the newest status, the newest persistent state
 #   two slots for a status, a second of delays, a second of samples
@@ -66,10 +58,54 @@ _RING_AT = _SAMPLES_AT + 4 * SAMPLES
 _PERSISTENT_AT = _RING_AT + SLOTS * _RECORD_SIZE
 _PERSISTENT_SIZE = 64
 _SIZE = _PERSISTENT_AT + 2 * _PERSISTENT_SIZE
-
 _COMMAND = 1
 _RELEASE = 2
 _REST = 3
+_NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """Fade one hand."""
+
+    hand: int
+
+
+@dataclass(frozen=True, slots=True)
+class RestAll:
+    """Fade everything."""
+
+
+@dataclass(frozen=True, slots=True)
+class PersistentState:
+    """What holds until it is changed, however many orders were lost; newest value only.
+
+    `gain` is 0..1; `rested` numbers the newest order to rest everything, 0 = none.
+    """
+
+    # Orders may be lost: a gateway that outruns a stopped engine writes over the oldest. For a blow
+    # that is right, a late one is worse than none. A gain or a stop must not be lost, so both stand
+    # beside the ring as a state, which the engine compares with what it has done.
+    gain: float
+    rested: int
+
+
+Order = Command | Release | RestAll
+
+
+@dataclass(frozen=True, slots=True)
+class EngineStatus:
+    """What the engine reports each block; times are seconds on the monotonic clock."""
+
+    beat_at: float
+    level: float
+    underruns: int
+    lost: int
+    scrubbed: int
+    samples: int
+    newest: int
+    realtime: bool
+    has_output: bool = True
 
 
 _UNREPORTED = EngineStatus(0.0, 0.0, 0, 0, 0, 0, 0, realtime=False)
@@ -227,9 +263,6 @@ class Ring:
         data = bytes(self._view[at:end])
         is_whole = zlib.crc32(data) == _SUM.unpack_from(self._view, end)[0]
         return form.unpack(data) if is_whole else None
-
-
-_NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
 
 
 def _record_at(number: int) -> int:

@@ -21,8 +21,14 @@ from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.speaker.audio import run_engine
 from hapticvlm.devices.speaker.engine import AudioSettings
-from hapticvlm.devices.speaker.engine_orders import EngineStatus, PersistentState, Release, RestAll
-from hapticvlm.devices.speaker.ring import SAMPLES, Ring
+from hapticvlm.devices.speaker.ring import (
+    SAMPLES,
+    EngineStatus,
+    PersistentState,
+    Release,
+    RestAll,
+    Ring,
+)
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.vibration.voices import Command
 

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import Mode, Vibration
+from hapticvlm.rendering.vibration.cache import CACHE
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
-from hapticvlm.rendering.vibration.memo import MEMO
 from hapticvlm.rendering.vibration.perceived_level import perceived_amplitude
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
@@ -141,7 +141,7 @@ def leaves_band(vibration: Vibration, damping: float) -> bool:
         waves = _struck_at_each_length(vibration, damping)
         return np.array([max(above_band_db(wave, RATE_HZ) for wave in waves)])
 
-    return bool(MEMO.get(f"above band {damping!r} {vibration!r}", highest_db)[0] > BAND_DB)
+    return bool(CACHE.get(f"above band {damping!r} {vibration!r}", highest_db)[0] > BAND_DB)
 
 
 @lru_cache(maxsize=1)  # asked for twice in a row: does it leave the band, and how loud is it
@@ -202,7 +202,7 @@ def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
 
 @lru_cache(maxsize=256)
 def _log_gains(vibration: Vibration, damping: float) -> _Floats:
-    return MEMO.get(
+    return CACHE.get(
         f"gains {damping!r} {vibration!r}", lambda: _computed_log_gains(vibration, damping)
     )
 

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.rendering.vibration.memo import MEMO
+from hapticvlm.rendering.vibration.cache import CACHE
 from hapticvlm.rendering.vibration.perceived_level import GRID_HZ, drive_needed
 
 _Floats = NDArray[np.float64]
@@ -62,7 +62,7 @@ def noise(bandwidth: float, roughness: float) -> Loop:
 
     Peaks are kept near 3 times the rms, so that a texture uses the range it has.
     """
-    packed = MEMO.get(
+    packed = CACHE.get(
         f"noise {bandwidth!r} {roughness!r}", lambda: _packed(_noise(bandwidth, roughness))
     )
     drive, wave = packed[: GRID_HZ.size], packed[GRID_HZ.size :]

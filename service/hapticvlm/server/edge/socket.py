@@ -1,65 +1,109 @@
-"""One WebSocket of a client: how it begins, what a server does with it, how it ends.
+"""One WebSocket of a client: bytes in, whole messages out, one at a time and in their order.
+
+RFC 6455 is implemented by websockets' Sans-I/O protocol; `ClientSocket` is its shell over an
+asyncio transport, encrypted or not. A touch takes this way: a short message that finds no other
+before it is carried out inside the read that brought it. Every other message waits for a turn of
+the event loop of its own, so that no client gets two turns while another has none.
 
 A socket that sends more than its budget is closed with 1008 before its excess costs the others a
-turn. Any that is being closed is cut off soon, so that no client is waited for.
+turn. A socket that is being closed is cut off after CLOSE_S, so no client is waited for.
 """
 
 from __future__ import annotations
 
 import asyncio
+import codecs
 import logging
-from collections.abc import Callable
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from http import HTTPStatus
 from typing import Protocol, cast
 
 from websockets.exceptions import ConnectionClosedError
-from websockets.frames import CloseCode
+from websockets.frames import CloseCode, Frame, Opcode
 from websockets.http11 import Request, Response
 from websockets.protocol import State
+from websockets.server import ServerProtocol
 
-from hapticvlm.server.edge.stream import Stream
-from hapticvlm.server.entrance import Entrance
+from hapticvlm.server.edge.limiter import SocketLimiter
+from hapticvlm.server.edge.limits import READ_BYTES, TURN_BYTES, PeerBudget
+from hapticvlm.server.edge.scheduling import call_after_io
 
 OPEN_S = 5.0  # for the request and its answer
 CLOSE_S = 1.0
 WRITE_BYTES = 32_768  # that wait to be sent before the client counts as a slow reader
 PIECE = 64 * 1024  # of a long page
+MAX_QUEUED = 4  # messages; then nothing more is read
+CONTROL = (Opcode.PING, Opcode.PONG)
+
+_MASK_BYTES = 4
+# The first length byte of a frame is its length, up to 125; 126 and 127 announce a longer field.
+_TWO_BYTES = 126
+_EIGHT_BYTES = 127
 
 logger = logging.getLogger(__name__)
 
 
-class Door(Protocol):
-    """What a socket came in by."""
+class ListenerHooks(Protocol):
+    """The parts of a listener that its sockets use."""
 
-    entrance: Entrance[EdgeSocket]
-    most_bytes: int
+    limiter: SocketLimiter[ClientSocket]
+    max_bytes: int
 
-    def requested(self, socket: EdgeSocket, request: Request) -> None:
+    def on_request(self, socket: ClientSocket, request: Request) -> None:
         """Answer the request that begins a connection."""
 
 
-class EdgeSocket(Stream):
-    """Our end of one connection."""
+class ClientSocket(asyncio.BufferedProtocol):
+    """The service's end of one connection.
 
-    def __init__(self, door: Door) -> None:
-        super().__init__(door.most_bytes)
+    asyncio calls `get_buffer`, `buffer_updated`, `eof_received`, `connection_made`,
+    `connection_lost`, `pause_writing` and `resume_writing`. The listener answers the request with
+    `respond`. A server then takes messages one by one with `recv`, or all of them with `run`.
+    """
+
+    transport: asyncio.Transport
+
+    def __init__(self, listener: ListenerHooks) -> None:
+        self.protocol = ServerProtocol(max_size=listener.max_bytes)
+        self.budget = PeerBudget(time.monotonic())
         self.request: Request | None = None
-        self._door = door
+        self.is_writable = True  # the client reads what it is sent
+        self._listener = listener
+        self._loop = asyncio.get_running_loop()
+        # Input: bytes are read into a buffer, parsed into frames, and joined to messages.
+        self._boundaries = FrameBoundaries()
+        self._assembler = FragmentAssembler()
+        self._short = bytearray(READ_BYTES)
+        self._buffer = self._short
+        self._inbox: deque[bytes | str] = deque()
+        self._is_full = False  # the inbox, so reading is paused
+        self._has_ended = False  # no message will come any more
+        # Messages are handed over in turns of the event loop.
+        self._on_message: Callable[[bytes | str], None] | None = None
+        self._on_closed: Callable[[], None] | None = None
+        self._error: Exception | None = None  # of `_on_message`
+        self._is_turn_due = False
+        self._is_deferred = False  # the turn that is due lets readable sockets go first
+        # Output, and the end of the connection.
         self._next_posted: Callable[[], bytes | str | None] = _nothing
-        self._is_post_due = self._is_ending = False
-        self._news = asyncio.Event()
+        self._is_post_due = False
+        self._is_ending = False
         self._deadline: asyncio.TimerHandle | None = None
+        self._wakeup = asyncio.Event()
 
     @property
     def state(self) -> State:
-        """Whether it is being opened, is open, is being closed or is closed."""
+        """Whether the socket is being opened, is open, is being closed or is closed."""
         return self.protocol.state
 
     @property
     def close_code(self) -> int:
-        """Why it is being closed: what the client said, else what we did."""
-        said = self.protocol.close_rcvd or self.protocol.close_sent
-        return CloseCode.ABNORMAL_CLOSURE if said is None else said.code
+        """The code of the client's close frame, else of ours, else 1006."""
+        close = self.protocol.close_rcvd or self.protocol.close_sent
+        return CloseCode.ABNORMAL_CLOSURE if close is None else close.code
 
     @property
     def remote_address(self) -> tuple[str, int]:
@@ -68,13 +112,15 @@ class EdgeSocket(Stream):
 
     @property
     def local_address(self) -> tuple[str, int]:
-        """Address and port it was reached at."""
+        """Address and port at which the client reached this machine."""
         return cast("tuple[str, int]", self.transport.get_extra_info("sockname") or ("", 0))
 
-    def greeted(self) -> None:
-        """Set the budgets of an admitted client."""
-        self.budget.greeted()
-        self._door.entrance.greeted(self)
+    def mark_admitted(self) -> None:
+        """Give the socket the budgets of an admitted client."""
+        self.budget.mark_admitted()
+        self._listener.limiter.mark_admitted(self)
+
+    # A server takes messages, and sends.
 
     async def recv(self) -> bytes | str:
         """Return the next message. Raises ConnectionClosed."""
@@ -84,20 +130,20 @@ class EdgeSocket(Stream):
             await self._wait()
         return self._next()
 
-    async def converse(
-        self, receive: Callable[[bytes | str], None], left: Callable[[], None]
+    async def run(
+        self, on_message: Callable[[bytes | str], None], on_closed: Callable[[], None]
     ) -> None:
-        """Hand over each message from now on, until the client has left; then call `left`, once.
+        """Hand each message to `on_message`; when the client has left, call `on_closed`, once.
 
-        Neither may take long. An error of `receive` closes the socket and is raised here.
+        Neither may take long. An error of `on_message` closes the socket and is raised here.
         """
-        self._receive = receive
-        self._left = left
+        self._on_message = on_message
+        self._on_closed = on_closed
         self._schedule()
-        while self._left is not None:
+        while self._on_closed is not None:
             await self._wait()
-        if self._bug is not None:
-            raise self._bug
+        if self._error is not None:
+            raise self._error
 
     async def send(self, data: bytes | str) -> None:
         """Send a message, waiting if the client reads slowly. Raises ConnectionClosed."""
@@ -111,12 +157,39 @@ class EdgeSocket(Stream):
         while not (self.is_writable or self.protocol.state is State.CLOSED):
             await self._wait()
 
+    def write(self, data: bytes | str) -> None:
+        """Send a message now, also to a slow reader; send nothing if the socket is closing."""
+        if self.protocol.state is not State.OPEN:
+            return
+        if isinstance(data, str):
+            self.protocol.send_text(data.encode())
+        else:
+            self.protocol.send_binary(data)
+        self.flush()
+
+    def flush(self) -> None:
+        """Send the bytes that the protocol has ready."""
+        self.emit(self.protocol.data_to_send())
+
+    def emit(self, pieces: Iterable[bytes]) -> None:
+        """Send these bytes; an empty piece ends the stream."""
+        for data in pieces:
+            if self.transport.is_closing():
+                return
+            if data:
+                self.transport.write(data)
+            elif self.transport.can_write_eof():
+                with suppress(OSError):
+                    self.transport.write_eof()
+            else:
+                self.transport.close()
+
     def post_from(self, next_posted: Callable[[], bytes | str | None]) -> None:
-        """Set where messages come from that wait for a slow reader; None: there is no more."""
+        """Set the source of messages that wait for a slow reader; it gives None at its end."""
         self._next_posted = next_posted
 
     def posted(self) -> None:
-        """Note that there is one: it leaves after what is being answered just now."""
+        """Note that a message was posted: it leaves after the answer that is under way."""
         if self.is_writable and not self._is_post_due:
             self._is_post_due = True
             self._loop.call_soon(self._write_posted)
@@ -124,13 +197,13 @@ class EdgeSocket(Stream):
     async def respond(self, response: Response) -> None:
         """Answer the request; a long page goes in pieces, each when the one before has left."""
         if self.protocol.state is not State.CONNECTING or self.protocol.close_expected():
-            return  # it has gone, or what it sent is no request
+            return  # the client has gone, or sent something that is not a request
         body = memoryview(response.body)
-        whole = response
+        first = response
         if len(body) > PIECE:
-            whole = Response(response.status_code, response.reason_phrase, response.headers)
-        self.protocol.send_response(whole)
-        if whole is not response:
+            first = Response(response.status_code, response.reason_phrase, response.headers)
+        self.protocol.send_response(first)
+        if first is not response:
             *head, end = self.protocol.data_to_send()
             self.emit(head)
             for start in range(0, len(body), PIECE):
@@ -143,41 +216,64 @@ class EdgeSocket(Stream):
         self.flush()
         if response.status_code == HTTPStatus.SWITCHING_PROTOCOLS:
             self._expire(None)
-        self.expect_end()
+        self._expect_end()
 
     def close(self, code: int = CloseCode.NORMAL_CLOSURE, reason: str = "") -> None:
         """Begin to close; a client that does not answer is cut off."""
         if self.protocol.state is State.OPEN:
             self.protocol.send_close(code, reason)
-            self.give_up()
+            self._discard_input()
 
-    def refuse(self, what: str) -> None:
-        """Close with 1008, naming what was too much; counted, and logged once a connection."""
+    def refuse(self, excess: str) -> None:
+        """Close with 1008, naming the budget exceeded; counted, and logged once a connection."""
         if self.protocol.state is State.OPEN:
-            self._door.entrance.counts[f"closed: {what}"] += 1
-            logger.warning("%s closed: %s", self.remote_address[0] or "a client", what)
-            self.protocol.fail(CloseCode.POLICY_VIOLATION, what)
-            self.give_up()
+            self._listener.limiter.counts[f"closed: {excess}"] += 1
+            logger.warning("%s closed: %s", self.remote_address[0] or "a client", excess)
+            self.protocol.fail(CloseCode.POLICY_VIOLATION, excess)
+            self._discard_input()
 
-    def give_up(self) -> None:
-        """Throw away what still comes: we have begun to close. Its server is told in a while."""
-        self._has_ended = True
-        self._inbox.clear()
-        self.flush()
-        self.expect_end()
-        self._schedule()
+    # asyncio brings the transport, bytes and the end.
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Take the transport."""
         self.transport = cast("asyncio.Transport", transport)
         self.transport.set_write_buffer_limits(WRITE_BYTES)
         self._expire(OPEN_S)
-        self._door.entrance.opened(self, self._loop.time())
+        self._listener.limiter.add(self, self._loop.time())
 
-    def requested(self, request: Request) -> None:
-        """Hand the request to the door."""
-        self.request = request
-        self._door.requested(self, request)
+    def get_buffer(self, _: int) -> bytearray:
+        """Return the buffer to read into: a short one, or one for the rest of a long frame."""
+        # All frames of one read are parsed before any other socket has a turn, so a read is short.
+        # A read that completes a frame brings one frame, however long it is.
+        missing = self._boundaries.missing
+        self._buffer = self._short if missing <= READ_BYTES else bytearray(min(missing, TURN_BYTES))
+        return self._buffer
+
+    def buffer_updated(self, count: int) -> None:
+        """Take the bytes that were read: count them, parse them, carry out at most one message."""
+        # Bytes are counted before they are looked at: a frame that is never completed, or is
+        # compressed, or is not a frame at all costs its sender just the same.
+        now = time.monotonic()
+        data = bytes(memoryview(self._buffer)[:count])
+        if not self.budget.spend_bytes(count, now):
+            self.refuse("too many bytes")
+        self._parse(data, now)
+        # Parsing a picture's message and carrying it out are a turn each: a touch that has come
+        # meanwhile to another socket goes between. A touch of this socket queues behind the
+        # picture, and then there is nothing to wait for.
+        if self._is_deferred and len(self._inbox) > 1:
+            self._take_turn()
+        elif self._inbox and len(self._inbox[0]) > READ_BYTES and not self._is_turn_due:
+            self._is_turn_due = True
+            self._is_deferred = True
+            call_after_io(self._take_deferred_turn)
+        elif not self._is_turn_due:
+            self._take_turn()
+        # Answers to control frames leave last. When the client closes, its outputs rest before it
+        # is told that the connection is closed.
+        self.flush()
+        if self.protocol.state is not State.OPEN:
+            self._expect_end()
 
     def pause_writing(self) -> None:
         """Note that the client reads slowly."""
@@ -188,35 +284,145 @@ class EdgeSocket(Stream):
         self.is_writable = True
         self.posted()
         self._schedule()
-        self.tell()
+        self._wake()
 
     def eof_received(self) -> None:
-        """Take the end of what the client sends; asyncio closes the transport then."""
+        """Take the end of the client's bytes; asyncio closes the transport then."""
         self.protocol.receive_eof()
         self.flush()
 
     def connection_lost(self, _: Exception | None) -> None:
-        """Forget the connection, once what it had sent is carried out."""
+        """Forget the connection, once the messages it had sent are carried out."""
         self._expire(None)
-        self._door.entrance.closed(self)
+        self._listener.limiter.remove(self)
         self.protocol.receive_eof()
         self._has_ended = True
-        self._let_go()
+        self._break_cycles()
         self._schedule()
-        self.tell()
+        self._wake()
 
-    def expect_end(self) -> None:
-        """Cut the connection off soon if it is being closed."""
+    # From bytes to messages.
+
+    def _parse(self, data: bytes, now: float) -> None:
+        was_open = self.protocol.state is State.OPEN
+        self.protocol.receive_data(data)
+        for event in self.protocol.events_received():
+            if isinstance(event, Frame):
+                self._take(event, now)
+            elif isinstance(event, Request):
+                self.request = event
+                self._listener.on_request(self, event)
+        if self.protocol.state is State.OPEN:
+            self._boundaries.follow(data)
+        elif was_open:
+            self._has_ended = True
+
+    def _take(self, frame: Frame, now: float) -> None:
+        """Spend the budget of a frame and keep the message that it completes."""
+        if self._has_ended:
+            return
+        if frame.opcode is Opcode.CLOSE:
+            self._has_ended = True
+            return
+        excess = self.budget.excess(now, is_control=frame.opcode in CONTROL)
+        if excess is not None:
+            self.refuse(excess)
+        elif frame.opcode not in CONTROL:
+            self._join(frame)
+
+    def _join(self, frame: Frame) -> None:
+        try:
+            if frame.opcode is Opcode.CONT or not frame.fin:
+                message = self._assembler.add(frame)
+            else:
+                payload = bytes(frame.data)
+                message = payload.decode() if frame.opcode is Opcode.TEXT else payload
+        except UnicodeDecodeError as error:
+            self.protocol.fail(CloseCode.INVALID_DATA, f"{error.reason} at {error.start}")
+            self._discard_input()
+        else:
+            if message is not None:
+                self._put(message)
+
+    def _put(self, message: bytes | str) -> None:
+        self._inbox.append(message)
+        if len(self._inbox) > MAX_QUEUED and not self._is_full:
+            self._is_full = True
+            self.transport.pause_reading()
+
+    def _next(self) -> bytes | str:
+        message = self._inbox.popleft()
+        if self._is_full and len(self._inbox) <= 1:
+            self._is_full = False
+            self.transport.resume_reading()
+        return message
+
+    # One message a turn.
+
+    def _schedule(self) -> None:
+        """Schedule `_take_turn` on the event loop."""
+        if not self._is_turn_due:
+            self._is_turn_due = True
+            self._loop.call_soon(self._take_turn)
+
+    def _take_deferred_turn(self) -> None:
+        if self._is_deferred:
+            self._take_turn()
+
+    def _take_turn(self) -> None:
+        """Carry out the next message, unless its client does not read its answers."""
+        self._is_turn_due = False
+        self._is_deferred = False
+        if self._on_message is None:
+            self._wake()
+            return
+        may_process = self.is_writable or self._has_ended
+        if self._inbox and may_process:
+            try:
+                self._on_message(self._next())
+            except Exception as error:  # noqa: BLE001 - raised by `run`, to the server
+                self._error = error
+                self.close(CloseCode.INTERNAL_ERROR)
+        if self._inbox and may_process:
+            self._schedule()
+        elif not self._inbox and self._has_ended and self._on_closed is not None:
+            on_closed = self._on_closed
+            self._on_closed = None  # both hold this socket
+            self._on_message = None
+            on_closed()
+            self._wake()
+
+    def _write_posted(self) -> None:
+        self._is_post_due = False
+        while self.is_writable and (data := self._next_posted()) is not None:
+            self.write(data)
+
+    # The end.
+
+    def _discard_input(self) -> None:
+        """Discard further input, since closing has begun; `run` is notified in the next turn."""
+        self._has_ended = True
+        self._inbox.clear()
+        self.flush()
+        self._expect_end()
+        self._schedule()
+
+    def _expect_end(self) -> None:
+        """Cut the connection off after CLOSE_S if it is being closed."""
         is_open = self.protocol.state is State.OPEN
         if not (is_open or self._is_ending) and self.protocol.close_expected():
             self._is_ending = True
             self._expire(CLOSE_S)
 
-    def tell(self) -> None:
-        """Wake those who wait for a message, for room to write, or for the end."""
-        self._news.set()
+    def _expire(self, seconds: float | None) -> None:
+        """Cut the connection off after so many seconds; None: never."""
+        if self._deadline is not None:
+            self._deadline.cancel()
+        self._deadline = None
+        if seconds is not None:
+            self._deadline = self._loop.call_later(seconds, self.transport.abort)
 
-    def _let_go(self) -> None:
+    def _break_cycles(self) -> None:
         """Break the reference cycles through this socket, so that it is freed at once.
 
         Python collects cycles seldom here (`commands/run_service.py`), and a socket that was cut
@@ -225,26 +431,92 @@ class EdgeSocket(Stream):
         self._next_posted = _nothing
         protocol = self.protocol
         protocol.parser.close()  # a generator of the protocol, which holds it
-        # An error holds the frames it came through, and these the protocol.
-        protocol.parser_exc = protocol.handshake_exc = None
+        # An exception holds the stack frames it came through, and these hold the protocol.
+        protocol.parser_exc = None
+        protocol.handshake_exc = None
+
+    def _wake(self) -> None:
+        """Wake those who wait for a message, for room to write, or for the end."""
+        self._wakeup.set()
 
     async def _wait(self) -> None:
-        self._news.clear()
-        await self._news.wait()
+        self._wakeup.clear()
+        await self._wakeup.wait()
 
-    def _expire(self, seconds: float | None) -> None:
-        """Cut the connection off in so many seconds, or not."""
-        if self._deadline is not None:
-            self._deadline.cancel()
-        self._deadline = None
-        if seconds is not None:
-            self._deadline = self._loop.call_later(seconds, self.transport.abort)
 
-    def _write_posted(self) -> None:
-        self._is_post_due = False
-        while self.is_writable and (data := self._next_posted()) is not None:
-            self.write(data)
+class FragmentAssembler:
+    """Joins the frames of a message that came in several, and reads text as it comes.
+
+    The order of frames and the size of messages were checked before, by websockets' protocol. Text
+    that is not UTF-8 is refused with the frame that shows it, not only at the message's end.
+    """
+
+    def __init__(self) -> None:
+        self._parts = bytearray()
+        self._decoder: codecs.IncrementalDecoder | None = None
+        self._text: list[str] = []
+
+    def add(self, frame: Frame) -> bytes | str | None:
+        """Return the message that this frame completes, or None. Raises UnicodeDecodeError."""
+        if frame.opcode is Opcode.TEXT:
+            self._decoder = codecs.getincrementaldecoder("utf-8")()
+        if self._decoder is None:
+            self._parts += frame.data
+        else:
+            self._text.append(self._decoder.decode(bytes(frame.data), frame.fin))
+        return self._completed() if frame.fin else None
+
+    def _completed(self) -> bytes | str:
+        message: bytes | str = bytes(self._parts)
+        if self._decoder is not None:
+            message = "".join(self._text)
+        self._parts = bytearray()
+        self._decoder = None
+        self._text = []
+        return message
+
+
+class FrameBoundaries:
+    """Follows the frames of one stream by their headers (RFC 6455, section 5.2).
+
+    A picture of 40 KB arrives in many pieces. With the length of its frame known, its rest can be
+    read at once, while a flood of short frames is still read in small pieces.
+    """
+
+    def __init__(self) -> None:
+        self.missing = 0  # bytes of the frame under way, once its header is complete
+        self._header = b""  # a header that was cut off
+
+    def follow(self, data: bytes) -> None:
+        """Take the next bytes of the stream."""
+        if self._header:
+            data = self._header + data
+            self._header = b""
+        size = len(data)
+        at = self.missing
+        while at < size:
+            length = _frame_bytes(data, at)
+            if length is None:
+                self._header = data[at:]
+                at = size
+                break
+            at += length
+        self.missing = at - size
+
+
+def _frame_bytes(data: bytes, at: int) -> int | None:
+    """Return the length of the frame that begins there, header included; None: header cut off."""
+    if len(data) < at + 2:
+        return None
+    masks = _MASK_BYTES if data[at + 1] & 0x80 else 0
+    short = data[at + 1] & 0x7F
+    if short < _TWO_BYTES:
+        return 2 + masks + short
+    width = 2 if short == _TWO_BYTES else 8
+    if len(data) < at + 2 + width:
+        return None
+    return 2 + width + masks + int.from_bytes(data[at + 2 : at + 2 + width], "big")
 
 
 def _nothing() -> None:
-    """Return nothing to send: where nobody posts."""
+    """Return no message, where there is no source of posted ones."""

@@ -19,6 +19,7 @@ from urllib.parse import urlsplit
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
+from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.web import metrics
 from hapticvlm.server.web.lan_pages import CHALLENGE, HERE_ONLY, LanPages, is_token, qr_code, reach
 from hapticvlm.server.web.scene_files import TYPES
@@ -99,18 +100,6 @@ def is_address(host: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def is_loopback(host: str | None) -> bool:
-    """Return whether a host name or address means this machine."""
-    if host is None:
-        return False
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def answer(

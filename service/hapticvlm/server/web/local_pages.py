@@ -11,6 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 from websockets.http11 import Request, Response
 
+from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.web import http, stated_materials
 from hapticvlm.server.web.recorded_sessions import RecordedSessions
 
@@ -50,7 +51,7 @@ class LoopbackPages:
         return await self._sessions.answer(name)
 
     def _refuse(self, connection: http.Ends, request: Request) -> Response | None:
-        if not http.is_loopback(connection.remote_address[0]):
+        if not is_loopback(connection.remote_address[0]):
             return http.response(403, "this is shown on the service's own machine only\n")
         token = self._policy.token
         return None if token is None else http.ask_for(token, request.headers)

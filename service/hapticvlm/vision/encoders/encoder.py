@@ -62,7 +62,7 @@ class NetworkEncoder(Encoder, Protocol):
 
     @property
     def beliefs(self) -> bool:
-        """Whether its embeddings hold beliefs in the materials (two_parts)."""
+        """Whether its embeddings hold beliefs in the materials (joint_embedding)."""
 
 
 def embed_all(

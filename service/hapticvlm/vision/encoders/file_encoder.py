@@ -22,10 +22,16 @@ from numpy.typing import NDArray
 
 from hapticvlm import documents
 from hapticvlm.errors import installing
-from hapticvlm.vision.encoders import imagenet, two_parts
+from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
-from hapticvlm.vision.encoders.networks import FINGERPRINT, PREPROCESSING, short_line
-from hapticvlm.vision.encoders.preprocessing import Colour, Preprocessing, read_preprocessing
+from hapticvlm.vision.encoders.networks import (
+    FINGERPRINT,
+    PREPROCESSING,
+    Colour,
+    Preprocessing,
+    read_preprocessing,
+    short_line,
+)
 from hapticvlm.vision.pictures import Crop
 
 IMAGENET_MEAN = (0.485, 0.456, 0.406)
@@ -84,9 +90,9 @@ class FileEncoder:
         found = self.network(images)
         features = _pool(np.asarray(found[0], np.float32), masks)
         if not self.beliefs:
-            return two_parts.join(features, None)
+            return joint_embedding.join(features, None)
         scores = np.asarray(found[1], np.float32).reshape(len(features), -1)
-        return two_parts.join(features, imagenet.material_beliefs(scores))
+        return joint_embedding.join(features, joint_embedding.material_beliefs(scores))
 
 
 def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
@@ -117,7 +123,7 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
     preprocessing = _read_preprocessing(path, layout)
     width = _width(features.get_partial_shape())
     name = f"{path.stem}-{digest} ({'classes' if beliefs else 'features'})"
-    dimension = width + two_parts.ADDED * beliefs
+    dimension = width + joint_embedding.ADDED * beliefs
     revision = f"{digest} {preprocessing}"  # prepared otherwise, it is another network
     return FileEncoder(name, revision, dimension, beliefs, layout, preprocessing, network)
 
@@ -200,7 +206,7 @@ def _find_scores(network: Any) -> Any:  # noqa: ANN401
     if softmax and softmax[-1].output(0).get_partial_shape() == result.get_partial_shape():
         result = softmax[-1].input_value(0)
     shape = result.get_partial_shape()
-    if shape.is_dynamic or not imagenet.is_imagenet(int(np.prod(shape.to_shape()))):
+    if shape.is_dynamic or not joint_embedding.is_imagenet(int(np.prod(shape.to_shape()))):
         return None
     return result
 

@@ -21,10 +21,9 @@ import numpy as np
 
 from hapticvlm import materials
 from hapticvlm.errors import installing
-from hapticvlm.vision.encoders import imagenet, networks, two_parts
+from hapticvlm.vision.encoders import joint_embedding, networks
 from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
-from hapticvlm.vision.encoders.networks import Network
-from hapticvlm.vision.encoders.preprocessing import Preprocessing, read_preprocessing
+from hapticvlm.vision.encoders.networks import Network, Preprocessing, read_preprocessing
 from hapticvlm.vision.pictures import Crop
 
 if TYPE_CHECKING:
@@ -114,11 +113,11 @@ def describe(network: Network, words: Any, images: Tensor, masks: Tensor) -> Flo
     elif network.kind == "classes":
         inner = model.base_model
         outputs, scores = _with_base(model, images)
-        beliefs = imagenet.material_beliefs(scores.cpu().numpy())
+        beliefs = joint_embedding.material_beliefs(scores.cpu().numpy())
     else:
         inner = model
         outputs = model(pixel_values=images)
-    return two_parts.join(pool(inner, outputs, masks).cpu().numpy(), beliefs)
+    return joint_embedding.join(pool(inner, outputs, masks).cpu().numpy(), beliefs)
 
 
 def pool(network: Any, outputs: Any, masks: Tensor) -> Tensor:  # noqa: ANN401 - any network

@@ -1,27 +1,31 @@
-"""What own references are worth: a calibration by leaving each picture out in turn. Pure.
+"""Calibration of a user's references by leaving each enrolled picture out in turn. Pure.
 
-First sharpness, weight and share are chosen, under which the pictures left out are least
-surprising; then slope and threshold of p(known), on these pictures against unknowns: pictures
-whose material is left out whole, and shipped references of other materials. Surprise is the
-negative log probability of the truth. Left out with a picture are those of its material that are
-as near to it as its own variations, and the nearest ALIKE of the rest: other views of the same
-thing, which a user enrols unmarked. Always done anew on what is enrolled, for the cosines
-of one set predict little of those of another.
+`leave_one_out` counts how often the nearest reference is of the right material and finds pairs of
+materials that cannot be told apart. `calibrate` fits how much a match is worth. First sharpness,
+weight and share are chosen under which the pictures left out are least surprising; then slope and
+threshold of p(known), on these pictures against unknowns: pictures whose material is left out
+completely, and shipped references of other materials. Surprise is the negative log probability of
+the truth. Left out with a picture are those of its material that are as near to it as its own
+variations, and the nearest ALIKE of the rest: other views of the same thing, which a user enrols
+unmarked. It is repeated whenever references change, for the cosines of one set predict little of
+those of another.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-from itertools import product
+from dataclasses import dataclass, replace
+from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.materials import UNKNOWN
+from hapticvlm.vision.galleries.enrol import Enrolled
 from hapticvlm.vision.galleries.gallery import SHIPPED_SHARE, Calibration, Gallery, log_softmax
 
+CONFUSED = 0.25  # of two materials' pictures taken for the other: they cannot be told apart
 Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
 SHARPNESSES = (4.0, 8.0, 16.0, 32.0)
 SCALES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 16.0, 23.0, 32.0)  # of the scores: weight x sharpness
 SHARES = (SHIPPED_SHARE, 0.6, 1.0)  # of the shipped beliefs beside them
@@ -33,6 +37,101 @@ MOST_PICTURES = 400  # left out in turn; more change nothing and take seconds
 # Too few pictures to fit anything: as sharp as fits of five a material on fresh renders, and sure
 # only of what is as near as another view of the same thing.
 FEW = Calibration(8.0, 16.0, 0.7, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class LeaveOneOut:
+    """Of P pictures left out one by one: what each shows, and whose reference is nearest.
+
+    No guess where nothing else shows that material: there nothing can be checked.
+    """
+
+    truth: tuple[str, ...]
+    guess: tuple[str | None, ...]
+
+    def counts(self, material: str) -> tuple[int, int]:
+        """How many pictures of a material were right, and how many could be checked."""
+        guesses = [guess for truth, guess in self._pairs() if truth == material]
+        return guesses.count(material), len(guesses)
+
+    def mistaken(self, material: str, other: str) -> int:
+        """How many pictures of one material were taken for the other."""
+        return self._pairs().count((material, other))
+
+    def _pairs(self) -> list[tuple[str, str]]:
+        pairs = zip(self.truth, self.guess, strict=True)
+        return [(truth, guess) for truth, guess in pairs if guess is not None]
+
+
+@dataclass(frozen=True, slots=True)
+class ConfusablePair:
+    """Two materials that cannot be told apart, and how many pictures show it."""
+
+    material: str
+    other: str
+    confused: int
+    checked: int
+
+
+def leave_one_out(enrolled: Enrolled, base: Gallery | None = None) -> LeaveOneOut:
+    """Match every picture with all others, and with the references of `base`."""
+    owners = [enrolled.pictures[place].material for place in enrolled.places]
+    references = enrolled.embeddings
+    if base is not None:
+        owners += [base.materials[label] for label in base.labels]
+        references = np.concatenate([references, base.references])
+    names = np.array(owners)
+    guesses: list[str | None] = []
+    for place, row in enumerate(enrolled.firsts):
+        others = np.ones(len(names), np.bool_)
+        others[: len(enrolled.places)] = enrolled.places != place
+        can_be_right = enrolled.pictures[place].material in names[others]
+        # Only the picture's unvaried view is matched, and all its views are left out: its mirror
+        # image would recognise it every time.
+        like = references[others] @ enrolled.embeddings[row]
+        guesses.append(str(names[others][like.argmax()]) if can_be_right else None)
+    return LeaveOneOut(tuple(picture.material for picture in enrolled.pictures), tuple(guesses))
+
+
+def find_confusable_pairs(enrolled: Enrolled, checked: LeaveOneOut) -> list[ConfusablePair]:
+    """Pairs that the check confuses, or whose pictures are nearer to the other's than to their own.
+
+    The materials of a base gallery count only as far as the check took pictures for them.
+    """
+    found = []
+    guessed = {guess for guess in checked.guess if guess not in (None, UNKNOWN)}
+    shown = enrolled.materials
+    for material, other in combinations((*shown, *sorted(guessed - set(shown))), 2):
+        confused = checked.mistaken(material, other) + checked.mistaken(other, material)
+        count = checked.counts(material)[1] + checked.counts(other)[1]
+        mixed = count > 0 and confused / count >= CONFUSED
+        if mixed or (other in shown and _is_nearer(enrolled, material, other)):
+            found.append(ConfusablePair(material, other, confused, count))
+    return found
+
+
+def _is_nearer(enrolled: Enrolled, material: str, other: str) -> bool:
+    """Whether on average the nearest reference is nearer across two materials than within them."""
+    across = _likeness(enrolled, material, other) + _likeness(enrolled, other, material)
+    return across >= _likeness(enrolled, material, material) + _likeness(enrolled, other, other)
+
+
+def _likeness(enrolled: Enrolled, material: str, other: str) -> float:
+    """Mean similarity of a material's pictures to the nearest reference of the other's pictures.
+
+    Within a material with one picture: to that picture's own variations.
+    """
+    shown = np.array([picture.material for picture in enrolled.pictures])
+    is_lone = material == other and (shown == material).sum() == 1
+    nearest = []
+    firsts = enrolled.firsts
+    for place in np.flatnonzero(shown == material):
+        first = firsts[place]
+        eligible = shown[enrolled.places] == other
+        eligible &= enrolled.places != place if not is_lone else np.ones(len(eligible), np.bool_)
+        eligible[first] = False
+        nearest.append((enrolled.embeddings[eligible] @ enrolled.embeddings[first]).max())
+    return float(np.mean(nearest))
 
 
 def calibrate(gallery: Gallery, shipped: Gallery | None = None) -> Calibration:

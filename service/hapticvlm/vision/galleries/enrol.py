@@ -20,9 +20,8 @@ from hapticvlm import messages
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import nearest
 from hapticvlm.vision import files, pictures
-from hapticvlm.vision.decoding import PictureError
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.pictures import Crop
+from hapticvlm.vision.pictures import Crop, PictureError
 
 Floats = NDArray[np.float32]
 

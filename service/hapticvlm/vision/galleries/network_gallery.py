@@ -21,7 +21,7 @@ from PIL import Image
 
 from hapticvlm import materials
 from hapticvlm.cache_folder import cache_folder
-from hapticvlm.vision.encoders import two_parts
+from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import SHIPPED, NetworkEncoder
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
 from hapticvlm.vision.pictures import Crop, central_mask
@@ -94,12 +94,12 @@ def fit(name: str, embeddings: Floats, labels: Indices, *, has_beliefs: bool) ->
 
 
 def _layer(embeddings: Floats, labels: Indices, gain: float, *, has_beliefs: bool) -> LinearLayer:
-    features = two_parts.features_of(embeddings) if has_beliefs else embeddings
+    features = joint_embedding.features_of(embeddings) if has_beliefs else embeddings
     weights = 1.0 / np.bincount(labels)[labels]
     found = fit_layer(features, labels, weights / weights.sum(), PENALTY)
     rows = found.weights * np.float32(gain)
     bias = found.bias * np.float32(gain)
-    return LinearLayer(two_parts.layer_of(rows, EXPONENT) if has_beliefs else rows, bias)
+    return LinearLayer(joint_embedding.layer_of(rows, EXPONENT) if has_beliefs else rows, bias)
 
 
 def _calibrate(
@@ -116,7 +116,7 @@ def _calibrate(
         layer = _layer(embeddings[~out], labels[~out], 1.0, has_beliefs=has_beliefs)
         plain[out] = embeddings[out] @ layer.weights + layer.bias
     if has_beliefs:
-        beside = EXPONENT * two_parts.log_beliefs(embeddings).astype(np.float64)
+        beside = EXPONENT * joint_embedding.log_beliefs(embeddings).astype(np.float64)
         plain -= beside
     rows = np.arange(len(labels))
     even = 1.0 / np.bincount(labels)[labels]

@@ -22,7 +22,7 @@ from hapticvlm.backoff import Breaker
 from hapticvlm.http_client import HttpError
 from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm.vision.remote import contract
-from hapticvlm.vision.remote.contract import ContractError, Found, Identity
+from hapticvlm.vision.remote.contract import ContractError, Identity, RemoteMatch
 from hapticvlm.vision.remote.exchange import Exchange
 from hapticvlm.vision.remote.settings import RemoteSettings, RemoteState
 
@@ -35,7 +35,7 @@ logger = logging.getLogger(__name__)
 @dataclass(frozen=True, slots=True)
 class _Outcome:
     identity: Identity | None = None
-    found: Found | None = None
+    found: RemoteMatch | None = None
     error: str | None = None
 
 
@@ -96,7 +96,7 @@ class RemoteRecogniser:
         if self._identity is None and self._breaker.rest_s(time.monotonic()) <= 0.0:
             self._submit(None, time.monotonic() + PROBE_S)
 
-    def recognise(self, crop: Crop) -> Found | None:
+    def recognise(self, crop: Crop) -> RemoteMatch | None:
         """Recognise a crop of the identity's side; None: do it locally."""
         if self._identity is None:
             self._local += 1
@@ -162,7 +162,7 @@ class RemoteRecogniser:
         self._ask(exchange, grey, identity, time.monotonic() + self._settings.remote_s)
         return _Outcome(identity)
 
-    def _ask(self, exchange: Exchange, crop: Crop, identity: Identity, until: float) -> Found:
+    def _ask(self, exchange: Exchange, crop: Crop, identity: Identity, until: float) -> RemoteMatch:
         settings = self._settings
         wait_ms = max(1.0, 1000.0 * (until - time.monotonic()))
         body = contract.write_request(

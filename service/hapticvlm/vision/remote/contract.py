@@ -25,9 +25,8 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import WHOLE, Frame
 from hapticvlm.vision import pictures
-from hapticvlm.vision.decoding import PictureError
 from hapticvlm.vision.encoders.encoder import UNIT_ERROR
-from hapticvlm.vision.pictures import Crop
+from hapticvlm.vision.pictures import Crop, PictureError
 
 CONTRACT = 1
 RECOGNISE = "/v1/recognise"
@@ -106,7 +105,7 @@ class Answer(msgspec.Struct, frozen=True):
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class RemoteMatch:
     """The evidence on one crop and its embedding (D,) float32."""
 
     evidence: Evidence
@@ -142,7 +141,7 @@ def read_crop(sent: SentCrop, side: int) -> Crop:
     return Crop(pixels[..., :3], pixels[..., 3])
 
 
-def write_result(found: Found) -> Result:
+def write_result(found: RemoteMatch) -> Result:
     """Write the result for one crop."""
     return Result(list(found.evidence.beliefs), found.embedding.astype("<f4").tobytes())
 
@@ -158,7 +157,7 @@ def read_identity(data: bytes) -> Identity:
     return identity
 
 
-def read_answer(data: bytes, identity: Identity, count: int) -> tuple[Answer, list[Found]]:
+def read_answer(data: bytes, identity: Identity, count: int) -> tuple[Answer, list[RemoteMatch]]:
     """Read the answer of the recogniser with this identity to `count` crops.
 
     Raises ContractError: an answer counts only if all of it is right.
@@ -175,7 +174,7 @@ def read_answer(data: bytes, identity: Identity, count: int) -> tuple[Answer, li
     return answer, [_found(result, identity) for result in answer.results]
 
 
-def _found(result: Result, identity: Identity) -> Found:
+def _found(result: Result, identity: Identity) -> RemoteMatch:
     beliefs = dict(result.beliefs)
     values = np.array(list(beliefs.values()), np.float64)
     fits = np.isfinite(values).all() and (values >= 0).all() and values.sum() <= 1.0 + SUM_ERROR
@@ -194,7 +193,7 @@ def _found(result: Result, identity: Identity) -> Found:
     if not abs(float(np.linalg.norm(embedding)) - 1.0) <= UNIT_ERROR:
         raise ContractError("an embedding that is not of unit norm")
     ranked = sorted(beliefs.items(), key=lambda item: -item[1])
-    return Found(Evidence("encoder", tuple(ranked)), embedding)
+    return RemoteMatch(Evidence("encoder", tuple(ranked)), embedding)
 
 
 def _rgba(crop: Crop) -> SentCrop:

@@ -111,6 +111,6 @@ def _floor_ms() -> dict[str, float]:
         frame = Frame(id=number, captured_at=0.0, format="jpeg", origin="top", image=image, **size)
         data = msgspec.msgpack.encode(frame)
         started = time.perf_counter()
-        recogniser.recognise(data, "floor", 0.0, anew=True)
+        recogniser.recognise(data, "floor", 0.0, force=True)
         took.append((time.perf_counter() - started) * 1000.0)
     return spread(took)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.evidence import fusion
+from hapticvlm.evidence import ladder
 from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide, fuse, pool
 from hapticvlm.evidence.names import from_name
 from hapticvlm.evidence.shader import from_shader
@@ -123,7 +123,7 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     first = np.array([unit.argmax() for unit in units])
     stated = [object_evidence(method, source, name) for name in objects[first].tolist()]
     seen = [[evidence[row] for row in np.flatnonzero(unit)] if evidence else [] for unit in units]
-    fused = [[fusion.fuse(views)] if views else [] for views in seen]
+    fused = [[ladder.fuse_recognitions(views)] if views else [] for views in seen]
     means = [[fuse(views)] if views else [] for views in seen]
     verdicts = [decide([*given, *view]) for given, view in zip(stated, fused, strict=True)]
     forced = [[*given, *view] for given, view in zip(stated, means, strict=True)]

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hapticvlm import messages
-from hapticvlm.evidence import fusion
+from hapticvlm.evidence import ladder
 from hapticvlm.evidence.ladder import Evidence, decide, pool
 from hapticvlm.materials import MATERIALS
-from hapticvlm.session.rendition import Rendition, choose_rendition
+from hapticvlm.session.decisions import Rendition, choose_rendition
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm_lab.bench.material.answers import encoder_evidence, object_evidence
@@ -89,7 +89,7 @@ def _rendition(
     if way.name == STATED:
         return _as_sure(view.truth)
     stated = object_evidence(way, source, view.object_id)
-    looks = [fusion.fuse(seen[place] for place in places)] if seen else []
+    looks = [ladder.fuse_recognitions(seen[place] for place in places)] if seen else []
     evidence = [*stated, *looks]
     if way.name == GUESS:
         return _as_sure(max(pool(evidence).items(), key=lambda item: item[1])[0])

@@ -1,18 +1,26 @@
-"""An embedding of two parts: the features of a network, and what its classes or words believe.
+"""The joint embedding: features of a network, and the materials that its classes or words show.
 
 A network that was trained to name things knows more than its features show a linear layer. Its
-beliefs in the materials are p, which sum to 1 with the rest. The embedding is
+beliefs in the materials are p, which sum to 1 with the rest. The joint embedding is
 
     sqrt(1 - s) f,  sqrt(s / n) (1 + log(p + e) / |log e|),  r
 
 with unit features f, the share s, the n = BELIEFS levels, each 0 to 1, and r >= 0 such that the
 whole has unit norm. A linear layer can read log p off it, and whatever compares embeddings
 compares both parts. numpy only.
+
+The beliefs of the 1,000 classes of ImageNet are read from imagenet.csv: the classes, by their place
+in the common order (tench = 0), whose things are mostly made of one of our materials, or of two
+alike. Written from general knowledge: our choice.
 """
 
 from __future__ import annotations
 
+import csv
 import math
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +28,50 @@ from numpy.typing import NDArray
 from hapticvlm import materials
 
 Floats = NDArray[np.float32]
-
+CLASSES = 1000
+WITH_BACKGROUND = 1001  # some networks have a class "background" before the others
+TABLE = Path(__file__).with_name("imagenet.csv")
+_KNOWN_PLACE = 398
+_KNOWN_NAME = "abacus"
 BELIEFS = len(materials.MATERIALS) + 1  # the materials in the order of their table, and the rest
 ADDED = BELIEFS + 1  # numbers that an embedding has beyond its features: the levels, and r
 SHARE = 0.5  # s: both parts alike, our choice
 FLOOR = 1e-3  # e: less belief than this is no evidence, our choice
 _SHORTEST = 1e-12
 SCALE = math.sqrt(SHARE / BELIEFS) / -math.log(FLOOR)  # of log p in the embedding
+
+
+@lru_cache(maxsize=1)
+def material_weights() -> Floats:
+    """Share of each material in each class: (1000, C), rows that sum to 1 or, unnamed, to 0."""
+    weights = np.zeros((CLASSES, len(materials.MATERIALS)), np.float32)
+    names = list(materials.MATERIALS)
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            made_of = row["materials"].split("/")
+            for name in made_of:
+                weights[int(row["class"]), names.index(name)] = 1.0 / len(made_of)
+    weights.setflags(write=False)
+    return weights
+
+
+def is_imagenet(count: int, names: Mapping[int, str] | None = None) -> bool:
+    """Whether so many class scores are ImageNet's; `names` of the classes, if known, must fit."""
+    if count not in (CLASSES, WITH_BACKGROUND):
+        return False
+    name = (names or {}).get(_KNOWN_PLACE + count - CLASSES, "")
+    return not name or name.startswith("LABEL_") or _KNOWN_NAME in name.lower()
+
+
+def material_beliefs(scores: Floats) -> Floats:
+    """Turn class scores (N, 1000 or 1001), before softmax, into beliefs (N, C + 1).
+
+    The last column is the belief in classes that have no material.
+    """
+    logits = scores[:, -CLASSES:].astype(np.float64)
+    powers = np.exp(logits - logits.max(axis=1, keepdims=True))
+    beliefs = (powers / powers.sum(axis=1, keepdims=True)) @ material_weights()
+    return np.column_stack([beliefs, np.clip(1.0 - beliefs.sum(axis=1), 0.0, 1.0)]).astype("f4")
 
 
 def join(features: Floats, beliefs: Floats | None) -> Floats:

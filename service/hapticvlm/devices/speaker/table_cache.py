@@ -21,7 +21,7 @@ import numpy as np
 from hapticvlm import documents, perception
 from hapticvlm.cache_folder import cache_folder
 from hapticvlm.rendering.vibration import impacts, loops, perceived_level
-from hapticvlm.rendering.vibration.memo import Doubles, Memo
+from hapticvlm.rendering.vibration.cache import ArrayCache, Doubles
 
 MOST_BYTES = 64 * documents.MIB
 _MADE_BY: tuple[ModuleType, ...] = (impacts, loops, perceived_level, perception)
@@ -30,20 +30,20 @@ _SUM_BYTES = 4
 logger = logging.getLogger(__name__)
 
 
-def load(memo: Memo, folder: Path | None = None) -> None:
-    """Fill the memo with what an earlier run kept, if there is a whole file of it."""
+def load(cache: ArrayCache, folder: Path | None = None) -> None:
+    """Fill the cache with what an earlier run kept, if there is a whole file of it."""
     try:
         data = documents.read_bytes(_file(folder), MOST_BYTES)
-        memo.fill(_unpacked(data))
+        cache.fill(_unpacked(data))
     except FileNotFoundError:
         return
     except (OSError, ValueError) as error:
         logger.info("what the last run computed is not read, it is computed anew: %s", error)
 
 
-def save(memo: Memo, folder: Path | None = None) -> None:
-    """Keep the memo for the next run if anything in it is new; a file of another version goes."""
-    if not memo.computed:
+def save(cache: ArrayCache, folder: Path | None = None) -> None:
+    """Keep the cache for the next run if anything in it is new; a file of another version goes."""
+    if not cache.computed:
         return
     try:
         file = _file(folder)
@@ -52,7 +52,7 @@ def save(memo: Memo, folder: Path | None = None) -> None:
             old.unlink(missing_ok=True)
         handle, name = tempfile.mkstemp(dir=file.parent)
         with os.fdopen(handle, "wb") as written:
-            written.write(_packed(memo.arrays()))
+            written.write(_packed(cache.arrays()))
         Path(name).replace(file)  # whole or not at all, whoever else starts now
     except OSError as error:
         logger.info("what was computed is not kept, the next start computes it anew: %s", error)

@@ -16,7 +16,7 @@ MOST = 192  # twice what the built-in materials need; the oldest makes room
 Doubles = NDArray[np.float64]
 
 
-class Memo:
+class ArrayCache:
     """Float64 arrays (N,) by name; `computed` counts those that it was not given."""
 
     def __init__(self) -> None:
@@ -48,4 +48,4 @@ class Memo:
         self._arrays[name] = array
 
 
-MEMO = Memo()
+CACHE = ArrayCache()

@@ -1,4 +1,4 @@
-"""The sockets: how many may be open at once. Knows no message and no WebSocket."""
+"""Limits how many sockets are open at once. Knows neither messages nor WebSockets."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections import Counter
 from contextlib import suppress
 from typing import Generic, Protocol, TypeVar
 
-from hapticvlm.server.budgets import (
+from hapticvlm.server.edge.limits import (
     ASKED_S,
     MAX_CONNECTIONS,
     MAX_WAITING_SOCKETS,
     SPARE_FILES,
-    STOP_PLACES,
+    STOP_SLOTS,
 )
 
 MOST_FILES = 4096
@@ -36,8 +36,8 @@ class Socket(Protocol):
 S = TypeVar("S", bound=Socket)
 
 
-class Entrance(Generic[S]):
-    """All open sockets. Those that have not sent a hello are few: the oldest makes room."""
+class SocketLimiter(Generic[S]):
+    """All open sockets. Few may wait before their hello: the oldest makes room for a newcomer."""
 
     def __init__(self, counts: Counter[str], most: int | None = None) -> None:
         self.counts = counts
@@ -49,24 +49,24 @@ class Entrance(Generic[S]):
         # admitted is never closed for a newcomer. Kept in the order in which they came, with the
         # time until which they are spared.
         self._waiting: dict[S, float] = {}
-        self._greeted: set[S] = set()
+        self._admitted: set[S] = set()
 
     @property
     def sockets(self) -> list[S]:
         """All open sockets."""
-        return [*self._waiting, *self._greeted]
+        return [*self._waiting, *self._admitted]
 
-    def opened(self, socket: S, now: float) -> None:
+    def add(self, socket: S, now: float) -> None:
         """Admit a new socket; the one that has waited longest for its hello may be closed."""
         self._waiting[socket] = now
         if self._is_full(len(self._waiting)):
             spent = (each for each, until in self._waiting.items() if until <= now)
             oldest = next(spent, socket)
-            self.closed(oldest)
+            self.remove(oldest)
             self.counts["closed: too many sockets before hello"] += 1
             oldest.transport.abort()
 
-    def asked(self, socket: S, now: float) -> None:
+    def mark_requested(self, socket: S, now: float) -> None:
         """Note that a socket of this machine has sent its request."""
         if socket in self._waiting:
             self._waiting[socket] = now + ASKED_S
@@ -76,24 +76,24 @@ class Entrance(Generic[S]):
         is_full = self._is_full(len(self._waiting) + 1)
         return not is_full or any(until <= now for until in self._waiting.values())
 
-    def greeted(self, socket: S) -> None:
+    def mark_admitted(self, socket: S) -> None:
         """Note that a socket sent its hello and was admitted."""
         if socket in self._waiting:  # else it has made room for another one meanwhile
             del self._waiting[socket]
-            self._greeted.add(socket)
+            self._admitted.add(socket)
 
-    def closed(self, socket: S) -> None:
+    def remove(self, socket: S) -> None:
         """Forget a socket."""
         self._waiting.pop(socket, None)
-        self._greeted.discard(socket)
+        self._admitted.discard(socket)
 
     def _is_full(self, waiting: int) -> bool:
-        return waiting + len(self._greeted) > self._most or waiting > MAX_WAITING_SOCKETS
+        return waiting + len(self._admitted) > self._most or waiting > MAX_WAITING_SOCKETS
 
 
 def socket_limit() -> int:
     """Return how many sockets the system has descriptors for, after asking it for enough."""
-    most = MAX_CONNECTIONS + STOP_PLACES + MAX_WAITING_SOCKETS
+    most = MAX_CONNECTIONS + STOP_SLOTS + MAX_WAITING_SOCKETS
     try:
         import resource
     except ImportError:  # Windows counts no descriptors

@@ -1,4 +1,4 @@
-"""The table of budgets: what one client, and all of them together, may use. And the token bucket.
+"""The table of limits on one client and on all clients together, and the token bucket.
 
 Each is counted where it is spent (`counts` of `/status`); an honest client reaches none of them.
 Limits of the protocol itself (`welcome.limits`) stand in `messages.py`.
@@ -21,12 +21,13 @@ class Rate:
 
 # Connections.
 MAX_CONNECTIONS = 64  # after hello
-LOOPBACK_PLACES = 4  # of these, kept for observers on this machine: the dashboard and its stop
+LOOPBACK_SLOTS = 4  # of these, kept for observers on this machine: the dashboard and its stop
 MAX_SCENES = 3  # the owner and two more; pictures of each wait for the one recogniser
 MAX_WAITING_SOCKETS = 128  # before hello; the oldest makes room
-ASKED_S = 0.5  # a socket of this machine that has sent its request makes no room for so long
+# A socket of this machine that has sent its request is not closed for a newcomer for so long.
+ASKED_S = 0.5
 CONNECTS = Rate(per_s=250.0, burst=250.0)  # of one address
-STOP_PLACES = 8  # beyond all places, for clients that only want to stop the outputs
+STOP_SLOTS = 8  # beyond all slots, for clients that only stop the outputs
 STOP_S = 2.0  # they have for it
 SPARE_FILES = 40  # descriptors that are not for sockets: children, record, plate, pages
 
@@ -41,9 +42,9 @@ REFUSED = Rate(per_s=200.0, burst=2000.0)  # messages answered by `error`
 CONTROL_FRAMES = Rate(per_s=20.0, burst=100.0)  # ping and pong
 BYTES = Rate(per_s=128.0 * MIB, burst=128.0 * MIB)
 
-# What is looked at. Verdicts of what was seen before hardly change within 50 ms, and a look costs
-# the recogniser some 7 ms; the burst is for who asks now and then, and waits for the answer.
-LOOKS = Rate(per_s=20.0, burst=10.0)  # of one scene, at what it has shown before
+# Recognition. Verdicts on an object seen before hardly change within 50 ms, and a recognition costs
+# the recogniser some 7 ms; the burst is for clients that ask now and then, and wait for the answer.
+RECOGNITION_RATE = Rate(per_s=20.0, burst=10.0)  # of one scene, of what it has shown before
 
 # What waits inside.
 ENROL_BYTES = 32 * MIB  # of all connections together; live frames are bounded by their number
@@ -76,26 +77,26 @@ class TokenBucket:
 
 
 class PeerBudget:
-    """What one client may still send: very little before its hello, then at the rates above."""
+    """Budget of one client: very little before its hello, then the rates above."""
 
     def __init__(self, now: float) -> None:
         self._bytes = TokenBucket(BYTES, now)
         self._messages = TokenBucket(MESSAGES, now)
         self._control = TokenBucket(CONTROL_FRAMES, now)
         self._before_hello = HELLO_FRAMES
-        self._is_greeted = False
+        self._is_admitted = False
 
-    def greeted(self) -> None:
+    def mark_admitted(self) -> None:
         """Set the budgets of an admitted client."""
-        self._is_greeted = True
+        self._is_admitted = True
 
     def spend_bytes(self, count: int, now: float) -> bool:
-        """Count what arrived; false: it is too much."""
+        """Count what arrived; false: above the budget."""
         return self._bytes.spend(count, now)
 
     def excess(self, now: float, *, is_control: bool) -> str | None:
-        """Spend one frame; return what it is too much of, if it is."""
-        if not self._is_greeted:
+        """Spend one frame; return the budget that it exceeds, if any."""
+        if not self._is_admitted:
             self._before_hello -= 1
             return "too much before hello" if self._before_hello < 0 else None
         if is_control:

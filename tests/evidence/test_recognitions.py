@@ -8,8 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hapticvlm.evidence import ladder
-from hapticvlm.evidence.fusion import CHANGE, MEMORY, Fused, fuse, update
-from hapticvlm.evidence.ladder import Evidence, Verdict, apply_hysteresis, decide
+from hapticvlm.evidence.ladder import (
+    CHANGE,
+    MEMORY,
+    Evidence,
+    Fused,
+    Verdict,
+    apply_hysteresis,
+    decide,
+    fuse_recognition,
+    fuse_recognitions,
+)
 from hapticvlm.materials import UNKNOWN
 
 FRAMES = 300
@@ -26,7 +35,7 @@ def felt(looks: list[Evidence], *, fused: bool = True) -> list[str]:
     verdict: Verdict | None = None
     materials = []
     for look in looks:
-        memory = update(memory, look) if fused else Fused(look, 1)
+        memory = fuse_recognition(memory, look) if fused else Fused(look, 1)
         verdict = apply_hysteresis(verdict, decide([memory.evidence]))
         materials.append(verdict.material)
     return materials
@@ -67,13 +76,13 @@ def orbits() -> list[list[Evidence]]:
 
 def test_one_look_says_what_it_says_and_none_says_nothing() -> None:
     look = sees(wood=0.7, metal=0.1)
-    assert fuse([look]) == look
-    assert fuse([]) == Evidence("encoder", ())
+    assert fuse_recognitions([look]) == look
+    assert fuse_recognitions([]) == Evidence("encoder", ())
 
 
 def test_the_first_looks_count_alike() -> None:
     looks = [sees(wood=0.8, metal=0.1), sees(wood=0.4, glass=0.4), sees(wood=0.6)]
-    fused, mean = dict(fuse(looks).beliefs), dict(ladder.fuse(looks).beliefs)
+    fused, mean = dict(fuse_recognitions(looks).beliefs), dict(ladder.fuse(looks).beliefs)
     assert fused == pytest.approx(mean)
     assert fused["wood"] == pytest.approx(0.6)
 
@@ -110,11 +119,11 @@ def test_a_real_change_gets_through_in_a_few_looks_however_long_the_past(before:
 def test_after_a_change_looks_are_remembered_as_before() -> None:
     memory: Fused | None = None
     for look in [*[sees(wood=0.9)] * 10, *[sees(metal=0.9)] * CHANGE]:
-        memory = update(memory, look)
+        memory = fuse_recognition(memory, look)
     assert memory is not None
     assert memory == Fused(memory.evidence, CHANGE)
     for look in [sees(metal=0.9)] * MEMORY:
-        memory = update(memory, look)
+        memory = fuse_recognition(memory, look)
     assert memory == Fused(memory.evidence, MEMORY)
 
 
@@ -127,12 +136,12 @@ def test_a_short_stretch_of_wrong_looks_changes_nothing(length: int) -> None:
 
 def test_wrong_looks_that_do_not_agree_are_no_change() -> None:
     others = [sees(**{name: 0.9}) for name in MATERIALS[1:]]
-    fused = fuse([*[sees(wood=0.9)] * MEMORY, *others])
+    fused = fuse_recognitions([*[sees(wood=0.9)] * MEMORY, *others])
     assert fused.material == "wood"
 
 
 def test_doubtful_looks_are_no_change() -> None:
-    fused = fuse([*[sees(wood=0.9)] * MEMORY, *[sees(metal=0.45)] * CHANGE])
+    fused = fuse_recognitions([*[sees(wood=0.9)] * MEMORY, *[sees(metal=0.45)] * CHANGE])
     assert fused.material == "wood"
 
 
@@ -144,7 +153,7 @@ def test_what_is_no_longer_recognised_fades_to_unknown() -> None:
 
 def test_a_look_that_leaves_much_open_counts_little() -> None:
     clear, poor = sees(wood=0.9), sees(metal=0.1)
-    fused = fuse([clear, poor, poor])
+    fused = fuse_recognitions([clear, poor, poor])
     assert fused.material == "wood"
 
 
@@ -172,7 +181,7 @@ def looks(draw: st.DrawFn) -> Evidence:
 @settings(deadline=None, max_examples=40)
 @given(st.lists(looks(), max_size=12))
 def test_fused_beliefs_are_probabilities_best_first(stream: list[Evidence]) -> None:
-    beliefs = [belief for _, belief in fuse(stream).beliefs]
+    beliefs = [belief for _, belief in fuse_recognitions(stream).beliefs]
     assert all(0.0 <= belief <= 1.0 for belief in beliefs)
     assert sum(beliefs) <= 1.0 + 1e-9
     assert beliefs == sorted(beliefs, reverse=True)
@@ -184,7 +193,7 @@ def test_what_is_remembered_of_an_object_is_bounded() -> None:
     for number in range(2000):
         names = [f"own {name}" for name in rng.choice(300, 3, replace=False)]
         beliefs = {names[0]: 0.6} if number % 7 else dict(zip(names, (0.3, 0.2, 0.1), strict=True))
-        memory = update(memory, sees(**beliefs))
+        memory = fuse_recognition(memory, sees(**beliefs))
         assert memory.count <= MEMORY
         assert len(memory.contradicting) < CHANGE
         assert len(memory.evidence.beliefs) <= 300
