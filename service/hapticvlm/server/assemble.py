@@ -20,7 +20,7 @@ from hapticvlm.devices.speaker.speaker_files import read_speaker_files
 from hapticvlm.materials import Material
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.settings import ServeOptions
-from hapticvlm.server.web import stated_materials
+from hapticvlm.server.web import overrides_file
 from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 from hapticvlm.vision.remote.settings import RemoteSettings
 from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
@@ -66,7 +66,7 @@ def build_service(serving: ServeOptions) -> ServiceParts:
     vlm = _vlm_worker(serving)  # first: what is refused here leaves nothing half made
     user_materials = read_folder(serving.gallery)
     table = table_with(user_materials)
-    saved = {} if serving.stated is None else stated_materials.read(serving.stated, table)
+    saved = {} if serving.stated is None else overrides_file.read(serving.stated, table)
     if user_materials or serving.patterns is not None:
         import scipy.signal  # noqa: F401 - may filter them; no touch waits until it is loaded
     settings = RecogniserSettings(

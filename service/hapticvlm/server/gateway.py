@@ -31,6 +31,7 @@ from hapticvlm.messages import (
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.connection import Connection, Event
+from hapticvlm.server.counters import Count, refused
 from hapticvlm.server.edge.scheduling import IdleScheduler
 from hapticvlm.server.log_writer import LogWriter
 from hapticvlm.server.outputs import OutputAction, Outputs
@@ -64,11 +65,14 @@ class Gateway:
         plate: Plate,
         recogniser: RecogniserWorker,
         vlm: VlmWorker | None = None,
+        *,
+        recorder: Recorder | None = None,
+        log: LogWriter | None = None,
     ) -> None:
-        self.counts: Counter[str] = Counter()
+        self.counts: Counter[Count] = Counter()
         self.connections: list[Connection] = []
-        self.recorder: Recorder | None = None
-        self.log: LogWriter | None = None
+        self.recorder = recorder
+        self.log = log
         self.scheduler = IdleScheduler()
         self.outputs = Outputs(speaker, plate)
         self.recogniser = recogniser
@@ -104,8 +108,11 @@ class Gateway:
         """Assign the outputs to the scene that asks, or end their owner. Raises MessageError."""
         self.ownership.change(requester, wanted, now)
 
-    def state_materials(self, observer: Connection, scene: Scene, now: float) -> Ok:
-        """Apply to the owner's scene what a person states of it. Raises MessageError."""
+    def override_materials(self, observer: Connection, scene: Scene, now: float) -> Ok:
+        """Apply to the owner's scene the materials that an observer states of its objects.
+
+        Raises MessageError.
+        """
         if not observer.is_local:
             text = (
                 "observers describe no scene; only the dashboard on the service's own machine may"
@@ -114,16 +121,10 @@ class Gateway:
         if self.owner is None:
             text = "no scene owns the outputs: connect one, and state its objects' materials then"
             raise MessageError("not_owner", text, path="$.type", id=scene.id)
-        owner = self.owner
-        actions = owner.session.receive(owner.session.with_materials(scene), now)
-        owner.stated.update(
-            (given.object_id, given.material) for given in scene.objects if given.material
-        )
-        answered = Ok(id=scene.id)
-        self.deliver(owner, [action for action in actions if action != Reply(answered)])
-        names = ", ".join(f"{given.object_id} {given.material}" for given in scene.objects)
-        logger.info("%s said: %s", observer.name, names)
-        return answered
+        self.deliver(self.owner, self.owner.session.override(scene, now))
+        names = ", ".join(f"{each.object_id} {each.material}" for each in scene.objects)
+        logger.info("%s stated: %s", observer.name, names)
+        return Ok(id=scene.id)
 
     def close(self) -> None:
         """Rest both outputs and move nothing from now on."""
@@ -154,7 +155,7 @@ class Gateway:
 
     def refuse(self, code: ErrorCode) -> None:
         """Count a refused message."""
-        self.counts[f"refused: {code}"] += 1
+        self.counts[refused(code)] += 1
 
     def on_reply(self, answered: WorkerReply[VlmReply]) -> None:
         """Receive the VLM worker's reply (on the event loop)."""
@@ -190,7 +191,7 @@ class Gateway:
     def _show(self, connection: Connection, message: ServiceMessage) -> None:
         """Send observers what another connection is sent; frames only to those who asked."""
         if isinstance(message, Skipped) and message.reason == "rate":
-            self.counts["frames rate"] += 1
+            self.counts[Count.FRAMES_RATE] += 1
         if not isinstance(message, Decision):
             return
         name = connection.session.name(message.object_id)

@@ -45,6 +45,7 @@ from hapticvlm.rendering.heat.limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server.access import Address
 from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limits import (
     GUESS_S,
     LOOPBACK_SLOTS,
@@ -54,7 +55,6 @@ from hapticvlm.server.edge.limits import (
 )
 from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.web.recorded_sessions import RecordedSessions
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
@@ -80,7 +80,6 @@ class ServiceInfo:
     asks_elsewhere: bool = False
     crops_elsewhere: bool = False
     recorder: Recorder | None = None
-    sessions: RecordedSessions | None = None
     saved: Mapping[str, str] = field(default_factory=dict)
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE
@@ -156,7 +155,7 @@ class Handshake:
 
     async def slow_guess(self, peer: str) -> None:
         """Count a wrong token, log it from time to time, and delay its sender."""
-        self._gateway.counts["refused: token"] += 1
+        self._gateway.counts[Count.REFUSED_TOKEN] += 1
         self._guesses.note(peer, self._clock())
         await asyncio.sleep(GUESS_S)
 
@@ -254,7 +253,7 @@ class AdmissionControl:
             self._check_scenes(hello)
         if self._has_slot(hello, peer):
             return True
-        self._gateway.counts["refused: no place"] += 1
+        self._gateway.counts[Count.REFUSED_SERVER_FULL] += 1
         if hello.role == "scene":
             raise MessageError("protocol", SERVER_FULL, id=hello.id)
         return False
@@ -262,7 +261,7 @@ class AdmissionControl:
     def _check_scenes(self, hello: Hello) -> None:
         scenes = sum(not each.session.observer for each in self._gateway.connections)
         if scenes >= MAX_SCENES:
-            self._gateway.counts["refused: no place"] += 1
+            self._gateway.counts[Count.REFUSED_SERVER_FULL] += 1
             text = f"{MAX_SCENES} scenes are connected already: close one, or connect as observer"
             raise MessageError("protocol", text, path="$.role", id=hello.id)
 
@@ -279,6 +278,6 @@ class AdmissionControl:
         idle = next((each for each in taken if each.is_idle), None)
         if idle is None:
             return False
-        self._gateway.counts["closed: made room"] += 1
+        self._gateway.counts[Count.CLOSED_MADE_ROOM] += 1
         idle.end("made room for another client", CLOSE_MADE_ROOM)
         return True

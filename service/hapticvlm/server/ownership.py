@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 from hapticvlm.messages import Error, MessageError, Ownership, Set
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.counters import Count
 from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.vibration_events import VibrationEvents
 
@@ -30,7 +31,7 @@ class OutputOwnership:
         outputs: Outputs,
         vibration: VibrationEvents,
         connections: Sequence[Connection],
-        counts: Counter[str],
+        counts: Counter[Count],
     ) -> None:
         self.owner: Connection | None = None
         self.leased_at = time.monotonic()
@@ -78,7 +79,7 @@ class OutputOwnership:
         if self.owner is None:
             raise MessageError("message", "nobody owns the outputs", path=PATH, id=wanted.id)
         logger.warning("%s ended by %s", self.owner.name, requester.name)
-        self._counts["owners ended"] += 1
+        self._counts[Count.OWNERS_ENDED] += 1
         self._outputs.rest()
         self.owner.end("ended by an observer")
 
@@ -120,7 +121,7 @@ class OutputOwnership:
         owner.session.set_owner(owner=False)
         owner.session.rest()
         self._outputs.rest()
-        self._counts["owners replaced"] += 1
+        self._counts[Count.OWNERS_REPLACED] += 1
         text = f"another scene took the outputs: nothing was touched for {idle_s:.0f} s"
         owner.post(Error(id=0, code="not_owner", text=text))
 

@@ -16,6 +16,7 @@ from typing import Generic, TypeVar
 from hapticvlm.messages import Error, ErrorCode, Frame, ServiceMessage, Skipped, View
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server.connection import Connection, Event
+from hapticvlm.server.counters import Count, refused
 from hapticvlm.server.edge.limits import ENROL_BYTES, RECOGNITION_RATE, TokenBucket
 from hapticvlm.server.edge.scheduling import call_after_io
 from hapticvlm.session.actions import Action, Reply
@@ -123,7 +124,7 @@ class RecognitionQueue:
     """
 
     def __init__(
-        self, recogniser: RecogniserWorker, counts: Counter[str], deliver: Deliver
+        self, recogniser: RecogniserWorker, counts: Counter[Count], deliver: Deliver
     ) -> None:
         self._recogniser = recogniser
         self._counts = counts
@@ -153,14 +154,14 @@ class RecognitionQueue:
         try:
             superseded = self._queue(self._mailboxes[connection], request)
         except QueueFull:
-            self._counts["refused: overload"] += 1
+            self._counts[Count.REFUSED_OVERLOAD] += 1
             if request.reply_to is None:  # it would only have taught; another picture will
                 return []
             text = "too many enrol frames wait: send more when some of these are decided"
             return [Error(id=request.reply_to.value, code="overload", text=text, path="$.purpose")]
         answers: list[ServiceMessage] = []
         if superseded is not None:
-            self._counts["frames superseded"] += 1
+            self._counts[Count.FRAMES_SUPERSEDED] += 1
             if superseded.reply_to is not None:
                 answers.append(Skipped(id=superseded.reply_to.value, reason="superseded"))
         self._feed_soon()
@@ -195,7 +196,7 @@ class RecognitionQueue:
         # the answer and this call the worker may have been given up and started again; then the
         # number does not fit, and the frame of its successor must not get the answer of this one.
         if not self._recogniser.worker.accept(answered, now):
-            self._counts["late answers dropped"] += 1
+            self._counts[Count.LATE_ANSWERS] += 1
             return
         self._recogniser.note(answered.value.remote)
         under_way = self._under_way
@@ -289,7 +290,7 @@ class RecognitionQueue:
         while (request := self._mailboxes[connection].take(is_due)) is not None:
             if not connection.session.is_stale(request.picture, now):
                 return request
-            self._counts["frames stale"] += 1
+            self._counts[Count.FRAMES_STALE] += 1
             if request.reply_to is not None:
                 connection.post(Skipped(id=request.reply_to.value, reason="stale"))
         return None
@@ -299,12 +300,12 @@ class RecognitionQueue:
         session = under_way.connection.session
         found = answer.recognition
         if found.error is None:
-            self._counts["recognitions"] += 1
+            self._counts[Count.RECOGNITIONS] += 1
             if isinstance(request.target, Surroundings):
                 return session.scene_view_received(request, found.scene_view, now)
             return session.recognised(request, found.evidence, found.stages_ms, now)
         code: ErrorCode = "model" if found.is_our_fault else "message"
-        self._counts[f"refused: {code}"] += 1
+        self._counts[refused(code)] += 1
         if request.reply_to is None:
             return []
         path = found.error_path or "$.image"

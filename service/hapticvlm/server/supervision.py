@@ -14,6 +14,7 @@ from hapticvlm.devices.faults import describe
 from hapticvlm.messages import Error
 from hapticvlm.server import status
 from hapticvlm.server.connection import Event
+from hapticvlm.server.counters import DROPPED_FRAMES
 from hapticvlm.server.edge.scheduling import yield_to_io
 from hapticvlm.server.gateway import Gateway
 
@@ -109,11 +110,10 @@ class Supervision:
 
     def _send_telemetry(self) -> None:
         """Report the state of the outputs to every connection."""
-        dropped = (n for name, n in self._gateway.counts.items() if name.startswith("frames "))
         telemetry = status.telemetry(
             self._gateway.outputs,
             speaker_level=self._speaker_level,
-            dropped_frames=sum(dropped),
+            dropped_frames=sum(self._gateway.counts[count] for count in DROPPED_FRAMES),
             leases=self._gateway.leases,
         )
         event = Event(telemetry)

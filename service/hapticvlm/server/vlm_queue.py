@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.counters import Count
 from hapticvlm.session.actions import Action, Ask, AskAmbient, AskMaterial
 from hapticvlm.session.targets import ObjectTarget
 from hapticvlm.vlm.worker import Question, VlmReply, VlmWorker
@@ -25,7 +26,7 @@ Deliver = Callable[[Connection, list[Action]], None]
 class VlmQueue:
     """Feeds the VLM worker, in turns, ambient before material."""
 
-    def __init__(self, worker: VlmWorker, counts: Counter[str], deliver: Deliver) -> None:
+    def __init__(self, worker: VlmWorker, counts: Counter[Count], deliver: Deliver) -> None:
         self.worker = worker
         self._counts = counts
         self._deliver = deliver
@@ -73,7 +74,7 @@ class VlmQueue:
     def accept(self, answered: WorkerReply[VlmReply], now: float) -> None:
         """Deliver a reply; one to a question that was given up is dropped."""
         if not self.worker.worker.accept(answered, now):
-            self._counts["late vlm answers dropped"] += 1
+            self._counts[Count.LATE_VLM_ANSWERS] += 1
             return
         under_way = self._under_way
         self._under_way = None

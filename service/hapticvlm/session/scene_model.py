@@ -12,6 +12,7 @@ from hapticvlm.rendering.vibration.hum import Hum
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import AskMaterial
 from hapticvlm.session.decisions import DecisionInputs, Rendition, choose_rendition
+from hapticvlm.session.overrides import MaterialOverrides
 from hapticvlm.session.scene_objects import Cached, ObjectState, SceneObjects
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.surroundings import Surroundings
@@ -22,7 +23,7 @@ class SceneModel:
     """Objects and surroundings of one scene."""
 
     def __init__(self, settings: SessionSettings) -> None:
-        self.objects = SceneObjects(settings.table, settings.saved)
+        self.objects = SceneObjects(settings.table, MaterialOverrides(settings.saved))
         self.surroundings = Surroundings(can_ask=settings.can_ask)
         self._table = settings.table
         self._can_ask = settings.can_ask

@@ -26,6 +26,7 @@ from websockets.http11 import Request, Response
 
 from hapticvlm import documents
 from hapticvlm.client import Client, connect
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import REFUSED, TokenBucket
 from hapticvlm.server.edge.listener import Listener
@@ -103,7 +104,7 @@ class StudyServer:
             while True:
                 done = await self._receive(socket, await socket.recv())
                 if not done and not refusals.spend(1, time.monotonic()):
-                    socket.refuse("too many refused messages")
+                    socket.refuse(Count.CLOSED_REFUSED_MESSAGES)
                 await asyncio.sleep(0)  # the other pages have a turn
         finally:
             pages.discard(socket)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hapticvlm.server.counters import Count
+
 MIB = 1024 * 1024
 
 
@@ -94,11 +96,11 @@ class PeerBudget:
         """Count what arrived; false: above the budget."""
         return self._bytes.spend(count, now)
 
-    def excess(self, now: float, *, is_control: bool) -> str | None:
+    def excess(self, now: float, *, is_control: bool) -> Count | None:
         """Spend one frame; return the budget that it exceeds, if any."""
         if not self._is_admitted:
             self._before_hello -= 1
-            return "too much before hello" if self._before_hello < 0 else None
+            return Count.CLOSED_BEFORE_HELLO if self._before_hello < 0 else None
         if is_control:
-            return None if self._control.spend(1, now) else "too many control frames"
-        return None if self._messages.spend(1, now) else "too many messages"
+            return None if self._control.spend(1, now) else Count.CLOSED_CONTROL_FRAMES
+        return None if self._messages.spend(1, now) else Count.CLOSED_MESSAGES

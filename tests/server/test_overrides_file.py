@@ -3,7 +3,7 @@
 import pytest
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.server.web import stated_materials
+from hapticvlm.server.web import overrides_file
 
 ODD = {"cup": "glass", 'a "quoted" \\ name\n': "wood", "\x7f\N{SNOWMAN}\N{PILE OF POO}": "metal"}
 
@@ -11,8 +11,8 @@ ODD = {"cup": "glass", 'a "quoted" \\ name\n': "wood", "\x7f\N{SNOWMAN}\N{PILE O
 def test_what_was_stated_is_read_again(tmp_path):
     file = tmp_path / "stated.json"
     for stated in ({}, ODD):
-        file.write_bytes(stated_materials.text(stated))
-        assert stated_materials.read(file, MATERIALS) == stated
+        file.write_bytes(overrides_file.text(stated))
+        assert overrides_file.read(file, MATERIALS) == stated
 
 
 @pytest.mark.parametrize(
@@ -30,5 +30,5 @@ def test_a_file_that_save_did_not_give_is_refused(tmp_path, text, fault):
     file = tmp_path / "stated.json"
     file.write_text(text)
     with pytest.raises(ValueError, match=fault) as refused:
-        stated_materials.read(file, MATERIALS)
+        overrides_file.read(file, MATERIALS)
     assert str(file) in str(refused.value)
