@@ -18,7 +18,7 @@ def test_what_was_stated_is_read_again(tmp_path):
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ('{"objects": [{"object_id": "cup", "material": "mettal"}]}', "no material `mettal`"),
+        ('{"objects": [{"object_id": "cup", "material": "mettal"}]}', "unknown material `mettal`"),
         ('{"objects": [{"object_id": "cup"}]}', "material"),
         ('{"objects": [{"object_id": "", "material": "wood"}]}', "object_id"),
         ('{"objects": [], "things": []}', "things"),

@@ -1,6 +1,6 @@
 """Puts the service together out of its settings; run_service.py runs it.
 
-What is asked beside the embedded encoder, a VLM or a shared recogniser, may be another machine.
+A VLM and a shared recogniser may run on another machine.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from hapticvlm.vlm.worker import VlmWorker
 
 @dataclass(frozen=True, slots=True)
 class ServiceParts:
-    """What the service is made of; each has to be started and closed."""
+    """The parts of the service; each has to be started and closed."""
 
     speaker: Speaker
     plate: Peltier
@@ -38,7 +38,7 @@ class ServiceParts:
     vlm: VlmWorker | None
     recorder: Recorder | None
     table: Mapping[str, Material]
-    saved: Mapping[str, str]
+    saved_materials: Mapping[str, str]
 
     def begin(self) -> None:
         """Let the processes of speaker and recogniser start, and do not wait for them.
@@ -87,7 +87,7 @@ def build_service(serving: ServeOptions) -> ServiceParts:
         vlm=vlm,
         recorder=_recorder(serving),
         table=table,
-        saved=saved,
+        saved_materials=saved,
     )
 
 

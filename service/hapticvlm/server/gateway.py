@@ -1,4 +1,4 @@
-"""The gateway: carries out what sessions ask for, on one event loop that never computes for long.
+"""Carries out the actions of sessions, on one event loop that never computes for long.
 
 One scene owns the outputs until it closes; any number of others watch. Touches are handled where
 they arrive; frames are handed to the recogniser, newest first; ticks end lapsed leases and follow
@@ -127,12 +127,12 @@ class Gateway:
         return Ok(id=scene.id)
 
     def close(self) -> None:
-        """Rest both outputs and move nothing from now on."""
+        """Rest both outputs and drive neither again."""
         self.outputs.close()
         self.vibration.rest()
 
     def carry_out(self, connection: Connection, actions: Iterable[Action]) -> list[ServiceMessage]:
-        """Do what the session asked, in order; return what to send to its connection."""
+        """Carry out the actions of a session in order; return the messages for its connection."""
         replies: list[ServiceMessage] = []
         for action in actions:
             match action:
@@ -157,13 +157,13 @@ class Gateway:
         """Count a refused message."""
         self.counts[refused(code)] += 1
 
-    def on_reply(self, answered: WorkerReply[VlmReply]) -> None:
+    def on_reply(self, reply: WorkerReply[VlmReply]) -> None:
         """Receive the VLM worker's reply (on the event loop)."""
         if self.vlm is not None:
-            self.vlm.accept(answered, time.monotonic())
+            self.vlm.accept(reply, time.monotonic())
 
     def deliver(self, connection: Connection, actions: list[Action]) -> None:
-        """Carry out actions that no message asked for just now; send their messages."""
+        """Carry out actions that do not answer a message; post their messages."""
         for reply in self.carry_out(connection, actions):
             connection.post(reply)
 
@@ -176,7 +176,7 @@ class Gateway:
 
     @property
     def leases(self) -> int:
-        """How many hands of the owner hold a lease."""
+        """Number of hands of the owner that hold a lease."""
         return self.owner.session.leases if self.owner else 0
 
     def _drive(self, action: OutputAction) -> None:
@@ -189,7 +189,7 @@ class Gateway:
             self.vlm.put(connection, ask, time.monotonic())
 
     def _show(self, connection: Connection, message: ServiceMessage) -> None:
-        """Send observers what another connection is sent; frames only to those who asked."""
+        """Send a connection's decisions to all observers."""
         if isinstance(message, Skipped) and message.reason == "rate":
             self.counts[Count.FRAMES_RATE] += 1
         if not isinstance(message, Decision):

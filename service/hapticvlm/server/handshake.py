@@ -61,17 +61,19 @@ from hapticvlm.session.settings import SessionSettings
 CLOSE_PROTOCOL = 4000
 HELLO_S = 10.0
 GUESSES_LOGGED_S = 10.0
-logger = logging.getLogger(__name__)
 CLOSE_MADE_ROOM = 4002
 SERVER_FULL = f"{MAX_CONNECTIONS} connections are open already: close one"
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class ServiceInfo:
-    """What `welcome` reports of this service; asks elsewhere = a VLM by url sees frames.
+    """The part of `welcome` that is the same for every client, and the settings of new sessions.
 
-    Crops elsewhere = a shared recogniser sees objects. Saved are materials by object id that a
-    person stated in an earlier run.
+    `asks_elsewhere`: a VLM on another machine sees frames. `crops_elsewhere`: a shared recogniser
+    on another machine sees crops of objects. `saved_materials` are materials by object id that a
+    person set in an earlier run. Resistances are in m2 K/W.
     """
 
     devices: Devices
@@ -80,7 +82,7 @@ class ServiceInfo:
     asks_elsewhere: bool = False
     crops_elsewhere: bool = False
     recorder: Recorder | None = None
-    saved: Mapping[str, str] = field(default_factory=dict)
+    saved_materials: Mapping[str, str] = field(default_factory=dict)
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE
 
@@ -106,7 +108,7 @@ class Handshake:
     async def welcome(self, socket: ClientSocket) -> Connection | None:
         """Wait for hello; answer welcome, or an error and close.
 
-        A connection without a place is no part of the gateway: it may only stop the outputs.
+        A connection without a slot does not join the gateway: it may only stop the outputs.
         """
         as_text = False
         try:
@@ -134,9 +136,9 @@ class Handshake:
         return None
 
     def _admit(self, message: ClientMessage) -> Hello:
-        """Return the hello of a client that may come in. Raises MessageError."""
+        """Return the hello if protocol and token are right. Raises MessageError."""
         if not isinstance(message, Hello):
-            text = "say hello first: {type: hello, id, client, protocol, role}"
+            text = "send hello first: {type: hello, id, client, protocol, role}"
             raise MessageError("protocol", text, path="$.type", id=message.id)
         theirs = message.protocol
         ours = f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
@@ -183,7 +185,7 @@ class Handshake:
             observer=observer,
             reading=outputs.reading,
             table=self._service_info.table,
-            saved=self._service_info.saved,
+            saved_materials=self._service_info.saved_materials,
             can_ask=self._service_info.models.vlm is not None,
             contact_resistance=self._service_info.contact_resistance,
             plate_resistance=self._service_info.plate_resistance,
@@ -222,7 +224,7 @@ class Handshake:
 
 
 class Guesses:
-    """Logs wrong tokens: the first at once, then how many came every few seconds."""
+    """Logs wrong tokens: the first at once, then their number every few seconds."""
 
     def __init__(self) -> None:
         self._since = 0
@@ -238,16 +240,16 @@ class Guesses:
 
 
 class AdmissionControl:
-    """The places of one gateway."""
+    """Admits clients to the slots of one gateway."""
 
     def __init__(self, gateway: Gateway) -> None:
         self._gateway = gateway
 
     def find(self, hello: Hello, peer: str) -> bool:
-        """Return whether a newcomer has a place. Raises MessageError for a scene that has none.
+        """Return whether a slot is free. Raises MessageError for a scene without one.
 
-        An observer without a place is let in all the same: a person may have sent it to stop the
-        outputs, which nobody may be kept from.
+        An observer without a slot is admitted all the same, to stop the outputs: that must work
+        for everybody at any time.
         """
         if hello.role == "scene":
             self._check_scenes(hello)
@@ -266,9 +268,10 @@ class AdmissionControl:
             raise MessageError("protocol", text, path="$.role", id=hello.id)
 
     def _has_slot(self, hello: Hello, peer: str) -> bool:
-        """Whether a place is free, or the oldest of the idle observers makes room.
+        """Whether a slot is free, or the oldest of the idle observers makes room.
 
-        The last places are for observers on this machine, so that a crowd locks no dashboard out.
+        The last slots are kept for observers on this machine, so that a crowd cannot lock the
+        dashboard out.
         """
         is_kept_for = hello.role == "observer" and is_loopback(peer)
         places = MAX_CONNECTIONS if is_kept_for else MAX_CONNECTIONS - LOOPBACK_SLOTS

@@ -1,4 +1,4 @@
-"""Who may drive the outputs: one scene at a time, which the others are notified of.
+"""Assigns the outputs to one scene at a time and notifies the others.
 
 The first scene owns them until it closes, and again the first that asks once they are free. Outputs
 whose owner has held no lease for IDLE_OWNER_S go to the scene that asks. Every change rests them.
@@ -117,7 +117,7 @@ class OutputOwnership:
             raise MessageError("not_owner", text, path=PATH, id=wanted.id)
         # In this order: the session first, so that nothing it still does reaches the outputs; then
         # the outputs, which rest as at a stop; then the message. The new owner begins with a plate
-        # on its way to neutral and a speaker that fades, and must touch anew to drive them.
+        # on its way to neutral and a speaker that fades, and must touch again to drive them.
         owner.session.set_owner(owner=False)
         owner.session.rest()
         self._outputs.rest()

@@ -43,7 +43,7 @@ def service_info(serving: ServeOptions, parts: ServiceParts) -> ServiceInfo:
         asks_elsewhere=serving.vlm_url is not None,
         crops_elsewhere=serving.recogniser_url is not None,
         recorder=parts.recorder,
-        saved=parts.saved,
+        saved_materials=parts.saved_materials,
         contact_resistance=serving.contact_resistance,
         plate_resistance=serving.plate_resistance,
     )

@@ -105,7 +105,7 @@ class WebSocketServer:
         """Return the owner's material overrides; without an owner those of the earlier run."""
         owner = self._gateway.owner
         return (
-            MaterialOverrides(self._service_info.saved)
+            MaterialOverrides(self._service_info.saved_materials)
             if owner is None
             else owner.session.overrides
         )

@@ -74,17 +74,17 @@ class Cached(Generic[T]):
 # A decision is wanted ten to ninety times a second for each hand and changes a few times a minute.
 # So every step keeps its result beside the inputs that it was made from, and compares those first:
 # evidence -> verdict -> rendition and contact -> decision. A renewal of a lease that changes
-# nothing makes nothing anew; whatever does change an input (a picture, an answer, ambient, gain, a
+# nothing makes nothing again; whatever changes an input (a picture, an answer, ambient, gain, a
 # limit of the plate) is found by comparing, and nobody has to remember to invalidate anything.
 class ObjectState(msgspec.Struct):
     """One object: what the scene gives, evidence by source, verdict, and the decision kept.
 
     `detail` is what its name says beyond the material, `table` the materials as it has them.
-    `announced` is what was told of the last decision that was compared, with that one's inputs.
+    `announced` is the key of the decision announced last, with the inputs of that decision.
     """
 
     facts: SceneObject | None
-    given: tuple[Evidence, ...] | None = None
+    declared: tuple[Evidence, ...] | None = None
     detail: MaterialDetail = sub_materials.PLAIN
     table: Mapping[str, Material] = materials.MATERIALS
     recognised: Fused | None = None
@@ -206,7 +206,7 @@ class SceneObjects:
 
     @property
     def scene_number(self) -> int:
-        """How often the scene was replaced: what it taught is forgotten with it."""
+        """Number of times the scene was replaced; its references are forgotten each time."""
         return self._replaced
 
     def reference_material(self, target: ThingTarget, *, always: bool) -> str | None:
@@ -227,7 +227,7 @@ class SceneObjects:
 
         A scene of debris forgets new ids for ever, and their counts must not pile up. So from time
         to time all are dropped and every generation grows past them; what is being recognised just
-        then is looked at again.
+        then is recognised again.
         """
         self.known.pop(target, None)
         self._declared.discard(target)
@@ -296,10 +296,10 @@ class SceneObjects:
         return (*self._given(target, known), *recognised, *reply)
 
     def _given(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
-        if known.given is None:
-            known.given = from_declaration(target, known.facts, self._lexicon)
+        if known.declared is None:
+            known.declared = from_declaration(target, known.facts, self._lexicon)
             name = name_of(target, known.facts)
             if name is not None:
                 known.detail = sub_materials.from_name(name, self._lexicon)
             known.table = known.detail.refine(self._table)
-        return known.given
+        return known.declared

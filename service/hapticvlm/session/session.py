@@ -55,13 +55,13 @@ from hapticvlm.session.touch import PlateTarget, TouchTracker, check_touch
 
 
 class SceneSession:
-    """One connection's scene: what it is believed to be, and the hands that touch it."""
+    """The scene of one connection: its model, and the hands that touch it."""
 
     def __init__(self, settings: SessionSettings, hold: Hold | None = None) -> None:
-        """Begin; `hold` is shared by all sessions of a service, so that none undoes a stop."""
+        """Begin a session; all sessions of a service share `hold`, so that none undoes a stop."""
         self.owner = settings.owner
         self.observer = settings.observer
-        self._overrides = MaterialOverrides(settings.saved)
+        self._overrides = MaterialOverrides(settings.saved_materials)
         self._model = SceneModel(settings)
         self._frames = Frames()
         plate = PlateTarget(settings.reading, settings.plate_resistance, settings.thermal_gain)
@@ -69,7 +69,7 @@ class SceneSession:
 
     @property
     def materials(self) -> tuple[str, ...]:
-        """What this scene's objects may be made of."""
+        """The materials that this scene's objects may have."""
         return self._model.materials
 
     def name(self, object_id: str | None) -> str | None:
@@ -94,12 +94,12 @@ class SceneSession:
 
     @property
     def leases(self) -> int:
-        """How many hands hold a lease."""
+        """Number of hands that hold a lease."""
         return self._touches.hands.leases
 
     @property
     def late_contacts(self) -> int:
-        """How many contacts made no impact because they came too late."""
+        """Number of contacts that made no impact because they came too late."""
         return self._touches.late_contacts
 
     def receive(self, message: ClientMessage, now: float) -> list[Action]:
@@ -119,20 +119,20 @@ class SceneSession:
             case Stop():
                 return [HoldOutputs(message.scope), Reply(Ok(id=message.id))]
             case Hello():
-                text = "hello was already said; open a new connection to start again"
+                text = "hello was sent already; open a new connection to start again"
                 raise MessageError("protocol", text, path="$.type", id=message.id)
 
     def scene_view_received(
         self, request: RecognitionRequest, scene_view: SceneView | None, now: float
     ) -> list[Action]:
-        """Receive the scene view; None means it has not changed."""
+        """Receive the scene view; None: it has not changed."""
         if scene_view is None:
             return []
         view = self._model.surroundings.update_view(scene_view, now)
         return [] if view is None else [AskAmbient(request.picture, view)]
 
     def answered(self, ask: Ask, answer: Reading | Evidence | None, now: float) -> list[Action]:
-        """Receive what a VLM answered; None means it has no answer."""
+        """Receive a VLM's answer; None: it has none."""
         surroundings = self._model.surroundings
         objects = self._model.objects
         surroundings.update(now)
@@ -152,7 +152,7 @@ class SceneSession:
         stages_ms: dict[str, float],
         now: float,
     ) -> list[Action]:
-        """Receive what a recognition gave; None means its picture has not changed."""
+        """Receive the evidence of a recognition; None: the picture has not changed."""
         target = request.target
         if request.reference_material is not None or isinstance(target, Surroundings):
             return []
@@ -227,7 +227,7 @@ class SceneSession:
         age_ms = self._frames.age_s(frame, now) * 1000.0
         decision = self._touches.decision(target)
         answer = msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
-        return [Reply(answer), *self._model.teaching(frame, target)]
+        return [Reply(answer), *self._model.reference_request(frame, target)]
 
     def _scene(self, scene: Scene) -> list[Action]:
         check_describes(scene, observer=self.observer)

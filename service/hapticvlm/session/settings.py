@@ -14,7 +14,7 @@ from hapticvlm.rendering.heat.limits import AT_REST, PlateReading
 class SessionSettings:
     """The role of a session, the materials its objects may have, and the state of the outputs.
 
-    `saved` are materials by object id that a person set in an earlier run (overrides.py).
+    `saved_materials` are materials by object id that a person set in an earlier run (overrides.py).
     `can_ask`: a vision-language model answers questions. Resistances are in m2 K/W;
     `contact_resistance` None takes each material's own. `reading` and `thermal_gain` are those of
     the plate as the session finds it.
@@ -24,7 +24,7 @@ class SessionSettings:
     observer: bool = False
     reading: PlateReading = AT_REST
     table: Mapping[str, Material] = field(default_factory=lambda: MATERIALS)
-    saved: Mapping[str, str] = field(default_factory=dict)
+    saved_materials: Mapping[str, str] = field(default_factory=dict)
     can_ask: bool = False
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE

@@ -156,7 +156,7 @@ class Listener:
 
 
 class ConnectRates:
-    """How many connections each address may still make. All of this machine are one address."""
+    """Limits the connections of each address a second; all of this machine are one address."""
 
     def __init__(self) -> None:
         self._buckets: OrderedDict[str, TokenBucket] = OrderedDict()

@@ -252,7 +252,7 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def buffer_updated(self, count: int) -> None:
         """Take the bytes that were read: count them, parse them, carry out at most one message."""
-        # Bytes are counted before they are looked at: a frame that is never completed, or is
+        # Bytes are counted before they are parsed: a frame that is never completed, or is
         # compressed, or is not a frame at all costs its sender just the same.
         now = time.monotonic()
         data = bytes(memoryview(self._buffer)[:count])
@@ -520,4 +520,4 @@ def _frame_bytes(data: bytes, at: int) -> int | None:
 
 
 def _nothing() -> None:
-    """Return no message, where there is no source of posted ones."""
+    """Return None: no source of posted messages has been set."""

@@ -1,4 +1,4 @@
-"""Materials that a person stated of objects at the dashboard: the file `serve --stated` reads.
+"""Reads and writes the file of material overrides, which `serve --stated` takes.
 
     {"objects": [{"object_id": "cup", "material": "glass"}]}
 
@@ -34,17 +34,17 @@ def read(path: Path, table: Mapping[str, Material]) -> dict[str, str]:
     """Read the materials by object id. Raises OSError, and ValueError naming file and fault."""
     try:
         # The file was written by a browser and may have been edited by hand. It is read whole or
-        # not at all, and each name is looked up: a material that no table has would otherwise be
-        # found out by the first touch, in a scene that is running.
-        found = msgspec.json.decode(documents.read_bytes(path), type=_File)
+        # not at all, and each name is looked up: a material that no table has would otherwise
+        # fail at the first touch, in a scene that is running.
+        file = msgspec.json.decode(documents.read_bytes(path), type=_File)
     except (ValueError, RecursionError) as error:
         text = "--stated names a file that the dashboard's Save gave"
         raise ValueError(f"{path}: {error}; {text}") from None
-    for index, given in enumerate(found.objects):
+    for index, given in enumerate(file.objects):
         if given.material not in table:
-            text = f"no material `{given.material}`; known: {', '.join(table)}"
+            text = f"unknown material `{given.material}`; known: {', '.join(table)}"
             raise ValueError(f"{path}: $.objects[{index}].material: {text}")
-    return {given.object_id: given.material for given in found.objects}
+    return {given.object_id: given.material for given in file.objects}
 
 
 def text(stated: Mapping[str, str]) -> bytes:
