@@ -27,7 +27,8 @@ PORT = 8791
 UVICORN = "uvicorn"
 RAY = "ray"
 ENGINES = (UVICORN, RAY)
-WAIT_MS = {UVICORN: 0.0, RAY: 4.0}  # our choice: batches save nothing on a core (docs/fleet.md)
+# Our choice: batches save nothing on a core (docs/shared-recogniser.md).
+WAIT_MS = {UVICORN: 0.0, RAY: 4.0}
 
 
 def add(commands: Commands) -> None:
