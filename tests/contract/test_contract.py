@@ -89,7 +89,7 @@ def test_every_type_has_one_name_that_says_what_it_is(types: str) -> None:
 
 
 def test_what_the_contract_says_of_a_field_is_said_in_its_type(types: str) -> None:
-    assert "   * Of the hand relative to the surface; at contact how fast it hits." in types
+    assert "   * Speed of the hand relative to the surface; at contact, the impact speed." in types
     assert "'image': Uint8Array;" in types
 
 
