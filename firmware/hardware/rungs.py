@@ -36,7 +36,7 @@ def main() -> int:
 def rung1() -> str:
     """Return computer, amplifier, exciter, board and palm."""
     body = [
-        _text(20, 30, "Rung 1: a sound exciter", "bold", size=15),
+        _text(20, 30, "Step 1: a sound exciter", "bold", size=15),
         *_box(20, 90, 120, 90, "computer", "audio output"),
         *_box(250, 90, 140, 90, "amplifier", "3 W, 5 V"),
         *_box(250, 240, 140, 50, "USB supply", "5 V, 1 A"),
@@ -70,7 +70,7 @@ def rung1() -> str:
 def rung2() -> str:
     """Return an Uno with six resistors, three light-emitting diodes and a bridge."""
     body = [
-        _text(20, 30, "Rung 2: the real firmware, no plate", "bold", size=15),
+        _text(20, 30, "Step 2: the real firmware, no plate", "bold", size=15),
         *_box(330, 60, 150, 370, "", ""),
         _text(405, 80, "Arduino Uno", "bold", "middle"),
         _text(405, 95, "or Nano, optiboot", anchor="middle"),
