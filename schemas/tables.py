@@ -1,7 +1,7 @@
-"""docs/protocol.md between its marks: every message, field and choice of words, as tables.
+"""Writes every message, field and choice of values as tables into docs/protocol.md.
 
-The text around the marks is written by hand. Knows only the forms of schema that messages.py
-produces.
+The tables replace the text between two marks; the rest is written by hand. Supports only the
+schemas that messages.py produces.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _tables(definitions: Json) -> Iterator[str]:
     yield "\n## From service to client"
     for name in told:
         yield from _message(name, definitions)
-    yield "\n## Parts of messages"
+    yield "\n## Nested types"
     for name in nested:
         if name not in asked + told:
             yield from _message(name, definitions)
@@ -49,7 +49,7 @@ def _tables(definitions: Json) -> Iterator[str]:
 
 
 def _message(name: str, definitions: Json) -> Iterator[str]:
-    """Write one message or part of one: what it is for, then its fields."""
+    """Write one message or nested type: its description, then its fields."""
     definition = definitions[name]
     is_message = "type" in definition["properties"]
     yield f"\n### {f'`{name.lower()}`' if is_message else name}"
@@ -64,7 +64,7 @@ def _message(name: str, definitions: Json) -> Iterator[str]:
 
 
 def _kind(key: str, schema: Json) -> str:
-    """Describe what may stand in a field: its kind, range, unit and default."""
+    """Describe the values of a field: type, range, unit and default."""
     given = [choice for choice in schema.get("anyOf", []) if choice != {"type": "null"}]
     inner = given[0] if given else schema
     parts = [_named(inner) + _range(inner, _unit(key))]
@@ -72,7 +72,7 @@ def _kind(key: str, schema: Json) -> str:
         parts.append("or null")
     if schema.get("default") not in (None, [], {}):
         default = schema["default"]
-        parts.append(f"(absent: {str(default).lower()})")
+        parts.append(f"(default: {str(default).lower()})")
     return " ".join(parts)
 
 
@@ -98,7 +98,7 @@ def _reference(name: str) -> str:
 
 
 def _range(schema: Json, unit: str) -> str:
-    """Write the limits of a number or a text with their unit."""
+    """Write the limits of a number or a string with their unit."""
     if schema.get("type") == "string" and "maxLength" in schema:
         return f" of {schema.get('minLength', 0)} to {schema['maxLength']} characters"
     if schema.get("type") not in ("number", "integer"):

@@ -63,7 +63,7 @@ Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
 `slew`: its rate of change; `current`: its current; `sink`: a hot heat sink; `dose`: the thermal
 dose allowed for skin."""
 SurfaceSource = Literal["scene", "name", "sun", "ambient"]
-"""The source of the surface temperature; `ambient` if there is no other."""
+"""The source of the surface temperature. `ambient` applies without any other."""
 SkipReason = Literal["superseded", "stale", "unchanged", "rate"]
 """`superseded`: replaced by a newer frame; `stale`: older than its `max_age_ms`; `unchanged`: the
 object looks as before; `rate`: over `frames_per_s`."""
@@ -492,7 +492,7 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     pattern: str | None = None
     """Vibration pattern, such as wood strike; absent: no touch, or no vibration."""
     basis: Basis | None = None
-    """What is rendered: the material, the mean over probable materials, or nothing."""
+    """Basis of the rendering: the material, the mean over probable materials, or nothing."""
     stages_ms: dict[str, float] = {}
     """Duration of each stage of the recognition; empty if there was none."""
     frame_age_ms: float | None = None
@@ -634,7 +634,7 @@ class Error(Wire, frozen=True, tag="error", tag_field="type"):
     code: ErrorCode
     """Kind of error, for programs."""
     text: str
-    """What is wrong and what to do, as text to display."""
+    """Description of the problem and its fix, as text to display."""
     path: str | None = None
     """Field concerned, such as $.objects[3].material."""
 

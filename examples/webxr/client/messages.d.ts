@@ -647,7 +647,7 @@ export interface Decision {
    */
   'surface_high_c': number;
   /**
-   * The source of the surface temperature; `ambient` if there is no other.
+   * The source of the surface temperature. `ambient` applies without any other.
    */
   'surface_source': SurfaceSource;
   /**
@@ -691,7 +691,7 @@ export interface Decision {
    */
   'pattern'?: string | null;
   /**
-   * What is rendered: the material, the mean over probable materials, or nothing.
+   * Basis of the rendering: the material, the mean over probable materials, or nothing.
    */
   'basis'?: Basis | null;
   /**
@@ -741,7 +741,7 @@ export interface EvidenceItem {
 export type AmbientSource = "default" | "scene" | "vlm";
 
 /**
- * The source of the surface temperature; `ambient` if there is no other.
+ * The source of the surface temperature. `ambient` applies without any other.
  */
 export type SurfaceSource = "ambient" | "name" | "scene" | "sun";
 
@@ -983,7 +983,7 @@ export interface Error {
    */
   'code': ErrorCode;
   /**
-   * What is wrong and what to do, as text to display.
+   * Description of the problem and its fix, as text to display.
    */
   'text': string;
   /**

@@ -4,7 +4,7 @@ using System.Collections.Generic;
 
 namespace HapticVLM.Wire
 {
-    /// <summary>What a message is.</summary>
+    /// <summary>Type of a message.</summary>
     public enum Kind { Other, Hello, Scene, Frame, Touch, Set, Stop, Welcome, Decision, Telemetry, View, Vibration, Ownership, Skipped, Ok, Error }
 
     public static class Protocol
