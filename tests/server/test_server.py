@@ -24,6 +24,7 @@ from hapticvlm.commands.main import main
 from hapticvlm.server.edge.limits import GUESS_S, MAX_CONNECTIONS, MAX_SCENES
 from hapticvlm.server.handshake import CLOSE_MADE_ROOM
 from hapticvlm.server.websocket import CLOSE_SERVER_FULL
+from hapticvlm.server.web import http
 
 OBJECTS = [
     {"object_id": "table", "material": "wood"},
@@ -473,7 +474,8 @@ def test_pages_are_served_with_a_strict_policy_and_nothing_else_is(service):
     with get(service, "/") as page:
         assert "default-src 'self'" in page.headers["Content-Security-Policy"]
         assert b"HapticVLM" in page.read()
-    for path in ("/nothing", "/../cli.py", "/%2e%2e/cli.py", "/dashboard.js/"):
+    assert (http.PAGES / "../errors.py").is_file()
+    for path in ("/nothing", "/../errors.py", "/%2e%2e/errors.py", "/dashboard.js/"):
         with pytest.raises(urllib.error.HTTPError) as missing:
             get(service, path)
         assert missing.value.code == 404
