@@ -1,6 +1,5 @@
 """The dashboard in a real Chromium, against a real service on simulated devices."""
 
-import os
 import signal
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,10 +14,8 @@ from dashboard_scene import (
     PATIENCE_MS,
     WATCH_POLICY,
     board_on_a_port,
-    chromium,
     dashboard,
     idling,
-    missing,
     touching,
 )
 from playwright.sync_api import APIResponse, Browser, Page, Route, expect
@@ -35,18 +32,6 @@ PHONE = (360, 740)
 TOKEN = "s3cret"
 SILENCE = 1e-4  # of full scale
 LEAK_MB = 2.0  # a heap that still fills grows by one; soak_dashboard.py looks closer, for longer
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
-    expect.set_options(timeout=PATIENCE_MS)
-    with chromium() as browser:
-        yield browser
 
 
 @dataclass

@@ -2,7 +2,6 @@
 
 import asyncio
 import io
-import os
 import re
 import subprocess
 import sys
@@ -17,11 +16,8 @@ import pytest
 from conftest import status
 from dashboard_scene import (
     AXE,
-    PATIENCE_MS,
-    chromium,
     dashboard,
     idling,
-    missing,
     touching,
 )
 from PIL import Image
@@ -67,18 +63,6 @@ PAINTED = """async () => {
 YIELD_MS = 60.0
 LET_GO_S = 8.0
 FELT = re.compile(r"0\.\d*[1-9]")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
-    expect.set_options(timeout=PATIENCE_MS)
-    with chromium() as browser:
-        yield browser
 
 
 def states(page: Page, service: Service) -> Iterator[str]:

@@ -1,12 +1,11 @@
 """The vibration as the dashboard plays it: each material's own sound, and silence after a stop."""
 
-import os
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from dashboard_scene import PATIENCE_MS, chromium, dashboard, missing
+from dashboard_scene import dashboard
 from playwright.sync_api import Browser, Page, expect
 
 from hapticvlm.client.local_service import Service
@@ -36,15 +35,6 @@ RECORD = """async () => {
 }"""
 
 SOUNDS = "() => blocks.some(({samples}) => samples.some((value) => Math.abs(value) > 1e-3))"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    if reason := missing():
-        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
-    expect.set_options(timeout=PATIENCE_MS)
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

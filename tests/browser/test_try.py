@@ -17,18 +17,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY, chromium, missing
+from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY
 from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 import hapticvlm
 from hapticvlm.client.local_service import Service, running
 
-REASON = missing()
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(REASON is not None, reason=REASON or ""),
-]
+pytestmark = pytest.mark.browser
 NOTHING = "—"
 DROP = """([name, data]) => {
   const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
@@ -52,14 +48,7 @@ HEAR = """async () => {
 }"""
 PAGES = Path(hapticvlm.__file__).parent / "pages"
 # A camera that films a turning figure, and a screen that nobody is asked for.
-FAKE = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    expect.set_options(timeout=PATIENCE_MS)
-    with chromium(*FAKE) as opened:
-        yield opened
+CHROMIUM_FLAGS = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
 
 
 @pytest.fixture(scope="module")

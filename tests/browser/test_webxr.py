@@ -3,21 +3,17 @@
 import base64
 import io
 import json
-import os
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
-
-pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
-
 from pace import PACE
+from PIL import Image
 from webxr_frames import LOOK
-from webxr_scene import Visit, missing, visiting
+from webxr_scene import Visit, visiting
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "three")]
 
 LOOK_MS = 10_000 * PACE  # to draw, send and look at a picture
 NEUTRAL_C = 32.0
@@ -35,11 +31,6 @@ HOLD_BEFORE = """async ({main, three, session}, [key, x, y, z]) => {
 @pytest.fixture(scope="module")
 def visit() -> Iterator[Visit]:
     """One visit shared by all tests: loading the page is what takes longest."""
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
     with visiting() as visit:
         yield visit
 

@@ -1,19 +1,15 @@
 """A touch in the WebXR scene is seen and stated: the page on a desktop, in headless Chromium."""
 
-import os
 from collections.abc import Iterator
 from statistics import median
 from typing import Any
 
 import pytest
-
-pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
-
 from dashboard_scene import AXE
 from playwright.sync_api import Page
-from webxr_scene import SIZE, missing, served
+from webxr_scene import SIZE, served
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "three")]
 
 SEEN_MS = 50.0
 MOST_DRAWN = 0.4  # of the canvas, for a touch of one object; it is 0.1 to 0.2
@@ -72,11 +68,6 @@ PRESS = """async ([key, hold]) => {
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
     with served(SIZE) as (service, page):
         page.goto(f"{service.page}scene/webxr/")
         page.locator("#state", has_text="Connected").wait_for()

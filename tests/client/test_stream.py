@@ -8,7 +8,7 @@ import time
 import types
 from pathlib import Path
 
-import pytest
+import cv2
 import tiny_video
 from conftest import peer
 from pace import PACE
@@ -23,7 +23,6 @@ PATIENCE_S = 300.0 * PACE
 
 def recording(path, count=20):
     """A screen recording of two seconds, made of the project's own rendered frames."""
-    cv2 = pytest.importorskip("cv2")
     pictures = [cv2.imread(str(FRAMES / f"{60 + n:04}.jpg")) for n in range(count)]
     return tiny_video.write(path, pictures)
 

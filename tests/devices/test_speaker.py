@@ -1,8 +1,6 @@
 """The speaker on a real sound server: what a sink's monitor hears, and what becomes of a sink."""
 
 import asyncio
-import os
-import shutil
 import time
 
 import numpy as np
@@ -21,20 +19,13 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm_lab.bench.audio import jack
 from hapticvlm_lab.bench.audio.deadlines import keep
-from hapticvlm_lab.bench.audio.sink import NAME, NEEDED, null_sink, recording
+from hapticvlm_lab.bench.audio.sink import NAME, null_sink, recording
 from hapticvlm_lab.bench.audio.speaker import gaps, late
 
 pytestmark = pytest.mark.process
 
-MISSING = [name for name in NEEDED if shutil.which(name) is None]
-needs_pulseaudio = pytest.mark.skipif(
-    bool(MISSING) and not os.environ.get("CI"),
-    reason="needs pulseaudio and pulseaudio-utils: a sink whose monitor is recorded",
-)
-needs_jack = pytest.mark.skipif(
-    shutil.which("jackd") is None and not os.environ.get("CI"),
-    reason="needs jackd2: a JACK server whose dummy driver plays into nothing",
-)
+needs_pulseaudio = pytest.mark.needs_toolchain("pulseaudio")  # a sink that is recorded
+needs_jack = pytest.mark.needs_toolchain("jackd")  # a server whose driver plays into nothing
 PATIENCE_S = 30.0 * PACE
 LEASE_S = 0.2
 

@@ -3,6 +3,7 @@
 import warnings
 
 import pytest
+from toolchains import require
 
 from hapticvlm_recogniser_app import ray_here
 
@@ -12,9 +13,10 @@ pytestmark = pytest.mark.slow
 @pytest.fixture
 def slow_ray(monkeypatch):
     """Return how often Ray was started, and let it be too slow for so many times first."""
+    require("ray")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Ray's own, about its own parts
-        ray = pytest.importorskip("ray", reason="the extra `ray` brings it")
+        import ray
     starts: list[int] = []
 
     def set_slow(times):

@@ -1,26 +1,21 @@
 """The report that is sent round: whole in one file, with ratings, and with what may be claimed."""
 
 import csv
-import os
 import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from hapticvlm.commands.main import main
 from hapticvlm_studio.design import design as designs
 from hapticvlm_studio.design.design import Plan
 from hapticvlm_studio.design.form import Form, read
 from hapticvlm_studio.design.patterns import paper_like
 from hapticvlm_studio.report import claims, report, results
-from hapticvlm_studio.trials.record import Log
-
-if not os.environ.get("CI"):  # there, what is missing fails
-    pytest.importorskip("statsmodels", reason="statsmodels is not installed")
-
-from hapticvlm.commands.main import main
 from hapticvlm_studio.report.evaluate import evaluate, evaluate_paper
 from hapticvlm_studio.report.text import text_of
+from hapticvlm_studio.trials.record import Log
 
 REMARK = "my name is Ann"
 

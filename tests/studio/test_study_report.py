@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,21 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hapticvlm.commands.main import main
 from hapticvlm_studio.design import design as designs
 from hapticvlm_studio.design import paper
 from hapticvlm_studio.design.design import Plan
 from hapticvlm_studio.design.patterns import paper_like
 from hapticvlm_studio.design.stimuli import StudyError
+from hapticvlm_studio.report import report, results, statistics, text
+from hapticvlm_studio.report.evaluate import evaluate, evaluate_paper
 from hapticvlm_studio.trials import record
 from hapticvlm_studio.trials.player import SILENT
 from hapticvlm_studio.trials.record import Log
-
-if not os.environ.get("CI"):  # there, what is missing fails
-    pytest.importorskip("statsmodels", reason="statsmodels is not installed")
-
-from hapticvlm.commands.main import main
-from hapticvlm_studio.report import report, results, statistics, text
-from hapticvlm_studio.report.evaluate import evaluate, evaluate_paper
 
 PEOPLE = 4
 Counts = np.ndarray[Any, np.dtype[np.int64]]
