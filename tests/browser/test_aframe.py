@@ -11,7 +11,11 @@ import pytest
 from playwright.sync_api import Page
 from webxr_scene import EXAMPLES, served
 
-pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "aframe")]
+pytestmark = [
+    pytest.mark.nightly,
+    pytest.mark.browser,
+    pytest.mark.needs_toolchain("chromium", "aframe"),
+]
 
 MODULES = EXAMPLES / "webxr" / "node_modules"
 HEADSET = """

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 from toolchains import give_up, require
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.nightly, pytest.mark.browser]
 
 SCRIPT = Path(__file__).parents[2] / "examples" / "captures" / "make" / "make_capture.py"
 SHIPPED = SCRIPT.parents[1] / "living_room" / "capture.jsonl"

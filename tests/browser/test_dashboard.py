@@ -82,6 +82,7 @@ def test_a_touched_object_is_shown_with_material_confidence_rung_and_why(
         expect(page.locator("#news")).to_contain_text("kettle is metal, by scene")
 
 
+@pytest.mark.nightly
 def test_a_chosen_object_stays_explained_while_others_are_decided(
     service: Service, browser: Browser
 ) -> None:
@@ -118,6 +119,7 @@ def test_the_stop_silences_a_hand_that_rubs_on_until_it_lets_go_and_touches_anew
             expect(page.locator("#service")).to_contain_text(still)
 
 
+@pytest.mark.nightly
 def test_the_last_frame_is_drawn_with_its_region(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page) as page, touching(service.url):
         page.get_by_role("button", name="Object_07").click()
@@ -134,6 +136,7 @@ def test_the_last_frame_is_drawn_with_its_region(service: Service, browser: Brow
     assert edge[1:] == [[255, 255, 255, 255]] * 2
 
 
+@pytest.mark.nightly
 def test_stage_times_drops_and_the_log_are_shown(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page) as page, touching(service.url):
         for stage in (
@@ -207,6 +210,7 @@ def test_a_service_that_hangs_is_said_and_so_is_a_stop_without_answer(
         expect(page.locator("#link")).to_contain_text("Connected")
 
 
+@pytest.mark.nightly
 def test_an_owner_that_touches_nothing_for_long_is_ended_by_a_button(
     service: Service, browser: Browser
 ) -> None:
@@ -321,6 +325,7 @@ def test_axe_finds_nothing_serious(
     assert len(found["passes"]) > 10
 
 
+@pytest.mark.nightly
 def test_the_theme_follows_the_system_and_a_choice_is_kept(
     service: Service, browser: Browser
 ) -> None:
@@ -395,6 +400,7 @@ def test_nothing_is_asked_of_anybody_else_and_no_policy_is_broken(
     context.close()
 
 
+@pytest.mark.nightly
 def test_memory_stays_flat_and_every_interaction_is_painted(
     service: Service, browser: Browser
 ) -> None:

@@ -66,6 +66,7 @@ def spectrum(wave: np.ndarray, rate_hz: int = RATE_HZ) -> np.ndarray:
     return np.asarray(10.0 * np.log10(bands / bands.max() + 1e-4))
 
 
+@pytest.mark.nightly
 def test_what_is_heard_of_a_strike_is_glass_for_glass_and_wood_for_wood(
     listening: tuple[Page, int],
 ) -> None:
@@ -117,6 +118,7 @@ def test_a_stop_while_sound_begins_leaves_it_off(service: Service, browser: Brow
         }""") == [False, None]
 
 
+@pytest.mark.nightly
 def test_sound_that_could_not_begin_begins_at_the_next_click(
     service: Service, browser: Browser
 ) -> None:

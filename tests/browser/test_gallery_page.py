@@ -11,7 +11,7 @@ from playwright.sync_api import expect
 
 from hapticvlm.commands.main import main
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.nightly, pytest.mark.browser]
 FORMATS = ("haptic", "ahap", "hjif")
 
 

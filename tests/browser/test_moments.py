@@ -10,7 +10,7 @@ from recorded_session import record
 
 from hapticvlm.commands.main import main
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.nightly, pytest.mark.browser]
 
 PIXELS = """() => {
   const canvas = document.getElementById("frame");

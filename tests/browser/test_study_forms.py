@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize
 
 from hapticvlm_studio.design.form import TEMPLATE
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.nightly, pytest.mark.browser]
 
 PATTERN = """
 [[pattern]]

@@ -15,7 +15,11 @@ from godot_scene import TEMPLATE, Game, playing
 from PIL import Image
 from websockets.sync.client import connect as open_socket
 
-pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "godot")]
+pytestmark = [
+    pytest.mark.nightly,
+    pytest.mark.browser,
+    pytest.mark.needs_toolchain("chromium", "godot"),
+]
 
 TRUTHS = {
     "Table/OakTable": "wood",

@@ -38,7 +38,8 @@ SECRET = "the-token-of-this-test"
 QUEUE = ("--queue", "32")
 
 pytestmark = pytest.mark.slow
-on_ray = pytest.mark.parametrize("app", ["ray"], indirect=True)
+RAY = pytest.param("ray", marks=pytest.mark.nightly)
+on_ray = pytest.mark.parametrize("app", [RAY], indirect=True)
 on_uvicorn = pytest.mark.parametrize("app", ["uvicorn"], indirect=True)
 
 
@@ -66,7 +67,7 @@ class App:
         return json.loads(data)
 
 
-@pytest.fixture(scope="module", params=["uvicorn", "ray"])
+@pytest.fixture(scope="module", params=["uvicorn", RAY])
 def app(request):
     require(request.param)
     os.environ[TOKEN] = SECRET

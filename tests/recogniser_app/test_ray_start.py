@@ -7,7 +7,7 @@ from toolchains import require
 
 from hapticvlm_recogniser_app import ray_here
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 
 @pytest.fixture

@@ -47,7 +47,7 @@ COPYLEFT = re.compile(r"General Public License|\bA?GPL", re.IGNORECASE)
 WHEEL_MB, SDIST_MB = 6.0, 30.0
 INSTALL_S, ANSWER_S = 3600.0, 600.0  # seconds; a busy machine starves a niced process
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.nightly, pytest.mark.slow]
 
 
 @dataclass(frozen=True)

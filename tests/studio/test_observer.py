@@ -279,6 +279,7 @@ def noise() -> Noise:
     return predict.paper_noise()
 
 
+@pytest.mark.nightly
 def test_calibrated_on_the_paper_our_ten_reach_the_goal(noise):
     found = predict.predict(patterns.ours(), noise)
 
@@ -299,6 +300,7 @@ def test_the_calibrated_observer_confuses_most_what_people_confused_most(noise):
     assert found.temperature_slips[1] == pytest.approx(found.temperature_slips[0], abs=0.005)
 
 
+@pytest.mark.nightly
 def test_other_guesses_of_the_paper_s_stimuli_give_other_figures_and_the_same_seed_the_same():
     ten = patterns.ours()
     found = predict.spread(ten, 4)

@@ -27,7 +27,7 @@ ANSWER_S = 120.0 * PACE
 NEEDED = ("torch", "transformers", "fastapi", "uvicorn", "openai", "accelerate")
 PICTURE = np.random.default_rng(2).integers(0, 255, (120, 160, 3), dtype=np.uint8)
 
-pytestmark = [pytest.mark.slow, pytest.mark.process]
+pytestmark = [pytest.mark.nightly, pytest.mark.slow, pytest.mark.process]
 
 
 @pytest.fixture(scope="module")

@@ -190,6 +190,7 @@ async def test_an_object_the_encoder_leaves_unknown_is_asked_about_once_and_deci
     assert len(made_of) == 1
 
 
+@pytest.mark.nightly
 async def test_a_model_loaded_here_answers_and_no_frame_leaves_the_machine(loading):
     assert loading.seconds_to_ready < PATIENCE_S  # it loads while the service already runs
     async with scene(loading) as client:
@@ -203,6 +204,7 @@ async def test_a_model_loaded_here_answers_and_no_frame_leaves_the_machine(loadi
     assert not found["remote"]
 
 
+@pytest.mark.nightly
 async def test_a_killed_or_frozen_model_is_restarted_reported_and_asked_again(loading):
     is_ready = hurrying(lambda found: found["vlm"]["name"] and not found["vlm"]["busy"])
     async with scene(loading) as client:
@@ -222,6 +224,7 @@ async def test_a_killed_or_frozen_model_is_restarted_reported_and_asked_again(lo
         assert decision["ambient_source"] == "default"
 
 
+@pytest.mark.nightly
 async def test_a_model_that_cannot_be_loaded_is_given_up_said_and_does_without(tmp_path):
     with running(["--vlm", str(tmp_path / "nothing")]) as service:
         async with scene(service) as client:
