@@ -28,7 +28,7 @@ def cases() -> Iterator[Any]:
             yield pytest.param(fault, situation, marks=marks, id=f"{fault.name}, {situation.name}")
 
 
-@pytest.mark.parametrize(("fault", "situation"), cases())
+@pytest.mark.parametrize(("fault", "situation"), list(cases()))
 def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
     chip: Chip, fault: Fault, situation: Situation
 ) -> None:

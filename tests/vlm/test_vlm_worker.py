@@ -190,7 +190,6 @@ async def test_an_object_the_encoder_leaves_unknown_is_asked_about_once_and_deci
     assert len(made_of) == 1
 
 
-@pytest.mark.nightly
 async def test_a_model_loaded_here_answers_and_no_frame_leaves_the_machine(loading):
     assert loading.seconds_to_ready < PATIENCE_S  # it loads while the service already runs
     async with scene(loading) as client:
