@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 from conftest import peer, status
-from pace import PACE
+from pace import PACE, until
 
 from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
@@ -34,15 +34,6 @@ def strike(**fields):
     given = {"hand": 1, "material": "wood", "interaction": "strike", "onset": True}
     given |= {"motion": Motion(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + LEASE_S}
     return Command(**{**given, **fields})
-
-
-def until(claim):
-    """Wait until the claim holds; return its value."""
-    gives_up_at = time.monotonic() + PATIENCE_S
-    while not (value := claim()):
-        assert time.monotonic() < gives_up_at, "nothing happened"
-        time.sleep(0.02)
-    return value
 
 
 def troubles(speaker):

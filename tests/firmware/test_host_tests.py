@@ -38,6 +38,7 @@ def test_the_core_passes_its_own_tests_under_the_sanitizers(build: str) -> None:
     assert " 0 skipped" in printed
 
 
+@pytest.mark.nightly
 def test_neither_bytes_nor_payloads_break_the_core(build: str) -> None:
     require("g++", "make", "doctest", "clang++-14")
     printed = make("hosttests", build, f"SECONDS={FUZZ_S}", "fuzz")

@@ -65,6 +65,7 @@ def test_what_is_answered_there_is_what_would_be_answered_here(shared: Shared, f
         assert found.embedding @ embedding > 0.9
 
 
+@pytest.mark.realtime
 def test_before_it_has_answered_once_every_look_is_local_at_once(shared: Shared) -> None:
     asked = remote(shared)
     started = time.monotonic()
