@@ -58,6 +58,7 @@ class Bench:
 
 
 @pytest.mark.parametrize("seed", nightly_except(3, [0, 1, 2]))
+@pytest.mark.slow
 def test_palms_on_a_module_that_nobody_measured_are_found_within_30_percent(seed):
     bench = Bench(seed)
     bare = bench.swing()
@@ -75,6 +76,7 @@ def test_palms_on_a_module_that_nobody_measured_are_found_within_30_percent(seed
     ("thickness_m", "conductivity", "within"),
     nightly_except(4, [(6e-4, 0.24, 0.3), (3e-4, 0.24, 0.2), (6e-4, 0.20, 0.3), (8e-4, 0.20, 0.4)]),
 )
+@pytest.mark.slow
 def test_a_palm_with_a_horny_layer_is_found_and_its_interval_holds(
     thickness_m, conductivity, within
 ):
