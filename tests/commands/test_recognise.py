@@ -23,14 +23,14 @@ SIDE = 160
 COMMAND = [sys.executable, "-m", "hapticvlm", "recognise"]
 
 
-class Recognised(Outcome):
+class Rows(Outcome):
     @property
     def rows(self) -> list[dict[str, Any]]:
         return [json.loads(line) for line in self.out.splitlines()]
 
 
-def recognise(*arguments: str | Path) -> Recognised:
-    return Recognised(**vars(hapticvlm("recognise", *arguments)))
+def recognise(*arguments: str | Path) -> Rows:
+    return Rows(**vars(hapticvlm("recognise", *arguments)))
 
 
 def best(row: dict[str, Any]) -> str | None:

@@ -23,8 +23,8 @@ from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.commands.main import main
 from hapticvlm.server.edge.limits import GUESS_S, MAX_CONNECTIONS, MAX_SCENES
 from hapticvlm.server.handshake import CLOSE_MADE_ROOM
-from hapticvlm.server.websocket import CLOSE_SERVER_FULL
 from hapticvlm.server.web import http
+from hapticvlm.server.websocket import CLOSE_SERVER_FULL
 
 OBJECTS = [
     {"object_id": "table", "material": "wood"},
