@@ -60,7 +60,7 @@ _FILE = _struct(
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Return the options the file states, by field of `Serving`; its paths are relative to it.
+    """Return the options the file states, by field of `ServeOptions`; its paths are relative to it.
 
     Raises ValueError naming the file, the field, what is allowed and what to do.
     """

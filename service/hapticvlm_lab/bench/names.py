@@ -1,4 +1,4 @@
-"""How far names carry: coverage, accuracy, calibration and confusion of `recognition.names`.
+"""How far names carry: coverage, accuracy, calibration and confusion of `evidence.names`.
 
 Held back: the word lists were committed before the names of pbr, ambientcg_tiles and pb_renders
 were read, but for a first glance ("Wood001", "aluminum", "beryllium"); those of models and

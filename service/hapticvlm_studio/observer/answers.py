@@ -2,7 +2,7 @@
 
 It knows each pattern as the mean of its renderings, feels one rendering at a time through equal,
 independent Gaussian noise on every feature, and answers the pattern most likely to have caused
-that: with equal noise, the nearest. Features are in Weber steps (channels.py, warmth.py), so the
+that: with equal noise, the nearest. Features are in Weber steps (channels.py, percepts.py), so the
 free numbers are noises in Weber steps. Everything is seeded; equal arguments, equal answers.
 
 `choose` searches for the strokes that it would confuse least. Every combination of candidates is

@@ -1,6 +1,6 @@
 """The plate on a serial line: one thread reads and writes the port, nobody else waits for it.
 
-The protocol is `plate_session.py`'s business; this is the port around it, which may vanish at any
+The protocol is `session.py`'s business; this is the port around it, which may vanish at any
 time and is opened again with growing pauses. Opening resets most boards (DTR): expected.
 """
 

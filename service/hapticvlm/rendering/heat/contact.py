@@ -14,7 +14,7 @@ share has a closed form in the Laplace domain only,
 
 which holds for sheet, slab and lump alike; Gaver and Stehfest's sum of eight such terms brings it
 back to time, within 0.003 degC at 10 degC of contrast. Perfusion, sweat and the plate itself are
-not modelled here; what earlier contacts left in the skin is, in thermal_trajectory.py.
+not modelled here; what earlier contacts left in the skin is, in trajectory.py.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Skin does not forget. A contact that ends leaves its cold (or heat) in the depth of the skin, which
 the surface shows until it has spread; the next object meets that skin, not resting skin, and takes
-its share of what is left too (thermal_history.py). Against finite differences this errs by at most
+its share of what is left too (history.py). Against finite differences this errs by at most
 0.05 degC over slides from any material to any other, at 10 degC of contrast; skin that began anew
 from its surface temperature would err by 6.
 Each object is met fresh: where a hand returns to the spot it cooled, the spot's past is not known.

@@ -5,7 +5,7 @@ If a contact raised the surface by D and lasted for L, then s after its end it s
     D (w 2/pi acot sqrt(s / L) + (1 - w) (sqrt(1 + s / L) - sqrt(s / L)))
 
 The first term is exact when skin and object met perfectly (flux as 1 / sqrt t), the second when the
-contact resistance held the flux even; w = x / (x + 2) is fitted between, x as in thermal.py. The
+contact resistance held the flux even; w = x / (x + 2) is fitted between, x as in contact.py. The
 next object then acts on what is left now as if it had always been so. That is what errs: what was
 left a moment ago was more, and half of it went into the object too.
 """
