@@ -7,6 +7,7 @@ import sys
 import time
 import types
 from pathlib import Path
+from typing import Any
 
 import cv2
 import tiny_video
@@ -23,7 +24,8 @@ PATIENCE_S = 300.0 * PACE
 
 def recording(path, count=20):
     """A screen recording of two seconds, made of the project's own rendered frames."""
-    pictures = [cv2.imread(str(FRAMES / f"{60 + n:04}.jpg")) for n in range(count)]
+    files = [str(FRAMES / f"{60 + n:04}.jpg") for n in range(count)]
+    pictures: Any = [cv2.imread(file) for file in files]
     return tiny_video.write(path, pictures)
 
 

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from commands import hapticvlm
+from in_process import hapticvlm
 from tiers import nightly_except
 
 ROOT = Path(__file__).parents[2]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from commands import Outcome, hapticvlm
+from in_process import Outcome, hapticvlm
 from numpy.typing import NDArray
 from PIL import Image
 

@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import signal
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -118,7 +119,7 @@ def test_a_system_without_room_for_a_child_is_one_more_failure_with_a_growing_pa
     child.begin()
     now = time.monotonic()
     for _ in range(3):
-        said.append(until(lambda now=now: child.supervise(now, is_well=True)))
+        said.append(until(partial(child.supervise, now, is_well=True)))
         now += 60.0
     child.close(0.0)
     assert said[0] == "the child could not be started: Too many open files; restarted at once"

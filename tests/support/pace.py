@@ -44,7 +44,7 @@ def measured_once() -> float:
 PACE = measured_once()
 
 
-def until(claim: Callable[[], T], seconds: float = 60.0 * PACE) -> T:
+def until(claim: Callable[[], T | None], seconds: float = 60.0 * PACE) -> T:
     """Wait until the claim holds, and return what it returned; fail if it does not in time."""
     gives_up_at = time.monotonic() + seconds
     while not (value := claim()):
