@@ -83,7 +83,10 @@ def test_unknown_fields_and_unknown_choices_are_passed_over(build):
         "id": 3,
         "reason": "rate",
     }
-    assert unknown == ["refused", "ErrorCode is not set"]  # read as Other, which is never written
+    assert unknown == [
+        "refused",
+        "ErrorCode is not set",
+    ]  # decoded as Other, never encoded
 
 
 def test_100_000_fuzzed_inputs_raise_only_the_codec_s_own_error(build):

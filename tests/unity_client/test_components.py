@@ -1,7 +1,7 @@
 """The package's components in an executable stand-in of the engine, against the real service.
 
-The stand-in (stubs/) is ours: it calls the components as the engine does, hands back pictures late,
-loses its device when told, counts what lives, and measures what our code costs the main thread.
+The stand-in (stubs/) calls the components as the engine does, returns pictures late, simulates a
+lost device, counts live objects, and measures the cost of the package's code on the main thread.
 """
 
 import re
@@ -20,7 +20,7 @@ SIDE = 128
 
 @pytest.fixture
 def play(build, tmp_path):
-    """Plays one program of components/ on a service of its own and returns what it says."""
+    """Runs one program of components/ against a service of its own and returns its output."""
     random = np.random.default_rng(1)
     picture = random.integers(0, 255, (SIDE, SIDE, 3), dtype=np.uint8)
     Image.fromarray(picture).save(tmp_path / "picture.jpg")
@@ -92,7 +92,7 @@ def test_100_enable_cycles_and_a_reload_leave_nothing_behind(play):
 def test_only_objects_without_a_sure_material_are_scanned(play):
     said = play("scan")
     assert "named wood" in said
-    assert figure(said, "sent") >= 4  # one view of what has a telling name, three of what has none
+    assert figure(said, "sent") >= 4  # one view of the named object, three of the unnamed one
     assert "unsure_layer 5" in said
     assert "stated not shown" in said
     assert "on demand warnings 0 exceptions 0" in said

@@ -39,14 +39,14 @@ def figures(line):
 
 
 def is_our_fault(said):
-    """The first error that is not of a device of a machine too busy to play sound in time."""
+    """Return the first error that is not an audio underrun of a busy machine."""
     line = next(line for line in said.splitlines() if line.startswith("errors "))
     errors = line.removeprefix("errors ").split("|")
     return next((error for error in errors if error and not error.startswith("Device:")), None)
 
 
 async def python_round_trips(url, count):
-    """Touches in lock-step from the Python client, ms each."""
+    """Return round-trip times of sequential touches from the Python client, ms."""
     trips = []
     async with connect(url) as client:
         await client.scene([{"object_id": "table", "name": "Oak_Table_02"}], ambient_c=21.0)
@@ -114,7 +114,7 @@ def test_a_stream_of_frames_collects_next_to_no_garbage(build, service, tmp_path
     with capsys.disabled():
         print(f"\nthe package: {said.splitlines()[0]}\na bare socket: {bare.strip()}")
     found, floor = figures(said), figures(bare)
-    # The runtime's socket allocates some 1 to 3 KB a frame; of ours there is nothing to collect.
+    # The runtime's socket allocates 1 to 3 KB a frame; the package allocates nothing.
     assert found["collections"] <= floor["collections"] + 1 + SOAK_FRAMES / 1000
     assert found["decisions"] + found["skipped"] > 0
     assert floor["answers"] > SOAK_FRAMES / 2
@@ -124,7 +124,7 @@ def test_a_stream_of_frames_collects_next_to_no_garbage(build, service, tmp_path
 
 
 def write_messages(folder):
-    """Write the hello and the frames' messages that a bare socket sends, as bytes."""
+    """Write the encoded hello and frame messages that a bare socket sends."""
     client = {"client": {"name": "bare", "version": "1"}, "protocol": {"major": 1, "minor": 0}}
     hello = {"type": "hello", "id": 1, "role": "scene", **client}
     (folder / "hello.msg").write_bytes(msgpack.packb(hello))

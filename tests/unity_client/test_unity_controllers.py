@@ -1,7 +1,7 @@
 """Controllers that play the `vibration` event, against the real service and a scripted one.
 
-The scripted service sends plans, then an empty one, then plans again, and then hangs: all that a
-client must fall silent for. Both processes read the same monotonic clock.
+The scripted service sends plans, then an empty one, then plans again, and then hangs: the cases in
+which a client must fall silent. Both processes read the same monotonic clock.
 """
 
 import json
@@ -32,7 +32,7 @@ def welcome(*, simulated):
 
 
 class Script:
-    """One scripted link; `marks` are the times of the stop and of the loss."""
+    """One scripted link; `marks` are the times of the stop and the loss."""
 
     def __init__(self, *, simulated=True):
         self.welcome = welcome(simulated=simulated)
@@ -49,7 +49,7 @@ class Script:
                 time.sleep(0.5)
                 self.play(link)
                 self.marks.append(time.monotonic())
-                time.sleep(0.5)  # a link that hangs, not one that ends
+                time.sleep(0.5)  # the link hangs, it does not close
             link.socket.close()
         except ConnectionClosed:
             return

@@ -27,7 +27,9 @@ def test_one_menu_entry_sets_up_a_scene_and_can_be_undone(build, rig, left, righ
     whole = f"clients 1 objects 2 hands Left@{left}+c Right@{right}+c"  # +: complete, c: controller
     assert f"first: {whole}" in said
     assert f"again: {whole}" in said
-    assert "tagged 1100" in said  # a table and a body as a whole; no handle of it, no trigger zone
+    assert (
+        "tagged 1100" in said
+    )  # table and body, not the handle or the trigger zone
     assert re.search(r"undone: clients 0 objects 0 hands\s", said)
     assert "selection tagged 10" in said
     assert "Start `hapticvlm serve` and press Play" in said
@@ -54,7 +56,7 @@ def test_inspectors_warn_and_offer_materials_beside_free_text(build):
     assert "Warning: Not felt: it has no collider, so no hand can touch it" in said
     assert "Warning: Not felt: it has no collider: add a Sphere Collider" in said
     assert "chosen metal" in said
-    assert "Material: [another ...]" in said  # what the list does not have
+    assert "Material: [another ...]" in said  # a material missing in the list
     assert "several True looked at metal 15 chosen wood 30" in said
 
 

@@ -1,4 +1,4 @@
-"""Which scene is felt: scenes that change, wait, take over, and come back after a pause."""
+"""Ownership of the outputs: scenes that change, wait, take over, and return after a pause."""
 
 import contextlib
 import threading

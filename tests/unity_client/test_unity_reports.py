@@ -1,4 +1,4 @@
-"""What a developer reads in the console when something is wrong; and no data ends the process."""
+"""Console messages for common errors, and data that must not end the process."""
 
 import re
 
@@ -31,7 +31,7 @@ def test_a_missing_service_is_reported_once_with_its_cure(play):
     said = play("states", NOBODY)
     (line,) = console(said)
     assert line.startswith(
-        f"warning: HapticVLM: nobody answers at {NOBODY}: start `hapticvlm serve`"
+        f"warning: HapticVLM: no service answers at {NOBODY}: start `hapticvlm serve`"
     )
     assert "status connecting to" in said
 
@@ -48,7 +48,7 @@ def test_an_address_and_token_of_the_machine_outrank_the_scene_s(play):
         said = play("address", guarded.url)
     assert "remembered token secret scene yes" in said
     assert "forgotten ws://x/ " in said
-    assert "this graphics API hands no pictures back" in said
+    assert "this graphics API does not support readback" in said
 
 
 def test_the_first_connection_is_reported_with_what_it_drives(play):

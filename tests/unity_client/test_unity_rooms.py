@@ -1,4 +1,4 @@
-"""What a hand nears, what layers and rigs do to touches, and effects that are no collider."""
+"""Approaches, the influence of layers and rigs on touches, and effects without a collider."""
 
 import pytest
 

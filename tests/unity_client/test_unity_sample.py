@@ -1,4 +1,4 @@
-"""The sample scene: its files refer to what is there, and pressed Play it is felt by the mouse."""
+"""The sample scene: its references resolve, and the mouse touches its objects in play mode."""
 
 import re
 import subprocess

@@ -1,4 +1,4 @@
-"""Hands as a headset moves them, in the stand-in of the engine, against the real service."""
+"""Hands with a headset's motion, in the stand-in of the engine, against the real service."""
 
 import re
 

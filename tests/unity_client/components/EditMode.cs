@@ -1,4 +1,4 @@
-// The menu entry, the inspectors and the scan, in the stub editor and in edit mode.
+// Runs the menu entry, the inspectors and the scan in the stub editor, in edit mode.
 using System;
 using System.Collections.Generic;
 using System.Reflection;
@@ -65,7 +65,7 @@ public static class EditMode
         Child(space, "Body").AddComponent<BoxCollider>();
     }
 
-    // An XRI rig with poke points, and tracked hands of XR Hands that are off until they are tracked.
+    // An XRI rig with poke points, and hands of XR Hands that are inactive until they are tracked.
     static void SetUpTrackedHands()
     {
         GameObject camera = Child(null, "Main Camera");
@@ -111,7 +111,7 @@ public static class EditMode
         return thing.GetComponent<HapticObject>() != null ? "1" : "0";
     }
 
-    // Finds the menu entry by its path, as a person does.
+    // Finds the menu entry by its path, like a user.
     static void Invoke()
     {
         foreach (Type type in typeof(HapticWindow).Assembly.GetTypes())
@@ -156,7 +156,7 @@ public static class EditMode
         Several();
     }
 
-    // Thirty chairs of several materials: looking changes nothing, a choice changes all.
+    // Thirty chairs of several materials: viewing changes none, a choice changes all.
     static void Several()
     {
         var chairs = new UnityEngine.Object[30];
@@ -178,7 +178,7 @@ public static class EditMode
         Components.Say("several " + takesSeveral + " looked at metal " + metal + " chosen wood " + wood);
     }
 
-    // The window of a scene of 10,000 objects draws the rows in sight, and finds one that was added.
+    // The window of a scene of 10,000 objects draws only the visible rows, and finds an added object.
     static void LargeScene()
     {
         for (int i = 0; i < 10000; i++) Child(null, "Thing" + i).AddComponent<HapticObject>();
@@ -204,7 +204,7 @@ public static class EditMode
         shown.OnInspectorGUI();
     }
 
-    // A scan of two objects of which one is a copy of the other, and what the scene sends afterwards.
+    // A scan of two objects, one a copy of the other, and the messages that the scene sends afterwards.
     static void Scan(string url)
     {
         HapticObject oak = Tagged("OakPlanks"), kettle = Tagged("SteelKettle"), stated = Tagged("Thing");

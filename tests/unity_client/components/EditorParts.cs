@@ -1,4 +1,4 @@
-// The editor window in the stub editor, beside a scene that touches.
+// Runs the editor window in the stub editor beside a scene that touches.
 using System;
 using System.Reflection;
 using HapticVLM;

@@ -1,4 +1,4 @@
-// Which scene is felt: scenes that change, wait, take over, and come back after a pause.
+// Ownership of the outputs: scenes that change, wait, take over, and return after a pause.
 using System;
 using System.Reflection;
 using System.Threading;
@@ -42,7 +42,7 @@ public static class Owners
         with.Send(ref touch);
     }
 
-    // Another scene owns the outputs and is used; then it leaves.
+    // Another scene owns and uses the outputs, then disconnects.
     static void Handover(string url)
     {
         HapticConnection other = Other(url);
@@ -72,7 +72,7 @@ public static class Owners
         return haptics.Amplitude > 0.1f;
     }
 
-    // As SceneManager.LoadScene: the old client ends and the new one begins in the same frame.
+    // Like SceneManager.LoadScene: the old client ends and the new one starts in the same frame.
     static void SceneChanges(string url)
     {
         const int Times = 100;
@@ -116,7 +116,7 @@ public static class Owners
         Object.Destroy(holder);
     }
 
-    // The headset is taken off and on: a new session, which knows no picture.
+    // The headset is taken off and put on: a new session, in which the service knows no pictures.
     static void HeadsetOff(string url)
     {
         HapticClient client = Components.Client(url);
@@ -135,7 +135,7 @@ public static class Owners
         Object.Destroy(client.gameObject);
     }
 
-    // A stop, and then another session: its first touch is felt.
+    // A stop, then a new session, whose first touch is felt.
     static void Stopped(string url)
     {
         HapticConnection first = Other(url);

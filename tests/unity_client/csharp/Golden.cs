@@ -1,4 +1,4 @@
-// Encodes and decodes what pytest hands over, and fuzzes the codec.
+// Decodes and encodes messages from pytest, and fuzzes the codec.
 using System;
 using System.Collections.Generic;
 using System.Globalization;
