@@ -7,7 +7,7 @@ using namespace plate;
 
 Bench bench;
 
-const double PULSED_C_A_S = 3.25;  // a test pulse of 0.1 A and 0.4 s moves a sound plate by 0.13 degC
+const double PULSED_C_A_S = 3.25;  // a test pulse of 0.1 A and 0.4 s moves a working plate by 0.13 degC
 
 namespace plate {
 uint32_t hal_uptime_ms() {
@@ -28,8 +28,8 @@ void hal_send(const uint8_t* bytes, uint8_t count) {
 bool hal_cut_out_is_open() {
     return bench.cut_out_is_open;
 }
-Keepsake& hal_keepsake() {
-    return bench.keepsake;
+PersistentState& hal_persistent_state() {
+    return bench.persistent_state;
 }
 void hal_feed_watchdog() {
     bench.fed++;
@@ -76,7 +76,7 @@ uint16_t sum_at(double celsius) {
 
 Rig::Rig() {
     bench = Bench();
-    std::memset(&bench.keepsake, 0xA7, sizeof bench.keepsake);  // as RAM comes up
+    std::memset(&bench.persistent_state, 0xA7, sizeof bench.persistent_state);  // uninitialised RAM
     start(board);
     test_cut_out();
 }

@@ -4,7 +4,7 @@
 
 using namespace plate;
 
-TEST_CASE("a greeting is answered with the limits, then acknowledged") {
+TEST_CASE("HELLO is answered with the limits, then acknowledged") {
     Rig rig;
     bench.sent.clear();
     for (uint8_t byte : frame_of(HELLO, 9, {1, 4})) receive(rig.board, byte);
@@ -33,23 +33,23 @@ TEST_CASE("each frame begins with a zero, so that noise before it costs nothing"
     CHECK(take_frames().size() == 1);  // the telemetry of these steps
 }
 
-TEST_CASE("another major version is refused, told ours, and closes the conversation") {
+TEST_CASE("another major version is refused, told ours, and needs a new HELLO") {
     Rig rig;
-    CHECK(rig.greet() == OK);
+    CHECK(rig.answer_hello() == OK);
     CHECK(rig.hold(36) == OK);
     CHECK(rig.say(HELLO, {2, 0}) == VERSION);
     CHECK(rig.board.state == State::off);
     CHECK(rig.hold(30) == NEEDS_HELLO);
-    CHECK(rig.greet() == OK);
+    CHECK(rig.answer_hello() == OK);
     CHECK(rig.hold(30) == OK);
 }
 
-TEST_CASE("nothing is held before a greeting, nor after a reset without a new one") {
+TEST_CASE("no setpoint is held before a HELLO, nor after a reset without a new one") {
     Rig rig;
     CHECK(rig.hold(36) == NEEDS_HELLO);
     rig.step(50);
     CHECK(bench.counts == 0);
-    rig.greet();
+    rig.answer_hello();
     rig.reset(RESET_EXTERNAL);
     rig.step();
     CHECK(rig.hold(36) == NEEDS_HELLO);
@@ -57,7 +57,7 @@ TEST_CASE("nothing is held before a greeting, nor after a reset without a new on
 
 TEST_CASE("setpoints outside the range are refused, never clamped") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     for (double c : {17.999, 40.001, 0.0, -40.0, 1e6, -1e6}) CHECK(rig.hold(c) == RANGE);
     CHECK(rig.board.state == State::off);
     CHECK(rig.hold(18.0) == OK);
@@ -66,7 +66,7 @@ TEST_CASE("setpoints outside the range are refused, never clamped") {
 
 TEST_CASE("a time to live of nothing or of more than a second is refused") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     CHECK(rig.hold(30, 0) == TTL);
     CHECK(rig.hold(30, 1001) == TTL);
     CHECK(rig.hold(30, 65535) == TTL);
@@ -77,7 +77,7 @@ TEST_CASE("a time to live of nothing or of more than a second is refused") {
 
 TEST_CASE("payloads of a wrong size and unknown types are refused and counted") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     CHECK(rig.say(SETPOINT, {1, 2, 3}) == LENGTH);
     CHECK(rig.say(OFF, {0}) == LENGTH);
     CHECK(rig.say(HELLO, {1}) == LENGTH);
@@ -97,7 +97,7 @@ TEST_CASE("a damaged frame is counted and never answered") {
     CHECK(rig.telemetry().bad_frames == 1);
 }
 
-TEST_CASE("telemetry comes 20 times a second from power-on and says what is") {
+TEST_CASE("telemetry is sent 20 times a second from power-on with the current state") {
     Rig rig;
     bench.sent.clear();
     rig.step(500);
@@ -111,7 +111,7 @@ TEST_CASE("telemetry comes 20 times a second from power-on and says what is") {
     CHECK(told.setpoint_mc == NO_READING);
     CHECK(told.duty == 0);
     CHECK(told.reset_cause == RESET_POWER_ON);
-    rig.greet();
+    rig.answer_hello();
     rig.hold_for(20.0, 30);
     told = rig.telemetry();
     CHECK(told.state == (uint8_t)State::holding);
@@ -120,7 +120,7 @@ TEST_CASE("telemetry comes 20 times a second from power-on and says what is") {
     CHECK((told.limited & LIMIT_CURRENT));
 }
 
-TEST_CASE("a reading that is not there is told as none, not as a temperature") {
+TEST_CASE("a missing reading is sent as none, not as a temperature") {
     Rig rig;
     rig.step_on({16 * 1023, sum_at(32), 0});
     rig.a_c = 500.0;

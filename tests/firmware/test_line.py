@@ -1,4 +1,4 @@
-"""Damage on the serial line: counted, never executed, and the next good frame is obeyed."""
+"""Damage on the serial line: counted, never executed, and the next valid frame is carried out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .board import Board
 from .rawhost import RawHost
 
 HELD_C = 34.0
-# What would change something if it were obeyed while 34 degC are held.
+# Messages that would have an effect if they were carried out while 34 degC are held.
 ORDERS = {
     "hello": (line.HELLO, b"\x02\x00"),
     "setpoint": (line.SETPOINT, line.setpoint(19.0, 1.0)),
@@ -26,7 +26,7 @@ SEQ = 0xA5
 
 @pytest.fixture
 def holding(host: RawHost) -> Iterator[RawHost]:
-    """A host that holds 34 degC and has no unanswered order."""
+    """A host that holds 34 degC and has no unanswered message."""
     host.hold(HELD_C, 3.0)
     yield host
     assert host.board.resets == 0
@@ -41,7 +41,7 @@ def holding(host: RawHost) -> Iterator[RawHost]:
 
 
 def sent(host: RawHost, wire: bytes) -> None:
-    """Put bytes on the line, an end of frame behind them, and keep the setpoint alive."""
+    """Send bytes and an end of frame, and renew the setpoint."""
     host.board.write(wire + b"\0")
     host.board.write(line.frame(line.SETPOINT, 1, line.setpoint(HELD_C, 0.5)))
     host.advance(0.01)
@@ -90,7 +90,7 @@ def test_a_frame_that_dribbles_in_is_obeyed(host: RawHost) -> None:
 
 
 def flood(host: RawHost, bytes_a_slice: int) -> int:
-    """Send noise and a good setpoint now and then for 2 s; how often the board reported."""
+    """Send noise and some valid setpoints for 2 s; return the number of telemetry messages."""
     chance = random.Random(2)
     told = 0
     for slice in range(200):

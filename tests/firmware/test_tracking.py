@@ -38,7 +38,7 @@ STILL_BEHIND += [("glass", 15.0, 5e-4), ("glass", 22.0, 1e-3), ("metal", 15.0, 2
 def test_the_skin_follows_physics_wherever_no_limit_acts(
     chip: Chip, material: str, ambient_c: float, palm_resistance: float
 ) -> None:
-    """What is behind at 1 s was at a limit, of slew or current, for most of the time until then."""
+    """A skin that lags at 1 s was limited by slew or current for most of the time until then."""
     felt = tracking.felt(chip, material, ambient_c, palm_resistance)
     print(felt)
 

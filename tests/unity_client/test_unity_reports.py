@@ -59,7 +59,7 @@ def test_the_first_connection_is_reported_with_what_it_drives(play):
 def test_a_scene_that_does_not_own_the_outputs_is_told_so_with_the_cure(play):
     lines = console(play("not-owner"))
     assert "Another scene owns the outputs" in lines[0]
-    assert "felt as soon as the other is closed" in lines[0]
+    assert "felt as soon as the other scene is closed" in lines[0]
     assert len(lines) == 1
 
 
