@@ -1,6 +1,6 @@
 /**
-* Draws the page's picture when something in it has changed. On the CPU it draws only the changed
-* part: a canvas that preserves its pixels is redrawn inside a rectangle, with a camera restricted to it.
+ * Draws the page's picture when something in it has changed. On the CPU it draws only the changed
+ * part: a canvas that preserves its pixels is redrawn inside a rectangle, with a camera restricted to it.
  */
 import * as THREE from 'three';
 

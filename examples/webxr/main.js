@@ -76,7 +76,7 @@ let shownAt = 0;
 
 /** Sends the descriptions of all objects ('ids'), or only their ids ('frames'). */
 export function tell(newMode) {
-mode = newMode;
+  mode = newMode;
   decisions.clear();
   for (const [index, object] of objects.entries()) object.object_id = `${mode}-${index}`;
   haptics.scene(

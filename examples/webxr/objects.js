@@ -1,8 +1,8 @@
 /**
-* The objects on the table: their appearance, their true material, and their description for the service.
+ * The objects on the table: their appearance, their true material, and their description for the service.
  *
-* `says` is the description sent to the service besides an id; `truth` is only for the panel and for grading. A mixed
-* object consists of several objects, one per material.
+ * `says` is the description sent to the service besides an id; `truth` is only for the panel and for grading. A mixed
+ * object consists of several objects, one per material.
  */
 import * as THREE from 'three';
 import * as shapes from '../captures/make/page/shapes.js';

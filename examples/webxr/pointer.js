@@ -1,5 +1,5 @@
 /**
-* Turns the mouse or a finger on the screen into the right hand: hover is approach, press is contact (gentle with
+ * Turns the mouse or a finger on the screen into the right hand: hover is approach, press is contact (gentle with
  * Shift), drag is slide, button up is release.
  */
 import * as THREE from 'three';

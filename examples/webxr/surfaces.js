@@ -5,8 +5,8 @@ import {blend, clamp, fractal, mix, noise, step} from '../captures/make/page/noi
 const SIDE = 512; // px
 
 /**
-* Sawn or turned timber with grain along u: winding bands of early and late wood, fibres, pores.
-* `rings` is the number of bands over the width, `planks` the number of boards.
+ * Sawn or turned timber with grain along u: winding bands of early and late wood, fibres, pores.
+ * `rings` is the number of bands over the width, `planks` the number of boards.
  */
 export function timber({light, dark, rings = 12, planks = 1, pores = 0.35, seed = 1}) {
   return sampled((u, v) => {

@@ -1,5 +1,5 @@
 /**
-* Shows a touch on the objects themselves: a glow at the fingertip, the warmth around it, a ripple on a
+ * Shows a touch on the objects themselves: a glow at the fingertip, the warmth around it, a ripple on a
  * strike, and a rim round what the hand is at. Every material of the objects is given these lights once.
  */
 import * as THREE from 'three';

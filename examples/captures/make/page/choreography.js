@@ -1,9 +1,9 @@
 /**
-* The motion of hands and head as smooth functions of simulated time.
+ * The motion of hands and head as smooth functions of simulated time.
  *
-* A touch is a ray: it starts off the object, runs `toward` it, and the object's surface determines
-* the contact point and the path of the slide. Between touches the fingertip moves
-* on cubic Hermite segments. Touch messages are computed elsewhere.
+ * A touch is a ray: it starts off the object, runs `toward` it, and the object's surface determines
+ * the contact point and the path of the slide. Between touches the fingertip moves
+ * on cubic Hermite segments. Touch messages are computed elsewhere.
  */
 import * as THREE from 'three';
 import {smooth, step} from './noise.js';

@@ -1,8 +1,8 @@
 /**
-* An emulated hand: its mesh, and its placement with the fingertip at a given point.
+ * An emulated hand: its mesh, and its placement with the fingertip at a given point.
  *
  * The joints come from the XR frame. The hand is rigid, so its mesh is built once, from the joints
-* the session reports, as convex hulls around pairs of joint spheres.
+ * the session reports, as convex hulls around pairs of joint spheres.
  */
 import * as THREE from 'three';
 import {ConvexGeometry} from 'three/addons/geometries/ConvexGeometry.js';

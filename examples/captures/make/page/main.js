@@ -1,8 +1,8 @@
 /**
-* Runs an emulated WebXR headset session in which scripted hands touch the scene.
+ * Runs an emulated WebXR headset session in which scripted hands touch the scene.
  *
-* Its exports drive it one frame at a time from outside. Simulated time advances only when
-* a frame is requested, so the capture does not depend on the speed of the machine.
+ * Its exports drive it one frame at a time from outside. Simulated time advances only when
+ * a frame is requested, so the capture does not depend on the speed of the machine.
  */
 import * as THREE from 'three';
 import {XRDevice, metaQuest3} from 'iwer';

@@ -1,7 +1,7 @@
 /**
-* The objects of the scene: their description for the service, their true material, and their shape.
+ * The objects of the scene: their description for the service, their true material, and their shape.
  *
-* Ids deliberately carry no meaning. `states` is the description sent to HapticVLM; `truth` is for grading.
+ * Ids deliberately carry no meaning. `states` is the description sent to HapticVLM; `truth` is for grading.
  */
 import * as THREE from 'three';
 import * as shapes from './shapes.js';

@@ -1,5 +1,5 @@
 /**
-* Takes mono pictures of the scene from the head: a JPEG for the service and an id pass for the mask.
+ * Takes mono pictures of the scene from the head: a JPEG for the service and an id pass for the mask.
  *
  * Pictures are read back synchronously: an asynchronous read starves behind a software GPU's queue.
  */

@@ -1,10 +1,10 @@
 /**
-* The scripts of touches: their objects, order and pictures; `?script=NAME` selects one.
+ * The scripts of touches: their objects, order and pictures; `?script=NAME` selects one.
  *
-* `probe` is a point on the object, `toward` the finger's direction into it, `slide` the length of the stroke (m),
-* `speed` the speed of impact (m/s), `hold` its duration (s), `stay` the time the finger then rests (s), `lead` the extra time of its approach
-* (s), `gaze` the distance of the head (m). `side` and `quality` are those of the JPEG; a picture is
-* taken every `every` steps, and every `still` steps while a hand has rested on one object for a while.
+ * `probe` is a point on the object, `toward` the finger's direction into it, `slide` the length of the stroke (m),
+ * `speed` the speed of impact (m/s), `hold` its duration (s), `stay` the time the finger then rests (s), `lead` the extra time of its approach
+ * (s), `gaze` the distance of the head (m). `side` and `quality` are those of the JPEG; a picture is
+ * taken every `every` steps, and every `still` steps while a hand has rested on one object for a while.
  */
 const EVERY_OBJECT = [
   {hand: 'right', name: 'Oak_Table_02', speed: 0.5,

@@ -1,8 +1,8 @@
 /**
-* Converts the fingertip positions of one hand to protocol `touch` messages.
+ * Converts the fingertip positions of one hand to protocol `touch` messages.
  *
  * Contact is geometry: the fingertip sphere meets a surface. Force is a Kelvin-Voigt fingertip,
-* F = k * depth + c * closing speed. It is independent of the script that moves the hand.
+ * F = k * depth + c * closing speed. It is independent of the script that moves the hand.
  */
 import * as THREE from 'three';
 import {TIP_RADIUS} from './choreography.js';
