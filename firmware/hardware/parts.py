@@ -121,7 +121,7 @@ PARTS = (
     Part(
         "K1",
         "5 V relay",
-        "two poles, 5 A, force-guided: the first switches, the second tells the board",
+        "two poles, 5 A, force-guided: the first switches, the second reports to the board",
         {"coil+": "COIL+", "coil-": "COIL-", "11": "+5V", "14": "SW", "21": "SENSE", "24": "GND"},
     ),
     Part("D2", "1N4001", "holds the relay by its own contact", {"A": "SW", "K": "COIL+"}),

@@ -49,22 +49,22 @@ Telemetry parsed(const std::vector<uint8_t>& content) {
     auto u8 = [&] { return (uint8_t)read(content, at, 1); };
     auto u16 = [&] { return (uint16_t)read(content, at, 2); };
     auto u32 = [&] { return read(content, at, 4); };
-    Telemetry told{};
-    told.uptime_ms = u32();
-    told.state = u8();
-    told.faults = u32();
-    told.plate_mc = (int32_t)u32();
-    told.plate2_mc = (int32_t)u32();
-    told.sink_mc = (int32_t)u32();
-    told.setpoint_mc = (int32_t)u32();
-    told.duty = (int16_t)u16();
-    told.limited = u8();
-    told.bad_frames = u16();
-    told.refused = u16();
-    told.dose_mcem43 = u16();
-    told.heated_s = u16();
-    told.reset_cause = u8();
-    return told;
+    Telemetry telemetry{};
+    telemetry.uptime_ms = u32();
+    telemetry.state = u8();
+    telemetry.faults = u32();
+    telemetry.plate_mc = (int32_t)u32();
+    telemetry.plate2_mc = (int32_t)u32();
+    telemetry.sink_mc = (int32_t)u32();
+    telemetry.setpoint_mc = (int32_t)u32();
+    telemetry.duty = (int16_t)u16();
+    telemetry.limited = u8();
+    telemetry.bad_frames = u16();
+    telemetry.refused = u16();
+    telemetry.dose_mcem43 = u16();
+    telemetry.heated_s = u16();
+    telemetry.reset_cause = u8();
+    return telemetry;
 }
 
 }  // namespace

@@ -171,8 +171,8 @@ TEST_CASE("every kind of reset but power-on is a fault when it should be") {
         rig.step();
         CHECK(rig.board.faults == (reset.fault ? bit(reset.fault) : 0));
         CHECK(bench.counts == 0);
-        const bool told = rig.telemetry().reset_cause & RESET_WHILE_DRIVING;
-        CHECK(told == reset.driving);
+        const bool reported = rig.telemetry().reset_cause & RESET_WHILE_DRIVING;
+        CHECK(reported == reset.driving);
     }
 }
 
@@ -222,8 +222,8 @@ TEST_CASE("15 minutes of heat are all a session gets: warm setpoints become neut
     CHECK(rig.telemetry().heated_s >= 1);
     rig.board.session.heated_s = 899.99f;
     rig.follow_for(36.0, 20);
-    const Telemetry told = rig.telemetry();
-    CHECK((told.limited & LIMIT_DOSE));
+    const Telemetry telemetry = rig.telemetry();
+    CHECK((telemetry.limited & LIMIT_DOSE));
     CHECK(rig.board.loop.goal_c == NEUTRAL_C);
     CHECK(rig.board.faults == 0);
 }

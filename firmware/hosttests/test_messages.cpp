@@ -33,7 +33,7 @@ TEST_CASE("each frame begins with a zero, so that noise before it costs nothing"
     CHECK(take_frames().size() == 1);  // the telemetry of these steps
 }
 
-TEST_CASE("another major version is refused, told ours, and needs a new HELLO") {
+TEST_CASE("another major version is refused with a HELLO_REPLY, and needs a new HELLO") {
     Rig rig;
     CHECK(rig.answer_hello() == OK);
     CHECK(rig.hold(36) == OK);
@@ -102,22 +102,22 @@ TEST_CASE("telemetry is sent 20 times a second from power-on with the current st
     bench.sent.clear();
     rig.step(500);
     CHECK(take_frames().size() == 200);
-    Telemetry told = rig.telemetry();
-    CHECK(told.state == (uint8_t)State::off);
-    CHECK(told.faults == 0);
-    CHECK(told.plate_mc == doctest::Approx(32000).epsilon(0.001));
-    CHECK(told.plate2_mc == doctest::Approx(32000).epsilon(0.001));
-    CHECK(told.sink_mc == doctest::Approx(25000).epsilon(0.001));
-    CHECK(told.setpoint_mc == NO_READING);
-    CHECK(told.duty == 0);
-    CHECK(told.reset_cause == RESET_POWER_ON);
+    Telemetry telemetry = rig.telemetry();
+    CHECK(telemetry.state == (uint8_t)State::off);
+    CHECK(telemetry.faults == 0);
+    CHECK(telemetry.plate_mc == doctest::Approx(32000).epsilon(0.001));
+    CHECK(telemetry.plate2_mc == doctest::Approx(32000).epsilon(0.001));
+    CHECK(telemetry.sink_mc == doctest::Approx(25000).epsilon(0.001));
+    CHECK(telemetry.setpoint_mc == NO_READING);
+    CHECK(telemetry.duty == 0);
+    CHECK(telemetry.reset_cause == RESET_POWER_ON);
     rig.answer_hello();
     rig.hold_for(20.0, 30);
-    told = rig.telemetry();
-    CHECK(told.state == (uint8_t)State::holding);
-    CHECK(told.setpoint_mc < 32000);
-    CHECK(told.duty == -666);
-    CHECK((told.limited & LIMIT_CURRENT));
+    telemetry = rig.telemetry();
+    CHECK(telemetry.state == (uint8_t)State::holding);
+    CHECK(telemetry.setpoint_mc < 32000);
+    CHECK(telemetry.duty == -666);
+    CHECK((telemetry.limited & LIMIT_CURRENT));
 }
 
 TEST_CASE("a missing reading is sent as none, not as a temperature") {

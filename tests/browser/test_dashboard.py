@@ -170,7 +170,7 @@ def test_a_token_is_asked_for_and_a_wrong_one_refused(guarded: Guarded, browser:
     page = browser.new_page()
     page.goto(guarded.service.page)
     for token, place, answer in (
-        ("wrong", "#gone", "this one is wrong"),
+        ("wrong", "#gone", "The token is wrong"),
         (TOKEN, "#link", "Connected to hapticvlm"),
     ):
         page.get_by_label("This service requires the token").fill(token)

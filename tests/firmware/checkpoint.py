@@ -77,7 +77,7 @@ class Checkpoint:
             file.write(line + "\n")
 
 
-def _outcome(told: dict[str, object]) -> Outcome:
+def _outcome(fields: dict[str, object]) -> Outcome:
     """Convert JSON lists back to tuples."""
-    values = {name: tuple(it) if isinstance(it, list) else it for name, it in told.items()}
+    values = {name: tuple(it) if isinstance(it, list) else it for name, it in fields.items()}
     return Outcome(**values)  # type: ignore[arg-type]

@@ -20,8 +20,8 @@ NOISE_MV = 2.0  # standard deviation at the ADC pin [assumption]
 FULL_SCALE_A = 3.0  # module current at duty 1
 HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # the firmware's limits
 # The passive limiter works whatever the chip does. It is on the module's own leads beyond the
-# plug, so it follows the module's polarity and survives a shorted FET (firmware/README.md).
-# [assumption]
+# plug, so it follows the module's polarity and survives a shorted FET: an [assumption] of
+# firmware/README.md.
 SUPPLY_V, MODULE_OHM, LEADS_OHM = 5.0, 0.367, 0.1
 SERIES_OHM, BYPASS_OHM, DIODE_V = 6.2, 2.0, 0.45
 SENSE_OHM, CHOKE_OHM = 0.05, 0.05  # of the driver, one and two of them; a shorted FET leaves them
@@ -74,7 +74,7 @@ class Driver:
 
     The driver controls its current as far as supply, resistors, diode and the module's own voltage
     let it. `shorted` is the direction (1 heats, -1 cools) that two failed FETs conduct in for good,
-    whatever the chip says. `polarity` is -1 when the plug is turned, 0 when it is out. An ideal
+    whatever the chip does. `polarity` is -1 when the plug is reversed, 0 when it is out. An ideal
     one gives what the firmware may ask for.
     """
 

@@ -232,14 +232,14 @@ MUTATIONS = (
         MESSAGES,
         "board.hello_received = major == PROTOCOL_MAJOR;",
         "board.hello_received = major || true;",
-        "another major version is refused*",
+        "another major version is refused with a HELLO_REPLY*",
     ),
     Mutation(
         "another major version leaves the bridge driven",
         MESSAGES,
         "if (!board.hello_received) open_bridge(board);",
         "",
-        "another major version is refused*",
+        "another major version is refused with a HELLO_REPLY*",
         "test_parity.py::test_the_simulated_board_answers_the_same_bytes_as_the_firmware",
     ),
     Mutation(

@@ -130,9 +130,9 @@ def test_a_fault_stays_latched_after_its_cause_is_gone(host: RawHost) -> None:
     host.board.sensors[0] = sound
     host.hold(38.0, 2.0)
 
-    told = host.state()
-    assert told.state == "faulted"
-    assert "PLATE_A_OPEN" in told.faults
+    telemetry = host.state()
+    assert telemetry.state == "faulted"
+    assert "PLATE_A_OPEN" in telemetry.faults
     assert not host.board.is_driven
 
 

@@ -30,11 +30,11 @@ def holding(host: RawHost) -> Iterator[RawHost]:
     host.hold(HELD_C, 3.0)
     yield host
     assert host.board.resets == 0
-    told = host.state()
-    assert told.state == "holding"
-    assert told.setpoint_c == pytest.approx(HELD_C, abs=0.01)
+    telemetry = host.state()
+    assert telemetry.state == "holding"
+    assert telemetry.setpoint_c == pytest.approx(HELD_C, abs=0.01)
     assert all(seq != SEQ for _, seq, _ in host.acks), "no damaged order was answered"
-    bad = told.bad_frames
+    bad = telemetry.bad_frames
     host.hold(HELD_C + 1.0, 0.5)
     assert host.acks[-1] == (line.SETPOINT, host.acks[-1][1], "ok")
     assert host.state().bad_frames == bad
@@ -92,7 +92,7 @@ def test_a_frame_that_dribbles_in_is_obeyed(host: RawHost) -> None:
 def flood(host: RawHost, bytes_a_slice: int) -> int:
     """Send noise and some valid setpoints for 2 s; return the number of telemetry messages."""
     chance = random.Random(2)
-    told = 0
+    reports = 0
     for slice in range(200):
         host.board.write(chance.randbytes(bytes_a_slice))
         if slice % 10 == 0:
@@ -100,27 +100,27 @@ def flood(host: RawHost, bytes_a_slice: int) -> int:
             host.send(line.SETPOINT, line.setpoint(HELD_C, 1.0))
         host.telemetry = None
         host.advance(0.01)
-        told += host.telemetry is not None
+        reports += host.telemetry is not None
     host.board.write(b"\0")
-    return told
+    return reports
 
 
 def test_good_frames_amid_a_flood_are_obeyed(holding: RawHost) -> None:
     holding.acks.clear()
-    told = flood(holding, 200)
+    reports = flood(holding, 200)
     holding.advance(0.05)
 
     assert len(holding.acks) == 20
-    assert told >= 0.95 * 2.0 * 20, "twenty times a second"
+    assert reports >= 0.95 * 2.0 * 20, "twenty times a second"
     assert abs(holding.board.plant.plate_c - HELD_C) < 0.5
 
 
 def test_a_flood_at_line_rate_starves_neither_control_nor_telemetry(host: RawHost) -> None:
     host.hold(HELD_C, 3.0)
-    told = flood(host, 250)
+    reports = flood(host, 250)
     host.advance(0.2)
 
-    assert told >= 0.95 * 2.0 * 20, "twenty times a second"
+    assert reports >= 0.95 * 2.0 * 20, "twenty times a second"
     assert host.board.resets == 0
     assert host.state().faults == ()
     host.board.write(b"\0")

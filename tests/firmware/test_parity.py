@@ -86,7 +86,7 @@ class Simulated:
 def test_the_simulated_board_answers_the_same_bytes_as_the_firmware(board: Board) -> None:
     host, simulated = RawHost(board), Simulated()
     host.advance(0.3)
-    told: list[str] = []
+    states: list[str] = []
     for seq, (type, payload) in enumerate(WORDS):
         wire = line.frame(type, seq, payload)
         board.write(wire)
@@ -95,12 +95,12 @@ def test_the_simulated_board_answers_the_same_bytes_as_the_firmware(board: Board
         simulated.hear(wire)
         simulated.hear(b"")
         assert host.telemetry is not None
-        told.append(f"{seq}: {host.telemetry.state}")
-        assert told[-1] == f"{seq}: {simulated.state}"
+        states.append(f"{seq}: {host.telemetry.state}")
+        assert states[-1] == f"{seq}: {simulated.state}"
 
     assert simulated.acks == host.acks
     assert len(host.acks) == len(WORDS)
-    assert {state.split()[1] for state in told} == {"off", "holding", "returning"}
+    assert {state.split()[1] for state in states} == {"off", "holding", "returning"}
 
 
 def asked_c(elapsed_s: float) -> float:

@@ -29,10 +29,10 @@ def test_the_package_s_own_tests_of_the_core_pass_under_nunit(build):
 
 
 def test_the_package_s_own_play_mode_tests_pass_in_the_stub_player(build):
-    said = build.run(
+    output = build.run(
         "components.exe", "playmode", str(build.folder / "HapticVLM.Tests.Runtime.dll")
     )
-    assert "play mode tests passed 4" in said
+    assert "play mode tests passed 4" in output
 
 
 def test_the_parts_for_other_packages_compile_and_are_left_out_without_them(build):

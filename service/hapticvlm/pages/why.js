@@ -91,7 +91,7 @@ function fillRung(row, rung, { source, evidence = [] }) {
 
 function bar({ rung, material, confidence }) {
   const meter = make("meter", percent(confidence), { min: 0, max: 1, value: confidence });
-  meter.ariaLabel = `${rung} says ${material}`;
+  meter.ariaLabel = `${rung}: ${material}`;
   return [meter, ` ${percent(confidence)} `];
 }
 

@@ -59,7 +59,7 @@ public static class Owners
         Components.RunFor(20);
         other.Close();
         Components.Run(() => client.IsOwner, "the outputs are not taken", 10.0);
-        hand.transform.position = new Vector3(0f, 0f, 0.5f); // a stop holds until the hand lets go
+        hand.transform.position = new Vector3(0f, 0f, 0.5f); // a stop lasts until the hand releases
         Components.RunFor(20);
         Components.Run(() => Vibrates(hand, haptics) && oak.Material != null, "nothing is felt", 10.0);
         Components.Say("felt as " + oak.Material);

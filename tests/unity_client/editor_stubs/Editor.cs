@@ -212,7 +212,7 @@ namespace UnityEditor
         public static void LabelField(string label, string label2, params GUILayoutOption[] options) { SceneContext.Add(label + ": " + label2); }
         public static string TextField(string label, string text, params GUILayoutOption[] options) { return text; }
         public static string PasswordField(string label, string password, params GUILayoutOption[] options) { return password; }
-        public static string Chosen, ChosenFor; // by whoever plays the person
+        public static string Chosen, ChosenFor; // the choice of the simulated user
 
         public static int Popup(string label, int selectedIndex, string[] displayedOptions, params GUILayoutOption[] options)
         {

@@ -35,5 +35,5 @@ func clear() -> void:
 
 func _send() -> void:
 	if _sent_id == 0 and not _next.is_empty():
-		_sent_id = _link.tell_packed("frame", _next)
+		_sent_id = _link.send_packed("frame", _next)
 		_next = {}

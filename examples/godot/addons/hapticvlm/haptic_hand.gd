@@ -56,7 +56,7 @@ func _physics_process(delta: float) -> void:
 	if HapticService.current == null or HapticService.now_s() - _sent_at < RENEWAL_S:
 		return
 	if object != null:
-		_say("slide" if speed_mps > SLIDE_MPS else "contact", {})
+		_send("slide" if speed_mps > SLIDE_MPS else "contact", {})
 	elif _velocity.length() > APPROACH_MPS:
 		_approach()
 
@@ -71,7 +71,7 @@ func _enter(body: Node3D) -> void:
 	if is_first:
 		_strike()
 	else:
-		_say("slide", {})
+		_send("slide", {})
 	touched.emit(met)
 
 
@@ -91,7 +91,7 @@ func _strike() -> void:
 	var gesture := interaction
 	if gesture.is_empty():
 		gesture = "strike" if impact > STRIKE_MPS else "tap"
-	_say("contact", {"interaction": gesture, "speed_mps": impact})
+	_send("contact", {"interaction": gesture, "speed_mps": impact})
 
 
 func _hold(met: HapticObject) -> void:
@@ -105,7 +105,7 @@ func _let_go() -> void:
 		return
 	object = null
 	_frame_of = null
-	_say("release", {})
+	_send("release", {})
 	released.emit()
 
 
@@ -122,10 +122,10 @@ func _approach() -> void:
 	var ahead: HapticObject = HapticObject.by_body[hit["collider"]]
 	var closing := -_velocity.dot(hit["normal"])
 	var fields := {"object_id": ahead.object_id, "distance_m": distance, "closing_mps": closing}
-	_say("approach", fields)
+	_send("approach", fields)
 
 
-func _say(phase: String, fields: Dictionary) -> void:
+func _send(phase: String, fields: Dictionary) -> void:
 	if HapticService.current == null:
 		return
 	_sent_at = HapticService.now_s()

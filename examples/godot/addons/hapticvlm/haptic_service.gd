@@ -79,7 +79,7 @@ func _exit_tree() -> void:
 func _process(_delta: float) -> void:
 	_link.poll()
 	if _link.is_open and _registry.has_changes:
-		_tell_scene()
+		_send_scene()
 
 
 ## Connects to the service at this address.
@@ -116,12 +116,12 @@ func touch(message: Dictionary) -> void:
 	if message["phase"] == "release":
 		_is_stopped = false
 	if _registry.has_changes:
-		_tell_scene()  # objects are sent before they are touched
+		_send_scene()  # objects are sent before they are touched
 	var sent := message.duplicate()
 	sent["captured_at"] = Link.now_s()
 	sent["speed_mps"] = clampf(message.get("speed_mps", 0.0), 0.0, FASTEST_MPS)
 	sent["force_n"] = clampf(message.get("force_n", 0.0), 0.0, STRONGEST_N)
-	_link.tell("touch", sent)
+	_link.send("touch", sent)
 
 
 ## Sends a picture: format, width, height, origin, image, object_id, mask? or region?
@@ -132,14 +132,14 @@ func show_frame(message: Dictionary) -> void:
 ## Stops outputs at once: all, speaker or peltier.
 func stop(scope := "all") -> void:
 	if is_open():
-		_link.tell("stop", {"scope": scope})
+		_link.send("stop", {"scope": scope})
 
 
 ## Requests the outputs. The service grants them if they are free or their owner is idle.
 func take_outputs() -> void:
 	if is_open() and not is_owner and Link.now_s() - _took_at > TAKE_EVERY_S:
 		_took_at = Link.now_s()
-		_link.tell("set", {"ownership": "take"}, "take")
+		_link.send("set", {"ownership": "take"}, "take")
 
 
 ## Returns the reason why nothing is felt, in one sentence; empty if there is none.
@@ -183,7 +183,7 @@ func _receive(message: Dictionary, asked: String) -> void:
 func _welcome(message: Dictionary) -> void:
 	decisions.clear()
 	_registry.restart()
-	_tell_scene()
+	_send_scene()
 	_own(message["owner"])
 	opened.emit(message)
 
@@ -225,15 +225,15 @@ func _begin() -> void:
 	_is_stopped = false
 	for hand in HANDS:
 		var still := {"hand": hand, "speed_mps": 0.0, "force_n": 0.0, "captured_at": Link.now_s()}
-		_link.tell("touch", still.merged({"phase": "release"}))
+		_link.send("touch", still.merged({"phase": "release"}))
 	_ask_to_feel()
 
 
 func _ask_to_feel() -> void:
 	if is_open() and is_owner and not feels.is_empty():
-		_link.tell("set", {"feel": feels}, "feel")
+		_link.send("set", {"feel": feels}, "feel")
 
 
-func _tell_scene() -> void:
+func _send_scene() -> void:
 	for news in _registry.take_changes():
-		_link.tell("scene", news)
+		_link.send("scene", news)

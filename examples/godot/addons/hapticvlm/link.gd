@@ -83,14 +83,14 @@ func poll() -> void:
 
 
 ## Sends a message and returns its id. `asked` is passed on with the answer.
-func tell(type: String, fields: Dictionary, asked := "") -> int:
+func send(type: String, fields: Dictionary, asked := "") -> int:
 	var message := _numbered(type, fields, asked)
 	_socket.send_text(JSON.stringify(message, "", false, true))
 	return message["id"]
 
 
 ## Sends a message with a picture and returns its id.
-func tell_packed(type: String, fields: Dictionary) -> int:
+func send_packed(type: String, fields: Dictionary) -> int:
 	var message := _numbered(type, fields, "")
 	_socket.send(MessagePack.encode(message))
 	return message["id"]
@@ -115,7 +115,7 @@ func _send_hello() -> void:
 	var hello := {"role": "scene", "protocol": PROTOCOL, "client": client}
 	if not _token.is_empty():
 		hello["token"] = _token
-	tell("hello", hello)
+	send("hello", hello)
 
 
 ## Measures silence without long frames, since the first frames can take seconds.
