@@ -62,7 +62,7 @@ def wiring() -> str:
     lines = [
         "# Parts and wiring",
         "",
-        "Made from parts.py by `python firmware/hardware/circuit.py`, which also makes the",
+        "Generated from parts.py by `python firmware/hardware/circuit.py`, which also draws the",
         "[drawing](circuit.svg).",
         "",
         "| part | value | |",

@@ -58,7 +58,7 @@ PARTS = (
     Part(
         "U2",
         "MCP6001",
-        "rail-to-rail operational amplifier, or alike",
+        "rail-to-rail operational amplifier, or similar",
         {"+": "PLUS", "-": "MINUS", "out": "CTLI", "V+": "BOARD5V", "V-": "GND"},
     ),
     # Driver, and the limiter that works whatever the driver does. The driver holds

@@ -139,7 +139,7 @@ namespace HapticVLM
 
         string Waiting
         {
-            get { return "the Haptic Client '" + Active.name + "' connects for all scenes; '" + name + "' waits until it is gone"; }
+            get { return "the Haptic Client '" + Active.name + "' connects for all scenes; '" + name + "' waits until that one is disabled"; }
         }
 
         void OnApplicationPause(bool isPaused)

@@ -43,7 +43,7 @@ namespace HapticVLM
 
         public LinkState State { get { return (LinkState)state; } }
 
-        /// <summary>How many times a link was opened and welcomed.</summary>
+        /// <summary>Number of times that a link was opened and welcomed.</summary>
         public int Openings { get { return openings; } }
 
         /// <summary>
@@ -55,7 +55,7 @@ namespace HapticVLM
         /// <summary>Whether this scene owns the outputs of the service and is felt; one scene does at a time.</summary>
         public bool IsOwner { get { return State == LinkState.Ready && Outbox.Ownership.IsOwner; } }
 
-        /// <summary>Why the last link ended or could not be opened; empty before the first failure.</summary>
+        /// <summary>The reason why the last link ended or could not be opened; empty before the first failure.</summary>
         public string LastError { get { return lastError; } }
 
         /// <summary>The last welcome of the service; null before the first.</summary>
