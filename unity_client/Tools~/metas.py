@@ -15,11 +15,11 @@ PACKAGE = Path(__file__).resolve().parents[1]
 # Samples whose files refer to each other; Unity copies their .meta files as well.
 SAMPLES = (PACKAGE / "Samples~" / "Mouse",)
 NAMESPACE = uuid.uuid5(uuid.NAMESPACE_DNS, "com.hapticvlm.client")
-MOVED = {  # new path: the path whose GUID it keeps
-    "Editor/Persisted.cs": "Editor/Kept.cs",
-    "Runtime/Core/Link/ConnectionLoop.cs": "Runtime/Core/Link/Conversation.cs",
-    "Runtime/Core/Link/SceneRegistry.cs": "Runtime/Core/Link/SceneBook.cs",
-    "Runtime/Unity/ScreenBounds.cs": "Runtime/Unity/Corners.cs",
+MOVED = {  # new path of a moved file: the GUID that it keeps
+    "Editor/Persisted.cs": "05e90ea477a95d2fbe93b5e2e587ee2c",
+    "Runtime/Core/Link/ConnectionLoop.cs": "c5c2946f3dc35ff882dbd7313dbb5ed6",
+    "Runtime/Core/Link/SceneRegistry.cs": "fd74c458951457c9a3e98917a4b370f1",
+    "Runtime/Unity/ScreenBounds.cs": "f6adca966d7d54659c654e67f51c2515",
 }
 IMPORTERS = {
     ".cs": "MonoImporter:\n  externalObjects: {}\n  serializedVersion: 2\n  defaultReferences: []\n"
@@ -71,7 +71,7 @@ def meta(asset: Path) -> str:
 def guid(asset: Path) -> str:
     """Return the permanent GUID of an asset."""
     name = asset.relative_to(PACKAGE).as_posix()
-    return uuid.uuid5(NAMESPACE, MOVED.get(name, name)).hex
+    return MOVED.get(name) or uuid.uuid5(NAMESPACE, name).hex
 
 
 def is_current(path: Path, text: str) -> bool:

@@ -152,7 +152,7 @@ public static class EditMode
         Components.Say("chosen " + mug.StatedMaterial);
         mug.State("unobtainium");
         Show("HapticObjectInspector", mug);
-        foreach (string line in EditorGUILayout.SceneContext) Components.Say(line);
+        foreach (string line in EditorGUILayout.Output) Components.Say(line);
         Several();
     }
 
@@ -185,15 +185,15 @@ public static class EditMode
         var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
         Call(window, "OnEnable");
         Call(window, "OnGUI");
-        int rows = EditorGUILayout.SceneContext.FindAll(line => line.Contains("not scanned")).Count;
+        int rows = EditorGUILayout.Output.FindAll(line => line.Contains("not scanned")).Count;
         Components.Private(window, "listScroll", new Vector2(0f, 200000f));
-        EditorGUILayout.SceneContext.Clear();
+        EditorGUILayout.Output.Clear();
         Call(window, "OnGUI");
-        bool hasLast = EditorGUILayout.SceneContext.Exists(line => line.StartsWith("Thing9999:"));
+        bool hasLast = EditorGUILayout.Output.Exists(line => line.StartsWith("Thing9999:"));
         Child(null, "Added").AddComponent<HapticObject>();
         EditorApplication.ChangeHierarchy();
         Call(window, "OnGUI");
-        Components.Say("rows " + rows + " last " + hasLast + " " + EditorGUILayout.SceneContext.Find(line => line.Contains("10001 Haptic Objects")));
+        Components.Say("rows " + rows + " last " + hasLast + " " + EditorGUILayout.Output.Find(line => line.Contains("10001 Haptic Objects")));
         Call(window, "OnDisable");
     }
 
@@ -223,7 +223,7 @@ public static class EditMode
             Thread.Sleep(3);
         }
         PrefabUtility.SaveAndReload();
-        foreach (string line in EditorGUILayout.SceneContext.FindAll(line => line.Contains("tagged") || line.Contains(", by "))) Components.Say(line);
+        foreach (string line in EditorGUILayout.Output.FindAll(line => line.Contains("tagged") || line.Contains(", by "))) Components.Say(line);
         Components.Say("ids_differ " + (oak.ObjectId != kettle.ObjectId) + " stated " + oak.StatedMaterial + " " + kettle.StatedMaterial + " " + stated.StatedMaterial
             + " saved " + (EditorUtility.Dirty > 0 && UnityEditor.SceneManagement.EditorSceneManager.Marked > 0) + " exceptions " + Debug.Exceptions + " errors " + Debug.Errors);
         EditorGUILayout.Chosen = "fabric";
@@ -247,9 +247,9 @@ public static class EditMode
     static bool Shows(HapticWindow window, string text)
     {
         if (EditorApplication.update != null) EditorApplication.update();
-        EditorGUILayout.SceneContext.Clear();
+        EditorGUILayout.Output.Clear();
         Call(window, "OnGUI");
-        return EditorGUILayout.SceneContext.Exists(line => line.Contains(text));
+        return EditorGUILayout.Output.Exists(line => line.Contains(text));
     }
 
     static void Call(object on, string method)

@@ -184,9 +184,9 @@ public static class Owners
     static bool Shows(HapticWindow window, string text)
     {
         if (EditorApplication.update != null) EditorApplication.update();
-        EditorGUILayout.SceneContext.Clear();
+        EditorGUILayout.Output.Clear();
         Call(window, "OnGUI");
-        return EditorGUILayout.SceneContext.Exists(line => line.Contains(text));
+        return EditorGUILayout.Output.Exists(line => line.Contains(text));
     }
 
     static void Call(object on, string method)

@@ -51,7 +51,7 @@ public static class Allocations
         {
             long id;
             Protocol.KindOf(next.Written, out id);
-            outbox.Requests.WorkerReply(id, Clock.Now);
+            outbox.Requests.MatchAnswer(id, Clock.Now);
         }
     }
 }

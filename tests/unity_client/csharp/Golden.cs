@@ -19,7 +19,7 @@ public static class Golden
             try
             {
                 byte[] data = FromHex(line);
-                Console.WriteLine(Copied(data) + "\t" + Typed(data) + "\t" + SceneContext(data));
+                Console.WriteLine(Copied(data) + "\t" + Typed(data) + "\t" + ToJson(data));
             }
             catch (WireException error)
             {
@@ -133,7 +133,7 @@ public static class Golden
         }
     }
 
-    static string SceneContext(byte[] data)
+    static string ToJson(byte[] data)
     {
         var r = new MsgPackReader(new ArraySegment<byte>(data));
         var text = new StringBuilder();

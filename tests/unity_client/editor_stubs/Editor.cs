@@ -205,24 +205,24 @@ namespace UnityEditor
 
     public static class EditorGUILayout
     {
-        public static readonly List<string> SceneContext = new List<string>();
+        public static readonly List<string> Output = new List<string>();
 
-        public static void LabelField(string label, params GUILayoutOption[] options) { SceneContext.Add(label); }
-        public static void LabelField(string label, GUIStyle style, params GUILayoutOption[] options) { SceneContext.Add(label); }
-        public static void LabelField(string label, string label2, params GUILayoutOption[] options) { SceneContext.Add(label + ": " + label2); }
+        public static void LabelField(string label, params GUILayoutOption[] options) { Output.Add(label); }
+        public static void LabelField(string label, GUIStyle style, params GUILayoutOption[] options) { Output.Add(label); }
+        public static void LabelField(string label, string label2, params GUILayoutOption[] options) { Output.Add(label + ": " + label2); }
         public static string TextField(string label, string text, params GUILayoutOption[] options) { return text; }
         public static string PasswordField(string label, string password, params GUILayoutOption[] options) { return password; }
         public static string Chosen, ChosenFor; // the choice of the simulated user
 
         public static int Popup(string label, int selectedIndex, string[] displayedOptions, params GUILayoutOption[] options)
         {
-            SceneContext.Add(label + ": [" + displayedOptions[selectedIndex] + "]");
+            Output.Add(label + ": [" + displayedOptions[selectedIndex] + "]");
             if (ChosenFor == null || !label.StartsWith(ChosenFor)) return selectedIndex;
             ChosenFor = null;
             return Array.IndexOf(displayedOptions, Chosen);
         }
 
-        public static void HelpBox(string message, MessageType type) { SceneContext.Add(type + ": " + message); }
+        public static void HelpBox(string message, MessageType type) { Output.Add(type + ": " + message); }
         public static Vector2 BeginScrollView(Vector2 scrollPosition, params GUILayoutOption[] options) { return scrollPosition; }
         public static void EndScrollView() { }
     }

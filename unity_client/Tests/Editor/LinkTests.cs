@@ -235,11 +235,11 @@ namespace HapticVLM.Tests
             requests.Sent(2, Kind.Frame, 0.0);
             Assert.IsFalse(requests.MaySendFrame(0.1));
             Assert.IsTrue(requests.MaySendFrame(3.0), "a lost answer must not end the stream");
-            requests.Answered(1, 0.1);
+            requests.MatchAnswer(1, 0.1);
             Assert.IsTrue(requests.MaySendFrame(0.1));
             requests.Sent(3, Kind.Touch, 1.0);
-            requests.Answered(3, 1.005);
-            requests.Answered(3, 2.0);
+            requests.MatchAnswer(3, 1.005);
+            requests.MatchAnswer(3, 2.0);
             var trips = new double[8];
             Assert.AreEqual(1, requests.RoundTrips(trips));
             Assert.That(trips[0], Is.EqualTo(5.0).Within(1e-6));

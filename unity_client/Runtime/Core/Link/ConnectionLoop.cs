@@ -185,7 +185,7 @@ namespace HapticVLM
             {
                 long id;
                 Kind kind = Protocol.KindOf(message, out id);
-                Kind request = outbox.Requests.Answered(id, now);
+                Kind request = outbox.Requests.MatchAnswer(id, now);
                 if (request == Kind.Frame) outbox.Wake();
                 if (welcome == null) TakeHandshakeReply(message, kind);
                 else if (kind == Kind.Ownership) TakeOwnership(message);

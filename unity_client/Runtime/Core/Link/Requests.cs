@@ -47,8 +47,8 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>Records an answer; returns the kind of request it belongs to, or Other.</summary>
-        public Kind Answered(long id, double now)
+        /// <summary>Matches an answer to its request and returns the kind of request, or Other.</summary>
+        public Kind MatchAnswer(long id, double now)
         {
             lock (gate)
             {
