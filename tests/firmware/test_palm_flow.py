@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from unknown_plate import UnknownPlate
 
-from hapticvlm_studio.calibration.plate_course import swing
 from hapticvlm_studio.calibration.plate_flow import PlateEstimate, estimate, middle_c
+from hapticvlm_studio.calibration.plate_trajectory import swing
 
 from .build import Chip
 from .scenes import Rig
