@@ -39,12 +39,17 @@ def evaluate(study: Results) -> Document:
     document["excluded"] = len(study.rows) - len(study.counted)
     document["repeated"] = sum(row.attempt > 1 for row in study.rows)
     document["silent"] = study.silent
+    # Everything up to here comes from counts, with Wilson's intervals. Where single people's trials
+    # are known, as here, each share gets its interval by person too, and the one for all replaces
+    # the one from counts.
     document["recognition"] = asdict(statistics.share_by_person(*_all(by_person)))
     for at, pattern in enumerate(document["patterns"]):
         pattern |= asdict(statistics.share_by_person(*_of_pattern(by_person, at)))
     for part in document["axes"]:
         part |= asdict(statistics.share_by_person(*_level_rights(study, part["factor"])))
     document["reaction"] = [_reaction(study, name) for name in names]
+    # A string says why there can be no test within people; the pooled tests of `_of_counts` then
+    # stay in the document.
     cells = results.cells(study)
     document["anova_missing"] = cells if isinstance(cells, str) else None
     if not isinstance(cells, str):
@@ -56,7 +61,11 @@ def _within(cells: Cells, factors: tuple[list[str], list[str]], names: list[str]
     """Return the tests within people, of those who felt every pattern."""
     vibrations, warmths = (list(dict.fromkeys(levels)) for levels in factors)
     places = [(vibrations.index(v), warmths.index(t)) for v, t in zip(*factors, strict=True)]
+    # The pairwise tests want (people, patterns) in the order of `names`, the ANOVA (people,
+    # vibrations, temperatures).
     flat = np.stack([cells.rates[:, i, j] for i, j in places], axis=1)
+    # Friedman's test has no second factor. It is run over all patterns, and over the vibrations
+    # with each person's temperatures averaged; two temperatures would be too few levels for it.
     ranks = (
         statistics.friedman(flat, "patterns"),
         statistics.friedman(cells.rates.mean(axis=2), "vibration"),
@@ -151,6 +160,9 @@ def evaluate_paper() -> Document:
     document |= {"participants": paper.PARTICIPANTS, "notes": paper.NOTES}
     document |= {"answered": int(counts.sum()), "planned": int(counts.sum())}
     document |= {"excluded": 0, "repeated": None, "silent": None, "reaction": []}
+    # The paper prints F and its degrees of freedom, from which p follows. The degrees of freedom
+    # fit one factor of ten levels, not the 5 x 2 design, so p is given for both (docs/physics.md
+    # 6.2).
     document["anova_missing"] = "single people's trials are unpublished"
     document["printed_anova"] = [
         {
@@ -185,6 +197,7 @@ def _of_counts(
                 "each": each,
             }
         )
+    # Fisher's test compares shares, so every pattern needs at least one trial.
     pairs = statistics.pairwise_pooled(right, of, names) if min(of) else []
     return {
         "format": FORMAT,

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 Matrix = tuple[list[str], NDArray[np.int64]]
 DPI = 110
+# By person is the interval that counts, so it is drawn boldly; Wilson's is thin and grey.
 _BY_PERSON: Any = {"color": BLUE, "linewidth": 3.0, "solid_capstyle": "butt"}
 _WILSON: Any = {"color": GREY, "linewidth": 1.5}
 OUTLYING = 2.0  # times the 95th percentile: the axis of reaction times ends there
@@ -138,6 +139,8 @@ def _longest_shown(times: Sequence[NDArray[np.float64]]) -> float | None:
     every = np.concatenate(list(times))
     if not every.size:
         return None
+    # "lower" picks an answer that was given. Interpolated, a single outlier among few answers would
+    # pull the quantile towards itself and be shown after all.
     usual = OUTLYING * float(np.quantile(every, 0.95, method="lower"))
     return usual if every.max() > usual > 0.0 else None
 
@@ -150,6 +153,8 @@ def _dot(axes: Axes, value: float, row: float, count: int) -> None:
 
 def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float) -> None:
     for row, (_, share) in enumerate(shares):
+        # Both intervals are drawn, one above the other: where the one by person is much longer,
+        # people differ, and the other must not be used.
         gap = 0.12 if share.by_person else 0.0
         intervals = ((share.wilson, gap, _WILSON), (share.by_person, -gap, _BY_PERSON))
         for interval, offset, style in intervals:
@@ -180,6 +185,8 @@ def _legend(axes: Axes, columns: int = 3) -> None:
 
 def _draw_matrix(axes: Axes, title: str, matrix: Matrix) -> None:
     names, counts = matrix
+    # Shades are shares of the row, so that patterns presented more often do not look better; a row
+    # that was never presented stays blank. Numbers are counts, which shares of few trials hide.
     totals = counts.sum(axis=1, keepdims=True)
     shares = np.divide(counts, totals, out=np.zeros(counts.shape), where=totals > 0)
     axes.imshow(shares, vmin=0.0, vmax=1.0, cmap="Blues", aspect="auto")

@@ -31,6 +31,8 @@ th, td { text-align: left; padding: .3rem .8rem .3rem 0; vertical-align: top;
 img { max-width: 100%; height: auto; background: #fff; border-radius: .3rem; }
 @media print { body { margin: 0; } h2, tr { break-inside: avoid; } }
 """
+# The page is opened from mail attachments and shared drives, and parts of it come from the study's
+# file. This policy lets a browser load nothing and run nothing, whatever the text contains.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
@@ -43,6 +45,8 @@ def report(folder: Path, out: Path | None, *, as_json: bool) -> str:
     if not study.counted:
         raise StudyError(f"{folder}: no trial is answered yet")
     document = evaluate(study)
+    # The CSV files come before the pictures: they need no matplotlib, so where that is missing the
+    # data are on the disk all the same.
     out = folder / "report" if out is None else out
     out.mkdir(parents=True, exist_ok=True)
     results.write_csv(out / "trials.csv", study)
@@ -113,11 +117,14 @@ def page(markdown: str, folder: Path) -> str:
 
     reader = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = reader.parse(markdown)
+    # Pictures are replaced while the text is still tokens: a path inside rendered HTML could not be
+    # told from the same characters in a participant's or experimenter's text.
     for token in tokens:
         for child in token.children or ():
             if child.type == "image":
                 child.attrs["src"] = _inside(folder / str(child.attrs["src"]))
     body = reader.renderer.render(tokens, reader.options, {})
+    # A wide table scrolls inside its own box, which the keyboard can reach, and not the whole page.
     body = body.replace("<table>", '<div class="wide" tabindex="0"><table>')
     body = body.replace("</table>", "</table></div>")
     title = html.escape(markdown.lstrip("# ").partition("\n")[0])

@@ -104,6 +104,8 @@ def read(folder: Path) -> Results:
         for file in files.values()
         for event in file
     )
+    # Planned trials count everyone in the design, present or not: a report that forgot those who
+    # have not begun would look complete too soon.
     present = tuple(
         code for code in design.participants if any(r.participant == code for r in rows)
     )
@@ -140,6 +142,9 @@ def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
     rows: dict[int, Row] = {}
     for event in file:
         trial = event.get("trial")
+        # A trial is answered once, and what else is known of it may follow in any order: the
+        # pattern may still be playing when its answer comes. Events of an attempt that was not
+        # answered find no row here and are dropped.
         if event["event"] == "answered":
             rows[event["trial"]] = _row(design, code, event)
         elif event["event"] == "played" and trial in rows:
@@ -228,6 +233,7 @@ def cells(results: Results) -> Cells | str:
         or min(len(vibrations), len(temperatures)) < 2
     ):
         return "the patterns are not every vibration at every temperature"
+    # Cells begin as NaN, so that a cell without a trial differs from one without a correct answer.
     rates = np.full((len(results.participants), len(vibrations), len(temperatures)), np.nan)
     rights: dict[tuple[str, str, str], list[bool]] = {}
     for row in results.counted:

@@ -23,6 +23,7 @@ _MAX_PAIRS = 10
 
 def text_of(document: Document, pictures: Path | None = None) -> str:
     """Return the report; with those of its pictures that exist in the folder `pictures`."""
+    # What may be claimed comes before the tables, since few readers go on to the end.
     parts = [_head(document), _claims(document), _shown(pictures, "recognition", "confusion")]
     parts += [_patterns(document), _axes(document), _bits(document)]
     parts += [_anova(document), _printed(document), _shown(pictures, "anova"), _pairs(document)]
@@ -49,6 +50,7 @@ def _head(document: Document) -> str:
         f"{document['planned']} trials answered, {document['excluded']} left out because a device "
         f"did not present its pattern{_repeats(document)}."
     )
+    # The first figure that a reader takes away gets its caveat in the next line.
     whole = document["recognition"]
     chance = document["chance"]
     lines.append(f"RecogniserResult: {_share(whole)}; chance {100 * chance:.1f} %.")
