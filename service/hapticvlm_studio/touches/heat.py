@@ -106,9 +106,9 @@ def _plate(
     contact: ThermalContact, ambient_c: float, seconds: float
 ) -> tuple[list[float], list[tuple[float, Limit | None]]]:
     """Return the setpoints without and with limits, from contact on, with the limit that acted."""
-    # Time starts before the contact, since limits such as the slew rate depend on where the lead has
-    # brought the setpoint by then. The reading stays that of a plate at rest with its sink at the
-    # ambient temperature, so the wear of a real plate (a hot sink, the dose) does not act here.
+    # Time starts before the contact, since limits such as the slew rate depend on where the lead
+    # has brought the setpoint by then. The reading stays that of a plate at rest with its sink at
+    # the ambient temperature, so the wear of a real plate (a hot sink, the dose) does not act here.
     reading = replace(AT_REST, plate_c=NEUTRAL_C, sink_c=ambient_c)
     trajectory = ThermalTrajectory()
     setpoint_c = NEUTRAL_C
