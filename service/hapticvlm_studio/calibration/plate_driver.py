@@ -23,7 +23,7 @@ TTL_S = 0.25
 
 
 class PlateDriver:
-    """Renews one plate's command at 50 Hz from its own thread; neutral until it is told otherwise.
+    """Renews one plate's command at 50 Hz from its own thread; neutral until a touch is prepared.
 
     The plate leads the skin across `plate_resistance` (m2 K/W), as in the service. Only the thread
     touches the plate until `close`; the lock guards the trajectory, which both threads exchange.

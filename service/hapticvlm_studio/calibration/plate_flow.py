@@ -67,10 +67,10 @@ _GAIN_SPREAD = 0.25  # of its logarithm: palm's area and module within 20 % each
 _MODEL_ERROR = 0.03  # of a harmonic, for what (1) leaves out, such as blood flow; our choice
 _LAYERS_M = np.linspace(0.0, 9e-4, 10)  # thickness of the horny layer, each as likely; our choice
 _LAYER = Thermal(0.22, 1200, 3400)  # drier than what lies below it (docs/physics.md 1.1)
-_LONGEST_LAG_S = 1.0
-_LEAST_SWING_C = 0.3  # measured at the first harmonic, of 1 degC that is commanded
-_LEAST_FLOW_W_PER_K = 0.05  # at the first harmonic; a palm of 1e-3 m2 K/W takes 0.2
-_LARGEST_CHANGE = 0.25  # of the flow, between the halves of a run; our choice
+_MAX_LAG_S = 1.0
+_MIN_SWING_C = 0.3  # measured at the first harmonic, of 1 degC that is commanded
+_MIN_FLOW_W_PER_K = 0.05  # at the first harmonic; a palm of 1e-3 m2 K/W takes 0.2
+_MAX_CHANGE = 0.25  # of the flow, between the halves of a run; our choice
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -111,12 +111,12 @@ def estimate(bare: Floats, palm: Floats) -> PlateEstimate:
     """
     without = _spectrum(bare)
     with_palm = _spectrum(palm)
-    if min(abs(without.swing_c[0]), abs(with_palm.swing_c[0])) < _LEAST_SWING_C:
+    if min(abs(without.swing_c[0]), abs(with_palm.swing_c[0])) < _MIN_SWING_C:
         raise PalmError(
             "the plate did not swing: its current is at a limit; repeat it in a milder room"
         )
     flow = with_palm.admittance - without.admittance  # the left side of (1)
-    if flow[0].real < _LEAST_FLOW_W_PER_K:
+    if flow[0].real < _MIN_FLOW_W_PER_K:
         raise PalmError(
             "too little heat went into a palm: touch nothing in the first run, and let the whole "
             "palm rest on the plate in the second"
@@ -124,7 +124,7 @@ def estimate(bare: Floats, palm: Floats) -> PlateEstimate:
     # A palm that presses harder or is lifted half-way changes R during the run, and the fit would
     # return some mean of both as if it were certain. Each half alone shows it.
     early, late = (_spectrum(half).admittance for half in _halves(palm))
-    if abs(late[0] - early[0]) > _LARGEST_CHANGE * abs(flow[0]):
+    if abs(late[0] - early[0]) > _MAX_CHANGE * abs(flow[0]):
         raise PalmError(
             "the palm did not rest still: lay it down without pressing, and repeat the measurement"
         )
@@ -198,7 +198,7 @@ def _lag_s(bare: Complexes) -> float:
     # C, so four rounds of substitution settle it.
     lag = 0.0
     for _ in range(4):
-        lag = float(np.clip(bend / max(slope - conductance * lag, 1e-3), 0.0, _LONGEST_LAG_S))
+        lag = float(np.clip(bend / max(slope - conductance * lag, 1e-3), 0.0, _MAX_LAG_S))
     return lag
 
 

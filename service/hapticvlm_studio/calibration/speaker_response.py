@@ -39,12 +39,12 @@ SWEEP_S = 10.0
 SILENCE_S = 0.5
 LEVEL = 0.5
 LONGEST_S = 120.0
-MOST_BYTES = 256 * documents.MIB  # of a recording in a CSV file
+MAX_BYTES = 256 * documents.MIB  # of a recording in a CSV file
 THIRDS_HZ = tuple(1000.0 * 2.0 ** (third / 3.0) for third in range(-17, 1))  # 20 to 1000 Hz
 GATE_S = 0.25
 FADE_S = 0.1
-LEAST_CONTRAST_DB = 15.0  # of the gated response over the rest; noise alone gives 6, no noise 140
-LEAST_RATE_HZ = 2_500.0  # more than twice the highest third octave
+MIN_CONTRAST_DB = 15.0  # of the gated response over the rest; noise alone gives 6, no noise 140
+MIN_RATE_HZ = 2_500.0  # more than twice the highest third octave
 QUANTITIES = {"acceleration": 0, "velocity": 1, "displacement": 2}  # derivatives to acceleration
 
 
@@ -102,10 +102,10 @@ def read_csv(path: Path) -> tuple[_Floats, float]:
     ignored. Raises OSError, and ValueError which names the file and the fault.
     """
     try:
-        text = documents.read_text(path, MOST_BYTES)
+        content = documents.read_text(path, MAX_BYTES)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    rows = [row for row in csv.reader(io.StringIO(text, newline="")) if len(row) >= 2]
+    rows = [row for row in csv.reader(io.StringIO(content, newline="")) if len(row) >= 2]
     try:
         numbers = np.array([(float(row[0]), float(row[1])) for row in rows[_header(rows) :]])
     except ValueError as error:
@@ -148,8 +148,8 @@ def _header(rows: list[list[str]]) -> int:
 
 
 def _checked(recorded: _Floats, rate_hz: float) -> _Floats:
-    if rate_hz < LEAST_RATE_HZ:
-        raise ValueError(f"recorded at {rate_hz:.0f} Hz; needs {LEAST_RATE_HZ:.0f} Hz or more")
+    if rate_hz < MIN_RATE_HZ:
+        raise ValueError(f"recorded at {rate_hz:.0f} Hz; needs {MIN_RATE_HZ:.0f} Hz or more")
     if not SWEEP_S <= recorded.size / rate_hz <= LONGEST_S:
         seconds = recorded.size / rate_hz
         raise ValueError(
@@ -175,6 +175,6 @@ def _gated(impulse: _Floats) -> _Floats:
     inside = rolled[away_s < GATE_S]
     outside = rolled[away_s >= GATE_S]
     contrast = np.mean(inside**2) / max(float(np.mean(outside**2)), 1e-30)
-    if 10.0 * math.log10(float(contrast)) < LEAST_CONTRAST_DB:
+    if 10.0 * math.log10(float(contrast)) < MIN_CONTRAST_DB:
         raise ValueError("sweep not found (too much noise?); play it louder and record it again")
     return np.asarray(rolled * gate)

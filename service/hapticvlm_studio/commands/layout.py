@@ -86,8 +86,8 @@ def _by_file(options: argparse.Namespace, form: Form, file: StudyFile) -> Design
     if begun != wanted:
         changed = _difference(begun, wanted)
         raise StudyError(
-            f"{path} was changed after the study had begun (changed: {changed}); undo the change, or "
-            "use a new folder"
+            f"{path} was changed after the study had begun ({changed}); undo the change, or use a "
+            "new folder"
         )
     return begun
 

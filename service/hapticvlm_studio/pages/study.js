@@ -64,9 +64,8 @@ function words() {
   return { renderings: view.renderings_wanted, trials: view.trials - view.answered, pattern: view.feeling && patternName(view.feeling) };
 }
 
-// Who sat here before the study or the page began anew: the address keeps the code, so that nobody
-// takes part under another's by accident.
-// The participant in the page's address, who took part here before; null where there is none.
+// The participant who took part here before the study or the page was restarted, or null. The page's
+// address keeps the code, so that nobody continues another participant's trials by mistake.
 function rememberedCode() {
   const code = decodeURIComponent(location.hash.slice(1));
   return view.phase === "choosing" && view.participants.some((person) => person.code === code) ? code : null;

@@ -118,7 +118,7 @@ def page(markdown: str, folder: Path) -> str:
     reader = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = reader.parse(markdown)
     # Pictures are replaced while the text is still tokens: a path inside rendered HTML could not be
-    # told from the same characters in a participant's or experimenter's text.
+    # distinguished from the same characters in the study's own texts.
     for token in tokens:
         for child in token.children or ():
             if child.type == "image":

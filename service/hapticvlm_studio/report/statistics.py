@@ -1,11 +1,11 @@
 """Computes the statistics of a forced-choice study from counts of trials. Pure.
 
-The unit of these statistics is the person, not the trial. Trials of one person are alike: who finds
-a pattern easy once finds it easy again. Treating 450 trials of nine people as 450 independent
-observations (pseudo-replication) gives intervals that are too narrow and p-values that are too
-small, as if 450 people had been asked. So intervals are given by person wherever single people's
-trials are known, and differences are tested within people (repeated measures): each person is
-compared with themselves, and how good they are in general cancels.
+The unit of these statistics is the person, not the trial. Trials of one person are alike: a person
+who finds a pattern easy once finds it easy again. Treating 450 trials of nine people as 450
+independent observations (pseudo-replication) gives intervals that are too narrow and p-values that
+are too small, as if 450 people had been asked. So intervals are given by person wherever single
+people's trials are known, and differences are tested within people (repeated measures): each person
+is compared with themselves, and how good they are in general cancels.
 
 Tests come from statsmodels and scipy. Computed here is what these lack: the interval by person, the
 information transmitted, and the correction of degrees of freedom by Greenhouse and Geisser. Only

@@ -127,7 +127,7 @@ class StudyServer:
 
 
 def _send(pages: Iterable[ClientSocket], message: str) -> None:
-    """Write a message to each page without waiting, and close a page that has not read the last."""
+    """Write a message to each page without waiting, and close pages that read too slowly."""
     for page in tuple(pages):
         if page.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
             page.close(CloseCode.TRY_AGAIN_LATER, "the page reads too slowly")
