@@ -21,7 +21,7 @@ from hapticvlm_studio.evaluation.pictures import (
     read_picture,
     read_pictures,
 )
-from hapticvlm_studio.evaluation.rendition import figures, grade
+from hapticvlm_studio.evaluation.grading import figures, grade
 from hapticvlm_studio.evaluation.scores import (
     LEVELS,
     PAPER,

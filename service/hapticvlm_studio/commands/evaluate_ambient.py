@@ -11,7 +11,7 @@ from hapticvlm.evidence.reading import COVERAGE
 from hapticvlm_studio.evaluation import plots
 from hapticvlm_studio.evaluation.asking import Ask, ask_all
 from hapticvlm_studio.evaluation.pictures import read_pictures
-from hapticvlm_studio.evaluation.rendition import Outcome, figures, grade
+from hapticvlm_studio.evaluation.grading import Outcome, figures, grade
 from hapticvlm_studio.evaluation.scores import PAPER, Score, Share, share
 
 NAME = "evaluate-ambient"
