@@ -15,13 +15,13 @@ from serving import endpoint, says, sends
 from hapticvlm.vlm.contract import VlmSettings
 from hapticvlm.vlm.remote import RemoteVlm
 from hapticvlm_studio.evaluation.asking import Answered, by_vlm
+from hapticvlm_studio.evaluation.grades import figures, grade
 from hapticvlm_studio.evaluation.pictures import (
     LabelledPicture,
     LabelledPictureError,
     read_picture,
     read_pictures,
 )
-from hapticvlm_studio.evaluation.grading import figures, grade
 from hapticvlm_studio.evaluation.scores import (
     LEVELS,
     PAPER,

@@ -1,4 +1,4 @@
-"""`hapticvlm evaluate`: grades a method on labelled pictures. Connects models to the grading."""
+"""`hapticvlm evaluate`: grades a method on labelled pictures. Connects models to the grades."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`hapticvlm evaluate ambient`: runs the grading of temperatures and prints its result."""
+"""`hapticvlm evaluate ambient`: grades temperatures and prints the result."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 from hapticvlm.evidence.reading import COVERAGE
 from hapticvlm_studio.evaluation import plots
 from hapticvlm_studio.evaluation.asking import Ask, ask_all
+from hapticvlm_studio.evaluation.grades import Outcome, figures, grade
 from hapticvlm_studio.evaluation.pictures import read_pictures
-from hapticvlm_studio.evaluation.grading import Outcome, figures, grade
 from hapticvlm_studio.evaluation.scores import PAPER, Score, Share, share
 
 NAME = "evaluate-ambient"

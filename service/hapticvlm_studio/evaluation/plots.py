@@ -9,7 +9,7 @@ import numpy as np
 
 from hapticvlm.evidence.reading import COVERAGE
 from hapticvlm.palette import BLUE, FIGURE, GRID, INK, SOFT, VERMILION
-from hapticvlm_studio.evaluation.grading import Outcome
+from hapticvlm_studio.evaluation.grades import Outcome
 from hapticvlm_studio.evaluation.scores import TOLERANCE_C
 
 if TYPE_CHECKING:

@@ -53,7 +53,7 @@ def _head(document: Document) -> str:
     # The first figure that a reader takes away gets its caveat in the next line.
     whole = document["recognition"]
     chance = document["chance"]
-    lines.append(f"Recognised: {_share(whole)}; chance {100 * chance:.1f} %.")
+    lines.append(f"Recognition: {_share(whole)}; chance {100 * chance:.1f} %.")
     if whole["by_person"] is None:
         lines.append(
             "The interval assumes independent trials, which the trials of one person are not."
