@@ -121,5 +121,5 @@ def test_a_disk_too_slow_is_named_with_what_came(
     path.write_bytes(bytes(64))
     monkeypatch.setattr(documents, "PIECE_BYTES", 1)
     with pytest.raises(OSError, match=r"not read within 0 s: \d+ bytes came; copy it") as caught:
-        documents.read_bytes(path, within_s=0.0)
+        documents.read_bytes(path, timeout_s=0.0)
     assert caught.value.filename == str(path)

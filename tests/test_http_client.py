@@ -17,8 +17,8 @@ SOON_S = 0.3
 
 
 @contextmanager
-def client(url: str, most_bytes: int = 1000) -> Iterator[HttpClient]:
-    asking = HttpClient(read_address(url, "--url"), None, "text/plain", most_bytes)
+def client(url: str, max_bytes: int = 1000) -> Iterator[HttpClient]:
+    asking = HttpClient(read_address(url, "--url"), None, "text/plain", max_bytes)
     try:
         yield asking
     finally:

@@ -19,9 +19,9 @@ from typing import Literal
 FIRST_REST_S = 0.5
 TRIP = 4  # failures in a row that open the circuit: 0.5, 1 and 2 s apart by then
 OPEN_S = 30.0
-MOST_REST_S = 300.0  # no endpoint rests longer, whatever it asks for
+MAX_REST_S = 300.0  # no endpoint rests longer, whatever it asks for
 JITTER = 0.5  # a rest is stretched by up to this share
-_MOST_DOUBLINGS = 64  # more would leave the range of a float
+_MAX_DOUBLINGS = 64  # more would leave the range of a float
 
 State = Literal["closed", "open", "half-open"]
 
@@ -30,7 +30,7 @@ def pause_s(failures: int, first_s: float, longest_s: float) -> float:
     """Seconds to pause after so many failures in a row: 0, `first_s`, then twice the one before."""
     if failures <= 0:
         return 0.0
-    return min(longest_s, first_s * 2.0 ** min(failures - 1, _MOST_DOUBLINGS))
+    return min(longest_s, first_s * 2.0 ** min(failures - 1, _MAX_DOUBLINGS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +56,13 @@ class Breaker:
         return "open" if self.rest_s(now) > 0 else "half-open"
 
     def failed(
-        self, now: float, reason: str, *, dice: float, asked_s: float | None = None
+        self, now: float, reason: str, *, dice: float, requested_s: float | None = None
     ) -> Breaker:
-        """Count a failure. `dice` is uniform in 0..1, `asked_s` the rest the endpoint asked for."""
+        """Count a failure. `dice` is uniform in 0..1, `requested_s` the rest the endpoint asked for."""
         failures = self.failures + 1
-        rest = self.open_s if failures >= TRIP else pause_s(failures, FIRST_REST_S, MOST_REST_S)
-        rest = max(rest * (1.0 + JITTER * dice), asked_s or 0.0)
-        until = now + min(rest, MOST_REST_S)
+        rest = self.open_s if failures >= TRIP else pause_s(failures, FIRST_REST_S, MAX_REST_S)
+        rest = max(rest * (1.0 + JITTER * dice), requested_s or 0.0)
+        until = now + min(rest, MAX_REST_S)
         return replace(self, failures=failures, rests_until=until, reason=reason)
 
     def succeeded(self) -> Breaker:

@@ -19,7 +19,7 @@ from typing import Any
 
 MIB = 1024 * 1024
 MAX_BYTES = 16 * MIB
-READ_S = 10.0
+READ_TIMEOUT_S = 10.0
 PIECE_BYTES = 4 * MIB
 MAX_KEY_PARTS = 16  # of a dotted TOML key: thousands unfold to gigabytes
 _TOO_DEEP = "nested too deep"
@@ -41,24 +41,26 @@ def open_file(path: Path) -> BufferedReader:
         raise
 
 
-def read_bytes(path: Path, most: int = MAX_BYTES, within_s: float = READ_S) -> bytes:
-    """Read a regular file of at most `most` bytes. Raises OSError, ValueError."""
+def read_bytes(path: Path, max_bytes: int = MAX_BYTES, timeout_s: float = READ_TIMEOUT_S) -> bytes:
+    """Read a regular file of at most `max_bytes` bytes. Raises OSError, ValueError."""
     begun = time.monotonic()
     data = bytearray()
     with open_file(path) as file:
-        while piece := file.read(min(PIECE_BYTES, most + 1 - len(data))):
+        while piece := file.read(min(PIECE_BYTES, max_bytes + 1 - len(data))):
             data += piece
-            if len(data) > most:
-                raise ValueError(f"larger than {_size(most)}, the most there may be; shorten it")
-            if time.monotonic() - begun > within_s:
-                text = f"not read within {within_s:g} s: {_size(len(data))} came"
+            if len(data) > max_bytes:
+                raise ValueError(
+                    f"larger than {_size(max_bytes)}, the most there may be; shorten it"
+                )
+            if time.monotonic() - begun > timeout_s:
+                text = f"not read within {timeout_s:g} s: {_size(len(data))} came"
                 raise OSError(errno.ETIMEDOUT, f"{text}; copy it to a local disk", str(path))
     return bytes(data)
 
 
-def read_text(path: Path, most: int = MAX_BYTES) -> str:
+def read_text(path: Path, max_bytes: int = MAX_BYTES) -> str:
     """Read a regular UTF-8 file. Raises OSError, ValueError (UnicodeDecodeError among them)."""
-    return read_bytes(path, most).decode("utf-8")
+    return read_bytes(path, max_bytes).decode("utf-8")
 
 
 def reason(error: OSError | ValueError) -> str:

@@ -53,16 +53,16 @@ def installing(packages: str) -> str:
     return f"{python} -m pip install {packages}"
 
 
-def printable(text: str, most: int = LONGEST) -> str:
+def printable(text: str, max_chars: int = LONGEST) -> str:
     """Put foreign words on one line of bounded length that no terminal obeys.
 
     Names and answers of others may hold escape codes, which move a terminal's cursor or set its
     title, line breaks, which forge a line of a log, and marks that turn the direction of writing.
     Each becomes a space; what is too long ends with dots.
     """
-    clean = "".join(c if c.isprintable() else " " for c in text[: 4 * most])
+    clean = "".join(c if c.isprintable() else " " for c in text[: 4 * max_chars])
     clean = " ".join(clean.split())
-    return clean if len(clean) <= most else clean[:most] + "..."
+    return clean if len(clean) <= max_chars else clean[:max_chars] + "..."
 
 
 def one_line(error: BaseException) -> str:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 PORTS = {"http": 80, "https": 443}
 CONNECT_S = 5.0
-MOST_TEXT = 200  # characters of a peer's own words that an error repeats
+MAX_QUOTED_CHARS = 200  # characters of a peer's own words that an error repeats
 
 
 class HttpError(HapticVLMError):
@@ -71,7 +71,7 @@ def read_address(url: str, flag: str) -> Address:
         raise HttpError(f"{flag} is no url: {error}") from None
     if parts.username is not None or parts.password is not None:
         raise HttpError(f"{flag}: no user or password in it; a token is given apart")
-    if parts.scheme not in PORTS or not parts.hostname or is_odd(url):
+    if parts.scheme not in PORTS or not parts.hostname or has_unsafe_characters(url):
         raise HttpError(f"{flag} is not like http://127.0.0.1:8000 or https://HOST/PATH")
     if parts.query or parts.fragment:
         raise HttpError(f"{flag}: give host, port and path alone")
@@ -83,21 +83,21 @@ def check_token(token: str | None, address: Address, flag: str) -> str | None:
     """Return a token that may be sent there. Raises HttpError, which does not repeat it."""
     if token is None:
         return None
-    if not token or is_odd(token):
+    if not token or has_unsafe_characters(token):
         raise HttpError(f"the token for {flag} is empty or holds spaces or control characters")
     if not address.is_encrypted and not address.is_loopback:
         raise HttpError(f"a token would travel in clear text to {address.name}: use https")
     return token
 
 
-def is_odd(text: str) -> bool:
+def has_unsafe_characters(text: str) -> bool:
     """Whether there is a character in it that no url and no header should hold."""
     return not set(text) <= set(string.ascii_letters + string.digits + string.punctuation)
 
 
 def printable(text: str) -> str:
     """Cut foreign words short and drop what could forge a line of a log."""
-    return errors.printable(text, MOST_TEXT)
+    return errors.printable(text, MAX_QUOTED_CHARS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +121,7 @@ class HttpClient:
     """
 
     def __init__(
-        self, address: Address, token: str | None, content_type: str, most_bytes: int
+        self, address: Address, token: str | None, content_type: str, max_bytes: int
     ) -> None:
         """Send nothing yet. Raises ModuleNotFoundError without httpx2."""
         import httpx2  # noqa: F401 - a quarter of a second, for those alone who ask elsewhere
@@ -129,7 +129,7 @@ class HttpClient:
         self.address = address
         self._token = token
         self._content_type = content_type
-        self._most_bytes = most_bytes
+        self._max_bytes = max_bytes
         self._runner: asyncio.Runner | None = None
         self._client: httpx2.AsyncClient | None = None
 
@@ -194,8 +194,8 @@ class HttpClient:
             data = bytearray()
             async for chunk in response.aiter_raw():
                 data += chunk
-                if len(data) > self._most_bytes:
-                    raise HttpError(f"a response larger than {self._most_bytes} bytes")
+                if len(data) > self._max_bytes:
+                    raise HttpError(f"a response larger than {self._max_bytes} bytes")
             return Response(response.status_code, bytes(data), response.headers.get("Retry-After"))
 
 

@@ -20,7 +20,7 @@ from hapticvlm.devices.plate.framing import Deframer
 from hapticvlm.devices.plate.peltier import HANDSHAKE_S, Peltier
 from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.plate.ports import READ_S
-from hapticvlm.devices.plate.requests import CHANGE_S
+from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.simulated.plant import Plant
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.simulated.simulated_board import (
@@ -403,7 +403,7 @@ def test_a_changed_setpoint_and_the_end_of_a_touch_wait_for_no_read_that_goes_on
     for number, setpoint_c in enumerate((22.0, 22.5), start=1):
         plate.command(setpoint_c, 5.0, time.monotonic())
         wait_for(lambda sent=number: len(patient.sent()) == sent, 10.0)  # type: ignore[misc]
-        time.sleep(CHANGE_S)
+        time.sleep(CHANGE_INTERVAL_S)
     changed = patient.sent()[-1]
     assert isinstance(changed, plate_protocol.Setpoint)
     assert changed.setpoint_mc == 22_500

@@ -26,7 +26,7 @@ from hapticvlm.devices.plate.protocol import (
     Setpoint,
     State,
 )
-from hapticvlm.devices.plate.requests import ANSWER_S, TRIES
+from hapticvlm.devices.plate.requests import ACK_TIMEOUT_S, MAX_TRIES
 from hapticvlm.devices.plate.session import (
     HELLO_S,
     POLL_TIMEOUT_S,
@@ -326,8 +326,8 @@ def test_an_order_is_repeated_until_it_is_acknowledged() -> None:
     session = greeted()
     session.rest()
     first = Deframer().feed(session.outgoing(1.0))[0]
-    assert said(session, 1.0 + ANSWER_S / 2) == []
-    again = Deframer().feed(session.outgoing(1.01 + ANSWER_S))[0]
+    assert said(session, 1.0 + ACK_TIMEOUT_S / 2) == []
+    again = Deframer().feed(session.outgoing(1.01 + ACK_TIMEOUT_S))[0]
     assert first == again
     assert plate_protocol.decode(first) == Rest()
     tell(session, Ack(0x04, first.seq, Answer.OK), 1.3)
@@ -339,9 +339,9 @@ def test_an_order_is_repeated_until_it_is_acknowledged() -> None:
 def test_an_order_that_never_arrives_is_given_up_and_counted() -> None:
     session = greeted()
     session.off()
-    sent = [message for n in range(100) for message in said(session, 1.0 + n * ANSWER_S)]
+    sent = [message for n in range(100) for message in said(session, 1.0 + n * ACK_TIMEOUT_S)]
 
-    assert sent == [Off()] * TRIES
+    assert sent == [Off()] * MAX_TRIES
     assert session.counts["orders_lost"] == 1
     assert not session.is_busy
 

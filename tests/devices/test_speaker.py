@@ -12,7 +12,7 @@ from pace import PACE
 
 from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.speaker.channels import OF_DUALSENSE, read_channels
+from hapticvlm.devices.speaker.channels import DUALSENSE_CHANNELS, read_channels
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
 from hapticvlm.devices.speaker.output import OutputError, choose
 from hapticvlm.devices.speaker.ring import PersistentState, Ring
@@ -92,7 +92,7 @@ def test_a_strike_is_heard_at_the_sink_within_full_scale(speaker):
     [("dualsense", "DualSense", None), ("Exciters", "Exciters", "left=2,right=1")],
 )
 def test_each_hand_is_heard_on_its_own_channel_and_nothing_on_the_others(output, name, given):
-    channels = OF_DUALSENSE if given is None else read_channels(given)
+    channels = DUALSENSE_CHANNELS if given is None else read_channels(given)
     with null_sink(4, name), recording(4) as heard:
         speaker = Speaker(AudioSettings(output=output, channels=channels))
         speaker.start()

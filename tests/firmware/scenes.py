@@ -85,7 +85,7 @@ class Rig:
         self.peltier.poll()
         now = self.board.now
         reading = self.peltier.advance(now)
-        wanted_c = self.course.wanted_c(now)
+        wanted_c = self.course.target_c(now)
         limited = plate_limits.limit(wanted_c, self._setpoint_c, now - self._last, reading)
         self._setpoint_c, self._last = limited.setpoint_c, now
         self.peltier.command(limited.setpoint_c, LEASE_S, now)

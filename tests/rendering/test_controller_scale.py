@@ -8,7 +8,7 @@ import pytest
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.controller_scale import (
-    LEAST_IMPACT,
+    MIN_IMPACT,
     Form,
     controller_amplitude,
     loudness,
@@ -101,7 +101,7 @@ def test_the_order_of_materials_is_that_of_the_palm(planner, kind, form):
 def test_the_lightest_touch_of_a_weak_material_is_still_a_tap(planner):
     for form in FORMS:
         plan = struck(planner, "rubber", "tap", form, Motion(0.02, 0.05))
-        assert max(plan.amplitude) == pytest.approx(LEAST_IMPACT, abs=1e-3)
+        assert max(plan.amplitude) == pytest.approx(MIN_IMPACT, abs=1e-3)
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -10,7 +10,7 @@ from msgspec.structs import replace as changed
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration.grains import MOST_HZ, STEP_M, Grains, steps
+from hapticvlm.rendering.vibration.grains import MAX_RATE_HZ, STEP_M, Grains, steps
 from hapticvlm.rendering.vibration.patterns import Pattern
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
@@ -57,7 +57,7 @@ def test_a_sudden_press_of_the_softest_is_no_tone() -> None:
     grains = Grains(MATERIALS["foliage"].vibration, 3)
     wave = np.concatenate([grains.render(BLOCK, Motion(0.0, 20.0)) for _ in range(40)])
     one = float(np.square(press("paper", 3.0, 1.0)).sum())
-    assert np.square(wave).sum() < (MOST_HZ * wave.size / RATE_HZ + 2) * 4.0 * one
+    assert np.square(wave).sum() < (MAX_RATE_HZ * wave.size / RATE_HZ + 2) * 4.0 * one
     assert np.abs(wave).max() < 1.0
 
 

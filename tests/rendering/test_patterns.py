@@ -23,8 +23,8 @@ from hapticvlm.rendering.vibration.patterns import (
     PRESETS,
     PatternError,
     PatternTexture,
-    named,
     pattern,
+    replaced_key,
 )
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
@@ -73,16 +73,16 @@ def test_a_recording_of_any_rate_and_either_channels_keeps_its_pitch(
 
 
 def test_names_are_those_of_the_paper_or_a_material_and_an_interaction() -> None:
-    assert [named(preset.name, MATERIALS) for preset in PRESETS] == [
+    assert [replaced_key(preset.name, MATERIALS) for preset in PRESETS] == [
         ("wood", "carve"),
         ("wood", "strike"),
         ("glass", "tap"),
         ("fabric", "slide"),
         ("metal", "swing"),
     ]
-    assert named("my-oak-press", (*MATERIALS, "my-oak")) == ("my-oak", "press")
+    assert replaced_key("my-oak-press", (*MATERIALS, "my-oak")) == ("my-oak", "press")
     with pytest.raises(PatternError, match=r"names no pattern.*wood-carving"):
-        named("wood_carve", MATERIALS)
+        replaced_key("wood_carve", MATERIALS)
 
 
 def test_every_preset_can_be_felt() -> None:

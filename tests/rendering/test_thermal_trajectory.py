@@ -143,9 +143,9 @@ def test_an_approach_waits_where_contact_goes_on() -> None:
     near = ThermalTrajectory().approach(METAL, 1.0)
     touched = near.touch(METAL, "knife", 2.0)
 
-    assert near.wanted_c(1.0) == near.wanted_c(2.0) == skin_surface_c(METAL, LEAD_S)
-    assert touched.wanted_c(2.0) == near.wanted_c(2.0)
-    assert touched.wanted_c(4.0) == skin_surface_c(METAL, 2.0 + LEAD_S) < near.wanted_c(2.0)
+    assert near.target_c(1.0) == near.target_c(2.0) == skin_surface_c(METAL, LEAD_S)
+    assert touched.target_c(2.0) == near.target_c(2.0)
+    assert touched.target_c(4.0) == skin_surface_c(METAL, 2.0 + LEAD_S) < near.target_c(2.0)
 
 
 def test_a_contact_that_goes_on_does_not_begin_again() -> None:
@@ -165,7 +165,7 @@ def test_taps_in_quick_succession_are_one_contact() -> None:
         tapped = tapped.touch(GLASS, "pane", lifted_at + 0.08)
 
     assert tapped.past == ()
-    assert tapped.wanted_c(2.0) == held.touch(GLASS, "pane", 2.0).wanted_c(2.0)
+    assert tapped.target_c(2.0) == held.touch(GLASS, "pane", 2.0).target_c(2.0)
 
 
 def test_a_longer_lift_ends_the_contact_when_the_hand_left() -> None:
@@ -196,7 +196,7 @@ def test_a_brief_lift_from_one_object_to_another_is_no_slide() -> None:
 def test_an_unknown_material_is_neutral_and_leaves_nothing() -> None:
     course = ThermalTrajectory().touch(None, "blob", 1.0)
 
-    assert course.wanted_c(3.0) == 32.0
+    assert course.target_c(3.0) == 32.0
     assert course.release(3.0).past == ()
 
 
@@ -208,16 +208,16 @@ def test_what_becomes_known_during_a_touch_begins_with_its_lead() -> None:
 
 
 def test_a_released_hand_wants_a_neutral_plate() -> None:
-    assert ThermalTrajectory().touch(METAL, "knife", 0.0).release(2.0).wanted_c(2.0) == 32.0
-    assert ThermalTrajectory().wanted_c(0.0) == 32.0
+    assert ThermalTrajectory().touch(METAL, "knife", 0.0).release(2.0).target_c(2.0) == 32.0
+    assert ThermalTrajectory().target_c(0.0) == 32.0
 
 
 def test_gain_damps_or_exaggerates_the_deviation_from_neutral() -> None:
     course = ThermalTrajectory().touch(METAL, "knife", 0.0)
-    full_c = course.wanted_c(1.0) - 32.0
+    full_c = course.target_c(1.0) - 32.0
 
     for gain in (0.0, 0.5, 2.0):
-        assert course.wanted_c(1.0, gain) - 32.0 == pytest.approx(gain * full_c)
+        assert course.target_c(1.0, gain) - 32.0 == pytest.approx(gain * full_c)
 
 
 def test_skin_warmer_than_neutral_is_where_the_course_starts() -> None:
@@ -232,12 +232,12 @@ def test_skin_warmer_than_neutral_is_where_the_course_starts() -> None:
 def test_a_broken_contact_leaves_no_trace(broken_c: float) -> None:
     course = ThermalTrajectory().touch(replace(METAL, surface_c=broken_c), "knife", 0.0)
 
-    assert math.isfinite(course.touch(WOOD, "handle", 1.0).wanted_c(1.5))
+    assert math.isfinite(course.touch(WOOD, "handle", 1.0).target_c(1.5))
 
 
 @pytest.mark.parametrize("now", [0.5, -1e9])
 def test_a_clock_that_jumps_back_gives_a_number(now: float) -> None:
     course = ThermalTrajectory().touch(METAL, "knife", 1.0).touch(WOOD, "handle", 2.0)
 
-    assert 22.0 <= course.wanted_c(now) <= 32.0
+    assert 22.0 <= course.target_c(now) <= 32.0
     assert 22.0 <= course.release(now).skin_c(now) <= 32.0

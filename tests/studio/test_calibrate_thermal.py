@@ -50,7 +50,7 @@ def on_plate(tried: float, palm_resistance: float, compensated: float) -> float:
             plant._state_c[2:] = rested
             plant.touch(palm_resistance)
             course = course.touch(contact, "plate", now)
-        setpoint_c = limit(course.wanted_c(now), setpoint_c, TICK_S, plate.advance(now)).setpoint_c
+        setpoint_c = limit(course.target_c(now), setpoint_c, TICK_S, plate.advance(now)).setpoint_c
         plate.command(setpoint_c, 0.25, now)
         now += TICK_S
     plate.advance(now)

@@ -21,14 +21,14 @@ class Fault:
 
     number: int | None
     name: str
-    seen: str
-    cure: str
+    symptom: str
+    remedy: str
 
     @property
     def text(self) -> str:
         """The fault in words."""
         label = self.name if self.number is None else f"{self.name}, number {self.number}"
-        return f"{self.seen} ({label}): {self.cure}"
+        return f"{self.symptom} ({label}): {self.remedy}"
 
 
 _WORDS = tomllib.loads(TABLE.read_text(encoding="utf-8"))

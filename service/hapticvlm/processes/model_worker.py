@@ -128,9 +128,9 @@ class ModelWorker(Generic[A]):
         with suppress(OSError):
             self._child.control.send((self._number, len(data), details))
 
-    def accept(self, answered: WorkerReply[A], now: float) -> bool:
+    def accept(self, reply: WorkerReply[A], now: float) -> bool:
         """Note that an answer came; false if it is to a request that was given up."""
-        if answered.number != self._number or self._requested_at is None:
+        if reply.number != self._number or self._requested_at is None:
             return False
         self.busy_s += now - self._requested_at
         self._requested_at = None

@@ -80,7 +80,7 @@ def open_player(name: str) -> Iterator[WavePlayer]:
     output = Output(player.fill, realtime=False)
     output.open(name, BLOCK)
     try:
-        output.settle(lambda: None)
+        output.wait_until_steady(lambda: None)
         player.name = output.name
         yield player
     finally:

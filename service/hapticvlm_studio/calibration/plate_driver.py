@@ -68,7 +68,7 @@ class PlateDriver:
             now = time.monotonic()
             reading = self._plate.advance(now)
             with self._lock:
-                wanted_c = self._trajectory.wanted_c(now)
+                wanted_c = self._trajectory.target_c(now)
             limited = limit(wanted_c, setpoint_c, now - before, reading)
             setpoint_c = limited.setpoint_c
             before = now

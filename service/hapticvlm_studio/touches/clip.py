@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import resample_poly
 
-from hapticvlm.rendering.vibration.controller_scale import LEAST_LEVEL, controller_amplitude
+from hapticvlm.rendering.vibration.controller_scale import MIN_LEVEL, controller_amplitude
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.vibration_plan import PLAN_HZ, frequencies
 from hapticvlm_studio.touches.heat import Heat
@@ -98,7 +98,7 @@ def for_controllers(of: Clip) -> Clip:
     # follows the level of each step, joined by lines so that it does not jump.
     squared = np.square(of.played.reshape(-1, _STEP), dtype=np.float64)
     level = np.sqrt(2.0 * squared.mean(axis=1))
-    gain = controller_amplitude(level, "parametric") / np.maximum(level, LEAST_LEVEL)
+    gain = controller_amplitude(level, "parametric") / np.maximum(level, MIN_LEVEL)
     centres = (np.arange(gain.size) + 0.5) * _STEP
     gains = np.interp(np.arange(of.played.size), centres, gain)
     return replace(of, played=np.asarray(of.played * gains, dtype=np.float32))

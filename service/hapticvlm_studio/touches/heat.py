@@ -119,7 +119,7 @@ def _plate(
         trajectory = (
             trajectory.approach(contact, now) if tick < 0 else trajectory.touch(contact, 0, now)
         )
-        limited = limit(trajectory.wanted_c(now), setpoint_c, TICK_S, reading)
+        limited = limit(trajectory.target_c(now), setpoint_c, TICK_S, reading)
         setpoint_c = limited.setpoint_c
         if tick >= 0:
             wanted.append(limited.unlimited_c)

@@ -24,7 +24,13 @@ from hapticvlm.rendering.heat.limits import PlateReading
 
 HANDSHAKE_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
 READ_BYTES = 256
-PAUSES_S = (0.25, 0.5, 1.0, 2.0, 5.0)  # before each try to open the port again, then the last
+REOPEN_PAUSES_S = (
+    0.25,
+    0.5,
+    1.0,
+    2.0,
+    5.0,
+)  # before each try to open the port again, then the last
 SIGN_OFF_S = 0.5
 TURN_S = 0.018  # of a simulated board: a tick, less what a clock may be off
 JOIN_S = 2.0
@@ -66,8 +72,8 @@ class Peltier:
         self._lock = threading.Lock()
         self._port: Port | None = None
         self._polled_at = -math.inf
-        self._trouble = ""  # why the port was closed last
-        self._place: PortInfo | None = None
+        self._failure = ""  # why the port was closed last
+        self._port_info: PortInfo | None = None
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -86,12 +92,12 @@ class Peltier:
     def connect(self) -> None:
         """Open the port and wait for the board's answer. Raises DeviceError, naming each port."""
         failures = []
-        for place in ports.candidate_ports(self._address):
+        for port_info in ports.candidate_ports(self._address):
             try:
-                self._open(place)
+                self._open(port_info)
                 self._handshake()
             except DeviceError as error:
-                failures.append(f"{place.text}: {error}")
+                failures.append(f"{port_info.text}: {error}")
                 continue
             return
         raise DeviceError(f"no plate answered; {'; '.join(failures)}")
@@ -183,9 +189,9 @@ class Peltier:
             with contextlib.suppress(OSError):
                 cancel()
 
-    def _open(self, place: PortInfo) -> None:
-        self._port = self._open_port(place.url)
-        self._place = place
+    def _open(self, port_info: PortInfo) -> None:
+        self._port = self._open_port(port_info.url)
+        self._port_info = port_info
         with self._lock:
             self._session.opened(self._clock())
 
@@ -199,21 +205,21 @@ class Peltier:
             if self._session.is_ready and self._session.telemetry is not None:
                 self._name()
                 return
-        trouble = self._session.refusal or self._trouble or f"no answer within {HANDSHAKE_S:g} s"
-        self._disconnect(trouble)
+        failure = self._session.refusal or self._failure or f"no answer within {HANDSHAKE_S:g} s"
+        self._disconnect(failure)
         self._session = PlateSession()
-        raise DeviceError(trouble)
+        raise DeviceError(failure)
 
     def _name(self) -> None:
         board = self._session.board
-        if self.simulated or self._place is None or board is None:
+        if self.simulated or self._port_info is None or board is None:
             return
         version = f"{board.firmware_major}.{board.firmware_minor}.{board.firmware_patch}"
         self.firmware = f"{version} (board {board.board_id})"
-        self.name = f"plate on {self._place.url}, firmware {version}, board {board.board_id}"
+        self.name = f"plate on {self._port_info.url}, firmware {version}, board {board.board_id}"
 
-    def _disconnect(self, trouble: str) -> None:
-        self._trouble = trouble
+    def _disconnect(self, failure: str) -> None:
+        self._failure = failure
         with self._lock:  # nobody cancels a read of what is being closed
             # The port is taken away under the lock and closed outside it: closing may block in the
             # driver of an adapter that was pulled out, and `off` must find either a port that is
@@ -228,24 +234,28 @@ class Peltier:
     def _run(self) -> None:
         if self._realtime:
             request_priority(PRIORITY)
-        tries = 0
+        attempts = 0
         while not self._closing.is_set():
             if self._port is not None:
                 self.poll()
                 # A port that opens is no plate yet: another device may answer there, or a boot
                 # loader. So the pauses grow until a board has answered, and only then begin anew.
-                tries = 0 if self._session.is_ready else tries
-            elif not self._closing.wait(PAUSES_S[min(tries, len(PAUSES_S) - 1)]):
-                self._reopen(tries)
-                tries += 1
+                attempts = 0 if self._session.is_ready else attempts
+            elif not self._closing.wait(REOPEN_PAUSES_S[min(attempts, len(REOPEN_PAUSES_S) - 1)]):
+                self._reopen(attempts)
+                attempts += 1
 
-    def _reopen(self, tries: int) -> None:
+    def _reopen(self, attempts: int) -> None:
         """Try one port that may be the same plate; which one goes round."""
-        known = None if self._place is None else self._place.usb
+        known = None if self._port_info is None else self._port_info.usb
         try:
-            found = [place for place in ports.candidate_ports(self._address) if place.usb == known]
+            found = [
+                port_info
+                for port_info in ports.candidate_ports(self._address)
+                if port_info.usb == known
+            ]
             if found:
-                self._open(found[tries % len(found)])
+                self._open(found[attempts % len(found)])
         except (DeviceError, OSError) as error:
             logger.debug("plate: %s", error)
 

@@ -60,11 +60,11 @@ def candidate_ports(address: str) -> list[PortInfo]:
     """
     if address != AUTO:
         return [PortInfo(address, "")]
-    seen = _seen()
-    likely = [place for place, is_likely in seen if is_likely]
+    present = _present()
+    likely = [port_info for port_info, is_likely in present if is_likely]
     if not likely:
         raise DeviceError(
-            f"no port looks like a plate; ports seen: {_listed([place for place, _ in seen])}; "
+            f"no port looks like a plate; ports present: {_listed([port_info for port_info, _ in present])}; "
             "plug the plate in, or name its port"
         )
     return likely
@@ -76,14 +76,14 @@ def open_port(url: str) -> Port:
 
     try:
         found: Port = serial.serial_for_url(
-            url, baudrate=BAUD, timeout=READ_S, write_timeout=WRITE_S, **_alone(url)
+            url, baudrate=BAUD, timeout=READ_S, write_timeout=WRITE_S, **_exclusive(url)
         )
     except (serial.SerialException, OSError, ValueError) as error:
         raise DeviceError(f"can't be opened: {_reason(error)}") from None
     return found
 
 
-def _alone(url: str) -> dict[str, Any]:
+def _exclusive(url: str) -> dict[str, Any]:
     return {} if "://" in url else {"exclusive": True}
 
 
@@ -94,13 +94,13 @@ def _reason(error: Exception) -> str:
     return os.strerror(number) if number else str(error)
 
 
-def _seen() -> list[tuple[PortInfo, bool]]:
+def _present() -> list[tuple[PortInfo, bool]]:
     from serial.tools import list_ports
 
-    return [(_place(info), _is_likely(info)) for info in sorted(list_ports.comports())]
+    return [(_port_info(info), _is_likely(info)) for info in sorted(list_ports.comports())]
 
 
-def _place(info: Any) -> PortInfo:  # noqa: ANN401 - pyserial has no types
+def _port_info(info: Any) -> PortInfo:  # noqa: ANN401 - pyserial has no types
     label = info.description if info.description not in (None, "n/a") else ""
     if info.vid is None:
         return PortInfo(info.device, label)
@@ -117,4 +117,4 @@ def _is_likely(info: Any) -> bool:  # noqa: ANN401
 
 
 def _listed(found: list[PortInfo]) -> str:
-    return ", ".join(place.text for place in found) or "none"
+    return ", ".join(port_info.text for port_info in found) or "none"

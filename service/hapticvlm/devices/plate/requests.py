@@ -15,11 +15,13 @@ from hapticvlm.devices.plate.protocol import Ack, Answer, Message, Off, Rest
 from hapticvlm.rendering.heat import limits as plate_limits
 
 # a changed setpoint is sent at most, the same one at least as often
-CHANGE_S = 0.04
-RENEW_S = 0.1
-PAUSE_S = 0.5  # longer than the service's own lease: a caller that paused this long has released it
-ANSWER_S = 0.15
-TRIES = 5
+CHANGE_INTERVAL_S = 0.04
+RENEW_INTERVAL_S = 0.1
+FRESH_AFTER_S = (
+    0.5  # longer than the service's own lease: a caller that paused this long has released it
+)
+ACK_TIMEOUT_S = 0.15
+MAX_TRIES = 5
 
 
 class Orders:
@@ -65,9 +67,9 @@ class Orders:
 
     def due(self, now: float) -> bytes:
         """Return the order to send now, or nothing; one that never arrives is counted in `lost`."""
-        if self._message is None or now - self._sent_at < ANSWER_S:
+        if self._message is None or now - self._sent_at < ACK_TIMEOUT_S:
             return b""
-        if self._tries >= TRIES:
+        if self._tries >= MAX_TRIES:
             self.lost += 1
             self._message = None
             return b""
@@ -96,8 +98,8 @@ class Drive:
         self.ignored = 0
         self._setpoint_mc: int | None = None
         self._sent_mc: int | None = None
-        self._until = self._sent_at = self._commanded_at = -math.inf
-        self._is_held = False
+        self._expires_at = self._sent_at = self._commanded_at = -math.inf
+        self._is_blocked = False
         self.is_driving = False  # a setpoint was sent and its lease has not ended
 
     def command(self, setpoint_c: float, ttl_s: float, now: float, *, may_drive: bool) -> bool:
@@ -108,14 +110,14 @@ class Drive:
         # cause may be there still. A touch that is still renewed looks like any other command, so
         # what tells a new one is a pause, longer than any lease. A caller that never pauses is
         # ignored and counted.
-        goes_on = abs(now - self._commanded_at) <= PAUSE_S
+        goes_on = abs(now - self._commanded_at) <= FRESH_AFTER_S
         self._commanded_at = now
-        self._is_held = not may_drive or (self._is_held and goes_on)
-        if self._is_held:
+        self._is_blocked = not may_drive or (self._is_blocked and goes_on)
+        if self._is_blocked:
             self.ignored += 1
             return False
         self._setpoint_mc = round(plate_limits.within_range(setpoint_c).setpoint_c * 1000.0)
-        self._until = now + ttl_s
+        self._expires_at = now + ttl_s
         return True
 
     def rest(self) -> None:
@@ -126,16 +128,16 @@ class Drive:
     def hold(self) -> None:
         """End the lease; a caller that goes on commanding drives nothing."""
         self._release()
-        self._is_held = True
+        self._is_blocked = True
 
     def is_due(self, now: float) -> bool:
         """Whether there is a setpoint to send now."""
-        pause_s = RENEW_S if self._setpoint_mc == self._sent_mc else CHANGE_S
+        pause_s = RENEW_INTERVAL_S if self._setpoint_mc == self._sent_mc else CHANGE_INTERVAL_S
         return self._setpoint_mc is not None and now - self._sent_at >= pause_s
 
     def due(self, now: float) -> plate_protocol.Setpoint | None:
         """Return the setpoint to send now, if any; a lease that has run out ends here."""
-        left_s = self._until - now
+        left_s = self._expires_at - now
         if self._setpoint_mc is None or left_s <= 0.0:
             self._release()
             return None
@@ -150,4 +152,4 @@ class Drive:
     def _release(self) -> None:
         self._setpoint_mc = self._sent_mc = None
         self.is_driving = False
-        self._until = self._sent_at = -math.inf
+        self._expires_at = self._sent_at = -math.inf

@@ -24,9 +24,9 @@ from hapticvlm.devices.plate.requests import Drive, Orders
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.limits import PlateReading
 
-WINDOW_S = 10.0
-LARGEST_DRIFT = 0.05  # ceramic resonators are within 0.5 %; our choice
-WRONG_WINDOWS = 2
+CLOCK_WINDOW_S = 10.0
+MAX_DRIFT = 0.05  # ceramic resonators are within 0.5 %; our choice
+MAX_WRONG_WINDOWS = 2
 _UPTIME_WRAPS_MS = 2**32
 REST_S = 900.0  # without heat until a new session's heat may begin: our choice, as long as one
 HELLO_S = 0.25  # between HELLOs; a boot loader eats the first ones
@@ -42,30 +42,30 @@ class BoardClock:
     """What one board's uptime says, from a reset on."""
 
     is_wrong: bool = False
-    _started: tuple[int, float] | None = None
+    _first: tuple[int, float] | None = None
     _window_at: float = 0.0
-    _least_late_s: float = 0.0
-    _before: tuple[float, float] | None = None  # middle of the last window, its least delay
+    _min_delay_s: float = 0.0
+    _previous: tuple[float, float] | None = None  # middle of the last window, its least delay
     _wrong_windows: int = 0
 
     def note(self, uptime_ms: int, now: float) -> None:
         """Receive an uptime that arrived at `now`."""
-        if self._started is None:
-            self._started = (uptime_ms, now)
+        if self._first is None:
+            self._first = (uptime_ms, now)
             self._window_at = now
-            self._least_late_s = 0.0
+            self._min_delay_s = 0.0
             return
-        first_ms, begun = self._started
+        first_ms, begun = self._first
         late_s = (now - begun) - ((uptime_ms - first_ms) % _UPTIME_WRAPS_MS) / 1000.0
-        if now - self._window_at >= WINDOW_S:
+        if now - self._window_at >= CLOCK_WINDOW_S:
             self._judge(now)
             self._window_at = now
-            self._least_late_s = late_s
-        self._least_late_s = min(self._least_late_s, late_s)
+            self._min_delay_s = late_s
+        self._min_delay_s = min(self._min_delay_s, late_s)
 
     def _judge(self, now: float) -> None:
-        before = self._before
-        self._before = (now, self._least_late_s)
+        before = self._previous
+        self._previous = (now, self._min_delay_s)
         if before is None:
             return
         then, was_late_s = before
@@ -73,9 +73,9 @@ class BoardClock:
         # and changes from one telemetry to the next. The least of a window is nearly free of it. A
         # clock that runs at the right rate keeps that least value, one that runs wrong moves it by
         # the same share in every window.
-        drift = abs(self._least_late_s - was_late_s) / (now - then)
-        self._wrong_windows = self._wrong_windows + 1 if drift > LARGEST_DRIFT else 0
-        self.is_wrong = self._wrong_windows >= WRONG_WINDOWS
+        drift = abs(self._min_delay_s - was_late_s) / (now - then)
+        self._wrong_windows = self._wrong_windows + 1 if drift > MAX_DRIFT else 0
+        self.is_wrong = self._wrong_windows >= MAX_WRONG_WINDOWS
 
 
 @dataclass(slots=True)
@@ -126,7 +126,7 @@ class PlateSession:
         self._drive = Drive()
         self._orders = Orders()
         self._is_open = self._was_open = False
-        self._received_at = self._listened_at = self._hello_at = -math.inf
+        self._received_at = self._polled_at = self._hello_at = -math.inf
         self._uptime_ms: int | None = None
         self._unfollowed_since: float | None = None
         self._is_unfollowed = False
@@ -178,7 +178,7 @@ class PlateSession:
         self._is_open = self._was_open = True
         self._counts["bad_frames"] += self._deframer.bad
         self._deframer = Deframer()
-        self._received_at = self._listened_at = now
+        self._received_at = self._polled_at = now
         self._forget()
 
     def lost(self) -> None:
@@ -223,7 +223,7 @@ class PlateSession:
 
     def receive(self, data: bytes, now: float) -> None:
         """Receive the bytes that came from the port, which may be none."""
-        self._listened_at = now
+        self._polled_at = now
         for received in self._deframer.feed(data):
             self._handle(received, now)
 
@@ -260,8 +260,8 @@ class PlateSession:
 
     def _is_fresh(self, now: float) -> bool:
         """Return whether telemetry is recent, counted only while the port was read."""
-        is_recent = self._listened_at - self._received_at <= RX_TIMEOUT_S
-        return self._is_open and is_recent and now - self._listened_at <= POLL_TIMEOUT_S
+        is_recent = self._polled_at - self._received_at <= RX_TIMEOUT_S
+        return self._is_open and is_recent and now - self._polled_at <= POLL_TIMEOUT_S
 
     def _faults(self, now: float) -> tuple[str, ...]:
         found = () if self.telemetry is None else faults.names(self.telemetry.faults)

@@ -38,7 +38,7 @@ CORE_C = 35.0
 _CELLS_M = 5e-5 * 1.55 ** np.arange(8.0)  # 2.9 mm in all: reproduces physics.md 2.2 and 2.3
 _LONGEST_STEP_S = 0.01
 _KELVIN = 273.15
-_FEW_STEPS = 8  # more are cheaper by a matrix power
+_MAX_LOOPED_STEPS = 8  # more are cheaper by a matrix power
 
 _Floats = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ class Plant:
         skin_j_per_k = _CELLS_M * (SKIN.density * SKIN.heat_capacity * AREA_M2)
         self._capacity = np.concatenate(([module.sink_j_per_k, module.face_j_per_k], skin_j_per_k))
         self._room = ambient_c, sink_k_per_w
-        self._kept: tuple[float, float, _Floats, _Floats] | None = None
+        self._last_step: tuple[float, float, _Floats, _Floats] | None = None
         self.touch(palm_resistance)
 
     def touch(self, palm_resistance: float) -> None:
@@ -87,7 +87,7 @@ class Plant:
         ambient_c, sink_k_per_w = self._room
         self._flow[0, 0] -= 1.0 / sink_k_per_w
         self._source[0] += ambient_c / sink_k_per_w
-        self._kept = None
+        self._last_step = None
 
     @property
     def plate_c(self) -> float:
@@ -111,11 +111,11 @@ class Plant:
         if not dt_s > 0.0:
             return
         count = math.ceil(dt_s / _LONGEST_STEP_S)
-        onwards, offset = self._solved(current_a, dt_s, count)
-        self._state_c = _after(self._state_c, onwards, offset, count)
+        transition, offset = self._solved(current_a, dt_s, count)
+        self._state_c = _after(self._state_c, transition, offset, count)
 
     def _solved(self, current_a: float, dt_s: float, count: int) -> tuple[_Floats, _Floats]:
-        """Return what one sub-step does: state -> onwards @ state + offset; (n, n), (n,).
+        """Return what one sub-step does: state -> transition @ state + offset; (n, n), (n,).
 
         An inverse is most of a step's cost, and a plate at rest asks for the same one 50 times a
         second for hours, in the process that answers touches: so the last one is kept.
@@ -124,9 +124,9 @@ class Plant:
         # an implicit one stays stable at the 20 ms of the control loop. What that costs is one
         # system of equations for each current and step, in which pumped heat stands beside the
         # flows.
-        kept = self._kept
-        if kept is not None and kept[:2] == (current_a, dt_s):
-            return kept[2:]
+        last = self._last_step
+        if last is not None and last[:2] == (current_a, dt_s):
+            return last[2:]
         pumped = self._module.seebeck * current_a
         joule = current_a**2 * self._module.resistance / 2.0
         stored = self._capacity * (count / dt_s)
@@ -138,22 +138,22 @@ class Plant:
         source[0] += joule - pumped * _KELVIN
         source[1] += joule + pumped * _KELVIN
         inverse = np.linalg.inv(system)
-        onwards, offset = inverse * stored, inverse @ source
-        self._kept = current_a, dt_s, onwards, offset
-        return onwards, offset
+        transition, offset = inverse * stored, inverse @ source
+        self._last_step = current_a, dt_s, transition, offset
+        return transition, offset
 
 
-def _after(state_c: _Floats, onwards: _Floats, offset: _Floats, count: int) -> _Floats:
-    """Apply state -> onwards @ state + offset so many times; (n,), (n, n), (n,) -> (n,)."""
-    if count <= _FEW_STEPS:
+def _after(state_c: _Floats, transition: _Floats, offset: _Floats, count: int) -> _Floats:
+    """Apply state -> transition @ state + offset so many times; (n,), (n, n), (n,) -> (n,)."""
+    if count <= _MAX_LOOPED_STEPS:
         for _ in range(count):
-            state_c = onwards @ state_c + offset
+            state_c = transition @ state_c + offset
         return state_c
     # Many equal steps are one power of a matrix: state and a constant 1 go in, so that the offset
     # is part of it. A minute of a plate at rest then costs as much as a dozen steps.
     size = len(offset)
     whole = np.eye(size + 1)
-    whole[:size, :size], whole[:size, size] = onwards, offset
+    whole[:size, :size], whole[:size, size] = transition, offset
     whole = np.linalg.matrix_power(whole, count)
     result: _Floats = whole[:size, :size] @ state_c + whole[:size, size]
     return result

@@ -43,8 +43,8 @@ class SimulatedPlate:
         self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance)
         self._stuck_sensor_c = stuck_sensor_c
         self._now: float | None = None
-        self._asked_c = NEUTRAL_C
-        self._left_s = 0.0
+        self._commanded_c = NEUTRAL_C
+        self._lease_s = 0.0
         self._returning_s: float | None = None  # since the return to neutral began
         self._on = False
         self._target_c = NEUTRAL_C
@@ -64,8 +64,8 @@ class SimulatedPlate:
             return
         if not self._on:
             self._target_c = plate_limits.within_range(self._sensed_c()).setpoint_c
-        self._asked_c = plate_limits.within_range(setpoint_c).setpoint_c
-        self._left_s = ttl_s
+        self._commanded_c = plate_limits.within_range(setpoint_c).setpoint_c
+        self._lease_s = ttl_s
         self._returning_s = None
         self._on = True
 
@@ -134,18 +134,18 @@ class SimulatedPlate:
 
     def close(self) -> None:
         """Open the bridge for good; only a new command closes it again."""
-        self._left_s = 0.0
+        self._lease_s = 0.0
         self._open()
 
     def _tick(self, dt_s: float) -> None:
-        self._left_s -= dt_s
-        if self._left_s < 0.0:
+        self._lease_s -= dt_s
+        if self._lease_s < 0.0:
             self._lapse()
         self._trip()
         self._finish_return(dt_s)
         if self._on:
             reading = self._reading()
-            limited = plate_limits.limit(self._asked_c, self._target_c, dt_s, reading)
+            limited = plate_limits.limit(self._commanded_c, self._target_c, dt_s, reading)
             slope_c_s = (limited.setpoint_c - self._target_c) / dt_s
             self._slope_c_s += min(dt_s / _FORWARD_S, 1.0) * (slope_c_s - self._slope_c_s)
             # A target that ran on while the current is at its limit would be far ahead of the
@@ -159,8 +159,8 @@ class SimulatedPlate:
         self._account(dt_s)
 
     def _lapse(self) -> None:
-        self._asked_c = NEUTRAL_C
-        self._left_s = 0.0
+        self._commanded_c = NEUTRAL_C
+        self._lease_s = 0.0
         if self._on and self._returning_s is None:
             self._returning_s = 0.0
 
@@ -188,7 +188,7 @@ class SimulatedPlate:
     def _open(self) -> None:
         self._on = False
         self._returning_s = None
-        self._asked_c = NEUTRAL_C
+        self._commanded_c = NEUTRAL_C
         self._current_a = self._integral_a = 0.0
         self._saturated = 0
         self._target_c = NEUTRAL_C

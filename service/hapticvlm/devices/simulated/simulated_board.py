@@ -49,40 +49,40 @@ class SimulatedBoard:
         self._major = major
         self._deframer = Deframer()
         self._started_at: float | None = None
-        self._lived_to = 0.0
+        self._advanced_to = 0.0
         self._reported_at = 0.0
         self._seq = self._refused = 0
-        self._is_greeted = False
+        self._has_handshake = False
 
     @property
-    def is_greeted(self) -> bool:
+    def has_handshake(self) -> bool:
         """Whether the host is known: nothing but telemetry comes then, unless it is asked."""
-        return self._is_greeted
+        return self._has_handshake
 
     def exchange(self, data: bytes, now: float) -> bytes:
         """Receive what the host sent, advance to `now` and return what is to be sent."""
         if self._started_at is None:
-            self._started_at = self._reported_at = self._lived_to = now
+            self._started_at = self._reported_at = self._advanced_to = now
         frames = self._deframer.feed(data)
-        self._live(now, is_at_rest=not frames and self.plate.state is plate_protocol.State.OFF)
+        self._advance(now, is_at_rest=not frames and self.plate.state is plate_protocol.State.OFF)
         out = b"".join(self._handle(received) for received in frames)
         if now - self._reported_at >= 1.0 / TELEMETRY_HZ:
             self._reported_at = now
             out += self._encode(self._telemetry(now))
         return out
 
-    def _live(self, now: float, *, is_at_rest: bool) -> None:
+    def _advance(self, now: float, *, is_at_rest: bool) -> None:
         """Let the plate live up to now; at rest in whole steps of its control loop.
 
         The host comes at any moment, and a plate that lives up to each of them has another system
         of equations to solve each time. At rest nobody sees the difference, and equal steps are
         solved once.
         """
-        if is_at_rest and self._lived_to <= now < math.inf:
-            self._lived_to += math.floor((now - self._lived_to) / TICK_S) * TICK_S
+        if is_at_rest and self._advanced_to <= now < math.inf:
+            self._advanced_to += math.floor((now - self._advanced_to) / TICK_S) * TICK_S
         else:
-            self._lived_to = now
-        self.plate.advance(self._lived_to)
+            self._advanced_to = now
+        self.plate.advance(self._advanced_to)
 
     def _handle(self, received: Frame) -> bytes:
         try:
@@ -104,22 +104,22 @@ class SimulatedBoard:
             case plate_protocol.Off():
                 self.plate.close()
             case plate_protocol.Rest():
-                self.plate.rest(self._lived_to)
+                self.plate.rest(self._advanced_to)
             case Clear():
-                return self._clear(message.fault) if self._is_greeted else Answer.NEEDS_HELLO
+                return self._clear(message.fault) if self._has_handshake else Answer.NEEDS_HELLO
             case _:
                 return Answer.UNKNOWN
         return Answer.OK
 
     def _handshake(self, message: Hello) -> Answer:
-        self._is_greeted = message.major == self._major
-        if self._is_greeted:
+        self._has_handshake = message.major == self._major
+        if self._has_handshake:
             return Answer.OK
         self.plate.close()
         return Answer.VERSION
 
     def _hold(self, message: Setpoint) -> Answer:
-        if not self._is_greeted:
+        if not self._has_handshake:
             return Answer.NEEDS_HELLO
         setpoint_c = message.setpoint_mc / 1000.0
         if not plate_limits.SETPOINT_MIN_C <= setpoint_c <= plate_limits.SETPOINT_MAX_C:
@@ -128,7 +128,7 @@ class SimulatedBoard:
             return Answer.TTL
         if self.plate.state is plate_protocol.State.FAULTED:
             return Answer.FAULTED
-        self.plate.command(setpoint_c, message.ttl_ms / 1000.0, self._lived_to)
+        self.plate.command(setpoint_c, message.ttl_ms / 1000.0, self._advanced_to)
         return Answer.OK
 
     def _clear(self, number: int) -> Answer:
@@ -166,7 +166,7 @@ class SimulatedBoard:
         )
 
     def _telemetry(self, now: float) -> Telemetry:
-        reading = self.plate.advance(self._lived_to)
+        reading = self.plate.advance(self._advanced_to)
         state = self.plate.state
         is_driving = state in (plate_protocol.State.HOLDING, plate_protocol.State.RETURNING)
         plate_mc = None if reading.plate_c is None else round(reading.plate_c * 1000)
@@ -219,7 +219,7 @@ class SimulatedPort:
         A board that is greeted says nothing before its next telemetry but to an order, which ends
         the read. The fewer turns its thread has, the fewer touches meet one.
         """
-        return 1.0 / TELEMETRY_HZ if self._board.is_greeted else READ_S
+        return 1.0 / TELEMETRY_HZ if self._board.has_handshake else READ_S
 
     def write(self, data: bytes) -> int:
         """Pass bytes to the board."""

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from hapticvlm.devices.speaker.ring import Shared
 
 MAX_CHANNELS = 2
-MAX_WAITING_BLOCKS = 20_000
+MAX_QUEUED_BLOCKS = 20_000
 _CURE = "`hapticvlm doctor` lists the outputs; without --speaker none is needed"
 
 logger = logging.getLogger(__name__)
@@ -49,7 +49,7 @@ logger = logging.getLogger(__name__)
 def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> None:
     """Entry point of the engine process; ends on a message or when the gateway is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _leave)
+    signal.signal(signal.SIGTERM, _raise_terminated)
     ring = Ring(shared, tuple(material.name for material in settings.materials))
     table_cache.load(CACHE)
     engine = Engine(ring, settings)
@@ -60,7 +60,7 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
         Started(error=f"cannot write --wav {settings.wav}: {error}").send(control)
         return
     if wav is not None:
-        engine.tee = wav.append
+        engine.on_block = wav.append
     engine.level = settings.level
     # The first block costs far more than the others: tables are filled and code is met for the
     # first time. It is rendered here and thrown away, before an output waits for it. Then the
@@ -83,23 +83,23 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     if settings.realtime:
         request_priority()  # or it could be put aside while the audio thread waits for it
     Started((name,)).send(control)
-    with suppress(EOFError, OSError, _Leave):
-        while not control.poll(player.watch_s):
-            player.attend(time.monotonic())
+    with suppress(EOFError, OSError, _Terminated):
+        while not control.poll(player.poll_interval_s):
+            player.poll_output(time.monotonic())
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    engine.leave()
+    engine.fade_out()
     time.sleep(FADE_S)
     player.stop()
     if wav is not None:
         wav.close()
 
 
-class _Leave(Exception):
+class _Terminated(Exception):
     """Asked to end by a signal: fade first."""
 
 
-def _leave(*_: object) -> None:
-    raise _Leave
+def _raise_terminated(*_: object) -> None:
+    raise _Terminated
 
 
 class WavFile:
@@ -114,7 +114,7 @@ class WavFile:
         self._file = soundfile.SoundFile(
             path, "w", samplerate=RATE_HZ, channels=channels, format="WAV", subtype="FLOAT"
         )
-        self._waiting: deque[NDArray[np.float32]] = deque(maxlen=MAX_WAITING_BLOCKS)
+        self._queue: deque[NDArray[np.float32]] = deque(maxlen=MAX_QUEUED_BLOCKS)
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="wav writer", daemon=True)
         self._thread.start()
@@ -124,7 +124,7 @@ class WavFile:
         # Called from the audio thread, so the file is written by another. A deque's append is
         # atomic and takes no lock; beyond its bound the oldest block goes, so a disk that hangs
         # costs a part of the file and no memory.
-        self._waiting.append(block)
+        self._queue.append(block)
 
     def close(self) -> None:
         """Write what is queued and finish the file."""
@@ -141,8 +141,8 @@ class WavFile:
             logger.error("the WAV file ends here: %s", error)
 
     def _drain(self) -> None:
-        while self._waiting:
-            self._file.write(self._waiting.popleft())
+        while self._queue:
+            self._file.write(self._queue.popleft())
 
 
 def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:

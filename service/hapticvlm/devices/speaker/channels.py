@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-MOST = 8
+MAX_CHANNEL = 8
 # Where each channel of an output stands, by how many it has, as audio systems count them (and a
 # WAVE file does): without it they take the third of four for the centre, and mix it into the front.
 # 2, 3 front left and right, 4 centre, 5 low frequencies, 6, 7 rear, 11, 12 side (miniaudio's
@@ -24,8 +24,11 @@ POSITIONS = {
     6: (2, 3, 4, 5, 6, 7),
     8: (2, 3, 4, 5, 6, 7, 11, 12),
 }
-_FORM = re.compile(r"left=(\d{1,2}),right=(\d{1,2})")
-_FIRMS = ("wireless controller", "dualsense")  # what systems call a PS5 controller's sound
+_SYNTAX = re.compile(r"left=(\d{1,2}),right=(\d{1,2})")
+_DUALSENSE_NAMES = (
+    "wireless controller",
+    "dualsense",
+)  # what systems call a PS5 controller's sound
 
 DUALSENSE = "dualsense"
 
@@ -38,7 +41,7 @@ class Channels:
     right: int
 
     @property
-    def least(self) -> int:
+    def min_count(self) -> int:
         """How many channels an output must have; the others are opened, too, and stay silent."""
         return max(self.left, self.right)
 
@@ -52,16 +55,16 @@ class Channels:
 
 # A DualSense on USB is a sound card of four channels at 48 kHz. The first two are its headset's,
 # the others move the voice coils of the left and the right grip.
-OF_DUALSENSE = Channels(3, 4)
+DUALSENSE_CHANNELS = Channels(3, 4)
 
 
 def read_channels(text: str) -> Channels:
     """Read left=N,right=M. Raises ValueError."""
-    found = _FORM.fullmatch(text.replace(" ", ""))
+    found = _SYNTAX.fullmatch(text.replace(" ", ""))
     left, right = (int(number) for number in found.groups()) if found else (0, 0)
-    if not (1 <= left <= MOST and 1 <= right <= MOST and left != right):
+    if not (1 <= left <= MAX_CHANNEL and 1 <= right <= MAX_CHANNEL and left != right):
         raise ValueError(
-            f"--channels {text}: give two different channels of the output, 1 to {MOST}, for "
+            f"--channels {text}: give two different channels of the output, 1 to {MAX_CHANNEL}, for "
             "example left=1,right=2"
         )
     return Channels(left, right)
@@ -69,4 +72,4 @@ def read_channels(text: str) -> Channels:
 
 def is_dualsense(name: str) -> bool:
     """Return whether an output of this name is a PS5 controller."""
-    return any(part in name.lower() for part in _FIRMS)
+    return any(part in name.lower() for part in _DUALSENSE_NAMES)

@@ -59,7 +59,7 @@ class AudioSettings:
         table = {material.name: material for material in self.materials}
         playback = Playback(correction=self.correction)
         return tuple(
-            Voices(self.gain, table, playback, self.patterns, is_warm=number == 0)
+            Voices(self.gain, table, playback, self.patterns, fills_caches=number == 0)
             for number in range(self.columns)
         )
 
@@ -78,8 +78,8 @@ class Engine:
         self._lost = 0
         self._samples = 0
         self._is_idle = False
-        self._seen = (-1, -1)
-        self._stood = 0
+        self._seen_numbers = (-1, -1)
+        self._applied_state = 0
         self._silence = np.zeros(0, np.float32)
         self._unreported = 0
         self._scrubbed = 0
@@ -87,7 +87,7 @@ class Engine:
         self.underruns = 0
         self.realtime = False
         self.has_output = True
-        self.tee: Callable[[NDArray[np.float32]], None] | None = None
+        self.on_block: Callable[[NDArray[np.float32]], None] | None = None
 
     def fill(self, count: int) -> NDArray[np.float32]:
         """Return the next samples, float32 within [-1, 1]: (count,), or a column a hand."""
@@ -99,11 +99,11 @@ class Engine:
         # mixing nothing and reporting it costs as much as a hand. So once all that was ordered is
         # done and nothing sounds, it looks at two numbers and hands out the same zeros. It wakes
         # within the block in which an order comes, as if it had never slept.
-        if self._is_idle and self._ring.numbers == self._seen:
+        if self._is_idle and self._ring.numbers == self._seen_numbers:
             return self._sleep(count)
         now = time.monotonic()
         self._report_silence(now)
-        self._seen = self._ring.numbers
+        self._seen_numbers = self._ring.numbers
         for number, written_at, order in self._ring.take(self._newest):
             self._newest = number
             if order is None:
@@ -119,11 +119,11 @@ class Engine:
         self._follow_persistent()
         block = self._bounded(self._render(count, now))
         self._samples += count
-        if self.tee is not None:
-            self.tee(block)
-        shown = block if block.ndim == 1 else np.clip(block.sum(axis=1), -1.0, 1.0)
-        self._ring.report(self._status(now), shown)
-        is_done = (self._newest, self._stood) == self._seen
+        if self.on_block is not None:
+            self.on_block(block)
+        mono = block if block.ndim == 1 else np.clip(block.sum(axis=1), -1.0, 1.0)
+        self._ring.report(self._status(now), mono)
+        is_done = (self._newest, self._applied_state) == self._seen_numbers
         self._is_idle = is_done and not self._level and all(it.is_silent for it in self._mixers)
         return block
 
@@ -151,8 +151,8 @@ class Engine:
             self._silence.flags.writeable = False
         self._samples += count
         self._unreported += count
-        if self.tee is not None:
-            self.tee(self._silence)
+        if self.on_block is not None:
+            self.on_block(self._silence)
         if self._unreported >= REPORTED_SILENCE_S * RATE_HZ:
             self._report_silence(time.monotonic())
         return self._silence
@@ -168,14 +168,14 @@ class Engine:
 
     def rest_unplayed(self) -> None:
         """End what sounds while nothing plays, and pass over what is commanded meanwhile."""
-        self._seen = self._ring.numbers
+        self._seen_numbers = self._ring.numbers
         for number, _, _ in self._ring.take(self._newest):
             self._newest = number
         self._follow_persistent()
         self._rest()
         self._render(round(FADE_S * RATE_HZ), time.monotonic())
 
-    def leave(self) -> None:
+    def fade_out(self) -> None:
         """Fade everything and carry out nothing from now on."""
         self._is_leaving = True
         self._rest()
@@ -190,7 +190,7 @@ class Engine:
 
     def _follow_persistent(self) -> None:
         """Apply the gain, and rest if the order to do so was lost with others."""
-        if self._stood == self._seen[1]:
+        if self._applied_state == self._seen_numbers[1]:
             return
         state = self._ring.persistent()
         if state is None:
@@ -202,7 +202,7 @@ class Engine:
                 return  # the order itself is still to come
             self._rested = state.rested
             self._rest()
-        self._stood = self._seen[1]
+        self._applied_state = self._seen_numbers[1]
 
     def _apply(self, order: Order) -> None:
         match order:

@@ -62,17 +62,17 @@ class Output:
     failure: Exception | None = None
     hands: Channels | None = None
     _channels: int = 1
-    _longest: int = BUFFERED_BLOCKS
+    _max_gap_blocks: int = BUFFERED_BLOCKS
     _device: Any = field(default=None, repr=False)
 
-    def open(self, wanted: str, block: int) -> None:
-        """Start playing on the output called `wanted`. Raises OutputError."""
+    def open(self, requested: str, block: int) -> None:
+        """Start playing on the output called `requested`. Raises OutputError."""
         import miniaudio
 
-        is_jack = wanted.lower() == JACK
-        self._channels, self._longest = (2, JACK_BLOCKS) if is_jack else (1, BUFFERED_BLOCKS)
+        is_jack = requested.lower() == JACK
+        self._channels, self._max_gap_blocks = (2, JACK_BLOCKS) if is_jack else (1, BUFFERED_BLOCKS)
         try:
-            found = None if is_jack else choose(playbacks(), wanted)
+            found = None if is_jack else choose(playbacks(), requested)
             if self.hands is not None:
                 self._channels = _channels_of(found, self.hands, self._channels)
             self._device = _playback_device(
@@ -95,9 +95,9 @@ class Output:
             raise OutputError(f"the audio system says {error.args[0]}") from error
         self.name = found["name"] if found else f"default output ({self._device.backend})"
 
-    def settle(self, beat: Callable[[], None]) -> None:
+    def wait_until_steady(self, beat: Callable[[], None]) -> None:
         """Wait until the output asks steadily, calling `beat` meanwhile. Raises OutputError."""
-        gives_up_at = time.monotonic() + STEADY_WITHIN_S
+        deadline = time.monotonic() + STEADY_WITHIN_S
         before = self.requested_samples
         since = time.monotonic()
         # An output that opened may ask in bursts at first, to fill its own buffer, or not at all
@@ -108,7 +108,7 @@ class Output:
             beat()
             time.sleep(_POLL_S)
             now = time.monotonic()
-            if now > gives_up_at:
+            if now > deadline:
                 self.close()
                 raise OutputError(f"{self.name} opened, but asked for no samples")
             if now - since > STEADY_S:
@@ -150,7 +150,7 @@ class Output:
             gap = now - self.last_request_at
             self.last_request_at = now
             is_steady = self.requested_samples > STEADY_S * RATE_HZ
-            self.underruns += is_steady and gap > self._longest * count / RATE_HZ
+            self.underruns += is_steady and gap > self._max_gap_blocks * count / RATE_HZ
             self.requested_samples += count
             try:
                 block = self.fill(count)
@@ -191,15 +191,15 @@ def _mute_alsa() -> object:
     return handler
 
 
-def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | None:
+def choose(outputs: Sequence[dict[str, Any]], requested: str) -> dict[str, Any] | None:
     """Return the output of this name, or the only one whose name has it as a part, in any case.
 
     None is "default", which needs only that there is one; "dualsense" is a PS5 controller, which
     systems give other names. Raises OutputError naming those there.
     """
-    if wanted == "default" and outputs:
+    if requested == "default" and outputs:
         return None
-    if wanted.lower() == DUALSENSE:
+    if requested.lower() == DUALSENSE:
         outputs = [output for output in outputs if is_dualsense(output["name"])]
         if not outputs:
             raise OutputError(
@@ -208,8 +208,8 @@ def choose(outputs: Sequence[dict[str, Any]], wanted: str) -> dict[str, Any] | N
             )
         return outputs[0]
     called = [(output, output["name"].lower()) for output in outputs]
-    exact = [output for output, name in called if name == wanted.lower()]
-    partly = [output for output, name in called if wanted.lower() in name]
+    exact = [output for output, name in called if name == requested.lower()]
+    partly = [output for output, name in called if requested.lower() in name]
     if exact or len(partly) == 1:
         return (exact or partly)[0]
     names = ", ".join(output["name"] for output in partly or outputs) or "none"
@@ -224,11 +224,11 @@ def _channels_of(found: dict[str, Any] | None, hands: Channels, usual: int) -> i
     With fewer, the audio system would spread what two hands feel over the rest.
     """
     formats = [] if found is None else found["formats"]
-    count = max((form["channels"] for form in formats), default=0) or max(usual, hands.least)
-    if found is not None and count < hands.least:
+    count = max((form["channels"] for form in formats), default=0) or max(usual, hands.min_count)
+    if found is not None and count < hands.min_count:
         raise OutputError(
             f"{found['name']} has {count} channel{'s' if count > 1 else ''}, and a hand is to have "
-            f"the {hands.least}th: see --channels"
+            f"the {hands.min_count}th: see --channels"
         )
     return int(count)
 

@@ -1,6 +1,6 @@
 """What keeps the audio engine playing: a virtual clock, or a real output that may go and come back.
 
-Each has the same three verbs for the engine's process: start, attend (every `watch_s`) and stop.
+Each has the same three verbs for the engine's process: start, poll_output (every `poll_interval_s`) and stop.
 What is played they do not know.
 """
 
@@ -15,14 +15,14 @@ from hapticvlm.devices.speaker.output import Output, OutputError
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
-WATCH_S = 0.05
+POLL_INTERVAL_S = 0.05
 RETRY_S = 1.0
 
 
 class VirtualClock:
     """Plays into nothing, a block at a time on absolute deadlines, from a thread of its own."""
 
-    watch_s = None
+    poll_interval_s = None
 
     def __init__(self, engine: Engine, settings: AudioSettings) -> None:
         self._engine = engine
@@ -35,7 +35,7 @@ class VirtualClock:
         self._thread.start()
         return "simulated speaker"
 
-    def attend(self, now: float) -> None:
+    def poll_output(self, now: float) -> None:
         """Nothing to watch: a thread that ended no longer beats."""
 
     def stop(self) -> None:
@@ -67,7 +67,7 @@ class VirtualClock:
 class Player:
     """Keeps an engine playing on a real output, also when that goes and comes back."""
 
-    watch_s = WATCH_S
+    poll_interval_s = POLL_INTERVAL_S
 
     def __init__(self, engine: Engine, settings: AudioSettings) -> None:
         self._engine = engine
@@ -80,18 +80,18 @@ class Player:
         """Open the output and return its name. Raises OutputError."""
         output = Output(self._engine.fill, self._settings.realtime, hands=self._settings.channels)
         output.open(self._settings.output, self._settings.block)
-        output.settle(self._engine.beat)
+        output.wait_until_steady(self._engine.beat)
         self._output = output
         self._engine.has_output = True
         return output.name
 
-    def attend(self, now: float) -> None:
+    def poll_output(self, now: float) -> None:
         """Watch the output: rest while it is gone, try it again every RETRY_S."""
-        if now - self._watched_at > 5 * WATCH_S:
+        if now - self._watched_at > 5 * POLL_INTERVAL_S:
             self._awake_since = now  # a machine that slept has not lost its output
         self._watched_at = now
         if self._output is None:
-            self._try_again(now)
+            self._reopen(now)
         else:
             self._follow(self._output, now)
         self._engine.beat()
@@ -116,7 +116,7 @@ class Player:
             self._engine.has_output = False
             self._retry_at = now
 
-    def _try_again(self, now: float) -> None:
+    def _reopen(self, now: float) -> None:
         self._engine.rest_unplayed()
         if now < self._retry_at:
             return

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 SLOTS = 256
 DELAYS = 1024
 SAMPLES = 48_000  # the newest second
-TRIES = 100
+MAX_READ_ATTEMPTS = 100
 # The block of memory, from its start:
 #   three numbers of 8 bytes: the newest command, the newest status, the newest persistent state
 #   two slots for a status, a second of delays, a second of samples
@@ -195,9 +195,9 @@ class Ring:
     def report(self, status: EngineStatus, block: NDArray[np.float32]) -> None:
         """Publish status and the newest block of samples (engine side)."""
         at = (status.samples - block.size) % SAMPLES
-        fits = min(block.size, SAMPLES - at)
-        self._samples[at : at + fits] = block[:fits]
-        self._samples[: block.size - fits] = block[fits:]
+        to_the_edge = min(block.size, SAMPLES - at)
+        self._samples[at : at + to_the_edge] = block[:to_the_edge]
+        self._samples[: block.size - to_the_edge] = block[to_the_edge:]
         number = self._number(_NEWEST_STATUS) + 1
         data = _STATUS.pack(
             number,
@@ -223,13 +223,13 @@ class Ring:
         # The engine writes a status every block into the other of two slots. While one is read, it
         # can at most be overwritten by the one after the next, which a second look finds; if the
         # engine died in the middle of a write, the last whole status stands for ever.
-        for _ in range(TRIES):
+        for _ in range(MAX_READ_ATTEMPTS):
             number = self._number(_NEWEST_STATUS)
             fields = self._read(_STATUS, _status_at(number)) if number else None
-            is_it = fields is not None and fields[0] == number  # else one not yet announced
-            if fields is not None and is_it:
+            is_announced = fields is not None and fields[0] == number  # else one not yet announced
+            if fields is not None and is_announced:
                 self._status = EngineStatus(*fields[1:])
-            if is_it or not number:
+            if is_announced or not number:
                 break
         return self._status
 

@@ -34,10 +34,10 @@ from hapticvlm.rendering.vibration.voices import Command
 
 logger = logging.getLogger(__name__)
 
-SILENT_S = 1.0
-ASLEEP_S = 0.25  # the gateway watches ten times a second
+BEAT_TIMEOUT_S = 1.0
+MAX_WATCH_GAP_S = 0.25  # the gateway watches ten times a second
 FADE_AND_CLOSE_S = 5.0
-STRETCH = 128  # samples
+WINDOW_SAMPLES = 128  # samples
 
 
 class Speaker:
@@ -49,7 +49,7 @@ class Speaker:
         self._underruns_before = 0
         self._rested = 0
         self._had_output = True
-        self._levelled = 0
+        self._measured_until = 0
         self._watched_at = float("-inf")
         self._awake_since = float("-inf")
         self._child = Child("audio engine", run_engine, self._arguments, self._begin)
@@ -137,12 +137,14 @@ class Speaker:
 
     def loudest(self) -> float:
         """Return the rms of the loudest 2.7 ms since this was last called (1 s at most)."""
-        since = self._levelled
-        self._levelled = self._ring.status().samples
-        played = self._ring.waveform(min(max(0, self._levelled - since), SAMPLES))
-        stretches = played[: played.size // STRETCH * STRETCH].reshape(-1, STRETCH)
+        since = self._measured_until
+        self._measured_until = self._ring.status().samples
+        played = self._ring.waveform(min(max(0, self._measured_until - since), SAMPLES))
+        stretches = played[: played.size // WINDOW_SAMPLES * WINDOW_SAMPLES].reshape(
+            -1, WINDOW_SAMPLES
+        )
         squares = np.einsum("ij,ij->i", stretches, stretches)
-        return float(np.sqrt(np.max(squares, initial=0.0) / STRETCH))
+        return float(np.sqrt(np.max(squares, initial=0.0) / WINDOW_SAMPLES))
 
     def waveform(self, count: int) -> NDArray[np.float32]:
         """Return the newest samples played."""
@@ -156,12 +158,12 @@ class Speaker:
         """Restart a dead or silent engine; return what happened to it, or to its output."""
         # Whoever watches may itself have slept (a laptop's lid, a machine too busy to run us). Then
         # the engine's last beat is old although nothing is wrong with it. So an engine counts as
-        # silent only after SILENT_S of a watch that was awake all the time.
-        if now - self._watched_at > ASLEEP_S:
+        # silent only after BEAT_TIMEOUT_S of a watch that was awake all the time.
+        if now - self._watched_at > MAX_WATCH_GAP_S:
             self._awake_since = now
         self._watched_at = now
         alive_at = max(self._ring.status().beat_at, self._child.ready_at or now)
-        is_well = now - max(alive_at, self._awake_since) <= SILENT_S
+        is_well = now - max(alive_at, self._awake_since) <= BEAT_TIMEOUT_S
         # Read before `supervise`, which may replace the engine: the new one counts from 0, and what
         # the old one had counted must not vanish from the figures.
         underruns = self.underruns

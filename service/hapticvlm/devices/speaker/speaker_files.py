@@ -18,16 +18,22 @@ from hapticvlm.materials import Material
 from hapticvlm.rendering.vibration.equaliser import (
     HIGH_HZ,
     LOW_HZ,
-    MOST_DB,
+    MAX_DB,
     REFERENCE_HZ,
     Correction,
     correction,
 )
-from hapticvlm.rendering.vibration.patterns import LONGEST_S, Pattern, PatternError, named, pattern
+from hapticvlm.rendering.vibration.patterns import (
+    LONGEST_S,
+    Pattern,
+    PatternError,
+    pattern,
+    replaced_key,
+)
 
 MAX_POINTS = 1000
 MAX_FILES = 200
-MOST_RESPONSE_DB = 120.0
+MAX_RESPONSE_DB = 120.0
 FIELDS = ("simulated", "frequency_hz", "response_db")
 
 
@@ -50,7 +56,7 @@ def write_response(path: Path, response: SpeakerResponse) -> None:
         "# Acceleration of a speaker per drive, by `hapticvlm calibrate speaker`, or what a hand",
         "# feels of it beside the usual, by `calibrate hand`; dB re",
         f"# {REFERENCE_HZ:g} Hz. `serve --speaker-response` corrects {LOW_HZ:g}-{HIGH_HZ:g} Hz by",
-        f"# at most {MOST_DB:g} dB either way.",
+        f"# at most {MAX_DB:g} dB either way.",
         f"simulated = {str(response.simulated).lower()}",
         f"frequency_hz = {[round(hz, 2) for hz in response.frequency_hz]}",
         f"response_db = {[round(db, 2) for db in response.response_db]}",
@@ -68,7 +74,7 @@ def read_response(path: Path) -> SpeakerResponse:
         if field not in FIELDS:
             raise ValueError(f"{path}: {field}: no such field; known: {', '.join(FIELDS)}")
     hertz = _numbers(path, given, "frequency_hz", (0.1, 100_000.0))
-    levels_db = _numbers(path, given, "response_db", (-MOST_RESPONSE_DB, MOST_RESPONSE_DB))
+    levels_db = _numbers(path, given, "response_db", (-MAX_RESPONSE_DB, MAX_RESPONSE_DB))
     if len(hertz) != len(levels_db):
         raise ValueError(f"{path}: {len(hertz)} frequencies but {len(levels_db)} levels")
     if list(hertz) != sorted(set(hertz)):
@@ -125,7 +131,7 @@ def read_patterns(
 
 def _read(path: Path, table: Mapping[str, Material], correction: Correction) -> Pattern:
     try:
-        key = named(path.stem, table)
+        key = replaced_key(path.stem, table)
         samples, rate_hz = read_wav(path, LONGEST_S)
         return pattern(key, samples, rate_hz, correction, table)
     except ValueError as error:

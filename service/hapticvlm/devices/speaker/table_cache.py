@@ -23,8 +23,8 @@ from hapticvlm.cache_folder import cache_folder
 from hapticvlm.rendering.vibration import impacts, loops, perceived_level
 from hapticvlm.rendering.vibration.cache import ArrayCache, Doubles
 
-MOST_BYTES = 64 * documents.MIB
-_MADE_BY: tuple[ModuleType, ...] = (impacts, loops, perceived_level, perception)
+MAX_BYTES = 64 * documents.MIB
+_COMPUTED_BY: tuple[ModuleType, ...] = (impacts, loops, perceived_level, perception)
 _SUM_BYTES = 4
 
 logger = logging.getLogger(__name__)
@@ -33,7 +33,7 @@ logger = logging.getLogger(__name__)
 def load(cache: ArrayCache, folder: Path | None = None) -> None:
     """Fill the cache with what an earlier run kept, if there is a whole file of it."""
     try:
-        data = documents.read_bytes(_file(folder), MOST_BYTES)
+        data = documents.read_bytes(_file(folder), MAX_BYTES)
         cache.fill(_unpacked(data))
     except FileNotFoundError:
         return
@@ -60,7 +60,7 @@ def save(cache: ArrayCache, folder: Path | None = None) -> None:
 
 def _file(folder: Path | None) -> Path:
     digest = hashlib.sha256(np.__version__.encode())
-    for module in _MADE_BY:
+    for module in _COMPUTED_BY:
         digest.update(Path(str(module.__file__)).read_bytes())
     return (folder or cache_folder()) / f"vibration-{digest.hexdigest()[:16]}.bin"
 

@@ -41,7 +41,7 @@ _THINNEST = 1e-300  # keeps a vanishing thickness from dividing by zero
 Complexes = NDArray[np.complex128]
 
 
-def left_c(past: Past, elapsed_s: float) -> float:
+def remaining_c(past: Past, elapsed_s: float) -> float:
     """How much of a past the surface still shows where nothing touches it, degC."""
     if not past:
         return 0.0

@@ -26,7 +26,7 @@ from hapticvlm.rendering.heat.history import (
     faded_c,
     fading,
     flow_w_per_m2,
-    left_c,
+    remaining_c,
 )
 
 BRIEF_LIFT_S = 0.15  # s, about the lift of a quick tap; our choice
@@ -100,14 +100,14 @@ class ThermalTrajectory:
         """Skin surface as physics has it now; resting skin where nothing was ever touched."""
         contact = self.contact
         if contact is None:
-            return NEUTRAL_C + left_c(self.past, now - self.past_at)
+            return NEUTRAL_C + remaining_c(self.past, now - self.past_at)
         if self.begun_at is None:
             return self._expected_c(contact, now + self.lead_s)
         since_s = now - self.begun_at
         driven_c = share(contact, since_s) * (contact.surface_c - contact.skin_c)
         return contact.skin_c + driven_c + faded_c(self.fading, since_s)
 
-    def wanted_c(self, now: float, gain: float = 1.0) -> float:
+    def target_c(self, now: float, gain: float = 1.0) -> float:
         """Plate temperature that physics asks for: neutral unless a hand approaches or touches.
 
         `gain` scales the deviation from NEUTRAL_C: below 1 damps it, above 1 exaggerates it.
@@ -132,5 +132,5 @@ class ThermalTrajectory:
 
     def _expected_c(self, contact: ThermalContact, now: float) -> float:
         """Skin surface at `now` if the contact that is approached began `lead_s` before."""
-        rested_c = contact.skin_c + left_c(self.past, now - self.past_at)
+        rested_c = contact.skin_c + remaining_c(self.past, now - self.past_at)
         return rested_c + share(contact, self.lead_s) * (contact.surface_c - rested_c)

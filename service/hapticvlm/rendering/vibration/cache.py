@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-MOST = 192  # twice what the built-in materials need; the oldest makes room
+MAX_ARRAYS = 192  # twice what the built-in materials need; the oldest makes room
 
 Doubles = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class ArrayCache:
         return dict(self._arrays)
 
     def _put(self, name: str, array: Doubles) -> None:
-        while len(self._arrays) >= MOST:
+        while len(self._arrays) >= MAX_ARRAYS:
             del self._arrays[next(iter(self._arrays))]
         self._arrays[name] = array
 

@@ -26,8 +26,8 @@ from hapticvlm.perception import drive_threshold_db
 
 Form = Literal["amplitude", "parametric"]
 CARRIER_HZ = 160.0  # what most controllers vibrate at
-LEAST_LEVEL = 1e-3  # -60 dB of the palm speaker's full scale counts as silence
-LEAST_IMPACT = 0.1  # at gain 1: no tap is weaker, of whatever material
+MIN_LEVEL = 1e-3  # -60 dB of the palm speaker's full scale counts as silence
+MIN_IMPACT = 0.1  # at gain 1: no tap is weaker, of whatever material
 EXPONENT = 0.5
 # The strongest slide of the shipped materials at 1 m/s, as loudness and as drive, becomes 0.6.
 _SCALE: dict[Form, float] = {"amplitude": 2.2, "parametric": 1.4}
@@ -52,7 +52,7 @@ def controller_amplitude(level: _Values, form: Form) -> _Values:
     `level` is that of `loudness` for the form `amplitude`, of the drive itself for `parametric`.
     """
     scaled = np.minimum(_SCALE[form] * np.maximum(level, 0.0) ** EXPONENT, 1.0)
-    return np.where(level < LEAST_LEVEL, 0.0, scaled)
+    return np.where(level < MIN_LEVEL, 0.0, scaled)
 
 
 @lru_cache(maxsize=8)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
-MOST_DB = 12.0  # either way; more would only drive the amplifier into its limiter
+MAX_DB = 12.0  # either way; more would only drive the amplifier into its limiter
 REFERENCE_HZ = 250.0  # where nothing is corrected
 LOW_HZ = 20.0
 HIGH_HZ = 1000.0
@@ -75,13 +75,13 @@ NOMINAL = Playback()
 def correction(frequency_hz: Sequence[float], response_db: Sequence[float]) -> Correction:
     """Undo a response (acceleration per drive, dB, any zero) between LOW_HZ and HIGH_HZ.
 
-    It is levelled at REFERENCE_HZ and never asks for more than MOST_DB either way: a resonance is
+    It is levelled at REFERENCE_HZ and never asks for more than MAX_DB either way: a resonance is
     tamed, but what a speaker cannot move is not driven harder for ever.
     """
     at = np.log(np.asarray(frequency_hz, dtype=np.float64))
     reference_db = np.interp(np.log(REFERENCE_HZ), at, response_db)
     inside = [
-        (hz, float(np.clip(reference_db - db, -MOST_DB, MOST_DB)))
+        (hz, float(np.clip(reference_db - db, -MAX_DB, MAX_DB)))
         for hz, db in zip(frequency_hz, response_db, strict=True)
         if LOW_HZ <= hz <= HIGH_HZ
     ]

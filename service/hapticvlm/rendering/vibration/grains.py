@@ -23,7 +23,7 @@ from hapticvlm.rendering.vibration.vibration import Motion
 
 # Our choice, all of them (physics.md 4.3).
 STEP_M = 2.5e-4  # that a thing gives way from grain to grain
-MOST_HZ = 120.0  # grains a second: more would be a tone
+MAX_RATE_HZ = 120.0  # grains a second: more would be a tone
 STRENGTH = 0.45  # of a fibre break's
 _BACK = 0.75  # steps a hand must let go before the same one is felt again
 
@@ -65,7 +65,7 @@ class Grains:
     def _step_into(self, wave: NDArray[np.float64], depth: NDArray[np.float64]) -> None:
         """Add the grains of the steps that are passed; those too near to the last are left out."""
         begin = self._rest
-        least = round(self._rate_hz / MOST_HZ)
+        least = round(self._rate_hz / MAX_RATE_HZ)
         while begin < depth.size:
             passed = np.flatnonzero(depth[begin:] >= self._next)
             if not passed.size:

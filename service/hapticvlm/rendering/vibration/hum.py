@@ -20,7 +20,7 @@ from hapticvlm.rendering.vibration.smoothing import SmoothedValue
 from hapticvlm.rendering.vibration.textures import HIGHEST_HZ, RMS
 
 HARMONICS = 4
-_MOST_DRIVE_DB = 24.0  # below 40 Hz a palm speaker gives no more, whatever it is driven with
+_MAX_DRIVE_DB = 24.0  # below 40 Hz a palm speaker gives no more, whatever it is driven with
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ class Tone:
         shares = np.array([self.hum.richness ** (n - 1) for n in orders])
         shares = shares / np.sqrt(np.sum(shares**2))
         hertz = np.array([min(n * base, HIGHEST_HZ) for n in orders])
-        decibels = np.minimum(drive_threshold_db(hertz), _MOST_DRIVE_DB)
+        decibels = np.minimum(drive_threshold_db(hertz), _MAX_DRIVE_DB)
         correction = [self._playback.correction.gain(float(at)) for at in hertz]
         drives = math.sqrt(2.0) * RMS * shares * 10.0 ** (decibels / 20.0) * np.array(correction)
         return [float(drive) for drive in drives]

@@ -31,8 +31,8 @@ _LOWEST = 0.15  # cycles a period: a surface slower than that is moved along, no
 _CLIP = 2.2  # of the rms: peaks beyond are taken down, and the band is restored
 # No patch is smooth enough to be silent, and no beat of the noise either: a rubbing palm that feels
 # nothing for a twentieth of a second feels the surface vanish. Our choice.
-_LEAST_PATCH = 0.35
-_LEAST_ENVELOPE = 0.45
+_MIN_PATCH = 0.35
+_MIN_ENVELOPE = 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +79,7 @@ def _noise(bandwidth: float, roughness: float) -> Loop:
     inside = (cycles >= _LOWEST) & (cycles <= 1.0 + bandwidth)
     wave = _random(shape * inside, 0)
     patches = _random((cycles > 0.0) & (cycles < _PATCH_CYCLES), 1)
-    wave *= np.clip(1.0 + _PATCHY * roughness * patches, _LEAST_PATCH, 2.5)
+    wave *= np.clip(1.0 + _PATCHY * roughness * patches, _MIN_PATCH, 2.5)
     for _ in range(3):
         wave = _within(_filled(np.clip(wave, -_CLIP, _CLIP)), inside)
     return _loop(wave, SAMPLES, 1.0 + bandwidth)
@@ -112,11 +112,11 @@ def _phases(count: int, seed: int) -> NDArray[np.complex128]:
 
 
 def _filled(wave: _Floats) -> _Floats:
-    """Raise the holes of a wave of rms 1, (N,), to _LEAST_ENVELOPE by the envelope's own shape."""
+    """Raise the holes of a wave of rms 1, (N,), to _MIN_ENVELOPE by the envelope's own shape."""
     spectrum = np.fft.fft(wave)
     spectrum[wave.size // 2 :] = 0.0
     envelope = 2.0 * np.abs(np.fft.ifft(spectrum))
-    return np.asarray(wave * np.maximum(_LEAST_ENVELOPE / np.maximum(envelope, 0.02), 1.0))
+    return np.asarray(wave * np.maximum(_MIN_ENVELOPE / np.maximum(envelope, 0.02), 1.0))
 
 
 def _within(wave: _Floats, gains: _Floats | NDArray[np.bool_]) -> _Floats:

@@ -34,7 +34,7 @@ LOW_HZ = 10.0
 HIGH_HZ = 900.0
 EDGE_HZ = 100.0
 _SILENT = 1e-4  # of full scale, rms within the band
-_LEAST_SHARE = 0.03  # of the recording's rms; the cut ends of anything leave about 0.01 there
+_MIN_SHARE = 0.03  # of the recording's rms; the cut ends of anything leave about 0.01 there
 _FADE_S = 0.005
 _JOIN_S = 0.05
 _PEAK = 0.9
@@ -110,7 +110,7 @@ class PatternTexture:
         return np.asarray(loop[index] * level, dtype=np.float32)
 
 
-def named(stem: str, materials: Iterable[str]) -> tuple[str, str]:
+def replaced_key(stem: str, materials: Iterable[str]) -> tuple[str, str]:
     """Return what a file of this name replaces, (material, interaction). Raises PatternError."""
     known = tuple(materials)
     for preset in PRESETS:
@@ -139,7 +139,7 @@ def pattern(
     whole = resampled(mono, rate_hz)
     wave = _within_band(whole, correction)
     within_rms, rms = (float(np.sqrt(np.mean(samples**2))) for samples in (wave, whole))
-    if within_rms < max(_SILENT, _LEAST_SHARE * rms):
+    if within_rms < max(_SILENT, _MIN_SHARE * rms):
         raise PatternError("nothing to feel within 10-1000 Hz; choose another recording")
     wave = _faded(wave) if interaction in IMPACTS else _joined(wave)
     wave *= _level(wave, interaction, table[material].vibration)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
-MOST_BOOST = 10.0 ** (12.0 / 20.0)  # more would only drive the amplifier into its limiter
+MAX_BOOST = 10.0 ** (12.0 / 20.0)  # more would only drive the amplifier into its limiter
 GRID_HZ = np.geomspace(20.0, 400.0, 40)  # centres at which textures are levelled
 
 
@@ -30,7 +30,7 @@ def drive_needed(cycles: NDArray[np.float64], power: NDArray[np.float64]) -> NDA
     """
     total = power.sum()
     felt = (power * _sensitivity(np.outer(GRID_HZ, cycles))).sum(axis=1)
-    return np.asarray(np.minimum(1.0 / np.sqrt(felt / total), MOST_BOOST))
+    return np.asarray(np.minimum(1.0 / np.sqrt(felt / total), MAX_BOOST))
 
 
 def _sensitivity(hertz: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 TIME_S = 0.008
-_NEAR = 1e-6  # what is as near as that has arrived
+_NEGLIGIBLE = 1e-6  # what is as near as that has arrived
 
 
 class SmoothedValue:
@@ -36,15 +36,15 @@ class SmoothedValue:
 
     def follow(self, target: float, count: int, rate_hz: int) -> NDArray[np.float64] | float:
         """Return the next `count` values (count,), or one number if all of them are equal."""
-        off = self.value - target
-        if (off == 0.0 and self._slope == 0.0) or count == 0:
+        distance = self.value - target
+        if (distance == 0.0 and self._slope == 0.0) or count == 0:
             return self.value
         decay, ramp = _steps(count, rate_hz)
-        push = self._slope + off
-        values = target + off * decay + push * ramp
+        push = self._slope + distance
+        values = target + distance * decay + push * ramp
         self._slope = float(self._slope * decay[-1] - push * ramp[-1])
         self.value = float(values[-1])
-        if abs(self.value - target) < _NEAR and abs(self._slope) < _NEAR:
+        if abs(self.value - target) < _NEGLIGIBLE and abs(self._slope) < _NEGLIGIBLE:
             self.value = target
             self._slope = 0.0
         return np.asarray(values)

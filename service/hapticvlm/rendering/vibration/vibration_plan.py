@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
 from hapticvlm.rendering.vibration.controller_scale import (
-    LEAST_IMPACT,
+    MIN_IMPACT,
     Form,
     controller_amplitude,
     loudness,
@@ -34,8 +34,8 @@ PLAN_HZ = 4000
 HORIZON_S = 0.1
 PERIOD_S: dict[Form, float] = {"amplitude": 0.0125, "parametric": 0.005}  # our choice: physics.md
 FREQUENCY_S = 0.015
-SHORTEST_BLOW_S = 0.0125  # that a controller is told to play, of whatever strength; our choice
-LEAST_AMPLITUDE = 1e-3  # below is nothing to send
+MIN_IMPACT_S = 0.0125  # that a controller is told to play, of whatever strength; our choice
+MIN_AMPLITUDE = 1e-3  # below is nothing to send
 _LOWEST_HZ = 20.0
 _HIGHEST_HZ = 1000.0
 _STALE_S = 0.5  # a longer gap is not rendered: every impact and fade has ended
@@ -95,7 +95,7 @@ class VibrationPlanner:
 
     def plan(self, form: Form, now: float) -> VibrationPlan:
         """Return what is rendered from `now` on if nothing changes; empty when nothing is."""
-        blows = self._voices.beginning()
+        impacts = self._voices.beginning()
         self._advance(now)
         period_s = PERIOD_S[form]
         ahead_s = min(HORIZON_S, self._expires_at - now)
@@ -103,34 +103,34 @@ class VibrationPlanner:
             return VibrationPlan(period_s)
         wave = self._voices.fork().render(round(HORIZON_S * PLAN_HZ), now)
         count = max(1, math.floor(ahead_s / period_s + 1e-9))
-        amplitude = self._amplitude(wave, form, has_blow=bool(blows))[:count]
-        if float(amplitude.max()) < LEAST_AMPLITUDE:
+        amplitude = self._amplitude(wave, form, has_impact=bool(impacts))[:count]
+        if float(amplitude.max()) < MIN_AMPLITUDE:
             return VibrationPlan(period_s)
         played = tuple(np.round(amplitude, 4).tolist())
         if form == "amplitude":
             return VibrationPlan(period_s, played)
         frequency = tuple(np.round(frequencies(wave, period_s)[:count], 1).tolist())
-        return VibrationPlan(period_s, played, frequency, self._pulses(blows))
+        return VibrationPlan(period_s, played, frequency, self._pulses(impacts))
 
     def _amplitude(
-        self, wave: NDArray[np.float32], form: Form, *, has_blow: bool
+        self, wave: NDArray[np.float32], form: Form, *, has_impact: bool
     ) -> NDArray[np.float64]:
         """Return what a controller plays in each period of the wave (N,), (periods,)."""
         drive = loudness(wave, PLAN_HZ) if form == "amplitude" else wave
         played = controller_amplitude(levels(drive, PERIOD_S[form]), form)
-        if has_blow:
-            beginning = played[: round(SHORTEST_BLOW_S / PERIOD_S[form])]
-            beginning[:] = np.maximum(beginning, LEAST_IMPACT)
+        if has_impact:
+            beginning = played[: round(MIN_IMPACT_S / PERIOD_S[form])]
+            beginning[:] = np.maximum(beginning, MIN_IMPACT)
         return played * self.gain
 
-    def _pulses(self, blows: list[tuple[str, float]]) -> tuple[Pulse, ...]:
-        peaks = controller_amplitude(np.array([peak for _, peak in blows]), "parametric")
-        names = (name for name, _ in blows)
+    def _pulses(self, impacts: list[tuple[str, float]]) -> tuple[Pulse, ...]:
+        peaks = controller_amplitude(np.array([peak for _, peak in impacts]), "parametric")
+        names = (name for name, _ in impacts)
         return tuple(
             Pulse(
                 0.0, round(peak * self.gain, 4), self._table[name].vibration.modes[0].frequency_hz
             )
-            for name, peak in zip(names, np.maximum(peaks, LEAST_IMPACT).tolist(), strict=True)
+            for name, peak in zip(names, np.maximum(peaks, MIN_IMPACT).tolist(), strict=True)
         )
 
     def _advance(self, now: float) -> None:

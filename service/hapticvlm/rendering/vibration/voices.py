@@ -36,15 +36,15 @@ from hapticvlm.rendering.vibration.voice import Voice, ramp
 DELAY_S = 1.0 / 600.0  # 80 samples at 48 kHz; of a tap, 5.5 ms are noticed (physics.md 4.4)
 RELEASE_S = 0.1  # our choice: longer than a period of 20 Hz, so that the gain follows no wave
 CEILING = 0.99
-_NONE = 1e-6  # a reduction as small as that has ended
+_NEGLIGIBLE = 1e-6  # a reduction as small as that has ended
 _Floats = NDArray[np.float64]
 _STILL = Motion(0.0, 0.0)
 FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
 _CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
 # per hand: bounds a block's cost
-_MOST_RINGING = 4
-_MOST_IMPACTS = 8
-_MOST_FADING_TEXTURES = 2
+_MAX_RINGING = 4
+_MAX_IMPACTS = 8
+_MAX_FADING_TEXTURES = 2
 
 
 class Limiter:
@@ -85,7 +85,7 @@ class Limiter:
             return
         wanted = np.concatenate((known, self._release(size, float(known[-1]))))
         self._reductions = wanted[-known.size :]
-        if float(self._reductions.max()) < _NONE:
+        if float(self._reductions.max()) < _NEGLIGIBLE:
             self._reductions = np.zeros_like(known)
         highest = np.lib.stride_tricks.sliding_window_view(wanted, self.delay + 1).max(axis=1)
         part *= (1.0 - np.convolve(highest, self._window, "valid")).astype(np.float32)
@@ -152,7 +152,7 @@ class Voices:
         playback: Playback = NOMINAL,
         patterns: Iterable[Pattern] = (),
         *,
-        is_warm: bool = True,
+        fills_caches: bool = True,
     ) -> None:
         self.gain = gain
         self.level = 0.0  # rms of the last block
@@ -166,8 +166,8 @@ class Voices:
         self._gain = gain
         self._limiter = Limiter(playback.rate_hz)
         self._hands = (_Hand(), _Hand())
-        if is_warm:
-            _warm_up(table.values(), playback)
+        if fills_caches:
+            _fill_caches(table.values(), playback)
 
     def fork(self) -> Voices:
         """Return a copy in the same state that goes its own way: what comes if nothing changes."""
@@ -267,11 +267,11 @@ class Voices:
 
     def _strike(self, hand: _Hand, command: Command) -> None:
         impacts = hand.impacts()
-        if len(impacts) >= _MOST_IMPACTS:
+        if len(impacts) >= _MAX_IMPACTS:
             self.dropped += 1
             return
         ringing = [voice for voice in impacts if voice.aim > 0.0]
-        if len(ringing) >= _MOST_RINGING:
+        if len(ringing) >= _MAX_RINGING:
             ringing[0].aim = 0.0
         kind = command.interaction if command.interaction in IMPACTS else "tap"
         key = str(command.material), kind
@@ -301,7 +301,7 @@ class Voices:
                 voice.aim = gain
         if wanted is None or key is None or fitting is not None:
             return
-        if len(textures) <= _MOST_FADING_TEXTURES:
+        if len(textures) <= _MAX_FADING_TEXTURES:
             source = self._texture(key, wanted)
             thickness_m = wanted.thickness_m
             voice = Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
@@ -358,7 +358,7 @@ def _texture_key(command: Command) -> tuple[str, str]:
     ), command.interaction if command.interaction in TEXTURES else "slide"
 
 
-def _warm_up(materials: Iterable[Material], playback: Playback) -> None:
+def _fill_caches(materials: Iterable[Material], playback: Playback) -> None:
     """Fill the caches of these materials, so that no first touch pays for them."""
     for material in materials:
         for kind in IMPACTS:
