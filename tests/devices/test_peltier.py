@@ -451,11 +451,11 @@ def test_a_port_is_likely_by_its_usb_vendor_or_its_description() -> None:
 
 
 def test_a_place_says_how_a_person_finds_it() -> None:
-    place = ports._place(info("COM3", 0x1A86, description="USB-SERIAL CH340", pid=0x7523))
+    place = ports._port_info(info("COM3", 0x1A86, description="USB-SERIAL CH340", pid=0x7523))
 
     assert place.text == "COM3 (USB-SERIAL CH340 1a86:7523)"
     assert place.usb == (0x1A86, 0x7523, "s")
-    assert ports._place(info("COM1")).text == "COM1"
+    assert ports._port_info(info("COM1")).text == "COM1"
 
 
 def test_auto_names_the_ports_seen_when_none_looks_like_a_plate(

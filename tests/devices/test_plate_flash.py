@@ -64,7 +64,7 @@ def test_no_board_and_a_wrong_port_are_named(
     stand_in(tmp_path, monkeypatch, "exit 1")
 
     assert "/dev/nowhere can't be opened" in told(capsys, "--port", "/dev/nowhere")
-    monkeypatch.setattr("hapticvlm.devices.plate.ports._seen", list)
+    monkeypatch.setattr("hapticvlm.devices.plate.ports._present", list)
     assert "no port looks like a plate; ports seen: none" in told(capsys)
 
 
@@ -77,7 +77,7 @@ def test_a_board_that_does_not_answer_is_written_only_when_its_port_is_named(
     called = tmp_path / "called"
     stand_in(tmp_path, monkeypatch, f'echo "$@" > {called}')
     place = PortInfo(silent_port, "Arduino Uno")
-    monkeypatch.setattr("hapticvlm.devices.plate.ports._seen", lambda: [(place, True)])
+    monkeypatch.setattr("hapticvlm.devices.plate.ports._present", lambda: [(place, True)])
 
     assert f"--port {silent_port}" in told(capsys)
     assert not called.exists()

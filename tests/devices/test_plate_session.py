@@ -441,12 +441,12 @@ def test_a_fault_is_told_in_words() -> None:
 
 @pytest.mark.parametrize("named", ["runaway", "RUNAWAY", "13"])
 def test_a_fault_is_found_by_name_or_number(named: str) -> None:
-    assert faults.numbered(named) == 13
+    assert faults.number_of(named) == 13
 
 
 def test_an_unknown_fault_is_answered_with_those_there_are() -> None:
     with pytest.raises(ValueError, match="no fault 'warm'; there are 1 plate_a_open, "):
-        faults.numbered("warm")
+        faults.number_of("warm")
 
 
 def test_a_rest_after_a_stop_does_not_undo_an_off_that_is_not_answered_yet():
