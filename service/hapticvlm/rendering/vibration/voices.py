@@ -47,56 +47,6 @@ _MAX_IMPACTS = 8
 _MAX_FADING_TEXTURES = 2
 
 
-class Limiter:
-    """Keeps a wave of blocks within CEILING; its state is what the next blocks need of the last."""
-
-    def __init__(self, rate_hz: int) -> None:
-        self.delay = round(DELAY_S * rate_hz)
-        self._fall = math.exp(-1.0 / (RELEASE_S * rate_hz))
-        window = np.sin(np.pi * np.arange(1, self.delay + 2) / (self.delay + 2))
-        self._window = window / window.sum()
-        self._waiting = np.zeros(self.delay, np.float32)
-        self._reductions = np.zeros(2 * self.delay)
-
-    def fork(self) -> Limiter:
-        """Return a copy that goes its own way."""
-        return copy.copy(self)
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing waits to come out."""
-        return not self._waiting.any()
-
-    def clear(self) -> None:
-        """Forget what waits."""
-        self._waiting = np.zeros_like(self._waiting)
-        self._reductions = np.zeros_like(self._reductions)
-
-    def apply(self, part: NDArray[np.float32]) -> None:
-        """Replace (N,) by the N samples that come out, each `delay` samples after it went in."""
-        if part.size == 0:
-            return
-        line = np.concatenate((self._waiting, part))
-        self._waiting = line[part.size :]
-        part[:] = line[: part.size]
-        known = self._reductions
-        size = np.abs(line[self.delay :])
-        if float(size.max()) <= CEILING and not known.any():
-            return
-        wanted = np.concatenate((known, self._release(size, float(known[-1]))))
-        self._reductions = wanted[-known.size :]
-        if float(self._reductions.max()) < _NEGLIGIBLE:
-            self._reductions = np.zeros_like(known)
-        highest = np.lib.stride_tricks.sliding_window_view(wanted, self.delay + 1).max(axis=1)
-        part *= (1.0 - np.convolve(highest, self._window, "valid")).astype(np.float32)
-
-    def _release(self, size: _Floats, before: float) -> _Floats:
-        """Reduction that each sample of this size (N,) needs, or what is left of earlier ones."""
-        needed = 1.0 - CEILING / np.maximum(size.astype(np.float64), CEILING)
-        fallen = self._fall ** np.arange(1.0, size.size + 1.0)
-        return np.asarray(fallen * np.maximum(np.maximum.accumulate(needed / fallen), before))
-
-
 class Command(msgspec.Struct, frozen=True, gc=False):
     """What one hand does now: hand 0 left, 1 right; no material is nothing to feel.
 
@@ -115,31 +65,6 @@ class Command(msgspec.Struct, frozen=True, gc=False):
     gain: float = 1.0
     thickness_m: float | None = None
     hum: Hum | None = None
-
-
-@dataclass(slots=True)
-class _Hand:
-    voices: list[Voice] = field(default_factory=list)
-    wanted: Command | None = None  # the texture to feel, when there is one
-    pressed: Command | None = None  # the press to feel, if what is pressed gives way
-    hum: Hum | None = None
-    expires_at: float = -math.inf
-
-    def fork(self) -> _Hand:
-        return replace(self, voices=[voice.fork() for voice in self.voices])
-
-    def rest(self) -> None:
-        self.wanted = self.pressed = self.hum = None
-        self.expires_at = -math.inf
-        self.voices = [it for it in self.voices if it.at or it.key[1] not in IMPACTS]
-        for voice in self.voices:
-            voice.aim = 0.0
-
-    def impacts(self) -> list[Voice]:
-        return [voice for voice in self.voices if voice.key[1] in IMPACTS]
-
-    def textures(self) -> list[Voice]:
-        return [voice for voice in self.voices if voice.key[1] in TEXTURES]
 
 
 class Voices:
@@ -350,6 +275,81 @@ class Voices:
             return PatternTexture(pattern, self._rate_hz)
         facts = self._table[key[0]].vibration
         return Texture(facts, key[1], wanted.seed, self._playback, wanted.thickness_m)
+
+
+@dataclass(slots=True)
+class _Hand:
+    voices: list[Voice] = field(default_factory=list)
+    wanted: Command | None = None  # the texture to feel, when there is one
+    pressed: Command | None = None  # the press to feel, if what is pressed gives way
+    hum: Hum | None = None
+    expires_at: float = -math.inf
+
+    def fork(self) -> _Hand:
+        return replace(self, voices=[voice.fork() for voice in self.voices])
+
+    def rest(self) -> None:
+        self.wanted = self.pressed = self.hum = None
+        self.expires_at = -math.inf
+        self.voices = [it for it in self.voices if it.at or it.key[1] not in IMPACTS]
+        for voice in self.voices:
+            voice.aim = 0.0
+
+    def impacts(self) -> list[Voice]:
+        return [voice for voice in self.voices if voice.key[1] in IMPACTS]
+
+    def textures(self) -> list[Voice]:
+        return [voice for voice in self.voices if voice.key[1] in TEXTURES]
+
+
+class Limiter:
+    """Keeps a wave of blocks within CEILING; its state is what the next blocks need of the last."""
+
+    def __init__(self, rate_hz: int) -> None:
+        self.delay = round(DELAY_S * rate_hz)
+        self._fall = math.exp(-1.0 / (RELEASE_S * rate_hz))
+        window = np.sin(np.pi * np.arange(1, self.delay + 2) / (self.delay + 2))
+        self._window = window / window.sum()
+        self._waiting = np.zeros(self.delay, np.float32)
+        self._reductions = np.zeros(2 * self.delay)
+
+    def fork(self) -> Limiter:
+        """Return a copy that goes its own way."""
+        return copy.copy(self)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing waits to come out."""
+        return not self._waiting.any()
+
+    def clear(self) -> None:
+        """Forget what waits."""
+        self._waiting = np.zeros_like(self._waiting)
+        self._reductions = np.zeros_like(self._reductions)
+
+    def apply(self, part: NDArray[np.float32]) -> None:
+        """Replace (N,) by the N samples that come out, each `delay` samples after it went in."""
+        if part.size == 0:
+            return
+        line = np.concatenate((self._waiting, part))
+        self._waiting = line[part.size :]
+        part[:] = line[: part.size]
+        known = self._reductions
+        size = np.abs(line[self.delay :])
+        if float(size.max()) <= CEILING and not known.any():
+            return
+        wanted = np.concatenate((known, self._release(size, float(known[-1]))))
+        self._reductions = wanted[-known.size :]
+        if float(self._reductions.max()) < _NEGLIGIBLE:
+            self._reductions = np.zeros_like(known)
+        highest = np.lib.stride_tricks.sliding_window_view(wanted, self.delay + 1).max(axis=1)
+        part *= (1.0 - np.convolve(highest, self._window, "valid")).astype(np.float32)
+
+    def _release(self, size: _Floats, before: float) -> _Floats:
+        """Reduction that each sample of this size (N,) needs, or what is left of earlier ones."""
+        needed = 1.0 - CEILING / np.maximum(size.astype(np.float64), CEILING)
+        fallen = self._fall ** np.arange(1.0, size.size + 1.0)
+        return np.asarray(fallen * np.maximum(np.maximum.accumulate(needed / fallen), before))
 
 
 def _texture_key(command: Command) -> tuple[str, str]:
