@@ -116,7 +116,7 @@ class PlateSession:
         self._forget()
 
     def lost(self) -> None:
-        """Record that the port is gone and block the drive; the lease on the board ends the heat."""
+        """Block the drive, since the port is gone; the lease on the board ends the heat."""
         if self._is_open:
             self._counts["losses"] += 1
             self._drive.block()

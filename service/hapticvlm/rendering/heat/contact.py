@@ -23,9 +23,9 @@ Laplace domain,
 
     s share(s) = 1 / (1 + R'' es sqrt(s) + es / eo coth(L sqrt(s / a)))
 
-which holds for sheet, slab and lump alike. The sum of Gaver and Stehfest with eight terms transforms
-it back to time, within 0.003 degC at a contrast of 10 degC. Perfusion, sweat and the plate are not
-modelled here; `trajectory.py` adds what earlier contacts left in the skin.
+which holds for sheet, slab and lump alike. The sum of Gaver and Stehfest with eight terms
+transforms it back to time, within 0.003 degC at a contrast of 10 degC. Perfusion, sweat and the
+plate are not modelled here; `trajectory.py` adds what earlier contacts left in the skin.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def share(contact: ThermalContact, elapsed_s: float) -> float:
 
 
 def progress(contact: ThermalContact, elapsed_s: float) -> float:
-    """Dimensionless progress of a thick contact, x above: near 0 at first, inf without resistance."""
+    """Progress of a thick contact, x above: near 0 at first, inf without resistance."""
     if contact.contact_resistance <= 0.0:
         return math.inf
     admittance = 1.0 / SKIN.effusivity + 1.0 / contact.thermal.effusivity

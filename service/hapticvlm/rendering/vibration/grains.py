@@ -53,7 +53,7 @@ class Grains:
         return forked
 
     def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
-        """Next `count` samples, (count,) float32, while the press approaches this motion's force."""
+        """Next `count` samples, (count,) float32; the press approaches the motion's force."""
         wave = np.concatenate((self._tail, np.zeros(count)))
         depth = self._depth.follow(steps(self._vibration, motion.force_n), count, self._rate_hz)
         if not isinstance(depth, float):

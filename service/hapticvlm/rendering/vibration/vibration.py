@@ -5,7 +5,7 @@ table can be combined with every interaction:
 
 | interaction | what the palm feels | module |
 |---|---|---|
-| tap, strike, press | decaying modes of the material, excited by a pulse by speed and force | impacts |
+| tap, strike, press | decaying modes of the material, excited by a pulse | impacts |
 | slide | the relief of the surface, read at the hand's speed, and stick-slip | textures, loops |
 | carve | the same, and a train of fibre breaks | textures |
 | swing | noise swept by speed, from the air and not from the material | textures |
