@@ -120,6 +120,6 @@ def test_a_disk_too_slow_is_named_with_what_came(
     path = tmp_path / "slow"
     path.write_bytes(bytes(64))
     monkeypatch.setattr(documents, "PIECE_BYTES", 1)
-    with pytest.raises(OSError, match=r"not read within 0 s: \d+ bytes came; copy it") as caught:
+    with pytest.raises(OSError, match=r"only \d+ bytes were read within 0 s; copy it") as caught:
         documents.read_bytes(path, timeout_s=0.0)
     assert caught.value.filename == str(path)

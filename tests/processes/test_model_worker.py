@@ -30,7 +30,7 @@ def test_a_pickle_from_a_child_runs_nothing_and_ends_the_reading(
     _read(ours, answers.append, PLAN)
     assert answers == []
     assert not folder.exists()
-    assert "answered what cannot be read" in caplog.text
+    assert "an answer that cannot be decoded" in caplog.text
 
     theirs.send(Hostile(folder))
     ours.recv()

@@ -176,10 +176,10 @@ def write(path: Path, samples: Wave, rate_hz: int = RATE_HZ) -> None:
 
 
 BAD = {
-    "silent": (np.zeros(RATE_HZ), "nothing to feel"),
-    "beyond the band": (tone(1.0, 5000.0), "nothing to feel"),
-    "not numbers": (np.full(RATE_HZ, np.nan), "no numbers"),
-    "infinite": (np.where(np.arange(RATE_HZ) == 9, np.inf, tone(1.0)), "no numbers"),
+    "silent": (np.zeros(RATE_HZ), "nothing can be felt"),
+    "beyond the band": (tone(1.0, 5000.0), "nothing can be felt"),
+    "not numbers": (np.full(RATE_HZ, np.nan), "not numbers"),
+    "infinite": (np.where(np.arange(RATE_HZ) == 9, np.inf, tone(1.0)), "not numbers"),
     "too long": (tone(11.0), "cut it"),
     "too short": (tone(0.01), "cut it"),
     "empty": (np.zeros(0), "cut it"),
@@ -203,7 +203,7 @@ def test_other_faults_of_a_folder_are_named(tmp_path: Path) -> None:
     with pytest.raises(PatternError, match="0 WAV files"):
         read_patterns(tmp_path, MATERIALS)
     (tmp_path / "glass-tap.wav").write_bytes(b"RIFF nonsense")
-    with pytest.raises(PatternError, match="not a sound file"):
+    with pytest.raises(PatternError, match="not a readable sound file"):
         read_patterns(tmp_path, MATERIALS)
     write(tmp_path / "glass-tap.wav", tone())
     write(tmp_path / "glass-tapping.wav", tone())
