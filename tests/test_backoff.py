@@ -1,4 +1,4 @@
-"""Back-off and circuit breaker, by a clock that is an argument."""
+"""Tests back-off and circuit breaker, with the time as an argument."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""One set of colours for pages and figures, which colour-blind readers tell apart too."""
+"""Tests that pages and figures share one palette that colour-blind readers can distinguish."""
 
 import itertools
 import re

@@ -1,4 +1,4 @@
-"""The plate behind a port: a simulated board over the real class, in lock-step and in a thread."""
+"""Tests `Peltier` on a simulated board behind a port, in lock-step and with its thread."""
 
 from __future__ import annotations
 
@@ -514,9 +514,9 @@ def test_the_plate_command_tells_the_plate_and_its_faults(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["plate", "status", "--peltier", "simulated"]) == 0
-    told = capsys.readouterr().out
-    assert "simulated plate (simulated)" in told
-    assert "no faults" in told
+    output = capsys.readouterr().out
+    assert "simulated plate (simulated)" in output
+    assert "no faults" in output
     assert main(["plate", "status", "--peltier", "simulated", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["plate_c"] > 30.0
 

@@ -1,4 +1,4 @@
-"""The host's half of the conversation with a plate, without a port: bytes and time go in."""
+"""Tests the host's half of the plate protocol without a port: bytes and time are arguments."""
 
 from __future__ import annotations
 
@@ -460,17 +460,17 @@ def test_a_rest_after_a_stop_does_not_undo_an_off_that_is_not_answered_yet():
 def test_a_board_that_follows_no_setpoint_for_a_second_is_a_fault_until_it_holds():
     session = greeted()
     now, name = 0.0, faults.NOT_FOLLOWED.name
-    found = []
+    reports = []
     for turn in range(120):
         now = turn * 0.05
         session.command(25.0, 0.25, now)
         session.outgoing(now)  # which noise on the line destroys
         state = State.OFF if now < 3.0 else State.HOLDING
         tell(session, telemetry(5.0 + now, state=state, setpoint_mc=None), now)
-        found.append((now, name in session.reading(now).faults))
-    first = next(now for now, is_found in found if is_found)
+        reports.append((now, name in session.reading(now).faults))
+    first = next(now for now, is_reported in reports if is_reported)
     assert 0.5 < first <= 1.0
-    assert all(is_found == (first <= now < 3.0) for now, is_found in found)
+    assert all(is_reported == (first <= now < 3.0) for now, is_reported in reports)
 
 
 def test_a_board_that_was_told_nothing_is_not_said_to_follow_nothing():

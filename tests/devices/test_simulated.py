@@ -1,4 +1,4 @@
-"""The plant against docs/physics.md, and the simulated plate's control and guards."""
+"""Tests the plant against docs/physics.md, and the simulated plate's control and guards."""
 
 from __future__ import annotations
 

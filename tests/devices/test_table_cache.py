@@ -1,4 +1,4 @@
-"""What the audio engine computed is kept for its next start, and never trusted blindly."""
+"""Tests that the engine caches its tables for the next start, and ignores a damaged cache."""
 
 import functools
 import os

@@ -1,4 +1,4 @@
-"""What a child process answers is data: it decodes the pictures of strangers and is not trusted."""
+"""Tests that the answers of a child process are treated as untrusted data."""
 
 import multiprocessing
 from pathlib import Path

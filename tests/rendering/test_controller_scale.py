@@ -1,4 +1,4 @@
-"""What a controller is told to play: every material is felt, none too much, in the palm's order."""
+"""Tests the amplitudes for controllers: all materials are felt, in the order of the palm."""
 
 import itertools
 from functools import cache
@@ -58,9 +58,9 @@ def palm_level(planner, material, kind, motion, form):
     voices.apply(Command(1, material, kind, not is_slide, motion, 1, 9.0))
     voices.render(round(0.3 * PLAN_HZ) if is_slide else 0, 0.0)
     wave = voices.render(round(0.5 * PLAN_HZ), 0.3)
-    found = levels(loudness(wave, PLAN_HZ) if form == "amplitude" else wave, PERIOD_S[form])
+    level = levels(loudness(wave, PLAN_HZ) if form == "amplitude" else wave, PERIOD_S[form])
     voices.silence()
-    return found.mean() if is_slide else found.max()
+    return level.mean() if is_slide else level.max()
 
 
 @pytest.mark.parametrize("form", FORMS)

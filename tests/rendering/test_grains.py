@@ -1,4 +1,4 @@
-"""A press: what is soft gives way in grains, the denser the softer, and only while it deepens."""
+"""Tests presses: softer materials have denser grains, and only while the press deepens."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def test_the_softer_it_is_the_denser_the_grains_and_stone_has_none() -> None:
 
 @pytest.mark.parametrize(("name", "newtons"), [("rubber", 3.0), ("leather", 5.0), ("paper", 9.0)])
 def test_a_grain_comes_for_each_step_that_it_gives_way(name: str, newtons: float) -> None:
-    wanted = newtons / (MATERIALS[name].vibration.stiffness * STEP_M)
-    assert abs(begun(press(name, newtons, 2.0)) - wanted) <= 1
+    expected = newtons / (MATERIALS[name].vibration.stiffness * STEP_M)
+    assert abs(begun(press(name, newtons, 2.0)) - expected) <= 1
 
 
 def test_a_sudden_press_of_the_softest_is_no_tone() -> None:
@@ -96,13 +96,13 @@ def felt(command: Command, forces_n: list[float], voices: Voices | None = None) 
     """Press in the mixer, a force every 20 ms: (N,)."""
     voices = voices or Voices()
     voices.apply(command)
-    found = []
+    blocks = []
     for number, force_n in enumerate(forces_n):
         now = number * 0.02
         motion = Motion(0.0, force_n)
         voices.apply(changed(command, onset=False, motion=motion))
-        found += [voices.render(240, now + part * 0.005) for part in range(4)]
-    return np.concatenate(found)
+        blocks += [voices.render(240, now + part * 0.005) for part in range(4)]
+    return np.concatenate(blocks)
 
 
 RISING = [0.2 * step for step in range(40)]

@@ -1,4 +1,4 @@
-"""Recordings in place of synthesis: any rate, mono or stereo, levelled, and clear refusals."""
+"""Tests recordings in place of synthesis: rates, channels, levels and clear errors."""
 
 from __future__ import annotations
 
@@ -114,15 +114,15 @@ def test_a_recorded_impact_is_as_strong_as_what_it_replaces() -> None:
     motion = Motion(1.0, 2.0)
     burst = tone(0.2, 100.0) * np.exp(-20.0 * np.arange(9600) / RATE_HZ)
     for gain in (0.01, 1.0):
-        made = pattern(("wood", "strike"), gain * burst, RATE_HZ).impact(motion)
+        recording = pattern(("wood", "strike"), gain * burst, RATE_HZ).impact(motion)
         plain = impact(MATERIALS["wood"].vibration, "strike", motion, 0)
-        ratio = np.sum(made.astype(float) ** 2) / np.sum(plain.astype(float) ** 2)
+        ratio = np.sum(recording.astype(float) ** 2) / np.sum(plain.astype(float) ** 2)
         assert abs(10 * np.log10(ratio)) < 2.0
 
 
 def test_force_and_speed_set_its_level_and_a_still_hand_feels_nothing() -> None:
-    made = pattern(("wood", "slide"), tone(1.0), RATE_HZ)
-    soft, hard = (PatternTexture(made) for _ in range(2))
+    recording = pattern(("wood", "slide"), tone(1.0), RATE_HZ)
+    soft, hard = (PatternTexture(recording) for _ in range(2))
     low = np.sqrt(np.mean(soft.render(9600, Motion(0.05, 0.5)) ** 2))
     high = np.sqrt(np.mean(hard.render(9600, Motion(0.5, 5.0)) ** 2))
     assert high > 1.5 * low
@@ -133,8 +133,8 @@ def test_force_and_speed_set_its_level_and_a_still_hand_feels_nothing() -> None:
 @pytest.mark.parametrize("interaction", ["slide", "strike"])
 def test_what_a_recording_has_outside_the_band_is_not_played(interaction: str) -> None:
     noise = np.random.default_rng(3).normal(0.0, 0.2, RATE_HZ)
-    made = pattern(("wood", interaction), noise, RATE_HZ)
-    voices = Voices(patterns=(made,))
+    recording = pattern(("wood", interaction), noise, RATE_HZ)
+    voices = Voices(patterns=(recording,))
     strikes = interaction == "strike"
     command = replace(RUB, material="wood", interaction=interaction, onset=strikes)
     voices.apply(replace(command, expires_at=0.5))
@@ -146,15 +146,15 @@ def test_what_a_recording_has_outside_the_band_is_not_played(interaction: str) -
 
 
 def test_a_looped_recording_has_no_seam() -> None:
-    made = pattern(("wood", "slide"), tone(0.3, 97.3), RATE_HZ)
-    wave = PatternTexture(made).render(2 * RATE_HZ, Motion(0.5, 2.0))
+    recording = pattern(("wood", "slide"), tone(0.3, 97.3), RATE_HZ)
+    wave = PatternTexture(recording).render(2 * RATE_HZ, Motion(0.5, 2.0))
 
     assert above_band_db(wave) < -50.0
 
 
 def test_blocks_of_any_size_join() -> None:
-    made = pattern(("wood", "slide"), tone(0.3), RATE_HZ)
-    whole, cut = PatternTexture(made), PatternTexture(made)
+    recording = pattern(("wood", "slide"), tone(0.3), RATE_HZ)
+    whole, cut = PatternTexture(recording), PatternTexture(recording)
     blocks = [cut.render(size, RUB.motion) for size in (1, 300, 0, 77, 9222)]
     assert np.allclose(np.concatenate(blocks), whole.render(9600, RUB.motion), atol=2e-6)
 
@@ -162,13 +162,15 @@ def test_blocks_of_any_size_join() -> None:
 def test_a_speaker_weak_at_a_recordings_pitch_is_driven_harder() -> None:
     both = tone(1.0, 60.0) + tone(1.0, 250.0)
     flat = pattern(("wood", "slide"), both, RATE_HZ)
-    made = pattern(("wood", "slide"), both, RATE_HZ, Correction((40.0, 80.0, 250.0), (6, 6, 0)))
+    recording = pattern(
+        ("wood", "slide"), both, RATE_HZ, Correction((40.0, 80.0, 250.0), (6, 6, 0))
+    )
 
     def tilt_db(wave: NDArray[np.float32]) -> float:
         spectrum = np.abs(np.fft.rfft(wave * np.hanning(wave.size), 10 * RATE_HZ))
         return float(20 * np.log10(spectrum[590:610].max() / spectrum[2490:2510].max()))
 
-    assert tilt_db(made.samples) - tilt_db(flat.samples) == pytest.approx(6.0, abs=0.3)
+    assert tilt_db(recording.samples) - tilt_db(flat.samples) == pytest.approx(6.0, abs=0.3)
 
 
 def write(path: Path, samples: Wave, rate_hz: int = RATE_HZ) -> None:

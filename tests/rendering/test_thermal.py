@@ -1,4 +1,4 @@
-"""The contact model against high-precision closed forms, finite differences and the tables."""
+"""Tests the contact model against closed forms, finite differences and the tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The skin's memory against closed forms: its kernel, its way back from Laplace, its tables."""
+"""Tests the skin's memory against closed forms: kernel, inverse Laplace transform, tables."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ EVEN = (1.0, *(0.0 for _ in RATES[1:]))  # one height, all but still
 
 @pytest.mark.parametrize("elapsed_s", np.geomspace(1e-4, 100.0, 12))
 def test_the_rates_give_the_kernel_of_the_skin(elapsed_s: float) -> None:
-    found = thermal_history._WEIGHTS @ np.exp(-RATES * elapsed_s)
+    value = thermal_history._WEIGHTS @ np.exp(-RATES * elapsed_s)
     stated = 4e-3 if elapsed_s < 10.0 else 1e-2
-    assert found == pytest.approx(1.0 / math.sqrt(math.pi * elapsed_s), rel=stated)
+    assert value == pytest.approx(1.0 / math.sqrt(math.pi * elapsed_s), rel=stated)
 
 
 @pytest.mark.parametrize("elapsed_s", [1e-3, 1.0, 100.0])
 @pytest.mark.parametrize("rate", [1e-3, 1.0, 1e3])
 def test_four_points_bring_an_exponential_back_from_laplace(elapsed_s: float, rate: float) -> None:
     s = thermal_history._CONTOUR / elapsed_s
-    found = (thermal_history._CONTOUR_WEIGHTS / elapsed_s / (s + rate)).sum().real
+    value = (thermal_history._CONTOUR_WEIGHTS / elapsed_s / (s + rate)).sum().real
 
-    assert found == pytest.approx(math.exp(-rate * elapsed_s), abs=5e-5)
+    assert value == pytest.approx(math.exp(-rate * elapsed_s), abs=5e-5)
 
 
 @pytest.mark.parametrize("elapsed_s", [0.01, 0.1, 1.0, 10.0])

@@ -1,4 +1,4 @@
-"""Waveforms: in the band, from and to zero, joined across blocks, different for every material."""
+"""Tests waveforms: within the band, from and to zero, continuous, and different by material."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mixer: both hands, leases, fades, bounds and what it refuses to let out."""
+"""Tests the mixer: both hands, leases, fades, bounds, and what it drops."""
 
 from __future__ import annotations
 
