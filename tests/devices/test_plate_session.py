@@ -433,7 +433,7 @@ def test_the_faults_are_those_of_the_firmware_manual() -> None:
 def test_a_fault_is_told_in_words() -> None:
     assert faults.describe("runaway") == (
         "driven hard for 1 s, the plate did not follow (runaway, number 13): "
-        "its thermistor came off, the module is broken or its supply is missing"
+        "check whether its thermistor came off, the module is broken or its supply is missing"
     )
     assert faults.describe("fault_31") == "fault_31"
     assert "plug it in again" in faults.describe("plate_unplugged")

@@ -10,9 +10,9 @@ Clipping the peaks sample by sample would put energy above the band of touch. So
 delayed by DELAY_S, which lets the limiter know each peak DELAY_S before it comes out:
 
 1. Each sample needs a reduction that brings it to CEILING, and that reduction decays over
-RELEASE_S. 2. The largest reduction of the last DELAY_S is held. It begins when the peak goes in and
-lasts until
-   the peak comes out.
+   RELEASE_S.
+2. The largest reduction of the last DELAY_S is held. It begins when the peak goes in and lasts
+   until the peak comes out.
 3. A moving average over DELAY_S smooths it. It is complete when the peak comes out, and it changes
    too slowly to widen the band.
 
