@@ -234,7 +234,9 @@ class SimulatedPlate:
 
     def _account(self, dt_s: float) -> None:
         skin_c = self._plant.skin_c
-        halving = 0.5 if skin_c >= 43.0 else 0.25  # CEM43 (physics.md 3.1)
+        # CEM43 counts minutes at 43 degC: each degree above 43 halves the time to the same damage,
+        # each degree below multiplies it by 4 (physics.md 3.1).
+        halving = 0.5 if skin_c >= 43.0 else 0.25
         self._dose_cem43 += dt_s / 60.0 * halving ** (43.0 - skin_c)
         if self._on and self._target_c > NEUTRAL_C + THERMAL_FLOOR_C:
             self._heated_s += dt_s

@@ -112,7 +112,7 @@ class Engine:
         self._seen_numbers = self._ring.numbers
         for number, written_at, order in self._ring.take(self._newest):
             self._newest = number
-            if order is None:
+            if order is None:  # it was overwritten before the engine read it
                 self._lost += 1
                 continue
             if not self._is_leaving:

@@ -160,6 +160,8 @@ def _sheet_share(contact: ThermalContact, thickness_m: float, elapsed_s: float) 
     diffusivity = bulk.conductivity / (bulk.density * bulk.heat_capacity)
     depth = thickness_m / (math.sqrt(diffusivity) * root_time)
     total = 0.0
+    # 1 / coth is tanh. For an object that is thin, or a time that is long, tanh goes to 0 and the
+    # object has no heat left; for a thick one it is 1, and the semi-infinite model returns.
     for weight, root in _STEHFEST:
         filled = math.tanh(depth * root)
         total += weight / (1.0 + barrier * root + contrast / (filled + _SMALLEST))

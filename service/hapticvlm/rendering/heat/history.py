@@ -69,6 +69,8 @@ def fading(past: Past, contact: ThermalContact) -> Fading:
     later = (
         (1.0 - _transfer(contact, _TABLE_ROOTS)) * (_TABLE_PARTS @ heights) * _TABLE_WEIGHTS
     ).real
+    # At the very first moment a contact resistance lets no heat through, so the past is still
+    # whole. Without one the surface jumps at once to what the two effusivities leave of it.
     first = sum(past)
     if contact.contact_resistance <= 0.0:
         first *= SKIN.effusivity / (SKIN.effusivity + contact.thermal.effusivity)
@@ -96,6 +98,9 @@ def after(past: Past, contact: ThermalContact, lasted_s: float, change_c: float)
     jump.
     """
     heights = np.array(past) if past else np.zeros(RATES.size)
+    # For each rate l: the heat flow into the skin during the contact, in the Laplace domain,
+    # divided by s + l, is what is left at the end of it at that rate. The sum over the contour
+    # evaluates all rates with the same few points.
     s = _CONTOUR / lasted_s
     roots = np.sqrt(s)
     parts = 1.0 / (s[:, None] + RATES)

@@ -81,6 +81,9 @@ class ThermalTrajectory:
         if self.begun_at is not None and self.key == key:
             is_unchanged = self.contact == contact and self.lifted_at is None
             return self if is_unchanged else replace(self, lifted_at=None)._believing(contact)
+        # A slide meets the next object at once. A first contact was approached, and the skin waits
+        # where it would be `lead_s` after contact. So the contact counts as begun that much
+        # earlier.
         slides = self.begun_at is not None and self.contact is not None and self.lifted_at is None
         ended = self.release(now)
         begun_at = now if slides else now - self.lead_s

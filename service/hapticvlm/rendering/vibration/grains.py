@@ -64,6 +64,9 @@ class Grains:
 
     def _step_into(self, wave: NDArray[np.float64], depth: NDArray[np.float64]) -> None:
         """Add the grains of the steps that are passed; drop those too soon after the last one."""
+        # `_next` is the depth, in steps, of the next grain, and `depth` the depth at each sample. A
+        # grain begins at the first sample that reaches `_next`. If the depth then lies beyond
+        # further steps, those are skipped: a grain for each would come faster than MAX_RATE_HZ.
         begin = self._rest
         min_gap = round(self._rate_hz / MAX_RATE_HZ)
         while begin < depth.size:
@@ -74,6 +77,8 @@ class Grains:
             wave[at : at + self._grain.size] += self._grain
             self._next += math.floor(depth[at] - self._next) + 1.0
             begin = self._rest = at + min_gap
+        # When the hand releases, the steps that it has left by more than _BACK can be felt again.
+        # Without this hysteresis a trembling hand would repeat one grain.
         deepest = self._next - 1.0
         if depth[-1] < deepest - _BACK:
             self._next -= math.floor(deepest - depth[-1] - _BACK) + 1.0

@@ -142,6 +142,8 @@ def struck(
     count = int(min(contact_s + 6.0 / slowest, _LONGEST_IMPACT_S) * rate_hz)
     pulse = int(contact_s * rate_hz)
     decay, turns, gain = np.array([(m.decay_per_s, m.frequency_hz, m.gain) for m in modes]).T
+    # While the pulse lasts (`pushed`) the closed form is evaluated; afterwards (`free`) each mode
+    # rings on from its last value. The gain is rotated by s / |s|, which leaves no constant part.
     pole: _Complex = (-damping * decay + 2j * math.pi * turns)[:, None]
     gain = gain[:, None] * pole / np.abs(pole)
     time_s = np.arange(pulse + 1) / rate_hz

@@ -117,6 +117,8 @@ class Texture:
         caught = catching(self._sticks, motion)
         wave = np.zeros(count)
         rough = 1.0 if self._in_air else self._vibration.roughness
+        # Rubbing and stick-slip share one energy: the square of the share that catches goes into
+        # slips, and the rest stays with the rubbing.
         rubbed = moved * rough * math.sqrt(1.0 - caught**2)
         wave += self._surface.read(count, self._centre_hz(motion.speed_mps), rubbed)
         if self._slips is not None:
@@ -145,6 +147,8 @@ def catching(stick: float, motion: Motion) -> float:
 
     `stick` is the share that can; a harder press keeps it catching up to a higher speed.
     """
+    # The held share saturates with the force. With the speed v it falls as 1 / (1 + (v / limit)^2):
+    # beyond the limit the skin slides on before the surface can catch it again.
     held = stick * motion.force_n / (motion.force_n + _STUCK_N)
     limit_mps = _CATCH_MPS * held
     if limit_mps == 0.0:
@@ -222,7 +226,7 @@ class _Breaks:
         self._drawn = 0
         self._grain = grain(vibration, playback)
         self._tail = np.zeros(self._grain.size)
-        self._to_next = rng.random()  # in mean spacings
+        self._to_next = rng.random()  # distance to the next break, in mean spacings
         self._level = SmoothedValue()
         self.begun = 0
 
@@ -245,6 +249,8 @@ class _Breaks:
         wave = np.concatenate((self._tail, np.zeros(count)))
         rate = min(max(speed_mps / self._spacing_m, _BREAKS_HZ[0]), _BREAKS_HZ[1])
         per_sample = rate / self._rate_hz if speed_mps > 0.0 else 0.0
+        # The blade moves on by a share of a spacing per sample. A negative distance means that a
+        # break lies within this block; the distance from it to the block's end gives its sample.
         self._to_next -= per_sample * count
         while self._to_next < 0.0:
             begin = max(count + math.floor(self._to_next / per_sample), 0)

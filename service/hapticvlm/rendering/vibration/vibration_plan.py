@@ -103,6 +103,7 @@ class VibrationPlanner:
 
     def plan(self, form: Form, now: float) -> VibrationPlan:
         """Return the vibration from `now` (s) on if no other command comes; empty for silence."""
+        # The impacts that begin now are read first, since advancing the voices may start them.
         impacts = self._voices.beginning()
         self._advance(now)
         period_s = PERIOD_S[form]
@@ -165,6 +166,7 @@ def frequencies(wave: _Wave, period_s: float) -> NDArray[np.float64]:
     """Frequency of each period of a wave (N,) at PLAN_HZ, Hz, (periods,)."""
     size = round(period_s * PLAN_HZ)
     window = round(FREQUENCY_S * PLAN_HZ)
+    # Running sums give the energy of the wave and of its differences over any window at once.
     samples = wave.astype(np.float64)
     energy = np.concatenate(([0.0], np.cumsum(samples**2)))
     steps = np.concatenate(([0.0, 0.0], np.cumsum(np.diff(samples) ** 2)))

@@ -193,6 +193,8 @@ class Voices:
             self._hum(hand)
             for voice in hand.voices:
                 block = voice.render(part.size, self._step)
+                # NaN and inf make the sum of squares non-finite. Only the voice that produced them
+                # is dropped, and the others continue.
                 if math.isfinite(float(np.dot(block, block))):
                     part += block
                 else:
@@ -373,6 +375,8 @@ class Limiter:
 
         Each is the larger of what its sample needs and what is left of the earlier ones.
         """
+        # An exponential decay of the running maximum, without a loop: divide by the decay, take the
+        # running maximum, multiply by the decay again.
         needed = 1.0 - CEILING / np.maximum(size.astype(np.float64), CEILING)
         fallen = self._fall ** np.arange(1.0, size.size + 1.0)
         return np.asarray(fallen * np.maximum(np.maximum.accumulate(needed / fallen), before))
