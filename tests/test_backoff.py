@@ -14,7 +14,7 @@ from hapticvlm.backoff import (
 
 
 def after(failures: int, dice: float = 0.0) -> Breaker:
-    """Fail so often, each time at the second the rest before it ended; start at 100 s."""
+    """Fail so many times, each as soon as the last rest has ended, from 100 s on."""
     breaker, now = Breaker(), 100.0
     for _ in range(failures):
         now += breaker.rest_s(now)

@@ -125,7 +125,7 @@ def test_a_half_written_record_is_left_until_it_is_whole():
 
 
 def report_for_ever(shared):
-    """What the engine does, as fast as it goes: every number of a status is the same."""
+    """Report as the engine does, without a pause; all numbers of a status are equal."""
     ring, nothing = Ring(shared), np.empty(0, np.float32)
     for i in itertools.count(1):
         ring.report(EngineStatus(i, 0.5, i, i, i, i, i, realtime=True, has_output=True), nothing)

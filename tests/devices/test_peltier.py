@@ -34,7 +34,7 @@ from hapticvlm_lab.bench.rigs import is_priority_permitted
 
 
 def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> list[PlateReading]:
-    """Command and turn as gateway and thread do, in lock-step; every reading."""
+    """Command and poll as gateway and thread do, in lock-step; return every reading."""
     readings = []
     until = cable.clock.now + seconds
     while cable.clock.now < until:
@@ -45,7 +45,7 @@ def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> lis
 
 
 def leave(cable: Cable, plate: Peltier, seconds: float) -> list[PlateReading]:
-    """Turn without commanding; every reading."""
+    """Poll without commanding; return every reading."""
     readings = []
     until = cable.clock.now + seconds
     while cable.clock.now < until:
@@ -249,7 +249,7 @@ def running() -> Iterator[tuple[Cable, Peltier]]:
 
 
 class WallCable:
-    """The same cable on the wall's clock."""
+    """The same cable on wall-clock time."""
 
     def __init__(self, cable: Cable) -> None:
         self._cable = cable
@@ -312,7 +312,7 @@ def test_a_replugged_plate_comes_back_and_waits_for_a_fresh_command(
 
 
 class StuckPort:
-    """A port whose every read takes very long."""
+    """A port whose reads all take very long."""
 
     def __init__(self) -> None:
         self.released = threading.Event()

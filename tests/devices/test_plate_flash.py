@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture
 def silent_port(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """A port that opens and never answers, as an Uno with another program."""
+    """A port that opens and never answers, like an Uno with another program."""
     monkeypatch.setattr(peltier, "HANDSHAKE_S", 0.1)
     ours, theirs = pty.openpty()
     yield os.ttyname(theirs)
@@ -33,7 +33,7 @@ def silent_port(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 
 def stand_in(folder: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
-    """Put a program named avrdude, and only it, where commands are looked for."""
+    """Put a program named avrdude, and nothing else, on PATH."""
     program = folder / "avrdude"
     program.write_text(f"#!/bin/sh\n{script}\n")
     program.chmod(0o755)
@@ -41,7 +41,7 @@ def stand_in(folder: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None
 
 
 def error_line(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """Run the command, which must fail; its one line."""
+    """Run the command, which must fail, and return its one line."""
     assert main(["plate", "flash", *arguments]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1

@@ -44,7 +44,7 @@ TURN_S = 0.02
 
 
 def said(session: PlateSession, now: float) -> list[plate_protocol.Message]:
-    """What the session wants written now."""
+    """Return the messages that the session writes now."""
     return [plate_protocol.decode(frame) for frame in Deframer().feed(session.outgoing(now))]
 
 
@@ -57,7 +57,7 @@ def telemetry(uptime_s: float, **changes: Any) -> plate_protocol.Telemetry:
 
 
 def greeted(now: float = 0.0) -> PlateSession:
-    """A session with a board that has answered and told of itself."""
+    """A session with a board that has answered and sent telemetry."""
     session = PlateSession()
     session.opened(now)
     assert said(session, now) == [Hello(1, 2)]
@@ -69,7 +69,7 @@ def greeted(now: float = 0.0) -> PlateSession:
 def commanded(
     session: PlateSession, begin_s: float, seconds: float, booted_s: float = -5.0
 ) -> list[plate_protocol.Message]:
-    """Command 22 degC and follow at 50 Hz with telemetry coming; everything written."""
+    """Command 22 degC at 50 Hz while telemetry arrives; return every message written."""
     written = []
     for tick in range(round(seconds / TURN_S)):
         now = begin_s + tick * TURN_S
@@ -214,7 +214,7 @@ def test_a_lost_port_is_a_fault_and_sends_nothing() -> None:
 
 
 def reopened(session: PlateSession, now: float) -> None:
-    """Open again; the board was reset by that and counts its uptime from zero."""
+    """Open the port again, which resets the board: its uptime starts from zero."""
     session.opened(now)
     assert said(session, now) == [Hello(1, 2)]
     tell(session, telemetry(0.1), now)

@@ -46,7 +46,7 @@ def strike(**fields):
 
 
 def until(claim):
-    """Wait until the claim holds; return its value."""
+    """Wait until the condition is true; return its value."""
     gives_up_at = time.monotonic() + PATIENCE_S
     while not (value := claim()):
         assert time.monotonic() < gives_up_at, "nothing happened"

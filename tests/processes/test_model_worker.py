@@ -11,7 +11,7 @@ PLAN = WorkerPlan("test", print, None, dict, 1.0)
 
 
 class Hostile:
-    """A pickle of this makes a folder where it is loaded."""
+    """Its pickle creates a folder when it is loaded."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -29,7 +29,7 @@ def planner():
 
 
 def struck(planner, material, kind, form, motion):
-    """The plan of a blow that begins now."""
+    """The plan of an impact that begins now."""
     planner._voices.silence()
     planner.apply(Command(1, material, kind, True, motion, 1, 1.25), 1.0)
     return planner.plan(form, 1.0)
@@ -37,7 +37,7 @@ def struck(planner, material, kind, form, motion):
 
 @cache
 def rubbed(planner, material, speed_mps, form):
-    """The amplitudes (N,) that are played of half a second of a slide."""
+    """The amplitudes (N,) of half a second of a slide."""
     planner._voices.silence()
     played = []
     for step in range(40):
@@ -51,7 +51,7 @@ def rubbed(planner, material, speed_mps, form):
 
 
 def palm_level(planner, material, kind, motion, form):
-    """How strong the same is to the palm: of a blow its strongest, of a slide its mean period."""
+    """Level for the palm: of an impact the strongest period, of a slide the mean one."""
     voices = planner._voices
     voices.silence()
     is_slide = kind == "slide"

@@ -23,7 +23,7 @@ PRESS = Command(1, "rubber", "press", True, Motion(0.1, 1.0), 3, 100.0)
 
 
 def press(name: str, newtons: float, seconds: float, hold_s: float = 0.1, seed: int = 3) -> Wave:
-    """Press ever harder, then hold: the grains alone, (N,)."""
+    """Press harder and harder, then hold; return the grains alone, (N,)."""
     grains = Grains(MATERIALS[name].vibration, seed)
     blocks = round((seconds + hold_s) * RATE_HZ / BLOCK)
     rising = (min(newtons * at * BLOCK / RATE_HZ / seconds, newtons) for at in range(blocks))
@@ -93,7 +93,7 @@ def test_a_fork_has_the_same_future_and_changes_nothing() -> None:
 
 
 def felt(command: Command, forces_n: list[float], voices: Voices | None = None) -> Wave:
-    """Press in the mixer, a force every 20 ms: (N,)."""
+    """Press through the mixer with a new force every 20 ms; return the wave, (N,)."""
     voices = voices or Voices()
     voices.apply(command)
     blocks = []

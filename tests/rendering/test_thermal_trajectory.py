@@ -30,7 +30,7 @@ STATED_C = 0.05  # of which finite differences have 0.02 themselves
 
 
 def largest_error_c(stages: list[Stage], until_s: float) -> float:
-    """Difference between the trajectory and finite differences, where these can be trusted."""
+    """Largest error against finite differences, where these can be trusted, degC."""
     rows = skin_surface(stages, until_s)
     trajectory, computed_c, done = REAL, np.zeros(len(rows)), 0
     ends = [stage.begins_at for stage in stages[1:]] + [math.inf]

@@ -67,7 +67,7 @@ def commands(draw: st.DrawFn) -> Command:
 
 
 def above_band_db(wave: Wave) -> float:
-    """Energy above 1050 Hz of the whole event's, through a Hann window around it."""
+    """Share of an event's energy above 1050 Hz, under a Hann window, dB."""
     padded = np.pad(wave.astype(np.float64), wave.size // 2)
     power = np.abs(np.fft.rfft(padded * np.hanning(padded.size))) ** 2
     hertz = np.arange(float(power.size)) * (RATE_HZ / padded.size)
