@@ -74,14 +74,14 @@ _NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """Fade one hand."""
+    """Order to fade one hand: 0 is the left, 1 the right one."""
 
     hand: int
 
 
 @dataclass(frozen=True, slots=True)
 class RestAll:
-    """Fade everything."""
+    """Order to fade everything."""
 
 
 @dataclass(frozen=True, slots=True)
