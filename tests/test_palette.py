@@ -1,4 +1,4 @@
-"""One set of colours for pages and figures, which colour-blind readers tell apart too."""
+"""Tests that pages and figures share one palette that colour-blind readers can distinguish."""
 
 import itertools
 import re
@@ -55,7 +55,7 @@ def lab(light: np.ndarray) -> np.ndarray:
 
 
 def apart(first: str, second: str) -> float:
-    """How far two colours lie apart for a reader without green-sensitive cones."""
+    """Distance of two colours for a reader without green-sensitive cones."""
     seen = [lab(DEUTERANOPIA @ linear(colour)) for colour in (first, second)]
     return float(np.linalg.norm(seen[0] - seen[1]))
 

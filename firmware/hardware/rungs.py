@@ -1,6 +1,6 @@
 """Draws the wiring of the maker's first two rungs, rung1.svg and rung2.svg: `python rungs.py`.
 
-No plate is in either; the plate's own circuit is circuit.py's. `--check` writes nothing and ends
+Neither contains the plate, whose circuit is drawn by circuit.py. `--check` writes nothing and exits
 with 1 when a file is not current.
 """
 
@@ -11,7 +11,8 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 INK, SOFT = "#1b1f24", "#6b7280"
-HOT, COLD, ON = "#d55e00", "#0072b2", "#009e73"  # told apart by colour-blind eyes, and labelled
+# Distinguishable for colour-blind eyes, and labelled.
+HOT, COLD, ON = "#d55e00", "#0072b2", "#009e73"
 LEDS = (
     ("D8", ON, "bridge enabled: the plate would be driven"),
     ("D9", HOT, "heat: the brighter, the more current"),

@@ -134,7 +134,7 @@ def test_installed_it_is_felt_gives_way_takes_over_and_says_why_it_is_silent(
     assert said["states"] == ["disconnected", f"no service answers at {service.url}", True]
     assert said["bare"] == "the browser gives this controller no motor"
     assert said["refused"] == "another scene owns the outputs"
-    assert said["stopped"] == "a stop holds the outputs: let go and touch again"
+    assert said["stopped"] == "outputs stopped: release and touch again"
     assert said["after"] == ""
 
 

@@ -29,7 +29,7 @@ def board(chip: Chip) -> Iterator[Board]:
 
 @pytest.fixture
 def host(board: Board) -> RawHost:
-    """A host that the board has greeted; the bridge is off."""
+    """A host after its HELLO; the bridge is off."""
     host = RawHost(board)
     host.greet()
     return host

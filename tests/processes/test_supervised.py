@@ -1,4 +1,4 @@
-"""A child process under watch: what becomes of it, and that watching never waits."""
+"""Tests the supervision of a child process: restarts, pauses, and that it never blocks."""
 
 import errno
 import multiprocessing

@@ -13,7 +13,12 @@ from dataclasses import dataclass
 
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.simulated.simulated_board import simulated_plate
-from hapticvlm.devices.speaker.channels import DUALSENSE, OF_DUALSENSE, Channels, read_channels
+from hapticvlm.devices.speaker.channels import (
+    DUALSENSE,
+    DUALSENSE_CHANNELS,
+    Channels,
+    read_channels,
+)
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.devices.speaker.speaker_files import read_speaker_files
@@ -117,7 +122,7 @@ def _channels(serving: ServeOptions) -> Channels | None:
     """Return the channels of the hands, if each has its own. Raises ValueError."""
     if serving.channels is not None:
         return read_channels(serving.channels)
-    return OF_DUALSENSE if serving.speaker.lower() == DUALSENSE else None
+    return DUALSENSE_CHANNELS if serving.speaker.lower() == DUALSENSE else None
 
 
 def _plate(serving: ServeOptions) -> Peltier:

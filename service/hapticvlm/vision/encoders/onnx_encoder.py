@@ -89,7 +89,7 @@ def read_card(folder: Path) -> Card:
 def _read_graph(folder: Path, card: Card) -> bytes:
     path = folder / GRAPH
     try:
-        data = documents.read_bytes(path, MOST_BYTES, within_s=60.0)
+        data = documents.read_bytes(path, MOST_BYTES, timeout_s=60.0)
     except (OSError, ValueError) as error:
         raise EncoderError(f"{path} cannot be read ({error}); {_cure(folder)}") from None
     if hashlib.sha256(data).hexdigest() != card.sha256[GRAPH]:

@@ -122,7 +122,7 @@ def _galleries(folder: Path) -> tuple[Path, Path]:
 def _running(settings: AppSettings, engine: str) -> Iterator[None]:
     """Run the recogniser on this engine until the block ends."""
     if engine == RAY:
-        from hapticvlm_recogniser_app.ray_here import running
+        from hapticvlm_recogniser_app.engine_ray import running
 
         with running(settings, {"host": "127.0.0.1", "port": PORT, "keep_alive_timeout_s": 90}):
             yield
@@ -248,7 +248,7 @@ def _kill() -> None:
 
 
 def _replace(settings: AppSettings, gallery: Path) -> None:
-    from hapticvlm_recogniser_app.ray_here import deploy
+    from hapticvlm_recogniser_app.engine_ray import deploy
 
     deploy(replace(settings, live=replace(settings.live, galleries={NAME: str(gallery)})))
 

@@ -160,14 +160,14 @@ def no_numbers() -> list[Trial]:
     cases = {
         "surface NaN": ThermalTrajectory()
         .touch(replace(glass, surface_c=math.nan), 1, 0.0)
-        .wanted_c(1.0),
+        .target_c(1.0),
         "surface inf": ThermalTrajectory()
         .touch(replace(glass, surface_c=math.inf), 1, 0.0)
-        .wanted_c(1.0),
-        "time NaN": ThermalTrajectory().touch(glass, 1, 0.0).wanted_c(math.nan),
+        .target_c(1.0),
+        "time NaN": ThermalTrajectory().touch(glass, 1, 0.0).target_c(math.nan),
         "R'' NaN": ThermalTrajectory()
         .touch(replace(glass, contact_resistance=math.nan), 1, 0.0)
-        .wanted_c(1.0),
+        .target_c(1.0),
     }
     trials = []
     for name, wish_c in cases.items():

@@ -77,7 +77,7 @@ def closed(trajectory: ThermalTrajectory, resistance: float, now: float) -> floa
 def product(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
     """Return what the product drives the plate to."""
     del resistance  # its trajectory has it
-    return trajectory.wanted_c(now)
+    return trajectory.target_c(now)
 
 
 METHODS: tuple[tuple[str, Term, float | None], ...] = (

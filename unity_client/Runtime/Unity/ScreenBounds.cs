@@ -3,13 +3,13 @@ using HapticVLM.Wire;
 
 namespace HapticVLM
 {
-    /// <summary>The smallest upright rectangle around points of the picture, cut to the picture.</summary>
-    internal struct Corners
+    /// <summary>The bounding rectangle of points in the picture, clipped to the picture.</summary>
+    internal struct ScreenBounds
     {
         bool isStarted;
         float left, top, right, bottom;
 
-        /// <summary>Adds a point, as fractions from the top left.</summary>
+        /// <summary>Adds a point, in fractions of the picture from the top left.</summary>
         public void Include(float x, float y)
         {
             left = isStarted ? Math.Min(left, x) : x;
@@ -19,7 +19,7 @@ namespace HapticVLM
             isStarted = true;
         }
 
-        /// <summary>Null when nothing of it lies in the picture.</summary>
+        /// <summary>The rectangle; null when it lies outside the picture.</summary>
         public Region? Region
         {
             get

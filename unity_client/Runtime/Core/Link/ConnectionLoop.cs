@@ -7,30 +7,31 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// The life of one link from hello to its loss. One thread sends and watches; a message is sent at
-    /// once by the thread that brings it when nothing else is being sent, which saves a touch the
-    /// wake-up of that thread. Receiving is a loop of its own, always on.
+    /// Sends and receives on one link, from hello until the link is lost. The connection's thread runs
+    /// the sending loop and watches for timeouts. A thread that queues a message also sends it at once
+    /// if no send is in progress, because waking the sending thread first would delay a touch. Messages
+    /// are received by an asynchronous loop of their own, which always has a receive pending.
     /// </summary>
-    internal sealed class Conversation
+    internal sealed class ConnectionLoop
     {
-        const int LookRoundMs = 250;
-        const int SendRoundMs = 2;
+        const int IdlePollMs = 250;
+        const int SendPollMs = 2;
 
         readonly Link link;
         readonly ConnectionSettings settings;
         readonly Outbox outbox;
         readonly Dispatcher dispatcher;
-        readonly ManualResetEvent greeted = new ManualResetEvent(false);
+        readonly ManualResetEvent handshakeEnded = new ManualResetEvent(false);
         readonly object gate = new object();
         Task inFlight;
         double sentAt;
-        long heardAt;
-        volatile string lostBecause;
+        long receivedAt;
+        volatile string lossReason;
         volatile Welcome welcome;
 
         static int running;
 
-        public Conversation(Link link, ConnectionSettings settings, Outbox outbox, Dispatcher dispatcher)
+        public ConnectionLoop(Link link, ConnectionSettings settings, Outbox outbox, Dispatcher dispatcher)
         {
             this.link = link;
             this.settings = settings;
@@ -38,40 +39,40 @@ namespace HapticVLM
             this.dispatcher = dispatcher;
         }
 
-        /// <summary>Receive loops that have not ended yet.</summary>
+        /// <summary>Number of receive loops still running in this process.</summary>
         public static int Running { get { return Thread.VolatileRead(ref running); } }
 
-        /// <summary>Says hello and waits for the welcome; throws LinkException.</summary>
-        public Welcome Greet(WaitHandle closing)
+        /// <summary>Sends hello and waits for the welcome; throws LinkException if none comes.</summary>
+        public Welcome Handshake(WaitHandle closing)
         {
-            Heard();
+            MarkReceived();
             Task.Run(new Func<Task>(ReceiveUntilLost));
             Link.WaitFor(link.Send(Hello()), settings.SendTimeoutMs);
-            WaitHandle.WaitAny(new[] { greeted, closing }, settings.ConnectTimeoutMs);
+            WaitHandle.WaitAny(new[] { handshakeEnded, closing }, settings.ConnectTimeoutMs);
             if (welcome != null) return welcome;
-            throw new LinkException(lostBecause ?? "the service did not answer hello");
+            throw new LinkException(lossReason ?? "the service did not answer hello");
         }
 
-        /// <summary>Sends what the outbox holds until closing is set; throws LinkException when lost.</summary>
+        /// <summary>Sends the messages of the outbox until closing is set; throws LinkException when the link is lost.</summary>
         public void SendUntilLost(WaitHandle closing)
         {
             while (!closing.WaitOne(0))
             {
-                if (lostBecause != null) throw new LinkException(lostBecause);
+                if (lossReason != null) throw new LinkException(lossReason);
                 bool isBusy, isSent;
                 lock (gate)
                 {
                     isBusy = IsSending;
                     isSent = !isBusy && SendNext();
                 }
-                if (isBusy) FollowSend();
-                else if (!isSent) outbox.Wait(LookRoundMs);
-                if (Clock.Now - SecondsOf(Interlocked.Read(ref heardAt)) > settings.SilenceS)
+                if (isBusy) CheckSend();
+                else if (!isSent) outbox.Wait(IdlePollMs);
+                if (Clock.Now - SecondsOf(Interlocked.Read(ref receivedAt)) > settings.SilenceS)
                     throw new LinkException("the service has been silent for " + settings.SilenceS + " s");
             }
         }
 
-        /// <summary>Sends the next message from the calling thread if none is being sent. Never waits.</summary>
+        /// <summary>Sends the next message from the calling thread, unless a send is in progress. Never blocks.</summary>
         public void SendNow()
         {
             if (!Monitor.TryEnter(gate)) return;
@@ -85,18 +86,18 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>Has the sending thread end this conversation.</summary>
-        public void GiveUp(string why)
+        /// <summary>Makes the sending thread end this loop with a LinkException that states the reason.</summary>
+        public void Fail(string reason)
         {
-            lostBecause = why;
+            lossReason = reason;
             outbox.Wake();
         }
 
-        /// <summary>Whether a send has not succeeded yet; only the sending thread deals with failed ones.</summary>
+        /// <summary>Whether a send is unfinished or has failed; only the sending thread handles failed sends.</summary>
         bool IsSending { get { return inFlight != null && inFlight.Status != TaskStatus.RanToCompletion; } }
 
-        /// <summary>Looks again soon instead of waiting for the task, which would allocate at every send.</summary>
-        void FollowSend()
+        /// <summary>Polls the pending send. Waiting for its task would allocate memory at every send.</summary>
+        void CheckSend()
         {
             Task sending;
             double since;
@@ -106,12 +107,12 @@ namespace HapticVLM
                 since = Clock.Now - sentAt;
             }
             if (sending.IsCompleted || since * 1000.0 > settings.SendTimeoutMs) Link.WaitFor(sending, 0);
-            else outbox.Wait(SendRoundMs);
+            else outbox.Wait(SendPollMs);
         }
 
         bool SendNext()
         {
-            if (IsSending || lostBecause != null) return false;
+            if (IsSending || lossReason != null) return false;
             MsgPackWriter next;
             try
             {
@@ -120,8 +121,8 @@ namespace HapticVLM
             catch (Exception error)
             {
                 dispatcher.Fail(error);
-                if (!(error is WireException)) GiveUp("an error of the client: " + error.Message);
-                return true; // the message that cannot be written is dropped, the next ones go out
+                if (!(error is WireException)) Fail("internal error of the client: " + error.Message);
+                return true; // the message that cannot be encoded is dropped; later ones are still sent
             }
             if (next == null) return false;
             try
@@ -131,7 +132,7 @@ namespace HapticVLM
             }
             catch (Exception error)
             {
-                GiveUp("the link was lost while sending: " + error.Message);
+                Fail("the link was lost while sending: " + error.Message);
             }
             return true;
         }
@@ -160,21 +161,21 @@ namespace HapticVLM
                 while (true)
                 {
                     WebSocketReceiveResult part = await link.Receive(buffer.Free()).ConfigureAwait(false);
-                    if (part.MessageType == WebSocketMessageType.Close) throw new LinkException(Goodbye(part));
+                    if (part.MessageType == WebSocketMessageType.Close) throw new LinkException(CloseReason(part));
                     buffer.Add(part.Count);
                     if (!part.EndOfMessage) continue;
-                    Heard();
+                    MarkReceived();
                     Take(buffer.Take(), Clock.Now);
                 }
             }
             catch (Exception error)
             {
-                if (lostBecause == null) GiveUp(error is LinkException ? error.Message : "the service is gone");
+                if (lossReason == null) Fail(error is LinkException ? error.Message : "the connection to the service was lost");
             }
             finally
             {
                 Interlocked.Decrement(ref running);
-                greeted.Set();
+                handshakeEnded.Set();
             }
         }
 
@@ -184,11 +185,11 @@ namespace HapticVLM
             {
                 long id;
                 Kind kind = Protocol.KindOf(message, out id);
-                Kind asked = outbox.Requests.Answered(id, now);
-                if (asked == Kind.Frame) outbox.Wake();
-                if (welcome == null) TakeGreeting(message, kind);
+                Kind request = outbox.Requests.MatchAnswer(id, now);
+                if (request == Kind.Frame) outbox.Wake();
+                if (welcome == null) TakeHandshakeReply(message, kind);
                 else if (kind == Kind.Ownership) TakeOwnership(message);
-                else if (asked == Kind.Set) TakeAnswer(kind);
+                else if (request == Kind.Set) TakeSetReply(kind);
                 else dispatcher.Add(message, kind);
             }
             catch (WireException)
@@ -197,46 +198,46 @@ namespace HapticVLM
             }
         }
 
-        void TakeGreeting(ArraySegment<byte> message, Kind kind)
+        void TakeHandshakeReply(ArraySegment<byte> message, Kind kind)
         {
             var reader = new MsgPackReader(message);
             if (kind == Kind.Welcome)
             {
-                var said = new Welcome();
-                said.Read(ref reader, new StringPool());
-                // Here and not on the sending thread: the next message may already say that the outputs
-                // are free, and what begins anew after it would forget that.
-                outbox.Ownership.Restart(said.Owner);
-                welcome = said;
-                greeted.Set();
+                var reply = new Welcome();
+                reply.Read(ref reader, new StringPool());
+                // Ownership is reset here and not on the sending thread: the next message may already say
+                // that the outputs are free, and a reset after that message would lose it.
+                outbox.Ownership.Restart(reply.Owner);
+                welcome = reply;
+                handshakeEnded.Set();
             }
             else if (kind == Kind.Error)
             {
-                var said = new Error();
-                said.Read(ref reader, new StringPool());
-                lostBecause = said.Text;
-                greeted.Set();
+                var error = new Error();
+                error.Read(ref reader, new StringPool());
+                lossReason = error.Text;
+                handshakeEnded.Set();
             }
         }
 
         void TakeOwnership(ArraySegment<byte> message)
         {
             var reader = new MsgPackReader(message);
-            var said = new Ownership();
-            said.Read(ref reader, new StringPool());
-            outbox.Ownership.Follow(said.Owner, said.Free);
+            var ownership = new Ownership();
+            ownership.Read(ref reader, new StringPool());
+            outbox.Ownership.Follow(ownership.Owner, ownership.Free);
             outbox.Wake();
         }
 
-        /// <summary>A refusal needs no report: another scene was quicker, and the next event will come.</summary>
-        void TakeAnswer(Kind kind)
+        /// <summary>An error is ignored: another scene took the outputs first, and an ownership event follows.</summary>
+        void TakeSetReply(Kind kind)
         {
             if (kind == Kind.Ok) outbox.OwnershipGranted();
         }
 
-        void Heard()
+        void MarkReceived()
         {
-            Interlocked.Exchange(ref heardAt, (long)(Clock.Now * 1e6));
+            Interlocked.Exchange(ref receivedAt, (long)(Clock.Now * 1e6));
         }
 
         static double SecondsOf(long microseconds)
@@ -244,7 +245,7 @@ namespace HapticVLM
             return microseconds * 1e-6;
         }
 
-        static string Goodbye(WebSocketReceiveResult part)
+        static string CloseReason(WebSocketReceiveResult part)
         {
             int code = part.CloseStatus == null ? 0 : (int)part.CloseStatus.Value;
             return "the service closed the link (" + code + " " + part.CloseStatusDescription + ")";

@@ -1,7 +1,8 @@
-"""The shared recogniser in one process, on uvicorn: what a machine or a container needs.
+"""Serves the shared recogniser from one process, on uvicorn: for one machine or one container.
 
-For more cores run one process a core behind any proxy. Requests beyond the queue get 503 at once,
-and a body that does not come is not waited for.
+To use more cores, run one process per core behind a proxy. Requests beyond the queue are answered
+with 503 at once, and a body that does not arrive within BODY_S with 408, so that neither a burst of
+requests nor a stalled client holds memory for long.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ import uvicorn
 
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app.batches import Batches
-from hapticvlm_recogniser_app.recogniser import Recogniser, Reply, Request, Waiting
+from hapticvlm_recogniser_app.recogniser import PendingCrop, Recogniser, Reply, Request
 from hapticvlm_recogniser_app.replies import Embedded, Refusal
 from hapticvlm_recogniser_app.settings import AppSettings
 
 BODY_S = 10.0
 KEEP_ALIVE_S = 90
-LEAVING_S = 5
-CONNECTIONS_A_REQUEST = 4  # a service holds one open, and a second while it tries again
+SHUTDOWN_S = 5
+CONNECTIONS_PER_REQUEST = 4  # a service keeps one open, and opens a second while it retries
 
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
@@ -40,14 +41,14 @@ class Application:
         live = settings.live
         self._recogniser = Recogniser(settings.model, self._put)
         self._recogniser.load(live)
-        self._batches: Batches[Waiting, Embedded | None] = Batches(
+        self._batches: Batches[PendingCrop, Embedded | None] = Batches(
             self._recogniser.embed, live.batch, live.batch_wait_ms / 1000.0
         )
         self._queue = settings.scale.queue
-        self._under_way = 0
+        self._in_progress = 0
 
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
-        """Answer one request; other kinds of traffic are not taken."""
+        """Answer one HTTP request; other ASGI scopes (WebSocket, lifespan) are ignored."""
         if scope["type"] != "http":
             return
         reply = await self._reply(scope, receive)
@@ -55,42 +56,45 @@ class Application:
         await send({"type": "http.response.start", "status": reply.status, "headers": headers})
         await send({"type": "http.response.body", "body": reply.content})
 
-    async def _put(self, waiting: Waiting) -> Embedded | None:
-        return await self._batches.put(waiting)
+    async def _put(self, crop: PendingCrop) -> Embedded | None:
+        return await self._batches.put(crop)
 
     async def _reply(self, scope: Message, receive: Receive) -> Reply:
-        is_open = scope["path"] in (contract.HEALTH, contract.READY)  # a full queue is no illness
-        if self._under_way >= self._queue and not is_open:
-            return self._recogniser.refuse(Refusal(503, "too many requests wait: come back later"))
-        self._under_way += 1
+        # A full queue does not make the process unhealthy, and a monitor that cannot ask would
+        # restart it: health and readiness are answered whatever the load.
+        is_exempt = scope["path"] in (contract.HEALTH, contract.READY)
+        if self._in_progress >= self._queue and not is_exempt:
+            return self._recogniser.refuse(Refusal(503, "the queue is full: try again later"))
+        self._in_progress += 1
         try:
             return await self._recogniser.answer(_request(scope, receive))
         finally:
-            self._under_way -= 1
+            self._in_progress -= 1
 
 
 def _request(scope: Message, receive: Receive) -> Request:
     query = urllib.parse.parse_qs(scope["query_string"].decode("latin-1"))
     headers: dict[bytes, bytes] = dict(scope["headers"])
-    given = headers.get(b"authorization")
+    authorization = headers.get(b"authorization")
     return Request(
         scope["method"],
         scope["path"],
         query.get("gallery", [contract.SHIPPED])[0],
-        None if given is None else given.decode("latin-1"),
+        None if authorization is None else authorization.decode("latin-1"),
         _body(receive),
     )
 
 
 async def _body(receive: Receive) -> AsyncIterator[bytes]:
-    """Yield the parts of a body. Raises Refusal for one that is cut off or does not come."""
+    """Yield the parts of a body. Raises Refusal (400 cut off, 408 not received in time)."""
+    # One deadline for the whole body: a client that sends a byte now and then must not extend it.
     ends_at = asyncio.get_running_loop().time() + BODY_S
     while True:
         try:
             async with asyncio.timeout_at(ends_at):
                 message = await receive()
         except TimeoutError:
-            raise Refusal(408, f"the body did not come within {BODY_S:.0f} s") from None
+            raise Refusal(408, f"the body did not arrive within {BODY_S:.0f} s") from None
         if message["type"] == "http.disconnect":
             raise Refusal(400, "the body was cut off")
         yield message.get("body", b"")
@@ -100,14 +104,14 @@ async def _body(receive: Receive) -> AsyncIterator[bytes]:
 
 @contextlib.contextmanager
 def listening(host: str, port: int) -> Iterator[socket.socket]:
-    """Listen there; port 0 takes any that is free. Raises OSError."""
+    """Listen on an address; port 0 takes any free port. Raises OSError."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.create_server((host, port), family=family, backlog=256) as listener:
         yield listener
 
 
 class Server(uvicorn.Server):
-    """Answers requests from when it is run until `leave`; says when it listens."""
+    """Answers requests until `leave` is called; `on_ready` is called once it listens."""
 
     def __init__(
         self,
@@ -115,7 +119,7 @@ class Server(uvicorn.Server):
         certificate: tuple[Path, Path] | None,
         on_ready: Callable[[], None],
     ) -> None:
-        """Load encoder and galleries. `certificate` is the PEM files of certificate and key.
+        """Load encoder and galleries. `certificate` holds the PEM files of certificate and key.
 
         Raises HapticVLMError.
         """
@@ -129,9 +133,9 @@ class Server(uvicorn.Server):
             log_config=None,
             access_log=False,
             server_header=False,
-            limit_concurrency=CONNECTIONS_A_REQUEST * settings.scale.queue,
+            limit_concurrency=CONNECTIONS_PER_REQUEST * settings.scale.queue,
             timeout_keep_alive=KEEP_ALIVE_S,
-            timeout_graceful_shutdown=LEAVING_S,
+            timeout_graceful_shutdown=SHUTDOWN_S,
             ssl_certfile=cert,
             ssl_keyfile=key,
         )
@@ -139,10 +143,10 @@ class Server(uvicorn.Server):
         self._on_ready = on_ready
 
     def leave(self) -> None:
-        """Answer what is under way and end, also when asked before it has begun."""
+        """Answer the requests in progress, then end. May be called before `serve`."""
         self.should_exit = True
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Listen, and say so."""
+        """Listen, and report it."""
         await super().startup(sockets)
         self._on_ready()

@@ -1,6 +1,7 @@
-"""Grades of what was answered, beside constants graded on the same pictures. Pure.
+"""Grades a method's answers and compares them with constants on the same pictures. Pure.
 
-What was not answered is counted and graded nowhere.
+A picture without an answer is counted as such and enters no grade: it is not an error of 0 degC,
+and constants are graded on the answered pictures too, so that both faced the same ones.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ from hapticvlm_studio.evaluation.scores import (
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """Grades of a method and of the constants over what was answered, or asked where nothing was.
+    """Scores of a method and of the constants over the answered pictures.
 
-    sources: the method and the best constant on each source. gain_c: (value, low, high) by which
-    the method's mean absolute error is below the best constant's.
+    Where nothing was answered, the constants are graded on all pictures. `sources` has the scores
+    of the method and of the best constant on each source. `gain_c` is by how much the method's mean
+    absolute error is below the best constant's, (value, low, high).
     """
 
     answers: Sequence[Answered]
@@ -42,17 +44,17 @@ class Outcome:
 
 
 def grade(answers: Sequence[Answered]) -> Outcome:
-    """Grade what was answered."""
+    """Return the outcome of all answers."""
     answered = [(answer, answer.guess) for answer in answers if answer.guess is not None]
     guesses = [guess for _, guess in answered]
     asked = [answer.labelled for answer, _ in answered] or [answer.labelled for answer in answers]
     truths = [labelled.truth_c for labelled in asked]
     blind: dict[Rule, list[Guess]] = {}
     for rule in get_args(Rule):
-        found = constant(rule, truths)
-        if found is not None:
-            blind[rule] = found
-    graded = {rule: _graded(found, truths) for rule, found in blind.items()}
+        constants = constant(rule, truths)
+        if constants is not None:
+            blind[rule] = constants
+    graded = {rule: _graded(constants, truths) for rule, constants in blind.items()}
     best = min(graded, key=lambda rule: graded[rule].mae_c)
     sources = {}
     for source in dict.fromkeys(answer.labelled.source for answer, _ in answered):
@@ -72,7 +74,7 @@ def grade(answers: Sequence[Answered]) -> Outcome:
 
 
 def figures(outcome: Outcome, method: str) -> dict[str, Any]:
-    """Return everything as one JSON object; figures that there are none of are null."""
+    """Return everything as one map for JSON; a figure that does not exist is None."""
     return {
         "evaluate": "ambient",
         "version": __version__,
@@ -93,13 +95,13 @@ def figures(outcome: Outcome, method: str) -> dict[str, Any]:
 
 
 def _graded(guesses: Sequence[Guess], truths: Sequence[float]) -> Score:
-    found = score(guesses, truths)
-    assert found is not None
-    return found
+    result = score(guesses, truths)
+    assert result is not None  # there is at least one picture
+    return result
 
 
 def _flat(score: Score | None) -> dict[str, Any]:
-    """Spell a score with plain shares, their intervals beside them."""
+    """Return a score with plain shares and their intervals as separate entries."""
     if score is None:
         return {"n": 0, "mae_c": None, "within_8c": None, "interval_coverage": None}
     within = score.within_8c

@@ -5,11 +5,11 @@ using UnityEngine;
 namespace HapticVLM.Editor
 {
     /// <summary>
-    /// Changes a component of the scene so that the change can be undone and is saved. An instance of
-    /// a prefab keeps only what is recorded as different from its prefab: without that call the change
-    /// is lost when the scene is saved and loaded.
+    /// Changes a component of the scene so that the change is saved and can be undone. A prefab instance
+    /// stores only recorded differences from its prefab; without recording, the change would be lost
+    /// when the scene is saved and loaded.
     /// </summary>
-    internal static class Kept
+    internal static class Persisted
     {
         public static void Change(MonoBehaviour part, string title, Action change)
         {

@@ -5,7 +5,7 @@ import warnings
 import pytest
 from toolchains import require
 
-from hapticvlm_recogniser_app import ray_here
+from hapticvlm_recogniser_app import engine_ray
 
 pytestmark = pytest.mark.nightly
 
@@ -15,7 +15,7 @@ def slow_ray(monkeypatch):
     """Return how often Ray was started, and let it be too slow for so many times first."""
     require("ray")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Ray's own, about its own parts
+        warnings.simplefilter("ignore")  # warnings of Ray about its own modules
         import ray
     starts: list[int] = []
 
@@ -33,12 +33,12 @@ def slow_ray(monkeypatch):
 
 def test_a_ray_that_was_too_slow_is_started_again(slow_ray, tmp_path):
     starts = slow_ray(2)
-    ray_here._start(1, str(tmp_path))
+    engine_ray._start(1, str(tmp_path))
     assert len(starts) == 3
 
 
 def test_a_ray_that_never_starts_is_an_error_that_says_what_to_do(slow_ray, tmp_path):
     starts = slow_ray(9)
-    with pytest.raises(ray_here.RayError, match=r"timed out.*; free processor and memory"):
-        ray_here._start(1, str(tmp_path))
-    assert len(starts) == ray_here.TRIES
+    with pytest.raises(engine_ray.RayError, match=r"timed out.*; free processor and memory"):
+        engine_ray._start(1, str(tmp_path))
+    assert len(starts) == engine_ray.ATTEMPTS

@@ -1,6 +1,6 @@
-"""A whole Ray on this machine for one recogniser: started, watched, and taken apart with its files.
+"""Serves the shared recogniser on a local Ray: starts Ray, deploys to it and removes its files.
 
-Ray's reports to its makers and its dashboard are off.
+Ray's usage reports and its dashboard are off.
 """
 
 from __future__ import annotations
@@ -21,30 +21,33 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm_recogniser_app.settings import APPLICATION, AppSettings
 
 OBJECT_STORE_BYTES = 80 * 1024 * 1024  # crops travel inside calls, not through the store
-FOLDER = "hv-ray-"  # short: sockets lie in it, whose paths have at most 107 characters
-TRIES = 3  # Ray gives its own processes 30 s to start, too little on a busy machine
-PROXY_S = "50"  # for Serve's proxy to answer first, below the 60 s after which Serve gives up
-CURE = "free processor and memory, and try again"
+FOLDER = "hv-ray-"  # short: it holds sockets, whose paths have at most 107 characters
+ATTEMPTS = 3  # Ray gives its own processes 30 s to start, too little on a busy machine
+PROXY_S = "50"  # until Serve's proxy first answers; Serve itself gives up after 60 s
+REMEDY = "free processor and memory, and try again"
 
 
 class RayError(HapticVLMError):
-    """Ray that does not start; the text is its own."""
+    """Raised when Ray or Ray Serve does not start; the message holds Ray's own reason."""
 
 
 @contextmanager
 def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
-    """Run the recogniser until the block ends. `http` are Serve's http options."""
-    # Ray listens on every interface and runs what it is sent: with a token that nobody else has.
+    """Run the recogniser until the block ends; `http` holds Serve's http options.
+
+    Raises RayError.
+    """
+    # Ray listens on every interface and runs any code it is sent. A random token, which only this
+    # process and its children have, keeps everyone else out.
     os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_SERVE_THROUGHPUT_OPTIMIZED", "1")
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
-    # Ray puts its workers behind all other programs (nice 15), for jobs that may take all night.
-    # Beside two busy programs on two cores a recogniser that somebody waits for then got a
-    # thirtieth of each core.
+    # Ray runs its workers at nice 15, which suits batch jobs. A recogniser is waited for: on two
+    # cores shared with two busy programs, nice 15 left it a thirtieth of each core.
     os.environ.setdefault("RAY_worker_niceness", "0")
-    # Serve kills a proxy that has not answered after 5 s, which on a busy machine is while it still
-    # imports its code, and so never has one.
+    # Serve kills a proxy that has not answered after 5 s. On a busy machine the proxy is still
+    # importing its code then, so each successor would be killed as well.
     os.environ.setdefault("RAY_SERVE_PROXY_READY_CHECK_TIMEOUT_S", PROXY_S)
     import ray
 
@@ -52,7 +55,7 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
     scale = settings.scale
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Ray's own, about its own parts
+            warnings.simplefilter("ignore")  # warnings of Ray about its own modules
             _start(ceil(scale.replicas[1] * scale.cpus), folder)
             for name in ("ray", "ray.serve"):
                 logging.getLogger(name).setLevel(logging.ERROR)
@@ -61,15 +64,15 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
         yield
     finally:
         if ray.is_initialized():
-            ray.shutdown()  # not Serve's first: it waits half a minute for a proxy to drain
+            ray.shutdown()  # without Serve's shutdown, which waits 30 s for its proxy to drain
         shutil.rmtree(Path(folder), ignore_errors=True)
 
 
 def _start(cores: int, folder: str) -> None:
-    """Start Ray's own processes, again where they took too long. Raises RayError."""
+    """Start Ray's own processes, and retry where they took too long. Raises RayError."""
     import ray
 
-    for left in reversed(range(TRIES)):
+    for left in reversed(range(ATTEMPTS)):
         try:
             ray.init(
                 address="local",
@@ -80,10 +83,10 @@ def _start(cores: int, folder: str) -> None:
                 log_to_driver=False,
                 logging_level="error",
             )
-        except Exception as error:  # Ray has no class of its own for this
-            ray.shutdown()  # what of it had started
+        except Exception as error:  # Ray raises plain Exception here
+            ray.shutdown()  # ends the processes that did start
             if not left:
-                raise RayError(f"Ray does not start ({error}); {CURE}") from error
+                raise RayError(f"Ray does not start ({error}); {REMEDY}") from error
         else:
             return
 
@@ -96,11 +99,11 @@ def _serve(http: dict[str, Any]) -> None:
         serve.start(proxy_location="HeadOnly", http_options=http)
     except (exceptions.RayError, TimeoutError) as error:
         reason = str(error).strip().partition("\n")[0]
-        raise RayError(f"Ray Serve does not start ({reason}); {CURE}") from error
+        raise RayError(f"Ray Serve does not start ({reason}); {REMEDY}") from error
 
 
 def deploy(settings: AppSettings) -> None:
-    """Deploy, or change what is deployed; returns when it is."""
+    """Deploy the recogniser, or update the one deployed; returns once it answers."""
     from ray import serve
 
     from hapticvlm_recogniser_app.ray_deployment import application
