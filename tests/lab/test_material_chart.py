@@ -18,7 +18,7 @@ from hapticvlm.messages import Frame, Shader
 from hapticvlm.statistics import wilson
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm.vision.pictures import Crop, crop
-from hapticvlm_lab.bench import labels as chart_labels
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material import logistic, plots
 from hapticvlm_lab.bench.material.answers import answer, embed
 from hapticvlm_lab.bench.material.baselines import ColourHistogram, standardised_on
@@ -447,7 +447,7 @@ def test_labels_cover_neither_each_other_nor_a_dot() -> None:
     axes.set_ylim(0, 100)
     dots = [(2 + 0.3 * at, 50.0 + at % 3) for at in range(9)]
     figure.canvas.draw()
-    chart_labels.place(axes, [(x, y, f"method {x:.1f}", "black") for x, y in dots], dots)
+    figures.place(axes, [(x, y, f"method {x:.1f}", "black") for x, y in dots], dots)
     figure.canvas.draw()
     boxes = [Text.get_window_extent(text) for text in axes.texts]
     assert len(boxes) == len(dots)

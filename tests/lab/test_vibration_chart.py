@@ -12,8 +12,8 @@ from hapticvlm.commands.main import main
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
-from hapticvlm_lab.bench.vibration import chart, methods
-from hapticvlm_lab.bench.vibration.methods import Row
+from hapticvlm_lab.bench.vibration import chart
+from hapticvlm_lab.bench.vibration.chart import Row
 from hapticvlm_lab.bench.vibration.spectra import (
     JND_DB,
     difference_db,
@@ -44,7 +44,7 @@ def test_two_materials_differ_by_more_than_two_strikes_of_one() -> None:
 
 @pytest.mark.realtime
 def test_more_modes_come_nearer_and_nobody_feels_those_that_the_table_leaves_out() -> None:
-    *cut, shipped = methods.modes()
+    *cut, shipped = chart.modes()
     errors = [row.error_db for row in cut]
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] == 0.0
@@ -73,8 +73,8 @@ def test_the_sentence_names_the_cheapest_way_nobody_tells_apart() -> None:
 
 def test_two_rubbing_hands_are_rendered_far_faster_than_they_are_played() -> None:
     """The goal is 5 % of a core; four times that is asserted, for machines that do other things."""
-    voices = methods._two_hands()
-    share = methods._least_us({0: lambda: voices.render(128, 0.0)})[0] * 1e-6 * RATE_HZ / 128
+    voices = chart._two_hands()
+    share = chart._least_us({0: lambda: voices.render(128, 0.0)})[0] * 1e-6 * RATE_HZ / 128
     print(f"two hands: {100 * share:.1f} % of a core, {1 / share:.0f} times real time")
     assert share < 0.2
 
@@ -83,8 +83,8 @@ def test_two_rubbing_hands_are_rendered_far_faster_than_they_are_played() -> Non
 def test_the_command_draws_and_prints_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(methods, "STEADY_S", 4.0)
-    monkeypatch.setattr(methods, "ROUNDS", 2)
+    monkeypatch.setattr(chart, "STEADY_S", 4.0)
+    monkeypatch.setattr(chart, "ROUNDS", 2)
     assert main(["chart", "vibration", "--json", "--out", str(tmp_path)]) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert {row["knob"] for row in told["rows"]} == {"modes", "noise", "block"}

@@ -22,9 +22,9 @@ from hapticvlm.vlm import contract
 from hapticvlm.vlm.contract import Picture, Vlm, VlmError, VlmSettings
 from hapticvlm.vlm.limits import NICE
 from hapticvlm.vlm.local import load_vlm, prepare_process
-from hapticvlm_lab.bench.ambient import random_model
+from hapticvlm_lab.bench import random_vlm
 
-SIZES = random_model.Sizes(1024, 4096, 8, 16, 2, (8, 12, 12), 768, 12, 12, 32000)
+SIZES = random_vlm.Sizes(1024, 4096, 8, 16, 2, (8, 12, 12), 768, 12, 12, 32000)
 
 
 def burn(seconds: float, threads: int) -> dict[str, object]:
@@ -33,7 +33,7 @@ def burn(seconds: float, threads: int) -> dict[str, object]:
     with tempfile.TemporaryDirectory() as folder:
         wording = contract.about_ambient()
         texts = [wording.instruction, *wording.questions]
-        random_model.write(Path(folder), texts, SIZES, "bfloat16")
+        random_vlm.write(Path(folder), texts, SIZES, "bfloat16")
         vlm = load_vlm(VlmSettings(model=folder, threads=threads, image_tokens=256))
     _pass(vlm, pictures[0])
     print("burning", flush=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from hapticvlm.palette import BLUE, INK, ORANGE, PURPLE, SKY, SOFT, VERMILION
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.labels import place
+from hapticvlm_lab.bench.figures import place
 from hapticvlm_lab.bench.material.rows import Row, undominated, weakness
 from hapticvlm_lab.bench.material.scores import Score
 

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from hapticvlm_lab.bench.pictures import moving_picture, pages
+from hapticvlm_lab.bench.pictures import pages
 
 Recipe = Callable[[Path, Path], None]  # (folder to work in, picture to write)
 
@@ -23,23 +23,11 @@ def _command(found: str, *arguments: str) -> Recipe:
     return make
 
 
-def _moving_picture(folder: Path, picture: Path) -> None:
-    _run("hapticvlm", "demo", "--quiet", "--out", str(folder))
-    session = max((folder / "session").iterdir())
-    moving_picture.write(session, picture)
-
-
-def _apart(folder: Path, picture: Path) -> None:
-    _run("hapticvlm_lab.bench.vibration.apart", "--out", str(folder))
-    shutil.copyfile(folder / "chart-apart.png", picture)
-
-
 def _run(module: str, *arguments: str) -> None:
     subprocess.run([sys.executable, "-m", module, *arguments], check=True)
 
 
 RECIPES: Mapping[str, Recipe] = {
-    "demo.webp": _moving_picture,
     "dashboard.png": pages.dashboard,
     "try.png": pages.feel_this,
     "webxr.png": pages.webxr,
@@ -50,7 +38,6 @@ RECIPES: Mapping[str, Recipe] = {
     "chart-thermal-plate.png": _command("chart-thermal-plate.png", "chart", "thermal"),
     "chart-vibration.png": _command("chart-vibration.png", "chart", "vibration"),
     "chart-safety.png": _command("chart-safety.png", "chart", "safety"),
-    "chart-apart.png": _apart,
     "stability-material.png": _command("stability-material-approach.png", "stability", "material"),
     "stability-thermal.png": _command("stability-thermal.png", "stability", "thermal"),
     "stability-latency.png": _command("stability-latency.png", "stability", "latency"),

@@ -1,9 +1,14 @@
-"""How the setpoint allows for the palm-plate resistance: error of the skin against cost.
+"""The allowance for the resistance between palm and plate: error of the skin against cost.
 
-The skin lags the plate by the resistance times the heat flow (docs/physics.md 1.1). The plate here
-follows its setpoint at once and nothing limits it, so what is left is the method's own error; the
-skin on it is a sum of steps, exact between frames: each moves the skin by its height times
-1 - erfcx(sqrt(t) / (es R)). Heat from the core of the hand is left out.
+A plate that cools skin to 30 degC has to be colder than that itself: the heat that flows from palm
+to plate passes the resistance R between them, and the skin lags the plate by R times that flow
+(docs/physics.md 1.1). The product adds this term to the temperature that it wants of the skin.
+
+The chart isolates the error of the term. The plate here follows its setpoint at once and nothing
+limits it, so that neither driver nor module counts. The skin on such a plate is computed exactly: a
+setpoint held for a frame is a step, and a step of height h moves the skin by h (1 - erfcx(sqrt(t) /
+(e_skin R))), so the skin is the sum over all steps so far. Heat from the core of the hand is left
+out.
 """
 
 from __future__ import annotations
@@ -23,9 +28,8 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import SKIN, ThermalContact, progress, thermal_contact
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.labels import place
 from hapticvlm_lab.bench.rigs import core_us
-from hapticvlm_lab.bench.thermal.grids import Floats
+from hapticvlm_lab.bench.thermal.reference import Floats
 
 NAME = "chart-thermal-plate"
 FRAME_S = 0.02
@@ -183,4 +187,4 @@ def draw(rows: Sequence[PlateRow], stem: Path) -> None:
                 (x, y, f"{row.method}: {_degrees(getattr(row, field))}", INK)
                 for row, (x, y) in zip(rows, dots, strict=True)
             ]
-            place(axes, labels, dots)
+            figures.place(axes, labels, dots)

@@ -21,11 +21,11 @@ from hapticvlm.rendering.heat.contact import thermal_contact
 from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
-from hapticvlm.session.decisions import Rendition
-from hapticvlm_lab.bench.thermal import methods as heat
+from hapticvlm.session.rendition import Rendition
+from hapticvlm_lab.bench.thermal import chart as heat
+from hapticvlm_lab.bench.thermal.chart import TICK_S
 from hapticvlm_lab.bench.thermal.reference import contact_surface
-from hapticvlm_lab.bench.thermal.timing import TICK_S
-from hapticvlm_lab.bench.vibration import methods as vibration
+from hapticvlm_lab.bench.vibration import chart as vibration
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
 from hapticvlm_studio.observer.channels import vibration_steps
 from hapticvlm_studio.observer.percepts import Noise, warmth_steps
@@ -76,7 +76,7 @@ OTHER_VIBRATIONS = (
     Vibration("noise by AR 2", order=2),
     Vibration("noise by AR 32", order=32),
 )
-OTHER_HEATS = ("contact temperature", "1 exponential", "4 graded cells, exact step")
+OTHER_HEATS = ("contact temperature",)
 DEFAULT = Rendering(next(method for method in heat.METHODS if method.is_default), AS_SHIPPED)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hapticvlm.palette import BLUE, GREEN, PURPLE, VERMILION
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.labels import place
+from hapticvlm_lab.bench.figures import place
 from hapticvlm_lab.bench.whole.rows import undominated
 
 if TYPE_CHECKING:
