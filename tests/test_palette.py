@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hapticvlm import palette
-from hapticvlm_lab.bench.material import curves, plots
+from hapticvlm_lab.bench.material import chart, stability
 
 ROOT = Path(__file__).parents[1]
 CSS = (ROOT / "service/hapticvlm/pages/palette.css").read_text(encoding="utf-8")
@@ -27,8 +27,8 @@ TO_XYZ = np.array(
 WHITE = np.array([0.95047, 1.0, 1.08883])
 APART = 10.0  # CIE 1976: several times what is just told apart side by side
 FIGURES = {
-    "chart material": [colour for colour, _ in plots.STYLE.values()],
-    "stability material": [curve[2] for curve in curves.LINES],
+    "chart material": [colour for colour, _ in chart.STYLE.values()],
+    "stability material": [curve[2] for curve in stability.LINES],
 }
 
 

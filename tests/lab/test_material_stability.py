@@ -13,7 +13,6 @@ from tiny_capture import SIDE, drawn, write_capture
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.pictures import crop
-from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence
 from hapticvlm_lab.bench.material.data import FOUR, Source
 from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply, darken
 from hapticvlm_lab.bench.material.picture import (
@@ -27,9 +26,12 @@ from hapticvlm_lab.bench.material.picture import (
 from hapticvlm_lab.bench.material.reading import read_capture
 from hapticvlm_lab.bench.material.stability import (
     BLANKS,
+    Curve,
     Default,
+    Step,
     blank_answers,
     predict_clean,
+    sentence,
     shaken,
 )
 

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import csv
 import re
-from collections import defaultdict
 from collections.abc import Collection, Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from hapticvlm import captures, materials, messages
 from hapticvlm_lab.bench.material.data import (
@@ -30,7 +29,8 @@ PICTURES = ("caltech101", "pb_renders")
 UNKNOWN_PICTURES = "unlabelled_caltech101"
 UNKNOWN_OF = "caltech101"  # the source whose collection those unknown pictures come from
 UNKNOWN_EACH = 8  # pictures of each of its folders
-TAUGHT = 40  # pictures a class and teaching source
+Kind = Literal["renders", "photographs"]
+
 HOUSE = Path(__file__).parents[4]
 
 _RENDERER = re.compile(r"_(arnold|cycles|unreal)$")  # one material of pb_renders, rendered thrice
@@ -91,22 +91,17 @@ def read_pictures(data: Path, name: str) -> Source | None:
     return Source(name, tuple(ordered), note=note)
 
 
-def read_teaching(data: Path | None) -> Source | None:
-    """Read TAUGHT pictures per class and teaching source, for methods without a gallery."""
-    if data is None:
-        return None
-    cells: dict[tuple[str, str], list[Path]] = defaultdict(list)
-    for path, label in _rows(data, sources.LABELLED):
-        truth = sources.material_of(label)
-        place = path.relative_to(data)
-        if truth != materials.UNKNOWN and not sources.is_tile_held_back(place.as_posix()):
-            cells[truth, place.parts[0]].append(path)
-    views = [
-        picture(path, truth, path.stem)
-        for (truth, _), paths in sorted(cells.items())
-        for path in sorted(paths, key=shuffled)[:TAUGHT]
+def sources_of(data: Path | None) -> list[tuple[Source, Kind]]:
+    """Read the sets that taught, chose and calibrated nothing, with their kind."""
+    sets: list[tuple[Source, Kind]] = [
+        (read_capture(path), "renders") for path in default_captures()
     ]
-    return Source("teaching", tuple(views)) if views else None
+    for name in ("caltech101", "report_web") if data is not None else ():
+        assert data is not None
+        source = read_pictures(data, name)
+        if source is not None:
+            sets.append((source, "photographs"))
+    return sets
 
 
 def picture(path: Path, truth: str, object_id: str) -> View:

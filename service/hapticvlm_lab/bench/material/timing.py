@@ -75,16 +75,16 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
     if method.encoder is None:
         return read if method.rungs else None
     encoder = method.encoder
-    head = method.head
+    gallery = method.gallery
     size: dict[str, Any] = {"width": FRAME_PX, "height": FRAME_PX}
     frame = messages.Frame(id=1, captured_at=0.0, format="jpeg", image=jpeg, origin="top", **size)
 
     def recognise() -> object:
         embeddings = encoder.embed([crop(frame, encoder.side)])
-        if head is None:
+        if gallery is None:
             return embeddings
-        row = head.beliefs(embeddings)[0]
-        return decide([*read(), evidence_of(row, head.materials)])
+        row = gallery.beliefs(embeddings)[0]
+        return decide([*read(), evidence_of(row, gallery.candidates)])
 
     return recognise
 

@@ -20,9 +20,9 @@ from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS
 from hapticvlm.statistics import wilson
 from hapticvlm_lab.bench.material.answers import embed
-from hapticvlm_lab.bench.material.belief_sets import sources_of
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Floats, Method
+from hapticvlm_lab.bench.material.reading import sources_of
 from hapticvlm_lab.bench.material.timing import Cost, costs
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.rigs import helper, least_us, report_of

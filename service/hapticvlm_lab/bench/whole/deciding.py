@@ -11,8 +11,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hapticvlm import messages
-from hapticvlm.evidence import ladder
+from hapticvlm.evidence import fusion
 from hapticvlm.evidence.ladder import Evidence, decide, pool
 from hapticvlm.materials import MATERIALS
 from hapticvlm.session.decisions import Rendition, choose_rendition
@@ -20,14 +19,14 @@ from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm_lab.bench.material.answers import encoder_evidence, object_evidence
 from hapticvlm_lab.bench.material.data import Source
-from hapticvlm_lab.bench.material.methods import Floats, GalleryHead, Method
+from hapticvlm_lab.bench.material.methods import NAME, SHADER, Floats, Method
 from hapticvlm_lab.bench.whole.rows import STATED
 
 NOTHING = "nothing"
 EYES = ("lite0", "lite2")  # the default first
 DEFAULT = f"names, shaders and {EYES[0]}"
 GUESS = f"{EYES[0]}, always its best guess"
-STATEMENTS: frozenset[messages.Rung] = frozenset({"name", "shader"})
+STATEMENTS = NAME | SHADER
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,16 +41,15 @@ class Decided:
 def ways() -> list[Method]:
     """List the ways. Raises EncoderError, GalleryError."""
     eyes = {eye: load_encoder(eye) for eye in EYES}
-    heads = {eye: GalleryHead(load_gallery(encoder=eyes[eye]), speaks=True) for eye in EYES}
-    name: frozenset[messages.Rung] = frozenset({"name"})
+    galleries = {eye: load_gallery(encoder=eyes[eye]) for eye in EYES}
     return [
         Method(NOTHING, "guess"),
-        Method("names", "stated", rungs=name),
+        Method("names", "stated", rungs=NAME),
         Method("names and shaders", "stated", rungs=STATEMENTS),
-        *(Method(eye, "ours", eyes[eye], heads[eye]) for eye in EYES),
-        Method(GUESS, "ours", eyes[EYES[0]], heads[EYES[0]]),
+        *(Method(eye, "ours", eyes[eye], galleries[eye]) for eye in EYES),
+        Method(GUESS, "ours", eyes[EYES[0]], galleries[EYES[0]]),
         *(
-            Method(f"names, shaders and {eye}", "ladder", eyes[eye], heads[eye], STATEMENTS)
+            Method(f"names, shaders and {eye}", "ladder", eyes[eye], galleries[eye], STATEMENTS)
             for eye in EYES
         ),
         Method(STATED, "stated"),
@@ -70,7 +68,7 @@ def is_default(way: Method, source: Source) -> bool:
 
 def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Decided]:
     """Decide every object of a source that has a material; `embeddings` of its views, (N, D)."""
-    seen = encoder_evidence(way, embeddings) or []
+    seen = encoder_evidence(way, embeddings)
     places: dict[str, list[int]] = defaultdict(list)
     for place, view in enumerate(source.views):
         if view.truth in MATERIALS:
