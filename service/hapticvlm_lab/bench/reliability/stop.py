@@ -27,8 +27,7 @@ from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
 from hapticvlm.client.local_service import Service, ServiceError
-from hapticvlm_lab.bench.audio.conditions import raise_priority
-from hapticvlm_lab.bench.audio.sink import Recording, null_sink, recording
+from hapticvlm_lab.bench.audio import Recording, null_sink, raise_priority, recording
 from hapticvlm_lab.bench.reliability.board import OFF, PING, PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
 from hapticvlm_lab.bench.rigs import priority

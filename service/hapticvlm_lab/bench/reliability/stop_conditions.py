@@ -24,7 +24,7 @@ from hapticvlm.client import connect
 from hapticvlm.client.local_service import Service, running
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
-from hapticvlm_lab.bench.reliability.floods import TINY
+from hapticvlm_lab.bench.reliability.flood_clients import TINY
 from hapticvlm_lab.bench.rigs import first_line, helper, service_status
 
 LOAD_S = 3600.0  # more than a condition lasts
@@ -94,7 +94,7 @@ def _frames(service: Service) -> Iterator[None]:
 def _flooded(kind: str) -> Condition:
     @contextmanager
     def flooding(service: Service) -> Iterator[None]:
-        with _process("reliability.floods", service.url, kind, LOAD_S):
+        with _process("reliability.flood_clients", service.url, kind, LOAD_S):
             yield
 
     return Condition(load=flooding)
@@ -115,7 +115,7 @@ def _unread(arguments: list[str]) -> Iterator[Service]:
 @contextmanager
 def _fill(service: Service) -> Iterator[None]:
     """Log more than the pipe holds, and go on with it."""
-    with _process("reliability.floods", service.url, "comings and goings", LOAD_S):
+    with _process("reliability.flood_clients", service.url, "reconnections", LOAD_S):
         time.sleep(FILL_S)
         yield
 

@@ -1,8 +1,15 @@
-"""`hapticvlm measure fleet`: many simulated scenes against one deployment on this machine.
+"""`hapticvlm measure shared-recogniser`: many simulated scenes against one shared recogniser.
 
-Recorded frames, simulated scenes, real processes. One scene alone (batches of 1), all scenes, and
-on Ray all scenes while the replica is killed and while the gallery is replaced. The floor is the
-bare encoder.
+Frames are recorded, scenes simulated, processes real. Phases: one scene alone (batches of 1), all
+scenes at once, and on Ray all scenes while the replica is killed and while the gallery is replaced.
+
+A recogniser that serves many scenes gains by batching: one pass of the network over b crops costs
+
+    S(b) = fixed + each b      core-seconds,
+
+so b crops in one pass save b - 1 times the fixed part. The floor is this curve of the bare encoder
+on one thread, measured in the same run. The gain of the deployment is computed from the
+core-seconds of its own batches, so that HTTP and queues do not count against the network.
 """
 
 from __future__ import annotations
@@ -16,7 +23,7 @@ import tempfile
 import time
 import urllib.request
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,10 +34,11 @@ from rich.console import Console
 from rich.table import Table
 
 from hapticvlm import __version__
+from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery, save_gallery
-from hapticvlm_lab.bench.fleet import curve as curves
-from hapticvlm_lab.bench.fleet.scenes import Plan, Scenes, Tally, Truth, recorded
+from hapticvlm.vision.pictures import Crop
+from hapticvlm_lab.bench.shared_recogniser_scenes import Plan, Scenes, Tally, Truth, recorded
 from hapticvlm_recogniser_app.replies import load_galleries
 from hapticvlm_recogniser_app.settings import AppSettings, Live, Model, Scale
 
@@ -42,11 +50,72 @@ ALONE_S = 4.0
 READY_S = 120.0
 SETTLE_S = 2.0
 RAY = "ray"
+SIZES = (1, 2, 4, 8, 16, 32, 64)  # crops of a pass
+PASSES = 24
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Core-seconds of a pass by its size, and the line through them."""
+
+    passes_s: Mapping[int, float]
+    fixed_s: float
+    each_s: float
+
+    def service_s(self, size: int) -> float:
+        """Return the core-seconds of a pass over `size` crops: measured, or else by the line."""
+        return self.passes_s.get(size, self.fixed_s + self.each_s * size)
+
+    def rate(self, size: int) -> float:
+        """Return the recognitions per core-second in batches of `size`."""
+        return size / self.service_s(size)
+
+
+def measure_curve(encoder: Encoder, crops: Sequence[Crop]) -> Curve:
+    """Time the encoder's passes on one thread: the median of PASSES for each size."""
+    passes: dict[int, float] = {}
+    for size in SIZES:
+        batch = [crops[number % len(crops)] for number in range(size)]
+        encoder.embed(batch)
+        took = []
+        for _ in range(max(3, PASSES // max(1, size // 4))):
+            started = time.thread_time()
+            encoder.embed(batch)
+            took.append(time.thread_time() - started)
+        passes[size] = float(np.median(took))
+    return fit(passes)
+
+
+def fit(passes_s: Mapping[int, float]) -> Curve:
+    """Fit the line by least squares, each size counted alike relative to its time."""
+    sizes = np.array(list(passes_s), np.float64)
+    took = np.array(list(passes_s.values()))
+    columns = np.stack([np.ones_like(sizes), sizes], axis=1) / took[:, None]
+    (fixed, each), *_ = np.linalg.lstsq(columns, np.ones_like(took), rcond=None)
+    return Curve(dict(passes_s), max(0.0, float(fixed)), float(each))
+
+
+def gain(batches: Mapping[int, int], curve: Curve) -> float:
+    """Return how many times more a core-second recognises in these batches than one by one."""
+    crops = sum(size * count for size, count in batches.items())
+    used = sum(count * curve.service_s(size) for size, count in batches.items())
+    return crops / used / curve.rate(1)
+
+
+def deployed_gain(batches: Mapping[int, int], used_s: Mapping[int, float]) -> float | None:
+    """Return the gain of a deployment, by the core-seconds of its batches; None without one of 1.
+
+    batches: the number of each size; used_s: core-seconds of all batches of a size.
+    """
+    if not batches.get(1) or not used_s.get(1):
+        return None
+    crops = sum(size * count for size, count in batches.items())
+    return crops / sum(used_s.values()) / (batches[1] / used_s[1])
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What to measure."""
+    """The load: scenes, frames/s and seconds of each, and how the recogniser is deployed."""
 
     scenes: int
     rate_hz: float
@@ -62,8 +131,8 @@ def run(load: Load, *, as_json: bool) -> int:
     console = Console(quiet=as_json, width=150)
     encoder = load_encoder()
     crops = recorded(CAPTURE, encoder)
-    curve = curves.measure(encoder, crops)
-    with tempfile.TemporaryDirectory(prefix="hv-fleet-") as folder:
+    curve = measure_curve(encoder, crops)
+    with tempfile.TemporaryDirectory(prefix="hapticvlm-recogniser-") as folder:
         old, new = _galleries(Path(folder))
         named = [load_galleries({NAME: str(path)}, encoder)[NAME] for path in (old, new)]
         hashes = [gallery.identity.hash for gallery in named]
@@ -88,7 +157,7 @@ def run(load: Load, *, as_json: bool) -> int:
         if load.engine == RAY:
             phases[-1]["ended_with_new"] = phases[-1]["last_hashes"] == [hashes[1]]
     result = {
-        "measure": "fleet",
+        "measure": "shared-recogniser",
         "hapticvlm": __version__,
         "simulated_scenes": load.scenes,
         "rate_hz": load.rate_hz,
@@ -195,7 +264,7 @@ def _longest_gap_s(tallies: list[Tally]) -> float:
     return float(np.diff(times).max()) if times.size > 1 else float("nan")
 
 
-def _gains(phases: list[dict[str, Any]], curve: curves.Curve) -> dict[str, float | None]:
+def _gains(phases: list[dict[str, Any]], curve: Curve) -> dict[str, float | None]:
     """Compare what batching gives: bare, and in the replica (phases one and two together)."""
     batches: Counter[int] = Counter()
     used: Counter[str] = Counter()
@@ -204,8 +273,8 @@ def _gains(phases: list[dict[str, Any]], curve: curves.Curve) -> dict[str, float
         used.update(phase.get("encode_cpu_s", {}))
     if not batches:
         return {"bare": None, "deployed": None}
-    deployed = curves.deployed_gain(batches, {int(size): s for size, s in used.items()})
-    return {"bare": round(curves.gain(batches, curve), 3), "deployed": deployed}
+    deployed = deployed_gain(batches, {int(size): s for size, s in used.items()})
+    return {"bare": round(gain(batches, curve), 3), "deployed": deployed}
 
 
 def _difference(before: Mapping[str, float], after: Mapping[str, float]) -> dict[str, float]:
