@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 from conftest import peer, status
+from jack_server import jack_underruns
 from pace import PACE
 
 from hapticvlm.client.local_service import running
@@ -23,7 +24,6 @@ from hapticvlm_lab.bench.audio import (
     NAME,
     NEEDED,
     gaps,
-    jack_underruns,
     keep,
     late,
     null_sink,

@@ -15,8 +15,7 @@ so a bare loop on the same deadlines, which renders nothing, runs beside it as t
 hapticvlm_lab.bench.audio SECONDS BLOCK REALTIME` prints its figures).
 
 Gaps are runs of exact zeros in the recording of a slide that is held: real vibration is never
-exactly zero for so long. JACK's dummy driver checks that the output of that name plays at its own
-pace.
+exactly zero for so long.
 """
 
 from __future__ import annotations
@@ -45,7 +44,6 @@ from rich.table import Table
 from hapticvlm import __version__
 from hapticvlm.client.local_service import running
 from hapticvlm.devices.speaker.engine import AudioSettings
-from hapticvlm.devices.speaker.output import JACK
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.processes.priority import request_priority
@@ -64,7 +62,6 @@ NAME = "Palm"
 NEEDED = ("pulseaudio", "pactl", "parec")
 START_S = 20.0  # until a sound server answers
 SERVER_PRIORITY = 25
-JACK_PRIORITY = 40  # above the engine's, as that of a sound server is
 
 BLOCKS = (64, 128, 256, 512)
 LOAD = ("80.0", "40000", "3")  # frames/s, bytes a frame, scenes: as many as are admitted
@@ -80,7 +77,6 @@ GAP_SAMPLES = 16
 
 _CHUNK_BYTES = 1 << 16
 _QUAD = ("front-left", "front-right", "rear-left", "rear-right")  # as of a DualSense
-_JACK_SOCKETS = (Path("/dev/shm"), Path("/tmp"))
 
 
 class SinkError(HapticVLMError):
@@ -513,59 +509,6 @@ def keep(seconds: float, block: int, *, realtime: bool) -> dict[str, object]:
             worst_s = max(worst_s, -ahead)
             deadline = time.monotonic()
     return {"missed": missed, "worst_ms": round(worst_s * 1000.0, 2), "realtime": has_priority}
-
-
-def jack_underruns(seconds: float, block: int, *, realtime: bool) -> dict[str, Any]:
-    """Hold a slide on the dummy and count the missed periods. Raises SinkError."""
-    with jack_dummy(block):
-        speaker = Speaker(AudioSettings(JACK, block, realtime=realtime))
-        speaker.start()
-        ends_at = time.monotonic() + seconds
-        before = speaker.underruns
-        try:
-            while time.monotonic() < ends_at:
-                speaker.play(hand_on_wood("slide", 1, SLIDE_LEASE_S))
-                time.sleep(RENEWAL_S)
-            status = speaker.status()
-            missed = speaker.underruns - before
-        finally:
-            speaker.close()
-    counts = {"seconds": seconds, "block": block, "underruns": missed}
-    return {**counts, "samples": status.samples, "realtime": status.realtime}
-
-
-@contextmanager
-def jack_dummy(block: int) -> Iterator[subprocess.Popen[bytes]]:
-    """Run jackd with its dummy driver, which needs no sound card. Raises SinkError.
-
-    A client reaches it by the server's name, so nothing of the user's sound set-up is read or
-    changed. It runs without real-time permission, but plays with gaps then.
-    """
-    if shutil.which("jackd") is None:
-        raise SinkError("jackd missing: install jackd2")
-    name = f"hapticvlm-{os.getpid()}"
-    ours = {"JACK_DEFAULT_SERVER": name, "JACK_NO_AUDIO_RESERVATION": "1"}
-    ours["JACK_NO_START_SERVER"] = "1"
-    daemon = ["jackd", "-n", name, "-R", "-P", str(JACK_PRIORITY), "-d", "dummy"]
-    daemon += ["-r", str(RATE_HZ), "-p", str(block), "-C", "0", "-P", "2"]
-    with environment(ours):
-        server = subprocess.Popen(daemon, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        try:
-            _await_jack(server, name)
-            yield server
-        finally:
-            server.terminate()
-            server.wait()
-
-
-def _await_jack(server: subprocess.Popen[bytes], name: str) -> None:
-    """Wait until the server has opened the socket for its clients."""
-    gives_up_at = time.monotonic() + START_S
-    while not any(list(folder.glob(f"jack_{name}_*")) for folder in _JACK_SOCKETS):
-        if server.poll() is not None or time.monotonic() > gives_up_at:
-            raise SinkError("jackd does not start here")
-        time.sleep(0.05)
-    time.sleep(0.5)
 
 
 if __name__ == "__main__":

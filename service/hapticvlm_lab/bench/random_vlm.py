@@ -51,8 +51,6 @@ class Sizes:
 
 
 TINY = Sizes(64, 128, 2, 4, 2, (2, 3, 3), 32, 2, 2)
-# The published config.json of Qwen/Qwen2-VL-2B-Instruct.
-FULL = Sizes(1536, 8960, 28, 12, 2, (16, 24, 24), 1280, 32, 16, 151936)
 
 
 def stand_in_tokenizer(texts: Iterable[str]) -> Any:  # noqa: ANN401 - of transformers

@@ -1,19 +1,17 @@
 """`hapticvlm chart vibration`: the cost of each knob of the synthesis, and what a palm loses by it.
 
-Three knobs are turned, each by itself:
+Two knobs are turned, each by itself:
 
 - modes of an impact. A struck body rings in damped sines, its modes. The material table keeps only
   the strongest few; the chart asks how many are enough.
-- noise of a texture. The product reads a fixed pattern of the surface at the speed of the hand (a
-  loop in space). The alternative is white noise through an autoregressive filter of some order,
-  fitted to the same spectrum.
 - block size. Contacts are taken over between blocks, so a larger block costs less and answers
   later.
 
 The error of a knob is the largest difference that a palm feels, in dB: what the intended vibration
 masks, and what is below the threshold, does not count (spectra.felt_difference_db). Costs are the
 least of ROUNDS on this process's core, which other work disturbs least; all settings of a knob take
-turns.
+turns. A third knob, noise through an autoregressive filter instead of the fixed pattern of a
+surface, was rejected; docs/MEASURED.md keeps its figures.
 """
 
 from __future__ import annotations
@@ -27,11 +25,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, signal
 
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS, Mode, Vibration
-from hapticvlm.palette import BLUE, GREEN, INK, ORANGE
+from hapticvlm.palette import BLUE, GREEN, INK
 from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
@@ -49,7 +46,6 @@ Wave = NDArray[np.float32]
 NAME = "chart-vibration"
 EVEN = 1.1  # a cost within this factor counts as the same: clocks are no finer here
 NOTICED_MS = 5.5  # of a tap's delay (docs/physics.md 4.4)
-NAMES = ("wood", "glass", "fabric", "metal")
 # A struck body has more modes than the table holds. The missing ones are added in the frequency
 # ratios of the glass preset (docs/physics.md 4.3). All modes of a body share one loss factor, so
 # the decay of a mode rises in proportion to its frequency; a push of equal force moves a stiff mode
@@ -57,23 +53,19 @@ NAMES = ("wood", "glass", "fabric", "metal")
 RATIOS = (1.0, 1.857, 3.25, 4.946, 6.7, 8.6)
 MODES = (1, 2, 3, 4, 6)
 SHIPPED = "as shipped"
-LOOP = "loop in space"
 HIT_MPS = (0.3, 1.0, 5.0)
-ORDERS = (2, 4, 8, 16, 32, 64)
-AR_RATE_HZ = 4_000  # twice the band; the filtered noise is interpolated up to RATE_HZ
 RUBBED = Motion(0.15, 0.0)  # no force: nothing sticks, the noise alone is compared
 STEADY_S = 12.0
 BLOCKS = (16, 32, 64, 128, 256, 512, 1024)
 UPDATES_HZ = 75.0
 ROUNDS = 15
-DEFAULTS = {"modes": SHIPPED, "noise": LOOP, "block": "128"}
+DEFAULTS = {"modes": SHIPPED, "block": "128"}
 
-SIZE_IN = (13.0, 4.8)
+SIZE_IN = (10.0, 4.8)
 DPI = 80
 LOWEST_DB = 0.02  # a smaller difference is drawn here
 PANELS = (  # knob, title, x axis, colour and marker
     ("modes", "modes of an impact", "us a strike", BLUE, "o"),
-    ("noise", "noise of a texture", "us a block of 128 samples", ORANGE, "s"),
     ("block", "block size, two rubbing hands", "share of one core, %", GREEN, "D"),
 )
 
@@ -94,8 +86,8 @@ class Row:
 
 def run(out: Path, *, as_json: bool) -> int:
     """Measure, print a table or JSON, write picture and JSON."""
-    knobs = (modes, noises, blocks)
-    rows = [row for knob in track(knobs, "measuring three knobs") for row in knob()]
+    knobs = (modes, blocks)
+    rows = [row for knob in track(knobs, "measuring both knobs") for row in knob()]
     files = draw(rows, out / NAME, sentence(rows))
     report = {
         "chart": "vibration",
@@ -109,21 +101,19 @@ def run(out: Path, *, as_json: bool) -> int:
 
 
 def sentence(rows: Sequence[Row]) -> str:
-    """Return for each knob the cheapest method no palm distinguishes, and if it is the default."""
-    parts = []
-    for knob in ("modes", "noise"):
-        good = [row for row in rows if row.knob == knob and row.error_db <= JND_DB]
-        best = min(good, key=_rank(good), default=None)
-        if best is None:
-            parts.append(f"{knob}: none below {JND_DB:g} dB")
-        else:
-            mine = "default" if best.is_default else "NOT the default"
-            parts.append(f"{knob}: {best.value} ({mine})")
+    """Name the cheapest number of modes that no palm distinguishes, and every quick block."""
+    good = [row for row in rows if row.knob == "modes" and row.error_db <= JND_DB]
+    best = min(good, key=_rank(good), default=None)
+    modes = "none"
+    if best is not None:
+        modes = f"{best.value} ({'default' if best.is_default else 'NOT the default'})"
     quick = [r for r in rows if r.knob == "block" and r.delay_ms and r.delay_ms < NOTICED_MS]
     quick = [row for row in quick if row.error_db <= JND_DB]
-    shown = ", ".join(f"{row.value}{' (default)' if row.is_default else ''}" for row in quick)
-    parts.append(f"blocks below {NOTICED_MS:g} ms: {shown or 'none'}")
-    return f"cheapest that differ by less than {JND_DB:g} dB: " + "; ".join(parts)
+    blocks = ", ".join(f"{row.value}{' (default)' if row.is_default else ''}" for row in quick)
+    return (
+        f"cheapest that differ by less than {JND_DB:g} dB: modes: {modes}; "
+        f"blocks below {NOTICED_MS:g} ms: {blocks or 'none'}"
+    )
 
 
 def _rank(rows: Sequence[Row]) -> Callable[[Row], tuple[bool, float]]:
@@ -168,31 +158,6 @@ def modes() -> list[Row]:
         cost_us = [costs[name, len(cut.modes)] for name, cut in table.items()]
         found.append(_row("modes", value, errors, float(np.mean(cost_us))))
     return found
-
-
-def noises() -> list[Row]:
-    """Rub each surface by the product's loop and by autoregressive filters of rising order."""
-    meant = {name: steady_db(rub(name, seed=1)) for name in NAMES}
-    loop = {name: difference_db(meant[name], steady_db(rub(name, seed=2))) for name in NAMES}
-    filters = {order: {name: fit(rub(name, seed=1), order) for name in NAMES} for order in ORDERS}
-    texture = Texture(MATERIALS["wood"].vibration, "slide", 1)
-    texture.render(9600, RUBBED)
-    works: dict[str, Callable[[], object]] = {
-        LOOP: partial(texture.render, 128, RUBBED),
-        **{
-            f"AR {order}": partial(filtered, *filters[order]["wood"], 128 / RATE_HZ)
-            for order in ORDERS
-        },
-    }
-    costs = _least_us(works)
-    rows = [_row("noise", LOOP, loop, costs[LOOP])]
-    for order in ORDERS:
-        errors = {
-            name: difference_db(meant[name], steady_db(filtered(*filters[order][name], STEADY_S)))
-            for name in NAMES
-        }
-        rows.append(_row("noise", f"AR {order}", errors, costs[f"AR {order}"]))
-    return rows
 
 
 def blocks() -> list[Row]:
@@ -240,23 +205,6 @@ def rub(name: str, seed: int) -> Wave:
     return texture.render(int(STEADY_S * RATE_HZ), RUBBED)
 
 
-def fit(wave: Wave, order: int) -> tuple[NDArray[np.float64], float]:
-    """Fit an AR model at AR_RATE_HZ by Yule and Walker: its taps (order + 1,) and gain."""
-    few = signal.decimate(signal.decimate(wave.astype(np.float64), 4), 3)
-    lags = np.array([np.dot(few[: few.size - n], few[n:]) / few.size for n in range(order + 1)])
-    lags[0] *= 1.0 + 1e-6
-    taps = linalg.solve_toeplitz(lags[:order], lags[1:])
-    return np.concatenate(([1.0], -taps)), float(np.sqrt(max(lags[0] - taps @ lags[1:], 0.0)))
-
-
-def filtered(taps: NDArray[np.float64], gain: float, seconds: float) -> Wave:
-    """Run noise through an AR model, seconds of it at RATE_HZ."""
-    count = int(seconds * AR_RATE_HZ) + 2
-    few = signal.lfilter([gain], taps, np.random.default_rng(5).standard_normal(count))
-    at = np.arange(int(seconds * RATE_HZ)) * (AR_RATE_HZ / RATE_HZ)
-    return np.asarray(np.interp(at, np.arange(count), few), dtype=np.float32)
-
-
 def _two_hands() -> Voices:
     voices = Voices()
     for hand, name in enumerate(("wood", "rubber")):
@@ -294,9 +242,9 @@ def _least_us(works: Mapping[K, Callable[[], object]]) -> dict[K, float]:
 
 def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
     """Write `stem`.png and .svg; return both."""
-    with figures.figure(stem, SIZE_IN, 3, dpi=DPI, sharey=True) as (drawn, panels):
+    with figures.figure(stem, SIZE_IN, 2, dpi=DPI, sharey=True) as (drawn, panels):
         heading = f"Vibration, every way. {reason[:1].upper()}{reason[1:]}."
-        figures.title(drawn, textwrap.fill(heading, 150))
+        figures.title(drawn, textwrap.fill(heading, 120))
         panels[0].set_ylabel("largest felt difference, dB, masked by what is meant")
         for axes, panel in zip(panels, PANELS, strict=True):
             shown = [row for row in rows if row.knob == panel[0]]

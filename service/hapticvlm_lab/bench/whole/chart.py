@@ -1,38 +1,48 @@
-"""`hapticvlm chart whole`: what a whole pipeline is worth, against what it costs.
+"""`hapticvlm chart whole`: the worth of a whole pipeline, against its cost.
 
-A row is a way to decide what an object is and a way to render it; the default, and every way that
-differs from it in one thing. Worth is the share of held-back objects that are felt as what they
-are (predicted, feeling.py), cost the time of one core for one look and one touch. The air's
-temperature is left out: `chart ambient` has the vision-language models, which need their weights to
-be worth anything.
+A row is a method to decide on the material of an object with a method to render it: the default,
+and each that differs from it in one respect. Worth is the share of held-back objects that are
+recognised by touch (predicted, feeling.py); cost is the time of one core for one recognition and
+one touch. The temperature of the air is left out, since it needs the weights of a vision-language
+model.
 """
 
 from __future__ import annotations
 
+import textwrap
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS
+from hapticvlm.palette import BLUE, GREEN, PURPLE, VERMILION
 from hapticvlm.statistics import wilson
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material.answers import embed
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Floats, Method
 from hapticvlm_lab.bench.material.reading import sources_of
 from hapticvlm_lab.bench.material.timing import Cost, costs
+from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.rigs import helper, least_us, report_of
-from hapticvlm_lab.bench.whole import deciding, feeling, plot
-from hapticvlm_lab.bench.whole.deciding import Decided
+from hapticvlm_lab.bench.whole import deciding, feeling
+from hapticvlm_lab.bench.whole.deciding import STATED, Decided
 from hapticvlm_lab.bench.whole.feeling import DEFAULT, Rendering
-from hapticvlm_lab.bench.whole.rows import STATED, Row, undominated
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 NAME = "chart-whole"
 ROUNDS = 9
+SIZE_IN = (11.0, 6.2)
+DPI = 90
+LOOKS = ((VERMILION, "o"), (BLUE, "s"), (GREEN, "D"), (PURPLE, "^"))  # colour, marker
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,21 +54,57 @@ class Prices:
     mb: Mapping[str, float]
 
 
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One pipeline on one source of n objects.
+
+    `share` felt as what they are (predicted), with its 95 % interval (Wilson); mean differences
+    from the true material; ms of one core for a look (median; a frame is decoded and cut) and for
+    a touch of one second (least of several, in turns); `mb` that an eye adds; `worst` the material
+    least often felt.
+    """
+
+    source: str
+    decides: str
+    renders: str
+    is_default: bool
+    n: int
+    share: float
+    low: float
+    high: float
+    skin_c: float
+    texture_db: float
+    look_ms: float
+    touch_ms: float
+    mb: float
+    worst: str
+
+    @property
+    def core_ms(self) -> float:
+        """One look and one touch."""
+        return self.look_ms + self.touch_ms
+
+    @property
+    def name(self) -> str:
+        """How it decides, and what it renders otherwise."""
+        return f"{self.decides}; {self.renders}" if self.renders else self.decides
+
+
 def run(data: Path | None, out: Path, *, as_json: bool) -> int:
     """Measure, print a table or JSON, write picture and JSON.
 
     Raises CaptureError, EncoderError, GalleryError.
     """
     rows = measure([source for source, _ in sources_of(data)])
-    files = plot.draw(rows, out / NAME, sentence(rows))
-    figures = {
+    files = draw(rows, out / NAME, sentence(rows))
+    report = {
         "chart": "whole",
         **made_with(),
         "default": sentence(rows),
         "rows": [asdict(row) | {"core_ms": round(row.core_ms, 2)} for row in rows],
         "files": [str(path) for path in files],
     }
-    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=lambda: show(rows))
+    return publish(out / f"{NAME}.json", report, as_json=as_json, show=lambda: show(rows))
 
 
 def measure(sources: Sequence[Source]) -> list[Row]:
@@ -73,7 +119,7 @@ def measure(sources: Sequence[Source]) -> list[Row]:
             if eye not in seen:
                 seen[eye] = embed(way, source)
             found = deciding.decided(way, source, seen[eye])
-            hows = feeling.renderings() if deciding.is_default(way, source) else [DEFAULT]
+            hows = feeling.RENDERINGS if deciding.is_default(way, source) else (DEFAULT,)
             rows += [_row(source, way, how, found, prices) for how in hows]
     return rows
 
@@ -90,6 +136,12 @@ def sentence(rows: Sequence[Row]) -> str:
             text += f", {best.name} {best.share:.0%} for {best.core_ms:.1f} ms"
         parts.append(text)
     return "felt as what they are. " + "; ".join(parts)
+
+
+def undominated(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows that no cheaper one is as good as, cheapest first; STATED is left out."""
+    machines = [row for row in rows if row.decides != STATED]
+    return pareto(machines, lambda row: row.core_ms, lambda row: row.share)
 
 
 def show(rows: Sequence[Row]) -> None:
@@ -122,7 +174,7 @@ def _row(
     return Row(
         source=source.name,
         decides=way.name,
-        renders=_changed(how),
+        renders=how.name,
         is_default=deciding.is_default(way, source) and how == DEFAULT,
         n=len(found),
         share=round(sum(right) / len(right), 3),
@@ -145,17 +197,11 @@ def _worst(found: Sequence[Decided], right: Sequence[float]) -> str:
     return f"{name} {np.mean(shares[name]):.0%} of {len(shares[name])}"
 
 
-def _changed(how: Rendering) -> str:
-    if how.heat != DEFAULT.heat:
-        return how.heat.name
-    return "" if how == DEFAULT else how.vibration.name
-
-
 def _prices(ways: Sequence[Method], stated: Source | None) -> Prices:
     eyes = {way.encoder.name for way in ways if way.encoder is not None}
     return Prices(
         costs(ways, stated),
-        _touches_ms(feeling.renderings()),
+        _touches_ms(feeling.RENDERINGS),
         {eye: _memory_mb(eye) for eye in eyes},
     )
 
@@ -170,3 +216,41 @@ def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
 def _memory_mb(eye: str) -> float:
     with helper("whole.memory", eye) as process:
         return float(report_of(process)["mb"])
+
+
+def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
+    """Write `stem`.png and .svg; return both."""
+    with figures.figure(stem, SIZE_IN, 1, dpi=DPI) as (drawn, (axes,)):
+        heading = f"Whole pipelines: {reason}."
+        figures.title(drawn, textwrap.fill(heading, 130))
+        sources = dict.fromkeys(row.source for row in rows)
+        for source, look in zip(sources, LOOKS, strict=False):
+            _draw_source(axes, [row for row in rows if row.source == source], look)
+        axes.set(xscale="log", ylim=(-4, 108))
+        axes.set_xlim(*figures.span([row.core_ms for row in rows], 1.3, 1.6))
+        axes.set_xlabel("ms of one core for one look and one touch of a second")
+        axes.set_ylabel("objects felt as what they are, % (predicted)")
+        axes.legend(loc="lower right")
+        richest = max(sources, key=lambda source: sum(row.source == source for row in rows))
+        colour = LOOKS[list(sources).index(richest)][0]
+        labelled = [row for row in rows if row.source == richest]
+        labels = [(*_at(row), row.renders or row.decides, colour) for row in labelled]
+        figures.place(axes, labels, [_at(row) for row in rows])
+    return figures.files(stem)
+
+
+def _draw_source(axes: Axes, rows: Sequence[Row], look: tuple[str, str]) -> None:
+    colour, marker = look
+    title = f"{rows[0].source}, {rows[0].n} objects"
+    axes.plot(*zip(*map(_at, rows), strict=True), marker, color=colour, label=title, zorder=4)
+    kept = undominated(rows)
+    axes.step(
+        *zip(*map(_at, kept), strict=True), where="post", color=colour, linewidth=0.9, zorder=2
+    )
+    for row in rows:
+        if row.is_default:
+            figures.ring(axes, *_at(row))
+
+
+def _at(row: Row) -> tuple[float, float]:
+    return row.core_ms, 100.0 * row.share

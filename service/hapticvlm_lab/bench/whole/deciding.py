@@ -1,8 +1,8 @@
-"""The ways to decide what an object is, and what each of them decides.
+"""The methods to decide on the material of an object, and the decision of each.
 
-A way reads what the scene states (names, shaders), looks at the object's pictures with an eye, or
-both, and is asked through the product's own ladder, fusion and rendition. "Nothing" is the floor, a
-scene that states every material the ceiling.
+A method reads what the scene states (names, shaders), recognises the object's pictures with an
+encoder, or both, through the product's own ladder, fusion and rendition. "Nothing" is the floor; a
+scene that states every material is the ceiling.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm_lab.bench.material.answers import encoder_evidence, object_evidence
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import NAME, SHADER, Floats, Method
-from hapticvlm_lab.bench.whole.rows import STATED
 
 NOTHING = "nothing"
+STATED = "every material stated"  # the ceiling: it costs its author, not the machine
 EYES = ("lite0", "lite2")  # the default first
 DEFAULT = f"names, shaders and {EYES[0]}"
 GUESS = f"{EYES[0]}, always its best guess"
