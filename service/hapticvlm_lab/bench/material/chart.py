@@ -164,11 +164,11 @@ def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost |
 
 
 def _enrolled(method: Method, source: Source, embeddings: Floats | None) -> dict[str, Score | None]:
-    """Score a method with each number of references; a method with rungs needs none."""
-    if embeddings is None or method.gallery is None or method.rungs:
+    """Score a method that uses one picture alone, with each number of references."""
+    if embeddings is None or method.gallery is None or method.rungs or method.fused:
         return {}
     sharpness = method.gallery.calibration.sharpness
-    labelled = LabelledEmbeddings(embeddings, source.truth, source.objects, sharpness, method.fused)
+    labelled = LabelledEmbeddings(embeddings, source.truth, source.objects, sharpness)
     return {str(count): enrolled(labelled, FOUR, count) for count in REFERENCES}
 
 

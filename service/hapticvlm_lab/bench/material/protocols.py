@@ -21,7 +21,6 @@ from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm_lab.bench.material.scores import Score, Words, interval, score
 
 Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 REFERENCES = (1, 5, 20)  # per material
@@ -31,16 +30,12 @@ SEED = 11
 
 @dataclass(frozen=True, slots=True)
 class LabelledEmbeddings:
-    """embeddings (N, D) float32 unit, truth (N,) and objects (N,); sharpness of the match.
-
-    `fused`: an object is judged by the mean belief of its views.
-    """
+    """embeddings (N, D) float32 unit, truth (N,) and objects (N,); sharpness of the match."""
 
     embeddings: Floats
     truth: Words
     objects: Words
     sharpness: float
-    fused: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,10 +112,7 @@ def _match(
     embeddings = labelled.embeddings[draw.tested]
     truth = labelled.truth[draw.tested]
     objects = labelled.objects[draw.tested]
-    scores = plain.scores(embeddings)
-    if labelled.fused:
-        scores, truth, objects = _by_object(plain.beliefs(embeddings), truth, objects)
-    return np.array(classes)[scores.argmax(axis=1)], truth, objects
+    return np.array(classes)[plain.scores(embeddings).argmax(axis=1)], truth, objects
 
 
 def _gallery(
@@ -132,14 +124,6 @@ def _gallery(
     """Build a gallery of these rows that is not calibrated: the nearest decides."""
     even = Calibration(labelled.sharpness, 0.0, 0.0)
     return Gallery("", tuple(classes), labelled.embeddings[rows], labels, even)
-
-
-def _by_object(values: Doubles, truth: Words, objects: Words) -> tuple[Doubles, Words, Words]:
-    """Return the mean row of each object, with its truth and id."""
-    names, first, which = np.unique(objects, return_index=True, return_inverse=True)
-    sums = np.zeros((len(names), values.shape[1]))
-    np.add.at(sums, which, values)
-    return sums / np.bincount(which)[:, None], truth[first], names
 
 
 def _merge(draws: Sequence[Score], references: int, objects: int) -> Score:
