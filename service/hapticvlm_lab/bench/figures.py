@@ -1,7 +1,7 @@
-"""How every figure of the laboratory is laid out and written: one style, a PNG and an SVG each.
+"""Layout and files of every figure of the laboratory: one style, a PNG and an SVG each.
 
-Colours are Okabe and Ito's (hapticvlm.palette), which colour-blind readers tell apart; what differs
-in colour differs in marker or dash too.
+Colours are Okabe and Ito's (hapticvlm.palette), which colour-blind readers distinguish; a
+difference in colour always comes with a difference in marker or dash.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ STYLE = {
 
 
 def files(stem: Path) -> list[Path]:
-    """Return what a figure of this name is written to."""
+    """Return the files of a figure of this name."""
     return [stem.with_name(f"{stem.name}.png"), stem.with_name(f"{stem.name}.svg")]
 
 
@@ -74,7 +74,7 @@ def figure(
 
 
 def title(drawn: Figure, text: str) -> None:
-    """Write what the whole figure shows above its panels."""
+    """Write a heading above all panels."""
     drawn.suptitle(text, x=0.01, ha="left")
 
 
@@ -108,7 +108,7 @@ def place(
     labels: Sequence[tuple[float, float, str, str]],
     dots: Sequence[tuple[float, float]],
 ) -> None:
-    """Write (x, y, text, colour) labels clear of all dots; the limits of the axes are set."""
+    """Write (x, y, text, colour) labels clear of all dots; the limits of the axes must be set."""
     from matplotlib.text import Text
     from matplotlib.transforms import Bbox
 
@@ -153,7 +153,7 @@ def _write(axes: Axes, at: tuple[float, float], text: str, colour: str) -> Annot
 
 
 def _offsets(width: float, height: float) -> Iterator[tuple[float, float]]:
-    """Offsets of a label's left middle from its point, px: right and left, in growing steps."""
+    """Yield offsets of a label's left middle, px: right and left of its point, in growing steps."""
     for ring in range(REACH):
         for rise in (ring * (height + 2), -ring * (height + 2)):
             for shift in (10.0, -10.0 - width, 26.0, -26.0 - width):

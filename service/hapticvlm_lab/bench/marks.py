@@ -1,7 +1,7 @@
-"""`hapticvlm measure marks`: the figures that the project holds itself to, in one table.
+"""`hapticvlm measure marks`: the figures that the project has a mark for, in one table.
 
-Each row is measured now, on this machine, beside the mark that was set for it. `--write` puts the
-table at the head of docs/MEASURED.md, so that it is never typed by hand.
+Each row is measured on this machine, beside its mark. `--write` puts the table at the head of
+docs/MEASURED.md, so that nobody types it by hand.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ ROUNDS = 200
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """One figure: what is measured, what it should not exceed, and what it is now."""
+    """One figure: its name, its unit, its greatest permitted value, and its value now."""
 
     what: str
     unit: str
@@ -54,12 +54,12 @@ class Mark:
 
     @property
     def is_met(self) -> bool:
-        """Whether the mark is kept."""
+        """Whether the figure keeps its mark."""
         return self.now <= self.most
 
 
 def run(*, write: bool, as_json: bool) -> int:
-    """Measure, print a table or JSON; 0 also where a mark is missed: that is a finding."""
+    """Measure and print a table or JSON. Returns 0 even if a mark is missed: that is a finding."""
     if write and not DOCUMENT.is_file():
         raise UsageError("--write: no docs/MEASURED.md here; run this in a checkout")
     marks = list(measure())
@@ -75,7 +75,7 @@ def run(*, write: bool, as_json: bool) -> int:
 
 
 def measure() -> Iterator[Mark]:
-    """Yield every mark. The machine should do nothing else meanwhile."""
+    """Yield every mark. The machine should be idle otherwise."""
     yield from _latencies()
     found = turns_beside(SECONDS)
     p99_us = found.turns[0].p99_us
@@ -91,7 +91,7 @@ def measure() -> Iterator[Mark]:
 
 
 def _latencies() -> Iterator[Mark]:
-    """Touches beside a bare echo in turns, at real-time priority where that is permitted."""
+    """Measure touches in turns with a bare echo, at real-time priority where permitted."""
     realtime = is_priority_permitted()
     arguments = [] if realtime else ["--no-realtime"]
     with priority(realtime), echo(realtime) as port, running(arguments) as service:
@@ -105,7 +105,7 @@ def _latencies() -> Iterator[Mark]:
 
 
 def _at_rest() -> Iterator[Mark]:
-    """Start the service, and let it do nothing."""
+    """Start the service, and leave it idle."""
     ready: list[float] = []
     while len(ready) < STARTS:
         with running() as service:
@@ -162,7 +162,7 @@ def _of_a_session() -> Iterator[Mark]:
 
 
 def as_table(marks: list[Mark]) -> str:
-    """Return the table as Markdown; what is above its mark is bold."""
+    """Return the table as Markdown; a figure above its mark is bold."""
     kind = "real-time priority" if is_priority_permitted() else "normal priority"
     rows = ["| measure | mark | now |", "|---|---|---|"]
     for mark in marks:
@@ -175,7 +175,7 @@ def as_table(marks: list[Mark]) -> str:
 
 
 def put(text: str, table: str) -> str:
-    """Put the table between its two comments. Raises UsageError where they are gone."""
+    """Put the table between its two comments. Raises UsageError if the comments are missing."""
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:

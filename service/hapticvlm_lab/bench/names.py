@@ -1,10 +1,14 @@
-"""How far names carry: coverage, accuracy, calibration and confusion of `recognition.names`.
+"""Material from names alone: coverage, accuracy, calibration and confusion of `evidence.names`.
 
-Held back: the word lists were committed before the names of pbr, ambientcg_tiles and pb_renders
-were read, but for a first glance ("Wood001", "aluminum", "beryllium"); those of models and
-caltech101 were known to their author. Textures are numbered variants of few words, so every figure
-is also given over distinct words ("Wood001" and "Wood002" count once); and their labels were made
-from their names, so they test spelling more than judgement.
+The word lists were committed before the names of pbr, ambientcg_tiles and pb_renders were read, but
+for a first glance ("Wood001", "aluminum", "beryllium"), so these sets are held back; the author
+knew those of models and caltech101. Textures are numbered variants of few words, so every figure is
+also given over distinct words ("Wood001" and "Wood002" count once). Their labels were derived from
+their names, so they test spelling more than judgement.
+
+Calibration asks whether a confidence of 0.8 is right in 80 % of the cases: names are sorted into
+bins by confidence, and the error is the mean distance between confidence and share right, weighted
+by the size of the bins.
 """
 
 from __future__ import annotations
@@ -35,7 +39,7 @@ EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A name and the material it truly has (UNKNOWN: none of the table)."""
+    """A name and its true material (UNKNOWN: none of the table)."""
 
     text: str
     truth: str
@@ -63,7 +67,7 @@ class Score:
 
 
 def run(data: Path | None, as_json: bool) -> int:
-    """Print tables or JSON; 2 when there is no data."""
+    """Print tables or JSON; return 2 when there is no data."""
     folder = data or SIBLING
     if not (folder / "labels.csv").is_file():
         print(f"no labels.csv in {folder}: pass --data with a folder of labelled pictures")
@@ -99,7 +103,7 @@ def read_names(data: Path, source: str) -> list[Name]:
 
 
 def evaluate(title: str, names: Sequence[Name], *, held_back: bool) -> Score:
-    """Score one list of names; "known" are those the ladder would not call unknown."""
+    """Score one list of names; "known" are those that the ladder would not call unknown."""
     found = [from_name(name.text) for name in names]
     spoke = [(n, e) for n, e in zip(names, found, strict=True) if e is not None and e.material]
     right = [e.material == n.truth for n, e in spoke]
@@ -150,7 +154,7 @@ def _share(hits: Sequence[bool]) -> float | None:
 
 
 def _baseline(names: Sequence[Name], words: Callable[[materials.Material], Sequence[str]]) -> float:
-    """Share right when the first class with a word inside the name is taken."""
+    """Return the share right if the first class with such a word inside the name is taken."""
 
     def guess(text: str) -> str:
         table = materials.MATERIALS.values()
@@ -161,7 +165,7 @@ def _baseline(names: Sequence[Name], words: Callable[[materials.Material], Seque
 
 
 def _bins(spoke: Sequence[tuple[Name, Evidence]]) -> list[tuple[int, float, float]]:
-    """(n, mean confidence, share right) between EDGES."""
+    """Return (n, mean confidence, share right) between EDGES."""
     rows = []
     for low, high in pairwise(EDGES):
         inside = [(n, e) for n, e in spoke if low <= e.confidence < high]
@@ -205,7 +209,7 @@ def _percent(share: float | None) -> str:
 
 
 def _print_confusion(names: Sequence[Name], found: Sequence[Evidence | None]) -> None:
-    """Print truth by row, answer by column; "-" is no answer or less than KNOWN."""
+    """Print truth by row, answer by column; "-" is silence or a confidence below KNOWN."""
     answers = [e.material if e and e.confidence >= KNOWN else "-" for e in found]
     cells = Counter((n.truth, a) for n, a in zip(names, answers, strict=True))
     rows = [
@@ -220,7 +224,7 @@ def _print_confusion(names: Sequence[Name], found: Sequence[Evidence | None]) ->
 
 
 def _microseconds(texts: Sequence[str]) -> tuple[float, float]:
-    """Median and 99th percentile of from_name, us."""
+    """Return median and 99th percentile of from_name, us."""
     times = []
     for text in list(texts) * 40:
         start = time.perf_counter()

@@ -1,8 +1,9 @@
-"""Qwen2-VL of any size with random weights: the real architecture, and nothing it could know.
+"""Qwen2-VL of any size with random weights: the real architecture without any knowledge.
 
-Times, memory and the agreement of two methods do not depend on the weights; answers do, so none
-of a random model's is ever reported. The tokenizer is a stand-in made of the words it is given,
-whole as Qwen's own has them, its digits single, so prompts are about as long as with Qwen's.
+Times, memory and the agreement of two implementations do not depend on the weights; answers do, so
+no answer of a random model is ever reported. The tokenizer is a stand-in made of the words it is
+given, whole as Qwen's own has them, its digits single, so that prompts are about as long as with
+Qwen's.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ TEMPLATE = (
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Of a Qwen2-VL: of the text part, then of the vision tower."""
+    """The sizes of a Qwen2-VL: those of the text part, then those of the vision tower."""
 
     width: int
     inner: int

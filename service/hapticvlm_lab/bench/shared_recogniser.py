@@ -87,7 +87,7 @@ def measure_curve(encoder: Encoder, crops: Sequence[Crop]) -> Curve:
 
 
 def fit(passes_s: Mapping[int, float]) -> Curve:
-    """Fit the line by least squares, each size counted alike relative to its time."""
+    """Fit the line by least squares of the relative error, so that small batches count too."""
     sizes = np.array(list(passes_s), np.float64)
     took = np.array(list(passes_s.values()))
     columns = np.stack([np.ones_like(sizes), sizes], axis=1) / took[:, None]
@@ -178,7 +178,7 @@ def run(load: Load, *, as_json: bool) -> int:
 
 
 def _galleries(folder: Path) -> tuple[Path, Path]:
-    """Write the shipped gallery, and one that is less sure of everything: another, made here."""
+    """Write the shipped gallery, and another that is less sure of everything."""
     gallery = load_gallery(encoder=load_encoder())
     calibration = replace(gallery.calibration, scale=0.5 * gallery.calibration.scale)
     paths = folder / "old.npz", folder / "new.npz"
@@ -259,13 +259,13 @@ def _summary(tallies: list[Tally], plan: Plan) -> dict[str, Any]:
 
 
 def _longest_gap_s(tallies: list[Tally]) -> float:
-    """Return how long no scene had an answer, between two answers."""
+    """Return the longest time between two answers to any scene."""
     times = np.sort([at for tally in tallies for at in tally.answered_at])
     return float(np.diff(times).max()) if times.size > 1 else float("nan")
 
 
 def _gains(phases: list[dict[str, Any]], curve: Curve) -> dict[str, float | None]:
-    """Compare what batching gives: bare, and in the replica (phases one and two together)."""
+    """Compare the gain of batching: bare, and in the replica (the first two phases together)."""
     batches: Counter[int] = Counter()
     used: Counter[str] = Counter()
     for phase in phases[:2]:
@@ -289,7 +289,7 @@ def _health() -> dict[str, Any]:
 
 
 def _wait_until_idle() -> None:
-    """Wait until a replica answers, and until what was left from before is done."""
+    """Wait until a replica answers, and until the requests of the phase before are done."""
     ends = time.monotonic() + READY_S
     while time.monotonic() < ends:
         with suppress(OSError), urllib.request.urlopen(f"{URL}/v1/ready", timeout=5):
@@ -299,7 +299,7 @@ def _wait_until_idle() -> None:
 
 
 def _used_s() -> float:
-    """Core-seconds of every process of the deployment so far: proxy, controller, replicas, Ray."""
+    """Return the core-seconds of every process of the deployment so far, Ray's included."""
     import psutil
 
     total = 0.0

@@ -1,8 +1,8 @@
-"""The head of the shipped encoder: one hidden layer on what a frozen network sees, by a fixed seed.
+"""The head of the shipped encoder: one hidden layer on the features of a frozen network.
 
-Classes count alike; within a class renders and photographs do, and within these their sources, so
+Classes count equally; within a class renders and photographs do, and within these their sources, so
 that the largest set does not become the material. The layer's activation of unit norm is the
-embedding; the linear layer of the gallery reads the materials off it.
+embedding; the linear layer of the gallery reads the materials off it. The seed is fixed.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def fit(sets: Sequence[Described], network: Network, seed: int) -> Fitted:
 
 
 def weigh(labels: NDArray[np.int64], sources_of: NDArray[np.str_]) -> Doubles:
-    """Weights (N,), which sum to 1, by which classes, kinds and sources count alike."""
+    """Return weights (N,), which sum to 1, so that classes, kinds and sources count equally."""
     weights = np.zeros(len(labels))
     is_render = np.isin(sources_of, (*RENDERS, "references"))
     for label in np.unique(labels):
@@ -101,7 +101,7 @@ def _weigh_kind(weights: Doubles, chosen: NDArray[np.bool_], sources_of: NDArray
 
 
 def _standard(features: Floats, weights: Doubles, network: Network) -> tuple[Floats, Floats]:
-    """Return mean and scale by which each stage's numbers count alike, the last map's more."""
+    """Return mean and scale by which each stage's features count equally, the last map's more."""
     groups = [width for width in network.widths[1:] for _ in range(2)]
     last = network.features - sum(groups)
     share = [np.full(width, width**-0.5) for width in groups] + [np.full(last, last**-0.5)]
@@ -115,7 +115,7 @@ def _standard(features: Floats, weights: Doubles, network: Network) -> tuple[Flo
 def _train(
     rows: torch.Tensor, labels: torch.Tensor, weights: Doubles, seed: int
 ) -> tuple[torch.nn.Linear, torch.nn.Linear]:
-    """Train hidden and last layer on unit features times GAIN; on one thread, so deterministic."""
+    """Train hidden and last layer on unit features times GAIN, on one thread: repeatable."""
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     hidden = torch.nn.Linear(rows.shape[1], WIDTH)

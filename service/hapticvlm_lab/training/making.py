@@ -1,8 +1,13 @@
-"""Makes the folder of an encoder: its graph without weights, its card and its gallery.
+"""Builds the folder of an encoder: its graph without weights, its card and its gallery.
 
 The scale of the logits, one for all pictures, is chosen on renders of other rooms and objects and
-on sources.CHOICE, by the mean surprise with the four main candidates and with all materials. No
-picture that is reported on is read here.
+on sources.CHOICE. The chosen scale has the least mean surprise, -log of the probability of the true
+material, with the four main candidates and with all materials: a scale that is too large is certain
+and badly wrong now and then, one that is too small is never certain. No picture that is reported on
+is read here.
+
+References are centres of clusters (k-means) of the teaching embeddings, the same number for every
+class of every source, so that a large set does not crowd out a small one.
 """
 
 from __future__ import annotations
@@ -70,7 +75,7 @@ Indices = NDArray[np.int64]
 
 
 def make(network: str, data: Path, work: Path, out: Path) -> str:
-    """Write the folder of an encoder; return what was chosen, in a line."""
+    """Write the folder of an encoder; return a line on what was chosen."""
     layout = lite_graph.NETWORKS[network]
     source = SOURCES[network]
     layers = packaged_weights.fold(packaged_weights.read_source(source))
@@ -101,7 +106,7 @@ def make(network: str, data: Path, work: Path, out: Path) -> str:
 def make_gallery(
     network: str, fitted: Fitted, taught: Sequence[Described], judged: Mapping[str, Described]
 ) -> tuple[Gallery, float]:
-    """Make references, the layer of all materials, and its scale; with its surprise."""
+    """Build references, the layer of all materials, and its scale; return gallery and surprise."""
     rows = np.concatenate([fitted.embed(found) for found in taught])
     labels = np.concatenate([found.labels for found in taught])
     named = np.concatenate([found.sources for found in taught])
@@ -145,7 +150,7 @@ def _centres(points: Doubles, seed: int) -> Doubles:
 def _surprise(
     fitted: Fitted, layer: LinearLayer, judged: Mapping[str, Described], scale: float
 ) -> float:
-    """Mean surprise at a scale: photographs and renders alike, four candidates and all alike."""
+    """Return the mean surprise at a scale: photographs and renders, four and all, equally."""
     total = 0.0
     for name, found in judged.items():
         share = 1.0 if name == sources.CHOICE else 1.0 / (len(judged) - 1)
@@ -155,7 +160,7 @@ def _surprise(
 
 
 def _among(logits: Doubles, labels: NDArray[np.int64], admitted: Sequence[str]) -> float:
-    """Mean surprise of those of some materials, unknown beside them, classes alike."""
+    """Return the mean surprise among some materials, unknown beside them, classes equally."""
     columns = [NAMES.index(name) for name in dict.fromkeys((*admitted, materials.UNKNOWN))]
     rows = np.isin(labels, [NAMES.index(name) for name in admitted])
     truth = np.array([columns.index(label) for label in labels[rows]])
@@ -164,7 +169,7 @@ def _among(logits: Doubles, labels: NDArray[np.int64], admitted: Sequence[str]) 
 
 
 def _ranges(network: str, layers: Mapping[str, Any], data: Path, work: Path) -> Ranges:
-    """Take the ranges of all activations of pictures without labels; kept in the work folder."""
+    """Take the ranges of all activations from pictures without labels; cached in `work`."""
     path = work / network / "ranges.json"
     if path.exists():
         return {name: (low, high) for name, (low, high) in json.loads(path.read_bytes()).items()}

@@ -1,7 +1,7 @@
 """Writes the reference pictures that ship: `python -m hapticvlm_lab.training.reference_pictures`.
 
-Crops of rendered rooms (CC0 materials, our own scenes), as many of each material and of none, at
-most TWO of a shard and a class; shards that calibrate are left out.
+They are crops of rendered rooms (CC0 materials, our own scenes), the same number of each material
+and of none, at most TWO of a shard and a class. Shards that calibrate are left out.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Keeps a vision-language model of random weights busy, as the VLM worker would at its worst.
 
 `python -m hapticvlm_lab.bench.latency.burn SECONDS THREADS` builds a Qwen2-VL of a few hundred
-million parameters, prints "burning" after the first pass, reads pictures flat out with the VLM
-worker's own priority, and prints one JSON object at the end: passes, and how many cores it really
-used.
+million parameters, prints "burning" after the first pass, reads pictures without a pause at the
+priority of the VLM worker, and prints one JSON object at the end: the passes, and the cores that it
+really used.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SIZES = random_vlm.Sizes(1024, 4096, 8, 16, 2, (8, 12, 12), 768, 12, 12, 32000)
 
 
 def burn(seconds: float, threads: int) -> dict[str, object]:
-    """Read pictures for `seconds` after a first one; return what that took."""
+    """Read pictures for `seconds` after a first one; return passes and cores used."""
     pictures = np.random.default_rng(0).integers(0, 255, (8, 448, 448, 3), np.uint8)
     with tempfile.TemporaryDirectory() as folder:
         wording = contract.about_ambient()

@@ -1,4 +1,4 @@
-"""The floor: a bare `websockets` server that sends back what it gets. Prints its port, then serves.
+"""The floor: a bare `websockets` server that echoes every message. Prints its port, then serves.
 
 `python -m hapticvlm_lab.bench.latency.echo [realtime]`
 """
@@ -17,14 +17,14 @@ PRIORITY = 10
 
 
 async def echo(socket: ServerConnection) -> None:
-    """Send back what comes, until the client has gone."""
+    """Echo every message until the client disconnects."""
     async for data in socket:
         await socket.send(data)
 
 
 @asynccontextmanager
 async def listening(handler: Callable[[ServerConnection], Awaitable[None]]) -> AsyncIterator[int]:
-    """Serve plain sockets as long as the context lasts; yields the port."""
+    """Serve plain sockets for as long as the context lasts; yields the port."""
     async with serve(handler, "127.0.0.1", 0, compression=None, ping_interval=None) as server:
         yield server.sockets[0].getsockname()[1]
 

@@ -1,10 +1,10 @@
-"""`hapticvlm stability latency`: how much other work a touch stands, and what it breaks by.
+"""`hapticvlm stability latency`: the amount of other work that makes a touch late.
 
-Other programs that compute without end, at normal priority, take turns with the service: none, as
-many as there are cores, and two, four and eight times as many. Beside them nobody streams, or one
-scene 60 frames a second; service, echo and client have normal or real-time priority alike. A bare
-echo of the same bytes takes turns with the touches, so that what the machine does to any program is
-seen beside what it does to ours.
+Programs that compute without end, at normal priority, run beside the service: none, as many as
+there are cores, and two, four and eight times as many. Beside them either nobody streams, or one
+scene streams 60 frames a second. Service, echo and client all have normal or all have real-time
+priority. A bare echo of the same bytes takes turns with the touches and shows the share of the
+delay that the machine imposes on any program.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def measure() -> list[dict[str, Any]]:
 
 @contextmanager
 def _burning(count: int) -> Iterator[None]:
-    """Let this many programs compute without end, at normal priority."""
+    """Run this many programs that compute without end, at normal priority."""
     command = [sys.executable, "-c", "while True: pass"]
     programs = [subprocess.Popen(command) for _ in range(count)]
     try:
@@ -84,7 +84,7 @@ def _burning(count: int) -> Iterator[None]:
 
 
 def breaks_at(rows: Sequence[dict[str, Any]], kind: str, stream: str) -> int | None:
-    """Return beside how many programs one touch of a hundred first comes too late; None: none."""
+    """Return the least number of programs beside which p99 is late; None if it never is."""
     late = [
         row["busy"]
         for row in rows

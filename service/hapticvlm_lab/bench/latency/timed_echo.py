@@ -1,6 +1,7 @@
-"""The bare echo with each turn of its loop timed, for one client; told as JSON when it has gone.
+"""The bare echo with each turn of its loop timed, for one client.
 
-Prints its port when it is ready, then as `timed_service` does.
+Prints its port when it is ready, and the turns as JSON when the client has disconnected, as
+`timed_service` does.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The service with each turn of its event loop timed; told as JSON when it ends.
+"""The service with each turn of its event loop timed.
 
 `python -m hapticvlm_lab.bench.latency.timed_service serve ...` is `hapticvlm serve ...` whose last
-line is {"turns": [[what ran, us of processor time]]}, in order.
+line is {"turns": [[callback, us of processor time]]}, in order.
 """
 
 from __future__ import annotations

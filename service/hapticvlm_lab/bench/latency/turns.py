@@ -1,10 +1,10 @@
-"""How long each turn of the gateway's loop holds it, beside touches and 60 frames a second.
+"""Duration of each turn of the gateway's loop, beside touches and 60 frames a second.
 
-What comes while a callback runs waits for its end, so the dearest kind of turn is what a touch in
-a hundred meets. A turn is timed by the processor time of the loop's thread: how long other
-processes kept it waiting is no fault of the callback. What runs only at the start and at the end
-is left out. The floor is all that a bare echo's loop does for one message of the same bytes, in
-turns with the touches in the same run.
+An event loop runs one callback at a time, and whatever arrives meanwhile waits for its end; so one
+touch in a hundred meets the longest kind of turn. A turn is timed by the processor time of the
+loop's thread: a callback is not to blame for the time that other processes keep the thread waiting.
+Callbacks that run only at the start and at the end are left out. The floor is all that a bare
+echo's loop does for one message of the same bytes, in turns with the touches of the same run.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ LEAST_HZ = 5.0  # what runs more seldom is no part of the steady state
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """One kind of turn: how often it ran, and how long it took, us."""
+    """One kind of turn: the number of times it ran, and its duration, us."""
 
     what: str
     n: int
@@ -42,15 +42,15 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True)
-class RemoteMatch:
-    """Every kind of turn of the gateway, the dearest at p99 first, and the floor."""
+class Found:
+    """Every kind of turn of the gateway, the longest at p99 first, and the floor."""
 
     turns: list[Turn]
     echo: Turn
 
 
 def run(*, seconds: float, as_json: bool) -> int:
-    """Measure and print a table, dearest first, or JSON."""
+    """Measure and print a table, longest first, or JSON."""
     console = Console(quiet=as_json, width=120)
     with console.status(f"{LOAD} beside touches: {seconds:.0f} s"):
         found = measure(seconds)
@@ -62,8 +62,8 @@ def run(*, seconds: float, as_json: bool) -> int:
     return 0
 
 
-def measure(seconds: float) -> RemoteMatch:
-    """Measure beside touches, echoes in turns with them, and frames."""
+def measure(seconds: float) -> Found:
+    """Measure while touches, echoes and frames run."""
     with (
         helper("latency.timed_echo") as echoing,
         running(["--no-realtime"], module=MODULE) as service,
@@ -79,7 +79,7 @@ def measure(seconds: float) -> RemoteMatch:
 
 
 def by_kind(turns: Turns) -> dict[str, list[float]]:
-    """Return what each kind of turn took, us."""
+    """Return the durations of each kind of turn, us."""
     found: dict[str, list[float]] = defaultdict(list)
     for what, us in turns:
         found[what].append(us)
@@ -87,7 +87,7 @@ def by_kind(turns: Turns) -> dict[str, list[float]]:
 
 
 def by_message(turns: Turns) -> list[float]:
-    """Return what each read took together with all turns until the next, us."""
+    """Return the duration of each read together with all turns until the next read, us."""
     found: list[float] = []
     for what, us in turns:
         if what.endswith(" reads"):

@@ -1,10 +1,21 @@
-"""What beliefs from pictures are worth: `hapticvlm measure beliefs`.
+"""`hapticvlm measure beliefs`: the worth of the beliefs that pictures give.
 
-On pictures that taught, chose and calibrated nothing, with wood, glass, fabric and metal admitted:
-how much is named (p > 1/2) and how much of it is right; the same with a few references of the set
-enrolled as `gallery build --base shipped` does; the contact temperature rendered, against the best
-constant; and objects taught by the named ones of their scene. Intervals are 95 % bootstraps over
-objects; references and named objects are never of the object judged.
+A belief is a probability for each material. Three questions are asked of it, on pictures that
+taught, chose and calibrated nothing, with wood, glass, fabric and metal admitted.
+
+How often does it name a material, and how often rightly? A material is named if its belief is above
+one half, which is the threshold at which a wrong name costs as much as silence.
+
+Is it calibrated where it matters, in what is felt? The service renders the named material if it is
+sure enough, and otherwise the expectation over all beliefs. The error of the contact temperature is
+compared with that of the best constant: a belief that is not better than a constant is of no use to
+a hand.
+
+What do a few references change? Some of the set's own pictures are enrolled as `gallery build
+--base shipped` does, or objects that the scene names teach the others of their scene.
+
+Intervals are 95 % bootstraps over objects, since the pictures of one object are wrong together.
+References and named objects are never of the object judged.
 """
 
 from __future__ import annotations
@@ -47,7 +58,7 @@ _SHOWN = ("said", "right", "startling", "startling_right", "forced")
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """Pictures of some materials: truth (N,) indices of names, objects (N,), views of each."""
+    """Pictures of some materials: truth (N,) as places in names, objects (N,), views of each."""
 
     name: str
     pictures: Kind
@@ -98,7 +109,7 @@ def judge(seen: Seen, gallery: Gallery) -> dict[str, object]:
 
 
 def _among_all(seen: Seen, gallery: Gallery) -> dict[str, object]:
-    """Return what is said of pictures of any material, with every material admitted."""
+    """Judge pictures of any material, with every material admitted."""
     beliefs = among(gallery.beliefs(seen.first), gallery.candidates, ALL)
     there = [name for place, name in enumerate(ALL) if place in seen.truth]
     return {
@@ -111,9 +122,10 @@ def _among_all(seen: Seen, gallery: Gallery) -> dict[str, object]:
 def spoken(
     beliefs: Doubles, truth: NDArray[np.int64], objects: NDArray[np.str_]
 ) -> dict[str, object]:
-    """Share named and right of that, and the forced choice with classes alike; with intervals.
+    """Return share named, share of that right, and accuracy of the forced choice, with intervals.
 
-    Named is what costs 1 when wrong (p > 1/2), `startling` what costs 2 (p > 2/3).
+    A wrong name costs as much as silence at a belief of one half, and twice as much at two thirds
+    (`startling`): these are the two thresholds. In the forced choice classes count equally.
     """
     right = beliefs.argmax(axis=1) == truth
     speaks = beliefs.max(axis=1) > 1 / 2
@@ -132,9 +144,10 @@ def spoken(
 def contact_error(
     beliefs: Doubles, truth: NDArray[np.int64], objects: NDArray[np.str_]
 ) -> dict[str, object]:
-    """Mean absolute error of the contact temperature, degC, classes alike, and share below neutral.
+    """Return mean errors of the contact temperature, degC, and the share saved over a constant.
 
-    Neutral is the mean contact temperature of the four: the best constant when classes are alike.
+    Classes count equally. `neutral` is the mean contact temperature of the four, which is the best
+    constant then.
     """
     contacts = np.array([_contact_c(MATERIALS[name].thermal) for name in FOUR])
     rendered = np.array([_rendered_c(row, contacts) for row in beliefs])
@@ -155,7 +168,7 @@ def contact_error(
 
 
 def _rendered_c(beliefs: Doubles, contacts: Doubles) -> float:
-    """Render as the product does: the material where it is sure enough, else the expectation."""
+    """Render as the product does: the material if it is sure enough, else the expectation."""
     named = dict(zip(FOUR, beliefs.tolist(), strict=True))
     expected_c = _contact_c(expected_thermal(named, MATERIALS))
     best = int(beliefs.argmax())
@@ -168,7 +181,7 @@ def _contact_c(bulk: Thermal) -> float:
 
 
 def _scene_taught(seen: Seen, zero: Doubles) -> dict[str, object]:
-    """Name NAMED objects at random, judge all others: forced choice without and with their help."""
+    """Name NAMED objects at random; judge all others without and with their help."""
     rng = np.random.default_rng([SEED, NAMED])
     names = np.unique(seen.objects)
     before = []
@@ -206,7 +219,11 @@ def _fused(beliefs: Doubles, seen: Seen) -> dict[str, object]:
 def _interval(
     figure: Callable[[NDArray[np.int64]], float], objects: NDArray[np.str_]
 ) -> list[float]:
-    """Return a figure of all rows with its 95 % bootstrap over objects: value, low, high."""
+    """Return a figure of all rows with its 95 % bootstrap over objects: value, low, high.
+
+    Objects are drawn with replacement, each with all of its pictures, and the figure is computed
+    again for each draw; the interval holds the middle 95 % of these.
+    """
     rng = np.random.default_rng(SEED)
     names, place = np.unique(objects, return_inverse=True)
     rows = [np.flatnonzero(place == number) for number in range(len(names))]
@@ -254,7 +271,7 @@ def _percent(interval: Sequence[float]) -> str:
 
 
 def embed(encoder: Encoder, source: Source, kind: Kind, names: Sequence[str] = FOUR) -> Seen:
-    """Embed pictures of materials of these names, each as it is and varied as enrolment does."""
+    """Embed pictures of these materials, each as it is and varied as enrolment does."""
     views = []
     for view in source.views:
         frame = view.as_cut(source.cut)
@@ -269,14 +286,14 @@ def embed(encoder: Encoder, source: Source, kind: Kind, names: Sequence[str] = F
 
 
 def among(beliefs: Doubles, names: Sequence[str], admitted: Sequence[str] = FOUR) -> Doubles:
-    """Restrict (N, C) beliefs to the M admitted: (N, M); what was unknown stays so, in scale."""
+    """Restrict (N, C) beliefs to the M admitted, (N, M); the share of unknown keeps its scale."""
     kept = beliefs[:, [names.index(name) for name in admitted]]
     unknown = 1.0 - beliefs.sum(axis=1, keepdims=True)
     return np.asarray(kept / (kept.sum(axis=1, keepdims=True) + np.maximum(unknown, 0.0)))
 
 
 def drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np.int64]] | None:
-    """Enrol `count` pictures a class DRAWS times; beliefs of all other objects, and their rows."""
+    """Enrol `count` pictures a class, DRAWS times; return beliefs of other objects, and rows."""
     rng = np.random.default_rng([SEED, count])
     found = []
     rows = []
@@ -293,7 +310,7 @@ def drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np
 
 
 def enrolled(seen: Seen, chosen: NDArray[np.int64], gallery: Gallery) -> Gallery:
-    """Make own references of these pictures, calibrated as `gallery build` does."""
+    """Build a gallery of these pictures, calibrated as `gallery build` does."""
     views = [seen.views[row] for row in chosen]
     places = np.repeat(np.arange(len(views)), [len(rows) for rows in views])
     labels = seen.truth[chosen][places]
@@ -304,7 +321,7 @@ def enrolled(seen: Seen, chosen: NDArray[np.int64], gallery: Gallery) -> Gallery
 
 
 def _draw(seen: Seen, count: int, rng: np.random.Generator) -> NDArray[np.int64] | None:
-    """Draw `count` pictures a class, of as many objects as there are, of half of them at most."""
+    """Draw `count` pictures a class, of as many objects as possible, of half of them at most."""
     chosen: list[int] = []
     for label in range(len(FOUR)):
         objects = rng.permutation(np.unique(seen.objects[seen.truth == label]))

@@ -212,7 +212,7 @@ def _report(
 def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
     """Find the best zero-shot method on pictures, and the cheapest whose interval reaches it.
 
-    None where nothing was timed and graded.
+    None if nothing was timed and graded.
     """
     graded = [row for row in rows if row.family in PICTURE_FAMILIES and row.four and row.latency_ms]
     if not graded:
@@ -223,13 +223,13 @@ def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
 
 
 def undominated(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows that no cheaper one is as accurate as, zero-shot, of 4; cheapest first."""
+    """Return the rows that no cheaper one equals, zero-shot, of 4; cheapest first."""
     timed = [row for row in rows if row.four is not None and row.latency_ms is not None]
     return pareto(timed, lambda row: row.latency_ms or 0.0, _accuracy)
 
 
 def weakness(rows: Sequence[Row]) -> tuple[str, float] | None:
-    """Return the class that the default finds least often, and how often; None if not graded."""
+    """Return the class that the default finds least often, and its recall; None if not graded."""
     default = next((row.four for row in rows if row.is_default and row.four is not None), None)
     if default is None:
         return None
@@ -259,7 +259,7 @@ def print_source(source: Source, rows: Sequence[Row]) -> None:
 
 
 def knee_sentence(rows: Sequence[Row]) -> str:
-    """Return which method by the picture alone is best, and which cheaper one may equal it."""
+    """Name the best method by the picture alone, and the cheaper one that may equal it."""
     found = knee(rows)
     if found is None:
         return "no method was both timed and graded zero-shot"
@@ -271,7 +271,7 @@ def knee_sentence(rows: Sequence[Row]) -> str:
 
 
 def print_end(skipped: Sequence[str]) -> None:
-    """Print how to read it, and what was left out."""
+    """Print the legend, and the sources and methods that were skipped."""
     print("\nBalanced accuracy, %, 95 % interval over objects; k: references a class from other")
     print("objects of the source, among 4, +- s.d. of 20 draws;")
     print("unknown: share rejected where 5 % of the known are. Core, wall: median time of one core")
@@ -350,9 +350,9 @@ def draw(rows: Sequence[Row], stem: Path) -> list[Path]:
 
 
 def worth_drawing(rows: Sequence[Row]) -> list[Row]:
-    """Leave out seen methods that are dominated on every source, zero-shot and enrolled.
+    """Drop methods that are dominated on every source, zero-shot and enrolled.
 
-    The default, and what is only a baseline, stay; the table has them all.
+    The default and the baselines stay; the table has all methods.
     """
     sources = dict.fromkeys(row.source for row in rows)
     kept = {
@@ -371,7 +371,7 @@ def _best(rows: Sequence[Row]) -> list[Row]:
 
 
 def points(rows: Sequence[Row]) -> list[Point]:
-    """Every dot of a panel: zero-shot filled, enrolled hollow; methods without a time have none."""
+    """Return every dot of a panel: zero-shot filled, enrolled hollow; none without a time."""
     found = []
     beside: Counter[float | None] = Counter()
     for row in rows:
@@ -430,7 +430,7 @@ def _dot(axes: Axes, point: Point) -> None:
 
 
 def _labels(rows: Sequence[Row]) -> list[tuple[float, float, str, str]]:
-    """(x, y, text, colour) of one label a method, at its zero-shot dot where it has one."""
+    """Return one label (x, y, text, colour) a method, at its zero-shot dot if it has one."""
     first: dict[str, Point] = {}
     for point in points(rows):
         first.setdefault(point.row.method, point)

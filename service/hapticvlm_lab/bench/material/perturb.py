@@ -1,8 +1,10 @@
-"""What goes wrong between an object and its picture, by degrees. Pure: severity 0 changes nothing.
+"""The things that go wrong between an object and its picture, by degrees. Pure.
 
-Each takes a `Picture`, a severity in the unit its `Shake` names, and a random generator, and gives
-a new picture; the same generator state gives the same picture. Lengths are px of a picture whose
-object is about OBJECT_PX long. Levels are as displayed (gamma 2.2) but for light, which is linear.
+Each perturbation takes a `Picture`, a severity in the unit that its `Shake` names, and a random
+generator, and returns a new picture. Severity 0 changes nothing; the same generator state gives the
+same picture again. Lengths are px of a picture whose object is about OBJECT_PX long. Levels are
+those of a display (gamma 2.2). Light is linear: it adds up, and a stop of exposure halves it, which
+levels do not do. So exposure, reflections and see-through are computed in light.
 """
 
 from __future__ import annotations
@@ -40,7 +42,7 @@ Change = Callable[[Picture, float, np.random.Generator], Picture]
 
 @dataclass(frozen=True, slots=True)
 class Shake:
-    """A perturbation: severities from 0 (nothing) up, and the unit they are in."""
+    """A perturbation: severities from 0 (nothing) upwards, and their unit."""
 
     name: str
     change: Change
@@ -58,14 +60,14 @@ def apply(shake: Shake, picture: Picture, severity: float, seed: int) -> Picture
 
 
 def blur(picture: Picture, sigma: float, _: np.random.Generator) -> Picture:
-    """Defocus: Gaussian of sigma px."""
+    """Defocus by a Gaussian of sigma px."""
     from scipy.ndimage import gaussian_filter
 
     return picture.over(gaussian_filter(as_float(picture), (sigma, sigma, 0)))
 
 
 def noise(picture: Picture, deviation: float, rng: np.random.Generator) -> Picture:
-    """Sensor noise: independent, of that many grey levels."""
+    """Add independent sensor noise of this standard deviation, grey levels."""
     return picture.over(as_float(picture) + rng.normal(0.0, deviation, picture.image.shape))
 
 
@@ -75,7 +77,7 @@ def darken(picture: Picture, stops: float, _: np.random.Generator) -> Picture:
 
 
 def brighten(picture: Picture, stops: float, _: np.random.Generator) -> Picture:
-    """Overexpose by so many stops of light; what is too bright clips."""
+    """Overexpose by so many stops of light; levels above white clip."""
     return picture.over(exposed(picture, 2.0**stops))
 
 
@@ -89,12 +91,12 @@ def jpeg(picture: Picture, lost: float, _: np.random.Generator) -> Picture:
 
 
 def shrink(picture: Picture, halvings: float, _: np.random.Generator) -> Picture:
-    """Move away: both sides of picture and mask halved so often."""
+    """Move away: halve both sides of picture and mask so often."""
     return scaled(picture, 0.5**halvings)
 
 
 def occlude(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
-    """Cover that share of the object, which the mask does not know, from a side by a hand."""
+    """Cover that share of the object by a hand from one side; the mask does not change."""
     inside = where_object(picture)
     y, x = np.nonzero(inside)
     angle = rng.uniform(0.0, 2.0 * np.pi)
@@ -106,7 +108,7 @@ def occlude(picture: Picture, share: float, rng: np.random.Generator) -> Picture
 
 
 def shift_mask(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
-    """Move the mask beside the object, by that share of its size."""
+    """Move the mask off the object, by that share of its size."""
     mask = mask_of(picture)
     angle = rng.uniform(0.0, 2.0 * np.pi)
     size = share * length_of(mask)
@@ -161,7 +163,7 @@ def clutter(picture: Picture, share: float, _: np.random.Generator) -> Picture:
 
 
 def mirror(picture: Picture, share: float, _: np.random.Generator) -> Picture:
-    """Set the object among mirrors: that share of what surrounds it is its own reflection."""
+    """Put the object among mirrors: that share of its surroundings is its own reflection."""
     flipped = linear(picture.image[:, ::-1])
     mixed = (1.0 - share) * linear(picture.image) + share * flipped
     return picture.over(np.where(where_object(picture)[..., None], picture.image, display(mixed)))
@@ -182,7 +184,7 @@ def nightfall(picture: Picture, share: float, rng: np.random.Generator) -> Pictu
 
 
 def stylise(picture: Picture, share: float, _: np.random.Generator) -> Picture:
-    """Shade like a drawing: few levels and dark outlines, blended in by that share."""
+    """Shade like a drawing, with few levels and dark outlines, blended in by that share."""
     from scipy.ndimage import gaussian_filter, sobel
 
     smooth = gaussian_filter(as_float(picture), (1.5, 1.5, 0))

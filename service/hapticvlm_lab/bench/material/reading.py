@@ -1,6 +1,6 @@
-"""Reads the held-back sources, and the teaching pictures for methods that bring no references.
+"""Reads the held-back sources.
 
-A set that is not there is skipped and reported. Raises CaptureError for one that cannot be read.
+A set that is missing is skipped and reported. Raises CaptureError for one that cannot be read.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ _RENDERER = re.compile(r"_(arnold|cycles|unreal)$")  # one material of pb_render
 
 
 def default_captures() -> tuple[Path, ...]:
-    """Return the house's own held-back captures, there or not."""
+    """Return the held-back captures of the repository, whether they exist or not."""
     return tuple(HOUSE / name for name in CAPTURES)
 
 
 def load_sources(where: Where) -> tuple[list[Source], list[str]]:
-    """Read what is there; the second list names what is not. Raises CaptureError."""
+    """Read the sources that exist; the second list names the others. Raises CaptureError."""
     found = []
     skipped = []
     for path in where.captures:
@@ -74,7 +74,7 @@ def read_capture(path: Path, limit: int = 0) -> Source:
 
 
 def read_pictures(data: Path, name: str) -> Source | None:
-    """Read one held-back set of labelled pictures; None when it is not there."""
+    """Read one held-back set of labelled pictures; None if it does not exist."""
     rows = [(path, sources.material_of(label)) for path, label in _rows(data, (name,))]
     if not rows:
         return None
@@ -117,7 +117,7 @@ def picture(path: Path, truth: str, object_id: str) -> View:
 
 
 def _rows(data: Path, names: Collection[str]) -> list[tuple[Path, str]]:
-    """(path, class) of the JPEG pictures of some sets, in the order of labels.csv."""
+    """Return (path, class) of the JPEG pictures of some sets, in the order of labels.csv."""
     table = data / "labels.csv"
     if not table.is_file():
         return []
@@ -127,7 +127,7 @@ def _rows(data: Path, names: Collection[str]) -> list[tuple[Path, str]]:
 
 
 def _unknown_pictures(data: Path) -> list[View]:
-    """Pictures of what is made of no material of the table, as many of each folder."""
+    """Read pictures of things without a material of the table, the same number of each folder."""
     found = []
     for folder in sorted(sources.LIVING_HELD_BACK):
         files = sorted((data / UNKNOWN_PICTURES / folder).glob("*.jpg"), key=shuffled)

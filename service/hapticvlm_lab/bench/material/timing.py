@@ -1,10 +1,10 @@
-"""What one answer costs: a frame to its material on one thread, against a floor in the same run.
+"""The cost of one answer: from a frame to its material on one thread, beside a floor.
 
-The frame is decoded and cut, as the recogniser does; methods without a picture read what is stated.
+The frame is decoded and cut, as the recogniser does; methods without a picture read statements.
 
-Time of a core (all threads of this process, so one that waits for others' work is not charged) and
-by the clock, which on a busy machine shows the machine. The floor, decoding one JPEG frame
-and nothing else, is timed in turn with every method.
+Two clocks are read. The time of a core covers all threads of this process, so time spent waiting
+for other programs is not charged; the wall clock shows a busy machine. The floor, decoding one JPEG
+frame and nothing else, takes turns with every method.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LEAST = 20
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Of one frame over n turns, ms: median of one core's time; median and p99 by the wall clock.
+    """The cost of one frame over n turns, ms: median core time; median and p99 by the wall clock.
 
     floors: median over the floor's, in core time.
     """
@@ -46,7 +46,7 @@ class Cost:
 
 
 def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
-    """Time every method that takes time, by name, the same work once.
+    """Time every method that takes time, by name; methods with the same work share one timing.
 
     `stated` is a source that lends names and shaders.
     """
@@ -68,7 +68,7 @@ def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
 
 
 def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], object] | None:
-    """One answer for one frame; None for what costs nothing or has no object to read."""
+    """Return one answer to one frame as a function; None if it costs nothing or has no object."""
     if method.rungs and stated is None:
         return None
     read = _reading(method, stated)

@@ -1,4 +1,4 @@
-"""Pictures of the pages, in a real headless Chromium, while the demo's session runs."""
+"""Pictures of the pages, taken in a real headless Chromium while the demo's session runs."""
 
 from __future__ import annotations
 

@@ -3,9 +3,9 @@
 `python -m hapticvlm_lab.bench.reliability.board` prints the terminal's path, then a JSON line for
 each OFF that arrives and for each new state of the plate, with its time of the monotonic clock.
 
-A pseudo-terminal hands its bytes over through a kernel thread of normal priority, which waits for
-a busy machine whatever priority both ends have: 12 ms at p99 beside a load of 11, where a socket
-takes 0.2. A second terminal, on which nothing but a ping comes, shows what that adds.
+A pseudo-terminal hands its bytes over through a kernel thread of normal priority. On a busy machine
+that thread waits, whatever priority both ends have: 12 ms at p99 beside a load of 11, where a
+socket takes 0.2. A second terminal, which carries only a ping, shows the share of that delay.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ PING = "ping on the line"
 
 @dataclass(slots=True)
 class PtyBoard:
-    """Our end: where to find the board, and what happened at it: (monotonic s, what)."""
+    """Our end: the board's port, and its events as (monotonic s, event)."""
 
     port: str
     spare: int = -1  # our end of the second terminal
@@ -56,7 +56,7 @@ class PtyBoard:
         os.write(self.spare, b"\0" * PING_BYTES)
 
     def first(self, what: str, since: float, until: float) -> float | None:
-        """Return when this first happened in between, if it did."""
+        """Return the first time of this event in between, if it happened."""
         times = (at for at, each in self.events if each == what and since <= at <= until)
         return next(times, None)
 

@@ -1,9 +1,10 @@
-"""Stop, measured at the outputs: until the sink is silent, and until the plate's bridge is open.
+"""`hapticvlm measure stop`: the time until the sink is silent and the plate's bridge is open.
 
 A scene touches something cold, so that speaker and plate are both driven; another connection (or
-the dashboard's button) stops at a random moment. Sound is recorded at a null sink, with what
-the sound server adds; OFF is seen on the serial line and at a simulated board behind a terminal,
-beside what a terminal takes for a few bytes alone.
+the dashboard's button) stops at a random moment. Both outputs are watched from outside. Sound is
+recorded at a null sink, which includes the delay of the sound server. OFF is observed on the serial
+line and at a simulated board behind a terminal, beside the time that a terminal needs for a few
+bytes alone.
 """
 
 from __future__ import annotations
@@ -42,19 +43,19 @@ KETTLE = {"object_id": "kettle", "material": "wood", "temperature_c": 5.0}
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """What can be seen of both outputs from outside."""
+    """Both outputs as observed from outside."""
 
     recording: Recording
     board: PtyBoard
 
     def are_driven(self, now: float) -> bool:
-        """Return whether something sounded just now, and the plate holds a setpoint."""
+        """Return whether sound was just recorded and the plate holds a setpoint."""
         newest = self.recording.chunks[-100:]
         sounds = any(np.frombuffer(data, "f4").any() for at, data in newest if at > now - 0.05)
         return sounds and self.board.state == "HOLDING"
 
     def silent_after(self, moment: float, until: float) -> float:
-        """Return the time in s until the last chunk with a sound had arrived; inf for never."""
+        """Return the time in s until the last chunk with a sound arrived; inf if it goes on."""
         chunks = [
             each for each in list(self.recording.chunks[-20_000:]) if moment < each[0] <= until
         ]
@@ -66,7 +67,7 @@ class Outputs:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One stop: ms until answered, silent, OFF on the line, bridge open; and of a line alone."""
+    """One stop: ms until answer, silence, OFF on the line and open bridge; and of a ping."""
 
     answered: float
     silent: float
@@ -76,9 +77,10 @@ class Trial:
 
 
 def run(*, trials: int, only: list[str], as_json: bool) -> int:
-    """Measure, print a table or JSON. 1 if a p99 is above the mark or a condition failed.
+    """Measure, print a table or JSON. Returns 1 if a p99 is above the mark or a condition failed.
 
-    A condition that fails is reported with its reason, and the others go on. Raises SinkError.
+    A condition that fails is reported with its reason, and the others are measured. Raises
+    SinkError.
     """
     console = Console(quiet=as_json, width=150)
     chosen = {name: each for name, each in CONDITIONS.items() if not only or name in only}
@@ -139,7 +141,7 @@ def _with_service(
 
 
 def _row(condition: Condition, outputs: Outputs, service: Service, count: int) -> dict[str, Any]:
-    """Measure one condition: its figures, or why there are none."""
+    """Measure one condition: its figures, or the reason why there are none."""
     try:
         with condition.load(service):
             figures = summary(asyncio.run(_measure(condition, outputs, service, count)))

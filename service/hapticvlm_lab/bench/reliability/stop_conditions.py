@@ -1,4 +1,4 @@
-"""Under what a stop is measured: loads, floods, dying children, a log nobody reads, the button."""
+"""The conditions of a stop: loads, floods, dying children, an unread log, a button in a browser."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _plain(arguments: list[str]) -> Iterator[Service]:
 
 @asynccontextmanager
 async def _observer(service: Service) -> AsyncIterator[Press]:
-    """Stop from another connection; returns when it was sent and when it was answered."""
+    """Stop from another connection; yields a press that returns when it was sent and answered."""
     async with connect(service.url, name="stops", role="observer") as client:
 
         async def press() -> tuple[float, float]:
@@ -65,7 +65,7 @@ async def _observer(service: Service) -> AsyncIterator[Press]:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """How the service runs, what else goes on, who stops, what is done just before a stop."""
+    """The service, the load beside it, the source of the stop, and an event just before it."""
 
     service: Start = _plain
     load: Callable[[Service], AbstractContextManager[None]] = _nothing
@@ -102,7 +102,7 @@ def _flooded(kind: str) -> Condition:
 
 @contextmanager
 def _unread(arguments: list[str]) -> Iterator[Service]:
-    """Run a service whose log goes into a pipe that nobody reads."""
+    """Run a service that logs into a pipe without a reader."""
     reading, writing = os.pipe()
     try:
         with running(arguments, log=writing) as service:
@@ -114,14 +114,14 @@ def _unread(arguments: list[str]) -> Iterator[Service]:
 
 @contextmanager
 def _fill(service: Service) -> Iterator[None]:
-    """Log more than the pipe holds, and go on with it."""
+    """Log more than the pipe holds, and keep logging."""
     with _process("reliability.flood_clients", service.url, "reconnections", LOAD_S):
         time.sleep(FILL_S)
         yield
 
 
 def write_recordings(folder: Path, seconds: float) -> None:
-    """Write recordings of noise that `serve --patterns` takes."""
+    """Write recordings of noise in the form that `serve --patterns` takes."""
     noise = np.random.default_rng(0).normal(0.0, 0.1, round(seconds * RATE_HZ))
     names = [f"{material}-{kind}" for material in MATERIALS for kind in RECORDED][:RECORDINGS]
     for name in names:
@@ -147,7 +147,7 @@ def _kill(part: str) -> Callable[[Service], None]:
 
 @asynccontextmanager
 async def _button(service: Service) -> AsyncIterator[Press]:
-    """Stop by the dashboard's button in Chromium; its clock is the wall's."""
+    """Stop by the dashboard's button in Chromium, whose clock is the wall clock."""
     from playwright.async_api import async_playwright
 
     async with async_playwright() as playwright:

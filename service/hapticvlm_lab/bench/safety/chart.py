@@ -62,7 +62,7 @@ SLOW_S = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One setting over all plates: thermistors that freeze, and sound plates switched off."""
+    """One setting over all plates: with frozen thermistors, and false trips of sound plates."""
 
     window_ms: int
     duty_cap: float
@@ -76,7 +76,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Off:
-    """How long after a fault the plate was off; None is never within the trial."""
+    """The time from a fault until the plate is off; None: never within the trial."""
 
     fault: str
     off_s: float | None
@@ -84,7 +84,7 @@ class Off:
 
 
 def run(count: int, out: Path, sweep: Path | None, *, as_json: bool) -> int:
-    """Measure `count` plates, print, draw; `sweep` gives the times to off of the compiled binary.
+    """Measure `count` plates, print, draw; `sweep` brings the times to off of the compiled binary.
 
     Raises CoreError, OSError, ValueError for a file that is not a sweep.
     """

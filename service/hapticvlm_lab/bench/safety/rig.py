@@ -70,7 +70,7 @@ class Setting:
 
 
 class Core:
-    """One board; one library holds one, so settings that run side by side are built apart."""
+    """One board. A library holds one board, so settings that run side by side are built apart."""
 
     def __init__(self, library: Path) -> None:
         self._library = ctypes.CDLL(str(library))
@@ -89,13 +89,13 @@ class Core:
         self._library.core_receive(sent, len(sent))
 
     def step(self, sums: tuple[int, int, int]) -> float:
-        """Make one control step on what the thermistors read; return the current, A."""
+        """Run one control step on these readings; return the current, A."""
         counts: int = self._step(*sums)
         return counts * FULL_SCALE_A / FULL_SCALE_COUNTS
 
 
 def build(setting: Setting, place: Path) -> Core:
-    """Compile the core with a setting into a folder. Raises CoreError, naming what is missing."""
+    """Compile the core with a setting into a folder. Raises CoreError."""
     compiler = shutil.which("g++")
     if compiler is None:
         raise CoreError("the firmware's core is compiled for this chart: install g++")
@@ -117,7 +117,7 @@ def build(setting: Setting, place: Path) -> Core:
 
 
 def sum_at(temperature_c: float) -> float:
-    """Sum of 16 conversions that a sound thermistor gives, before noise and rounding."""
+    """Return the sum of 16 conversions of a sound thermistor, before noise and rounding."""
     ratio = math.exp(_BETA_K * (1.0 / (temperature_c + 273.15) - 1.0 / _R25_K))
     return _SUM_FULL_SCALE * ratio / (1.0 + ratio) - 8.0
 
@@ -285,7 +285,7 @@ class Injection:
     before_c: float = 36.0
 
     def script(self) -> tuple[Phase, Phase]:
-        """Hold, then go on with the fault there."""
+        """Hold `before_c`, then go to the setpoint with the fault."""
         lie = None if self.lie is None else self.lie()
         return Phase(3.0, self.before_c), Phase(20.0, self.setpoint_c, True, lie, self.polarity)
 
@@ -326,7 +326,7 @@ def reading(place: int, value: int) -> Callable[[], Lie]:
 
 
 def jumping(place: int) -> Callable[[], Lie]:
-    """Return a thermistor that reads some degrees too cold from one step to the next."""
+    """Return a thermistor whose reading jumps by some degrees from one step to the next."""
     return lambda: lambda sums: _with(sums, {place: sums[place] + JUMP})
 
 

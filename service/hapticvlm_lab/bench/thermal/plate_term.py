@@ -52,7 +52,7 @@ Term = Callable[[ThermalTrajectory, float, float], float]
 
 @dataclass(frozen=True, slots=True)
 class PlateRow:
-    """One method: worst RMS of the skin from AFTER_S on, on one contact and after a slide, degC."""
+    """One method: worst RMS error of the skin from AFTER_S on, on a contact and a slide, degC."""
 
     method: str
     is_default: bool
@@ -68,7 +68,7 @@ def without(trajectory: ThermalTrajectory, resistance: float, now: float) -> flo
 
 
 def closed(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
-    """Use the flow of a first contact with a thick body, dT / R'' erfcx(x): knows no past."""
+    """Use the flow of a first contact with a thick body, dT / R'' erfcx(x), without a history."""
     contact = trajectory.contact
     begun_at = trajectory.begun_at
     assert contact is not None
@@ -79,7 +79,7 @@ def closed(trajectory: ThermalTrajectory, resistance: float, now: float) -> floa
 
 
 def product(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
-    """Return what the product drives the plate to."""
+    """Return the temperature that the product drives the plate to."""
     del resistance  # its trajectory has it
     return trajectory.target_c(now)
 
@@ -109,7 +109,7 @@ def show(rows: Sequence[PlateRow]) -> None:
 
 
 def skin_on_plate(plate_c: Floats, resistance: float) -> Floats:
-    """Skin on a plate of these temperatures, one a frame, each held for it, (N,) degC."""
+    """Return the skin on a plate of these temperatures, one held for each frame, (N,) degC."""
     steps = np.diff(plate_c, prepend=NEUTRAL_C)
     times = FRAME_S * np.arange(1, plate_c.size + 1)
     response = 1.0 - erfcx(np.sqrt(times) / (SKIN.effusivity * resistance))
@@ -117,7 +117,7 @@ def skin_on_plate(plate_c: Floats, resistance: float) -> Floats:
 
 
 def error_c(term: Term, palm: float, assumed: float, touched: Sequence[ThermalContact]) -> float:
-    """RMS of the skin AFTER_S from the last contact on; the hand slides after SLIDE_S, degC."""
+    """Return the RMS error of the skin from AFTER_S after the last contact on, degC."""
     trajectory = ThermalTrajectory(lead_s=0.0, plate_resistance=assumed)
     plate = []
     wanted = []
@@ -151,7 +151,7 @@ def _contacts(names: Sequence[str], room_c: float) -> list[ThermalContact]:
 
 
 def _step_us(term: Term) -> float:
-    """Core time of a setpoint on glass after metal, median of rounds, us."""
+    """Return the median core time of a setpoint on glass after metal, us."""
     first, second = _contacts(("metal", "glass"), 22.0)
     trajectory = ThermalTrajectory(lead_s=0.0, plate_resistance=ASSUMED).touch(first, 1, 0.0)
     trajectory = trajectory.touch(second, 2, 1.0)

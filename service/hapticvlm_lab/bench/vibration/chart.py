@@ -72,7 +72,7 @@ PANELS = (  # knob, title, x axis, colour and marker
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A method: error in dB, where, and us a strike or a block of 128; `delay_ms` of a block."""
+    """A setting: error in dB and its place, and us a strike or a block; `delay_ms` of a block."""
 
     knob: str
     value: str
@@ -117,7 +117,7 @@ def sentence(rows: Sequence[Row]) -> str:
 
 
 def _rank(rows: Sequence[Row]) -> Callable[[Row], tuple[bool, float]]:
-    """Order by cost; the default comes first where it costs as little as any, within EVEN."""
+    """Order by cost; the default comes first if it costs as little as any, within EVEN."""
     least_us = min((row.cost_us for row in rows), default=0.0)
     return lambda row: (not (row.is_default and row.cost_us <= EVEN * least_us), row.cost_us)
 
@@ -136,7 +136,7 @@ def _print(rows: Sequence[Row]) -> None:
 
 
 def modes() -> list[Row]:
-    """Cut every material's row of modes short after n of them, and where the table ends it."""
+    """Cut every material's row of modes after n of them, and where the table ends it."""
     rows = {name: _whole_row(material.vibration) for name, material in MATERIALS.items()}
     shipped = {name: len(material.vibration.modes) for name, material in MATERIALS.items()}
     counted = {str(count): dict.fromkeys(rows, count) for count in MODES} | {SHIPPED: shipped}
@@ -161,7 +161,7 @@ def modes() -> list[Row]:
 
 
 def blocks() -> list[Row]:
-    """Render two rubbing hands in blocks; each contact waits for the next block."""
+    """Render two sliding hands in blocks; each contact waits for the next block."""
     meant = steady_db(_moving(1))
     costs = _least_us({size: partial(_two_hands().render, size, 0.0) for size in BLOCKS})
     rows = []
@@ -181,7 +181,7 @@ def _row(knob: str, value: str, errors: dict[str, float], cost_us: float) -> Row
 
 
 def _whole_row(vibration: Vibration) -> Vibration:
-    """Go on where the table ends, up to as many modes as RATIOS has within the band."""
+    """Continue a row beyond the table, up to as many modes as RATIOS has within the band."""
     first = vibration.modes[0]
     known = len(vibration.modes)
     beyond = tuple(
@@ -215,7 +215,7 @@ def _two_hands() -> Voices:
 
 
 def _moving(size: int) -> Wave:
-    """Two hands whose contacts come between blocks of `size`; 1 stands for 8 samples."""
+    """Render two hands whose contacts come between blocks of `size`; 1 stands for 8 samples."""
     voices = _two_hands()
     step = max(size, 8)
     every = RATE_HZ / UPDATES_HZ

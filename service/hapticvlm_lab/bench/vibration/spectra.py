@@ -1,4 +1,12 @@
-"""Levels of a vibration on one grid, and how far two of them are apart to a palm."""
+"""Levels of a vibration on one grid, and the distance of two of them for a palm.
+
+Two vibrations that differ on paper may feel the same, for two reasons. A component below the
+threshold of the skin is not felt; the threshold is lowest near 250 Hz and rises on both sides. And
+a strong component masks weaker ones of nearby frequency, over a width in proportion to its own
+frequency. So the levels of both vibrations are added up in third octaves, together with the
+threshold that the intended vibration leaves, masks included. The largest remaining difference of a
+band counts; below a just noticeable difference (JND_DB) no palm tells the two apart.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +33,12 @@ BANDS_HZ = 20.0 * 2.0 ** (np.arange(18) / 3.0)  # third octaves, 20 to 1016 Hz
 
 
 def event_db(wave: NDArray[np.float32]) -> tuple[_Floats, _Floats]:
-    """Frequencies and levels (K,) of one event within SIZE samples, dB re full scale."""
+    """Return frequencies and levels (K,) of one event within SIZE samples, dB re full scale."""
     return _levels(np.abs(np.fft.rfft(wave[:SIZE].astype(np.float64), SIZE)) ** 2)
 
 
 def steady_db(wave: NDArray[np.float32]) -> tuple[_Floats, _Floats]:
-    """Frequencies and mean levels (K,) of a steady wave (N,), dB re full scale."""
+    """Return frequencies and mean levels (K,) of a steady wave (N,), dB re full scale."""
     frames = wave[: wave.size // SIZE * SIZE].astype(np.float64).reshape(-1, SIZE)
     window = np.hanning(SIZE)
     power = np.mean(np.abs(np.fft.rfft(frames * window)) ** 2, axis=0) / np.mean(window**2)
@@ -50,7 +58,7 @@ def _levels(power: _Floats) -> tuple[_Floats, _Floats]:
 
 
 def model_threshold_db(frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Threshold of the psychohaptic model, dB below full scale (never above 0), any shape."""
+    """Return the threshold of the psychohaptic model, dB below full scale, any shape."""
     b = 1.0 - _MODEL_BEST_HZ / _MODEL_HZ
     at = np.log10(frequency_hz / _MODEL_HZ + b) ** 2
     return np.asarray(np.minimum(50.0 / np.log10(b) ** 2 * at + _MODEL_BEST_DB, 0.0))
@@ -59,7 +67,7 @@ def model_threshold_db(frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]
 def masked_threshold_db(
     frequency_hz: NDArray[np.float64], level_db: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Threshold under a vibration's own peaks, (K,) dB: a mask at each, summed in power."""
+    """Return the threshold under a vibration's own peaks, (K,) dB: masks summed in power."""
     from scipy.signal import find_peaks
 
     peaks, _ = find_peaks(level_db, prominence=_PROMINENT_DB)
@@ -79,9 +87,8 @@ def felt_difference_db(
 ) -> float:
     """Return the largest difference, in third octaves, that the meant vibration does not mask, dB.
 
-    All (K,); levels are power a band in dB re full scale. What is below the meant one's threshold
-    counts as the threshold, so only what can be felt differs; JND_DB or less is told apart by
-    nobody.
+    All (K,); levels are power a band in dB re full scale. The masked threshold is added to both, so
+    that only a difference that can be felt counts.
     """
     hidden = 10.0 ** (masked_threshold_db(frequency_hz, meant_db) / 10.0)
     differences = []

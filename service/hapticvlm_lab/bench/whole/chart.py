@@ -47,7 +47,7 @@ LOOKS = ((VERMILION, "o"), (BLUE, "s"), (GREEN, "D"), (PURPLE, "^"))  # colour, 
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """What a look costs by the way's name, a touch by how it is rendered, an eye by its name."""
+    """Cost of a recognition by method, of a touch by rendering, memory by encoder."""
 
     looks: Mapping[str, Cost]
     touch_ms: Mapping[Rendering, float]
@@ -58,10 +58,10 @@ class Prices:
 class Row:
     """One pipeline on one source of n objects.
 
-    `share` felt as what they are (predicted), with its 95 % interval (Wilson); mean differences
-    from the true material; ms of one core for a look (median; a frame is decoded and cut) and for
-    a touch of one second (least of several, in turns); `mb` that an eye adds; `worst` the material
-    least often felt.
+    `share` recognised by touch (predicted), with its 95 % interval (Wilson); mean differences from
+    the true material; ms of one core for a recognition (median; a frame is decoded and cut) and for
+    a touch of one second (least of several, in turns); `mb` that an encoder adds; `worst` the
+    material that is recognised least often.
     """
 
     source: str
@@ -81,12 +81,12 @@ class Row:
 
     @property
     def core_ms(self) -> float:
-        """One look and one touch."""
+        """One recognition and one touch."""
         return self.look_ms + self.touch_ms
 
     @property
     def name(self) -> str:
-        """How it decides, and what it renders otherwise."""
+        """The method that decides, and the change of rendering."""
         return f"{self.decides}; {self.renders}" if self.renders else self.decides
 
 
@@ -108,7 +108,7 @@ def run(data: Path | None, out: Path, *, as_json: bool) -> int:
 
 
 def measure(sources: Sequence[Source]) -> list[Row]:
-    """Decide every object in every way, render it in every way, and time all of it."""
+    """Decide every object by every method, render it in every way, and time all of it."""
     ways = deciding.ways()
     prices = _prices(ways, next((source for source in sources if source.stated), None))
     rows = []
@@ -125,7 +125,7 @@ def measure(sources: Sequence[Source]) -> list[Row]:
 
 
 def sentence(rows: Sequence[Row]) -> str:
-    """Say for each source how the default stands to the best that is cheaper or dearer."""
+    """Compare the default of each source with the best method."""
     parts = []
     for source in dict.fromkeys(row.source for row in rows):
         there = [row for row in rows if row.source == source and row.decides != STATED]
@@ -139,7 +139,7 @@ def sentence(rows: Sequence[Row]) -> str:
 
 
 def undominated(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows that no cheaper one is as good as, cheapest first; STATED is left out."""
+    """Return the rows that no cheaper one equals, cheapest first; STATED is left out."""
     machines = [row for row in rows if row.decides != STATED]
     return pareto(machines, lambda row: row.core_ms, lambda row: row.share)
 
@@ -207,7 +207,7 @@ def _prices(ways: Sequence[Method], stated: Source | None) -> Prices:
 
 
 def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
-    """Time what a touch computes, in turns: the least of ROUNDS of each part, added up."""
+    """Time the computations of a touch, in turns: the least of ROUNDS of each part, summed."""
     parts = {(how, name): part for how in hows for name, part in feeling.work(how).items()}
     us = least_us(parts, ROUNDS)
     return {how: sum(us[key] for key in parts if key[0] == how) / 1e3 for how in hows}

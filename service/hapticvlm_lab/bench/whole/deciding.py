@@ -31,7 +31,7 @@ STATEMENTS = NAME | SHADER
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """What one way decided of one object, whose truth is known."""
+    """The decision of one method on one object, whose truth is known."""
 
     object_id: str
     truth: str
@@ -39,7 +39,7 @@ class Decided:
 
 
 def ways() -> list[Method]:
-    """List the ways. Raises EncoderError, GalleryError."""
+    """List the methods. Raises EncoderError, GalleryError."""
     eyes = {eye: load_encoder(eye) for eye in EYES}
     galleries = {eye: load_gallery(encoder=eyes[eye]) for eye in EYES}
     return [
@@ -57,12 +57,12 @@ def ways() -> list[Method]:
 
 
 def fits(way: Method, source: Source) -> bool:
-    """Whether a source has what this way reads; without it the way is another's double."""
+    """Return whether a source has what this method reads; otherwise another does the same."""
     return not way.rungs or bool(source.stated)
 
 
 def is_default(way: Method, source: Source) -> bool:
-    """Whether the service decides so: by its eye alone where the scene states nothing."""
+    """Return whether the service decides so: by pictures alone if the scene states nothing."""
     return way.name == (DEFAULT if source.stated else EYES[0])
 
 
@@ -82,7 +82,7 @@ def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Deci
 def _rendition(
     way: Method, source: Source, places: Sequence[int], seen: Sequence[Evidence]
 ) -> Rendition:
-    """Decide on one object from its views, those of these places."""
+    """Decide on one object from its views at these places."""
     view = source.views[places[0]]
     if way.name == STATED:
         return _as_sure(view.truth)

@@ -1,6 +1,6 @@
-"""Read glTF 2.0 models (.gltf with files beside it, .glb): triangles, their texture maps.
+"""Reads glTF 2.0 models (.gltf with files beside it, .glb): triangles and texture maps.
 
-Only what the held-back models use: no skins, no animation, no compression, no sparse accessors.
+Supports only what the held-back models use: no skins, animation, compression or sparse accessors.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The page that draws rooms, in a headless Chromium: pictures with their truth, by seed.
 
-It gets three.js and those files of the data folder that may teach; no other file, no network.
+It can load three.js and those files of the data folder that may teach; no other file, no network.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ FOLDERS = "hdri brick ceramic concrete fabric foliage metal paper plastic rubber
 
 
 class RoomsError(Exception):
-    """Rooms cannot be drawn: what is missing, and what to do."""
+    """Raised when rooms cannot be drawn; the text says what is missing, and what to do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Thing:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """pixels (H, W, 3) uint8 RGB; ids (H, W) uint8, the number of the thing seen, 0 = none.
+    """pixels (H, W, 3) uint8 RGB; ids (H, W) uint8, the number of the visible thing, 0 = none.
 
     `things`: in a frame all that it shows, in a crop the one it is of (none if that is hidden).
     """
@@ -67,7 +67,7 @@ class Rooms:
     page: Page
 
     def crops(self, seed: int, views: int = 6) -> list[Picture]:
-        """Draw single things of a room, up to 224 px a side, as frames of a headset hold them."""
+        """Draw single things of a room, up to 224 px a side, cut from frames of a headset."""
         return self._make(seed, views, 0)
 
     def frames(self, seed: int, views: int = 4, side: int = 448) -> list[Picture]:
@@ -120,7 +120,7 @@ def opened(data: Path) -> Iterator[Rooms]:
 
 
 def teaching(data: Path) -> dict[str, list[str]]:
-    """List tiles by folder, and skies, that may teach. Raises RoomsError for a folder of none."""
+    """List tiles by folder, and skies, that may teach. Raises RoomsError for an empty folder."""
     found: dict[str, list[str]] = {name: [] for name in FOLDERS.split()}
     tiles = data.glob("ambientcg_tiles/*/*.jpg")
     skies = data.glob("hdri/*_512.hdr")
