@@ -199,6 +199,8 @@ def late(chunks: Sequence[tuple[float, bytes]], moments: Sequence[float]) -> Del
 
     A moment at which something still sounded cannot be judged and counts as missed.
     """
+    # A chunk that arrived before the moment tells whether something still sounded then: the first
+    # sound after it could otherwise be the end of the strike before.
     arrivals = np.array([arrived for arrived, _ in chunks])
     sounds = np.array([np.frombuffer(data, np.float32).any() for _, data in chunks])
     delays = []
@@ -213,6 +215,8 @@ def late(chunks: Sequence[tuple[float, bytes]], moments: Sequence[float]) -> Del
 
 def gaps(samples: NDArray[np.float32]) -> tuple[int, float]:
     """Return the number of runs of exact zeros between sounds, and their length in ms."""
+    # Zeros before the first sound and after the last are silence, not gaps: only distances between
+    # two sounding samples count, and short ones occur in any wave that crosses zero.
     sounding = np.flatnonzero(samples)
     lengths = np.diff(sounding) - 1
     long = lengths[lengths >= GAP_SAMPLES]
@@ -402,6 +406,7 @@ def recording(channels: int = 1) -> Iterator[Recording]:
 
 def _record(recording: Recording) -> None:
     assert recording.process.stdout is not None
+    # A read may end within a sample of four bytes: its beginning waits for the next read.
     rest = b""
     with suppress(ValueError), recording.process.stdout as pipe:
         while data := os.read(pipe.fileno(), _CHUNK_BYTES):
@@ -493,6 +498,7 @@ def stolen_s() -> float | None:
 def keep(seconds: float, block: int, *, realtime: bool) -> dict[str, object]:
     """Sleep from deadline to deadline; return how many were missed by more than a block."""
     has_priority = realtime and request_priority()
+    # The virtual clock runs with the collector off as well, so the floor does.
     gc.disable()
     period = block / RATE_HZ
     deadline = time.monotonic()
@@ -504,6 +510,8 @@ def keep(seconds: float, block: int, *, realtime: bool) -> dict[str, object]:
         ahead = deadline - time.monotonic()
         if ahead > 0:
             time.sleep(ahead)
+        # Late by less than a block is caught up by the blocks after it. Later than that the clock
+        # starts over from now, as an output does after an underrun.
         elif ahead < -period:
             missed += 1
             worst_s = max(worst_s, -ahead)

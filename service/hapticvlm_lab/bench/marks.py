@@ -77,14 +77,14 @@ def run(*, write: bool, as_json: bool) -> int:
 def measure() -> Iterator[Mark]:
     """Yield every mark. The machine should be idle otherwise."""
     yield from _latencies()
-    found = turns_beside(SECONDS)
-    p99_us = found.turns[0].p99_us
+    turns = turns_beside(SECONDS)
+    p99_us = turns.turns[0].p99_us
     yield Mark("a turn of the loop, the dearest kind: p99", "ms of a core", 0.25, p99_us / 1e3)
     yield Mark(
         "the same over all that a bare echo's loop does for a message: p99",
         "",
         1.2,
-        p99_us / found.echo.p99_us,
+        p99_us / turns.echo.p99_us,
     )
     yield from _at_rest()
     yield from _of_a_session()
@@ -145,15 +145,15 @@ def _of_a_session() -> Iterator[Mark]:
         warmed = SceneObject(object_id="o7", material="metal", temperature_c=next(one))
         session.receive(Scene(id=1, objects=[warmed], replace=False), next(clock) * 1e-3)
 
-    given: dict[str, Any] = {"hand": "right", "speed_mps": 0.1, "force_n": 1.0}
-    slide = Touch(id=2, phase="slide", object_id="o7", captured_at=0.0, **given)
+    motion: dict[str, Any] = {"hand": "right", "speed_mps": 0.1, "force_n": 1.0}
+    slide = Touch(id=2, phase="slide", object_id="o7", captured_at=0.0, **motion)
 
     def renew() -> None:
         session.receive(slide, next(clock) * 1e-3)
 
-    # A renewal takes a few microseconds, of which reading the clock would be one: a hundred are
-    # timed at once. So their code and data are in the processor's cache, as the mark means it.
-    # What changes after it is the object that the hand is on, which costs more than another.
+    # A renewal takes a few microseconds, and reading the clock takes one: a hundred are timed at
+    # once. So their code and data are in the processor's cache, as the mark means it. After the
+    # renewals the changed object is the one under the hand, which costs more than another.
     least = least_us({"renew": renew}, ROUNDS, times=100) | least_us({"change": change}, ROUNDS)
     yield Mark(
         f"changing one of {MOST_OBJECTS} objects", "ms of a core", 0.1, least["change"] / 1e3
@@ -169,8 +169,8 @@ def as_table(marks: list[Mark]) -> str:
         now = f"{mark.now:.3g}" if mark.is_met else f"**{mark.now:.3g}**"
         what = f"{mark.what}, {mark.unit}" if mark.unit else mark.what
         rows.append(f"| {what} | {mark.most:g} | {now} |")
-    made = f"version {__version__}, {os.cpu_count()} cores, {kind}"
-    head = f"**Marks** (`hapticvlm measure marks`; {made}; what is above its mark is bold):"
+    machine = f"version {__version__}, {os.cpu_count()} cores, {kind}"
+    head = f"**Marks** (`hapticvlm measure marks`; {machine}; what is above its mark is bold):"
     return "\n".join((head, "", *rows))
 
 

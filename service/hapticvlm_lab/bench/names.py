@@ -94,18 +94,18 @@ def read_names(data: Path, source: str) -> list[Name]:
     """List a set's names as a developer sees them: file stem, or folder for maps in folders."""
     with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["path"].startswith(f"{source}/")]
-    found = []
+    names = []
     for row in rows:
         path = Path(row["path"])
         text = path.parent.name if path.stem == "albedo" else path.stem
-        found.append(Name(text, sources.material_of(row["class"])))
-    return found
+        names.append(Name(text, sources.material_of(row["class"])))
+    return names
 
 
 def evaluate(title: str, names: Sequence[Name], *, held_back: bool) -> Score:
     """Score one list of names; "known" are those that the ladder would not call unknown."""
-    found = [from_name(name.text) for name in names]
-    spoke = [(n, e) for n, e in zip(names, found, strict=True) if e is not None and e.material]
+    evidence = [from_name(name.text) for name in names]
+    spoke = [(n, e) for n, e in zip(names, evidence, strict=True) if e is not None and e.material]
     right = [e.material == n.truth for n, e in spoke]
     sure = [(n, e) for n, e in spoke if e.confidence >= SURE]
     known = [(n, e) for n, e in spoke if e.confidence >= KNOWN]
@@ -114,7 +114,7 @@ def evaluate(title: str, names: Sequence[Name], *, held_back: bool) -> Score:
     per_class = [
         sum(e is not None and e.material == truth and e.confidence >= KNOWN for e in group)
         / len(group)
-        for truth, group in _by_truth(names, found).items()
+        for truth, group in _by_truth(names, evidence).items()
     ]
     return Score(
         set=title,
@@ -140,10 +140,10 @@ def _without_number(name: Name) -> Name:
 
 
 def _by_truth(
-    names: Sequence[Name], found: Sequence[Evidence | None]
+    names: Sequence[Name], evidence_of: Sequence[Evidence | None]
 ) -> dict[str, list[Evidence | None]]:
     groups: dict[str, list[Evidence | None]] = defaultdict(list)
-    for name, evidence in zip(names, found, strict=True):
+    for name, evidence in zip(names, evidence_of, strict=True):
         if name.truth != materials.UNKNOWN:
             groups[name.truth].append(evidence)
     return groups
@@ -158,8 +158,8 @@ def _baseline(names: Sequence[Name], words: Callable[[materials.Material], Seque
 
     def guess(text: str) -> str:
         table = materials.MATERIALS.values()
-        found = (m.name for m in table if any(word in text.lower() for word in words(m)))
-        return next(found, materials.UNKNOWN)
+        matches = (m.name for m in table if any(word in text.lower() for word in words(m)))
+        return next(matches, materials.UNKNOWN)
 
     return sum(guess(name.text) == name.truth for name in names) / len(names)
 
@@ -197,20 +197,20 @@ def _print_score(score: Score, names: Sequence[Name]) -> None:
         end="",
     )
     print(f"; class name inside {score.class_word:.1%}; any class word inside {score.any_word:.1%}")
-    found = [from_name(name.text) for name in names]
-    spoke = [(n, e) for n, e in zip(names, found, strict=True) if e is not None]
+    evidence = [from_name(name.text) for name in names]
+    spoke = [(n, e) for n, e in zip(names, evidence, strict=True) if e is not None]
     for n, mean, right in _bins(spoke):
         print(f"  confidence {mean:.2f}: right {right:.2f} (n = {n})")
-    _print_confusion(names, found)
+    _print_confusion(names, evidence)
 
 
 def _percent(share: float | None) -> str:
     return "-" if share is None else f"{share:.1%}"
 
 
-def _print_confusion(names: Sequence[Name], found: Sequence[Evidence | None]) -> None:
+def _print_confusion(names: Sequence[Name], evidence: Sequence[Evidence | None]) -> None:
     """Print truth by row, answer by column; "-" is silence or a confidence below KNOWN."""
-    answers = [e.material if e and e.confidence >= KNOWN else "-" for e in found]
+    answers = [e.material if e and e.confidence >= KNOWN else "-" for e in evidence]
     cells = Counter((n.truth, a) for n, a in zip(names, answers, strict=True))
     rows = [
         name

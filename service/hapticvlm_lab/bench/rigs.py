@@ -64,6 +64,8 @@ def set_priority(pid: int, priority: int) -> bool:
     if not hasattr(os, "sched_setscheduler"):
         return False
     try:
+        # FIFO: runs before every process of normal priority, and is not interrupted after a time
+        # slice. Reset on fork: a child that computes without end must not inherit that.
         flags = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
         os.sched_setscheduler(pid, flags, os.sched_param(priority))
     except OSError:
@@ -82,8 +84,8 @@ def is_priority_permitted() -> bool:
 def service_status(service: Service) -> dict[str, Any]:
     """Return the service's page `/status`."""
     with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
-        found: dict[str, Any] = json.load(answer)
-    return found
+        status: dict[str, Any] = json.load(answer)
+    return status
 
 
 def spent_s(pid: int) -> float:
@@ -110,19 +112,21 @@ def least_us(
     The least of many rounds is the time without disturbance: other work only ever adds. All take
     turns, round by round, so that a machine that slows down slows all of them.
     """
-    found = dict.fromkeys(works, math.inf)
+    least = dict.fromkeys(works, math.inf)
     for work in works.values():
         work()
     for _ in range(rounds):
         for key, work in works.items():
-            found[key] = min(found[key], core_us(work, times))
-    return found
+            least[key] = min(least[key], core_us(work, times))
+    return least
 
 
 def spread(values: Sequence[float], digits: int = 2) -> dict[str, float]:
     """Return n, and the median, p99 and greatest of any values."""
     if not len(values):
         return {"n": 0}
+    # The median tells the usual case, p99 what one touch in a hundred meets. A mean tells neither:
+    # one wait of a second hides a thousand short ones.
     median, p99 = np.percentile(values, (50, 99))
     figures = {"median": median, "p99": p99, "max": max(values)}
     return {"n": len(values), **{name: round(float(x), digits) for name, x in figures.items()}}

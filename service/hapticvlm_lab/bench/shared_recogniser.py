@@ -88,6 +88,8 @@ def measure_curve(encoder: Encoder, crops: Sequence[Crop]) -> Curve:
 
 def fit(passes_s: Mapping[int, float]) -> Curve:
     """Fit the line by least squares of the relative error, so that small batches count too."""
+    # Dividing both sides by the measured time makes the error of each size relative: in absolute
+    # terms a pass over 64 crops would outweigh all small ones, which most batches are.
     sizes = np.array(list(passes_s), np.float64)
     took = np.array(list(passes_s.values()))
     columns = np.stack([np.ones_like(sizes), sizes], axis=1) / took[:, None]
@@ -278,14 +280,14 @@ def _gains(phases: list[dict[str, Any]], curve: Curve) -> dict[str, float | None
 
 
 def _difference(before: Mapping[str, float], after: Mapping[str, float]) -> dict[str, float]:
-    found = {size: after[size] - before.get(size, 0) for size in after if size != "0"}
-    return {size: count for size, count in found.items() if count > 0}
+    gained = {size: after[size] - before.get(size, 0) for size in after if size != "0"}
+    return {size: count for size, count in gained.items() if count > 0}
 
 
 def _health() -> dict[str, Any]:
     with urllib.request.urlopen(f"{URL}/v1/health", timeout=60) as answer:
-        found: dict[str, Any] = json.load(answer)
-    return found
+        health: dict[str, Any] = json.load(answer)
+    return health
 
 
 def _wait_until_idle() -> None:

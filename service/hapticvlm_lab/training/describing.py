@@ -67,9 +67,9 @@ def _write(session: Any, crops: Iterable[Labelled], path: Path) -> None:  # noqa
     labels = []
     named = []
     for crop, label, source in crops:
-        found = session.run(["features", "_fc"], {"crops": _pixels(crop)[None]})
-        features.append(found[0][0].astype(np.float16))
-        scores.append(found[1][0].astype(np.float16))
+        outputs = session.run(["features", "_fc"], {"crops": _pixels(crop)[None]})
+        features.append(outputs[0][0].astype(np.float16))
+        scores.append(outputs[1][0].astype(np.float16))
         labels.append(NAMES.index(label))
         named.append(source)
     part = path.with_suffix(".part")
@@ -87,20 +87,20 @@ def _read(path: Path) -> Described:
 
 def teaching(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelled]]:
     """Return every set of crops that may teach: references, photographs, renders."""
-    found: dict[str, Iterable[Labelled]] = {"references": _references(side)}
-    found |= {f"photographs_{turn}": _photographs(data, side, turn) for turn in range(len(MOST))}
+    sets: dict[str, Iterable[Labelled]] = {"references": _references(side)}
+    sets |= {f"photographs_{turn}": _photographs(data, side, turn) for turn in range(len(MOST))}
     for name in RENDERS:
-        found[name] = _renders(renders / name, side, calibrates=False)
-    return found
+        sets[name] = _renders(renders / name, side, calibrates=False)
+    return sets
 
 
 def judging(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelled]]:
     """Return the sets that choose and calibrate: renders of other rooms, and sources.CHOICE."""
-    found: dict[str, Iterable[Labelled]] = {sources.CHOICE: _chosen(data, side)}
+    sets: dict[str, Iterable[Labelled]] = {sources.CHOICE: _chosen(data, side)}
     for name in RENDERS:
         shown = _renders(renders / name, side, calibrates=True)
-        found[f"{name}_left_out"] = shown
-    return found
+        sets[f"{name}_left_out"] = shown
+    return sets
 
 
 def calibrating(data: Path, renders: Path, side: int, count: int) -> list[Pixels]:
@@ -110,10 +110,10 @@ def calibrating(data: Path, renders: Path, side: int, count: int) -> list[Pixels
     paths = [path for path in sorted(folder.rglob("*.jpg")) if path.parent.name not in barred]
     chosen = np.random.default_rng(SEED).choice(len(paths), count, replace=False)
     whole = np.full((side, side), 255, np.uint8)
-    found = [_pixels(Crop(_resized(pool.read(paths[at]), side), whole)) for at in chosen]
+    crops = [_pixels(Crop(_resized(pool.read(paths[at]), side), whole)) for at in chosen]
     rooms = _renders(renders / RENDERS[0], side, calibrates=False)
-    found += [_pixels(crop) for (crop, _, _), _ in zip(rooms, range(count), strict=False)]
-    return found
+    crops += [_pixels(crop) for (crop, _, _), _ in zip(rooms, range(count), strict=False)]
+    return crops
 
 
 def _references(side: int) -> Iterator[Labelled]:

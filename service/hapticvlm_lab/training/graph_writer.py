@@ -113,13 +113,13 @@ class GraphWriter:
     ) -> ModelProto:
         """Close the graph: crops (N, S, S, 4) uint8 to these float outputs, by name with shape."""
         shape: list[int | str | None] = ["N", side, side, 4]
-        given = helper.make_tensor_value_info("crops", TensorProto.UINT8, shape)
-        made = [
+        crops = helper.make_tensor_value_info("crops", TensorProto.UINT8, shape)
+        results = [
             helper.make_tensor_value_info(name, TensorProto.FLOAT, sizes)
             for name, sizes in outputs.items()
         ]
         constants = list(self._constants.values())
-        graph = helper.make_graph(self._nodes, "encoder", [given], made, constants)
+        graph = helper.make_graph(self._nodes, "encoder", [crops], results, constants)
         opsets = [helper.make_opsetid("", OPSET)]
         return helper.make_model(graph, opset_imports=opsets, ir_version=IR_VERSION)
 

@@ -54,8 +54,8 @@ class Fitted:
         """Return the unit activation (N, W) of features (N, F), as the graph does."""
         head = self.head
         unit = _unit((features.astype(np.float32) - head.mean) * head.scale)
-        made = unit @ (head.weights * head.steps) + head.bias
-        return _unit(np.maximum(made, 0.0))
+        hidden = unit @ (head.weights * head.steps) + head.bias
+        return _unit(np.maximum(hidden, 0.0))
 
     def embed(self, described: Described) -> Floats:
         """Return the embeddings (N, D) of described crops, as the graph does."""
@@ -65,9 +65,9 @@ class Fitted:
 
 def fit(sets: Sequence[Described], network: Network, seed: int) -> Fitted:
     """Fit a head; the same sets and seed give the same bytes on one machine."""
-    labels = np.concatenate([found.labels for found in sets])
-    weights = weigh(labels, np.concatenate([found.sources for found in sets]))
-    features = np.concatenate([found.features for found in sets]).astype(np.float32)
+    labels = np.concatenate([each.labels for each in sets])
+    weights = weigh(labels, np.concatenate([each.sources for each in sets]))
+    features = np.concatenate([each.features for each in sets]).astype(np.float32)
     mean, scale = _standard(features, weights, network)
     rows = torch.from_numpy(_unit((features - mean) * scale) * np.float32(GAIN))
     hidden, last = _train(rows, torch.from_numpy(labels), weights, seed)
@@ -128,9 +128,9 @@ def _train(
         for batch in torch.randperm(len(rows))[: steps * BATCH].reshape(steps, BATCH):
             seen = functional.dropout(rows[batch], DROPPED_FEATURES)
             active = HIDDEN_GAIN * functional.normalize(torch.relu(hidden(seen)), dim=1)
-            found = last(functional.dropout(active, DROPPED))
+            logits = last(functional.dropout(active, DROPPED))
             surprise = functional.cross_entropy(
-                found, labels[batch], reduction="none", label_smoothing=SMOOTHING
+                logits, labels[batch], reduction="none", label_smoothing=SMOOTHING
             )
             optimiser.zero_grad()
             (costs[batch] * surprise).mean().backward()  # type: ignore[no-untyped-call]

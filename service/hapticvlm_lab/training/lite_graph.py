@@ -171,16 +171,16 @@ def _convolve(
 ) -> str:
     """Add a convolution with its rectifier, depthwise if it takes one channel."""
     groups = shape[0] if shape[1] == 1 else 1
-    made = graph.layer(
+    layer = graph.layer(
         "Conv", x, name, shape, kernel_shape=shape[2:], strides=[stride] * 2, group=groups,
         auto_pad="SAME_UPPER",
     )  # fmt: skip
     if graph.ranges is not None:
-        return graph.rounded(made, LARGEST_ACTIVATION)
+        return graph.rounded(layer, LARGEST_ACTIVATION)
     least = _number(graph, "least", 0.0)
     most = _number(graph, "most", LARGEST_ACTIVATION)
-    graph.watched.append(made)
-    return graph.add("Clip", [made, least, most], f"{name}.rectified")
+    graph.watched.append(layer)
+    return graph.add("Clip", [layer, least, most], f"{name}.rectified")
 
 
 def _halved(graph: GraphWriter, mask: str, name: str) -> str:
@@ -233,8 +233,8 @@ def _hidden(graph: GraphWriter, features: str, head: Head) -> str:
     whole = graph.folded("head.whole", head.weights)
     weights = graph.add("Mul", [whole, graph.constant("head.steps", head.steps)], "head.weights")
     bias = graph.constant("head.bias", head.bias)
-    made = graph.add("Gemm", [unit, weights, bias], "head.layer")
-    return _unit(graph, graph.add("Relu", [made], "head.active"), "hidden")
+    layer = graph.add("Gemm", [unit, weights, bias], "head.layer")
+    return _unit(graph, graph.add("Relu", [layer], "head.active"), "hidden")
 
 
 def _unit(graph: GraphWriter, rows: str, name: str) -> str:

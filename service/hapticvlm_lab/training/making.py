@@ -84,21 +84,21 @@ def make(network: str, data: Path, work: Path, out: Path) -> str:
     weights = packaged_weights.quantise(layers, graph.scales)
     teaching = describing.reference_request(data, work, layout.side)
     judging = describing.judging(data, work, layout.side)
-    found = describing.describe_all(model, weights, teaching | judging, work / network)
-    taught = [found[name] for name in teaching]
-    judged = {name: found[name] for name in judging if len(found[name].labels)}
+    described = describing.describe_all(model, weights, teaching | judging, work / network)
+    taught = [described[name] for name in teaching]
+    judged = {name: described[name] for name in judging if len(described[name].labels)}
     fits = [head.fit(taught, layout, seed) for seed in SEEDS]
     galleries = [make_gallery(network, each, taught, judged) for each in fits]
     (gallery, surprise), fitted = min(
-        zip(galleries, fits, strict=True), key=lambda found: found[0][1]
+        zip(galleries, fits, strict=True), key=lambda pair: pair[0][1]
     )
     shipped, last = lite_graph.embedding(layout, ranges, fitted.head)
-    made = packaged_weights.quantise(layers, last.scales)
+    rounded = packaged_weights.quantise(layers, last.scales)
     card = {"name": f"{network}-{VERSION}", "side": layout.side}
-    _write(out, shipped, card | _card(source, last.scales, made, fitted.head))
+    _write(out, shipped, card | _card(source, last.scales, rounded, fitted.head))
     save_gallery(gallery, out / FILE_NAME)
-    pictures = sum(len(found[name].labels) for name in teaching)
-    surprises = ", ".join(f"{found:.3f}" for _, found in galleries)
+    pictures = sum(len(described[name].labels) for name in teaching)
+    surprises = ", ".join(f"{each:.3f}" for _, each in galleries)
     chosen = f"scale {gallery.calibration.scale:.2f}, surprise {surprise:.3f} of {surprises}"
     return f"{network}: {pictures} crops, {chosen}"
 
@@ -107,9 +107,9 @@ def make_gallery(
     network: str, fitted: Fitted, taught: Sequence[Described], judged: Mapping[str, Described]
 ) -> tuple[Gallery, float]:
     """Build references, the layer of all materials, and its scale; return gallery and surprise."""
-    rows = np.concatenate([fitted.embed(found) for found in taught])
-    labels = np.concatenate([found.labels for found in taught])
-    named = np.concatenate([found.sources for found in taught])
+    rows = np.concatenate([fitted.embed(each) for each in taught])
+    labels = np.concatenate([each.labels for each in taught])
+    named = np.concatenate([each.sources for each in taught])
     cells = [f"{source}/{label}" for source, label in zip(named, labels, strict=True)]
     _, numbers = np.unique(cells, return_inverse=True)
     references, of = choose_references(rows, labels, numbers, VERSION)
@@ -124,14 +124,16 @@ def choose_references(
 ) -> tuple[Floats, Indices]:
     """Take CENTRES k-means centres of every cell: (R, D) unit float32 and (R,) labels."""
     references = []
-    found = []
+    referenced = []
     for cell in np.unique(cells):
         rows = cells == cell
         centres = _centres(embeddings[rows].astype(np.float64), seed)
         references.append(centres / np.linalg.norm(centres, axis=1, keepdims=True))
-        found += [int(labels[rows][0])] * len(centres)
-    order = np.argsort(found, kind="stable")
-    return np.concatenate(references)[order].astype(np.float32), np.array(found, np.int64)[order]
+        referenced += [int(labels[rows][0])] * len(centres)
+    order = np.argsort(referenced, kind="stable")
+    return np.concatenate(references)[order].astype(np.float32), np.array(referenced, np.int64)[
+        order
+    ]
 
 
 def _centres(points: Doubles, seed: int) -> Doubles:
@@ -152,10 +154,12 @@ def _surprise(
 ) -> float:
     """Return the mean surprise at a scale: photographs and renders, four and all, equally."""
     total = 0.0
-    for name, found in judged.items():
+    for name, described in judged.items():
         share = 1.0 if name == sources.CHOICE else 1.0 / (len(judged) - 1)
-        logits = scale * (fitted.embed(found) @ layer.weights + layer.bias).astype(np.float64)
-        total += share * (_among(logits, found.labels, FOUR) + _among(logits, found.labels, NAMES))
+        logits = scale * (fitted.embed(described) @ layer.weights + layer.bias).astype(np.float64)
+        total += share * (
+            _among(logits, described.labels, FOUR) + _among(logits, described.labels, NAMES)
+        )
     return total
 
 
@@ -176,27 +180,27 @@ def _ranges(network: str, layers: Mapping[str, Any], data: Path, work: Path) -> 
     layout = lite_graph.NETWORKS[network]
     model, graph = lite_graph.describing(layout, None)
     session = open_session(model.SerializeToString(), 1, packaged_weights.floats(layers))
-    found: dict[str, tuple[float, float]] = {}
+    ranges: dict[str, tuple[float, float]] = {}
     for crop in describing.calibrating(data, work, layout.side, CALIBRATING):
         seen = session.run(graph.watched, {"crops": crop[None]})
         for name, values in zip(graph.watched, seen, strict=True):
-            low, high = found.get(name, (np.inf, -np.inf))
-            found[name] = (min(low, float(values.min())), max(high, float(values.max())))
+            low, high = ranges.get(name, (np.inf, -np.inf))
+            ranges[name] = (min(low, float(values.min())), max(high, float(values.max())))
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(found))
-    return found
+    path.write_text(json.dumps(ranges))
+    return ranges
 
 
 def _card(
     source: packaged_weights.Source,
     scales: Mapping[str, float],
-    made: Mapping[str, packaged_weights.Array],
+    rounded: Mapping[str, packaged_weights.Array],
     head: lite_graph.Head,
 ) -> dict[str, Any]:
-    """Describe an encoder; `made` is a digest of its rounded weights, for tests."""
+    """Describe an encoder; `rounded` is a digest of its rounded weights, for tests."""
     digest = hashlib.sha256()
-    for tensor in sorted(made):
-        digest.update(made[tensor].tobytes())
+    for tensor in sorted(rounded):
+        digest.update(rounded[tensor].tobytes())
     return {
         "dimension": head.dimension,
         "weights": {**asdict(source), "scales": dict(scales)},

@@ -30,13 +30,13 @@ class Picture:
 
 def pictures(data: Path) -> list[Picture]:
     """List every labelled photograph that may teach, and living things, which are unknown."""
-    found = [
+    every = [
         Picture(path.relative_to(data).as_posix(), sources.material_of(label), source)
         for source in sources.TEACHING
         for path, label in sources.labelled(data, source)
     ]
-    shown = [picture for picture in found if _teaches(picture)]
-    return shown + _living(data)
+    teaching = [picture for picture in every if _teaches(picture)]
+    return teaching + _living(data)
 
 
 def cut(data: Path, picture: Picture, turn: int, behind: Sequence[Picture], side: int) -> Crop:

@@ -53,7 +53,7 @@ def burn(seconds: float, threads: int) -> dict[str, object]:
 
 
 def _pass(vlm: Vlm, picture: Picture) -> None:
-    with suppress(VlmError):  # random weights believe in no number
+    with suppress(VlmError):  # random weights favour no number
         vlm.ambient(picture)
 
 

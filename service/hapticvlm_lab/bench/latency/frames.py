@@ -45,6 +45,7 @@ def run(*, seconds: float, as_json: bool) -> int:
         with helper("latency.load", *rig) as load:
             memory = _watch_memory(load, service.process.pid)
             frames = report_of(load)
+        # The gateway ticks and sends telemetry without frames too; that is not charged to them.
         used_s = spent_s(service.process.pid) - before_s - rest_s * frames["seconds"]
     looks = frames["answers"].get("decision", 0)
     answered = sum(frames["answers"].values())

@@ -27,6 +27,7 @@ ANSWER_S = 10.0
 def pictures(count: int, size_bytes: int, seed: int = 0) -> list[bytes]:
     """Return `count` different 448 x 448 JPEGs of about `size_bytes` each."""
     rng = np.random.default_rng(seed)
+    # JPEG takes more bytes the more grain a picture has: halving finds the grain for the size.
     low = 0.0
     high = 80.0
     for _ in range(7):

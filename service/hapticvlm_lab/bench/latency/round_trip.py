@@ -34,6 +34,7 @@ def touch(number: int) -> dict[str, Any]:
 
 async def round_trip(socket: ClientConnection, data: bytes, id: int) -> float:
     """Return the time in ms until the message with this id comes back."""
+    # Events come in between on the same socket; only the answer with this id ends the round trip.
     started = time.perf_counter()
     await socket.send(data)
     while True:

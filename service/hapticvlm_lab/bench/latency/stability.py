@@ -35,8 +35,8 @@ NAME = "stability-latency"
 SECONDS = 6.0
 PER_CORE = (0, 1, 2, 4, 8)  # programs that compute without end
 STREAMS = {"no frames": (0, 0.0), "60 frames/s": (1, 60.0)}
-# Our choice: a blow that is felt this late is still one with what is seen. Of a touch only; what a
-# speaker and its driver add comes after it.
+# Our choice: a blow that is felt within this time still belongs to the picture of it. It bounds the
+# round trip of a touch alone; a speaker and its driver come on top.
 LATE_MS = 10.0
 SETTLE_S = 1.0
 SIZE_IN = (10.0, 4.2)
@@ -104,8 +104,8 @@ def _print(rows: Sequence[dict[str, Any]]) -> None:
         print(f"{start} {touch:>14} {floor:>14}  {verdict}")
     for kind in dict.fromkeys(row["priority"] for row in rows):
         for stream in STREAMS:
-            found = breaks_at(rows, kind, stream)
-            where = "nowhere here" if found is None else f"beside {found} busy programs"
+            breaking = breaks_at(rows, kind, stream)
+            where = "nowhere here" if breaking is None else f"beside {breaking} busy programs"
             print(f"{kind}, {stream}: p99 above {LATE_MS:g} ms {where}")
 
 

@@ -31,6 +31,6 @@ async def main() -> None:
 
 
 if __name__ == "__main__":
-    found = time_turns()
+    turns = time_turns()
     asyncio.run(main())
-    print(json.dumps(report(found)))
+    print(json.dumps(report(turns)))

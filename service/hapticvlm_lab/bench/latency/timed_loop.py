@@ -12,8 +12,8 @@ Turns = list[tuple[str, float]]  # what ran and its processor time, us, in order
 def time_turns() -> Turns:
     """Time every callback of this process's loops from now on; return the list that is filled."""
     turns: Turns = []
-    # asyncio has no public place for this: its debug mode tells slow callbacks by the wall clock,
-    # in which other processes take part, and costs more than what it would measure.
+    # asyncio has no public hook for this. Its debug mode reports slow callbacks by the wall clock,
+    # which includes the time of other processes, and costs more than it would measure.
     handle: Any = asyncio.Handle
     plain = handle._run
 

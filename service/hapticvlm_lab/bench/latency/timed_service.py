@@ -14,7 +14,7 @@ from hapticvlm_lab.bench.latency.timed_loop import report, time_turns
 if __name__ == "__main__":  # the children of the service import this file, and time nothing
     from hapticvlm.commands.main import main
 
-    found = time_turns()
+    turns = time_turns()
     status = main()
-    print(json.dumps(report(found)))
+    print(json.dumps(report(turns)))
     sys.exit(status)

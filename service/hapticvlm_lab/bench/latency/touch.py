@@ -132,6 +132,7 @@ async def measured(
             if load is not None:
                 await asyncio.to_thread(first_line, load)
                 await asyncio.sleep(SETTLE_S)
+            # The recogniser's busy time and the round trips cover the same seconds.
             started = time.monotonic()
             busy_s = service_status(service)["recogniser"]["busy_s"]
             touch_ms, echo_ms = await alternate(touches, echoes, seconds)
@@ -146,6 +147,9 @@ async def alternate(
     touches: ClientConnection, echoes: ClientConnection, seconds: float
 ) -> tuple[list[float], list[float]]:
     """Return round trips of touches and of echoes, ms, in turns at RATE_HZ each."""
+    # Each round trip has a due time of its own. A client that sent the next one when the last
+    # answer came would send less to a slow service, and miss just the moments that are slow. The
+    # echo comes half a period after the touch, so that neither meets the other's work.
     touch_ms: list[float] = []
     echo_ms: list[float] = []
     started = time.perf_counter()

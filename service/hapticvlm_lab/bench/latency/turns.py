@@ -27,7 +27,7 @@ from hapticvlm_lab.bench.rigs import first_line, helper, report_of
 MODULE = "hapticvlm_lab.bench.latency.timed_service"
 LOAD = "60 frames/s"
 WARM_UP = 0.1  # of the turns of each kind
-LEAST_HZ = 5.0  # what runs more seldom is no part of the steady state
+LEAST_HZ = 5.0  # a rarer callback does not belong to the steady state
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +53,11 @@ def run(*, seconds: float, as_json: bool) -> int:
     """Measure and print a table, longest first, or JSON."""
     console = Console(quiet=as_json, width=120)
     with console.status(f"{LOAD} beside touches: {seconds:.0f} s"):
-        found = measure(seconds)
-    console.print(_table(found))
+        figures_found = measure(seconds)
+    console.print(_table(figures_found))
     if as_json:
-        rows = [asdict(turn) for turn in found.turns]
-        figures = {"rows": rows, "floor": asdict(found.echo)}
+        rows = [asdict(turn) for turn in figures_found.turns]
+        figures = {"rows": rows, "floor": asdict(figures_found.echo)}
         print(json.dumps({"measure": "turns", "hapticvlm": __version__, **figures}))
     return 0
 
@@ -80,36 +80,39 @@ def measure(seconds: float) -> Found:
 
 def by_kind(turns: Turns) -> dict[str, list[float]]:
     """Return the durations of each kind of turn, us."""
-    found: dict[str, list[float]] = defaultdict(list)
+    kinds: dict[str, list[float]] = defaultdict(list)
     for what, us in turns:
-        found[what].append(us)
-    return found
+        kinds[what].append(us)
+    return kinds
 
 
 def by_message(turns: Turns) -> list[float]:
     """Return the duration of each read together with all turns until the next read, us."""
-    found: list[float] = []
+    # A bare echo answers within one read and a few short callbacks after it. All of them delay the
+    # next message, so they count as one.
+    messages: list[float] = []
     for what, us in turns:
         if what.endswith(" reads"):
-            found.append(us)
-        elif found:
-            found[-1] += us
-    return found
+            messages.append(us)
+        elif messages:
+            messages[-1] += us
+    return messages
 
 
 def _turn(what: str, took_us: list[float]) -> Turn:
+    # The first turns fill the caches of processor and interpreter, and are several times as long.
     steady = np.array(took_us[int(len(took_us) * WARM_UP) :])
     median, p99, longest = (round(float(us), 1) for us in np.percentile(steady, (50, 99, 100)))
     return Turn(what, len(steady), median, p99, longest)
 
 
-def _table(found: RemoteMatch) -> Table:
+def _table(result: Found) -> Table:
     title = f"turns of the gateway's loop beside touches and {LOAD}, us of processor time"
     table = Table("what runs", "n", "median", "p99", "longest", title=title)
-    for turn in found.turns:
+    for turn in result.turns:
         table.add_row(*_figures(turn))
     table.add_section()
-    table.add_row(*_figures(found.echo))
+    table.add_row(*_figures(result.echo))
     return table
 
 

@@ -260,10 +260,10 @@ def print_source(source: Source, rows: Sequence[Row]) -> None:
 
 def knee_sentence(rows: Sequence[Row]) -> str:
     """Name the best method by the picture alone, and the cheaper one that may equal it."""
-    found = knee(rows)
-    if found is None:
+    knees = knee(rows)
+    if knees is None:
         return "no method was both timed and graded zero-shot"
-    best, cheapest = found
+    best, cheapest = knees
     reach = "no cheaper one's interval reaches it"
     if cheapest is not best:
         reach = f"{cheapest.method} at {cheapest.latency_ms:.2g} ms reaches it with its interval"
@@ -372,16 +372,17 @@ def _best(rows: Sequence[Row]) -> list[Row]:
 
 def points(rows: Sequence[Row]) -> list[Point]:
     """Return every dot of a panel: zero-shot filled, enrolled hollow; none without a time."""
-    found = []
+    dots = []
     beside: Counter[float | None] = Counter()
     for row in rows:
         few = row.enrolled.get(SHOWN)
         for graded, hollow in ((row.four, False), (few, True)):
             if graded is not None and row.latency_ms is not None:
                 shift = STEP ** beside[row.latency_ms]
-                found.append(Point(row, row.latency_ms * shift, graded, hollow))
+                dots.append(Point(row, row.latency_ms * shift, graded, hollow))
+        # Methods that share an encoder take the same time; a small shift keeps their dots apart.
         beside[row.latency_ms] += 1
-    return found
+    return dots
 
 
 def _title() -> str:

@@ -33,7 +33,7 @@ from hapticvlm_lab.bench.material.picture import (
 LAMP = (1.0, 0.70, 0.38)  # linear gain of 2700 K light beside daylight, its red kept
 NIGHT_STOPS = 4.0  # that night is darker than day
 NIGHT_NOISE = 10.0  # grey levels, of a frame lit that little
-HAND = (172.0, 128.0, 104.0)  # what mostly covers an object
+HAND = (172.0, 128.0, 104.0)  # a hand covers an object most often
 EDGE = 30.0  # grey levels of gradient drawn as a full line
 
 
@@ -49,7 +49,7 @@ class Shake:
     severities: tuple[float, ...]
     unit: str
     needs_mask: bool = False
-    only: str | None = None  # the one class it is about
+    only: str | None = None  # for this class alone
 
 
 def apply(shake: Shake, picture: Picture, severity: float, seed: int) -> Picture:
@@ -98,6 +98,8 @@ def shrink(picture: Picture, halvings: float, _: np.random.Generator) -> Picture
 def occlude(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
     """Cover that share of the object by a hand from one side; the mask does not change."""
     inside = where_object(picture)
+    # A straight edge moves over the object until the share is covered: the edge of this direction
+    # at the quantile of the object's own pixels.
     y, x = np.nonzero(inside)
     angle = rng.uniform(0.0, 2.0 * np.pi)
     grid_y, grid_x = np.mgrid[: inside.shape[0], : inside.shape[1]]
@@ -143,6 +145,8 @@ def move(picture: Picture, length: float, rng: np.random.Generator) -> Picture:
     from scipy.ndimage import convolve
 
     angle = rng.uniform(0.0, 2.0 * np.pi)
+    # Motion blur is the mean of the picture over a line. The mask belongs to the frame before, so
+    # it lags by the length of that line.
     side = 2 * int(np.ceil(length / 2)) + 1
     line = np.zeros((side, side))
     steps = np.linspace(-length / 2, length / 2, 4 * side)
@@ -178,6 +182,7 @@ def reflect(picture: Picture, share: float, _: np.random.Generator) -> Picture:
 
 def nightfall(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
     """Go from day (0) to a lamp at night (1): darker, warmer, noisier."""
+    # A camera in little light amplifies its sensor, and its noise with it.
     warm = np.array(LAMP) ** share
     lit = display(linear(picture.image) * warm * 2.0 ** (-NIGHT_STOPS * share))
     return picture.over(lit + rng.normal(0.0, NIGHT_NOISE * share, picture.image.shape))

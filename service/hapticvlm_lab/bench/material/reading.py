@@ -43,11 +43,11 @@ def default_captures() -> tuple[Path, ...]:
 
 def load_sources(where: Where) -> tuple[list[Source], list[str]]:
     """Read the sources that exist; the second list names the others. Raises CaptureError."""
-    found = []
+    sources_read = []
     skipped = []
     for path in where.captures:
         if (path / captures.LINES).is_file():
-            found.append(read_capture(path, where.limit))
+            sources_read.append(read_capture(path, where.limit))
         else:
             skipped.append(f"{path.name}: no capture in {path}")
     for name in PICTURES:
@@ -55,8 +55,8 @@ def load_sources(where: Where) -> tuple[list[Source], list[str]]:
         if source is None:
             skipped.append(f"{name}: no labelled pictures of it; pass --data")
         else:
-            found.append(thin(source, where.limit))
-    return found, skipped
+            sources_read.append(thin(source, where.limit))
+    return sources_read, skipped
 
 
 def read_capture(path: Path, limit: int = 0) -> Source:
@@ -128,14 +128,14 @@ def _rows(data: Path, names: Collection[str]) -> list[tuple[Path, str]]:
 
 def _unknown_pictures(data: Path) -> list[View]:
     """Read pictures of things without a material of the table, the same number of each folder."""
-    found = []
+    views = []
     for folder in sorted(sources.LIVING_HELD_BACK):
         files = sorted((data / UNKNOWN_PICTURES / folder).glob("*.jpg"), key=shuffled)
-        found += [
+        views += [
             picture(path, materials.UNKNOWN, f"{folder}/{path.stem}")
             for path in files[:UNKNOWN_EACH]
         ]
-    return found
+    return views
 
 
 def _view(fields: Mapping[str, Any], message: Mapping[str, Any], truth: str) -> View:

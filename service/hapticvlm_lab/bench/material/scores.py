@@ -24,7 +24,7 @@ Words = NDArray[np.str_]
 Doubles = NDArray[np.float64]
 
 SILENT = ""  # an answer that names nothing; counts as wrong
-FALSE_REJECTION = 0.05  # of what is known, at the threshold where unknown is counted
+FALSE_REJECTION = 0.05  # share of known objects rejected at the threshold
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +74,7 @@ def score(answers: Words, truth: Words, objects: Words, classes: Sequence[str]) 
     present = [name for name in classes if (truth == name).any()]
     if not present:
         return None
+    # Recall first, its mean over classes second: a class of few pictures counts as much as any.
     counts = {name: len(set(objects[truth == name].tolist())) for name in present}
     recall = {name: float((answers == name)[truth == name].mean()) for name in present}
     accuracy = float(np.mean(list(recall.values())))
@@ -113,6 +114,8 @@ def rejection(familiar: Doubles, is_known: NDArray[np.bool_], objects: Words) ->
     """Return the share of unknown below the threshold; None without known or unknown objects."""
     if is_known.all() or not is_known.any():
         return None
+    # The threshold is set on the known objects alone, as a service would have to: it cannot know in
+    # advance how many unknown ones a scene has.
     threshold = np.quantile(familiar[is_known], FALSE_REJECTION, method="lower")
     rejected = float((familiar[~is_known] < threshold).mean())
     among = len(set(objects[~is_known].tolist()))

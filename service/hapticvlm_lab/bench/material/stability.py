@@ -47,7 +47,7 @@ NAME = "stability-material"
 CHANCE = 0.25  # of four classes
 LEAD = 0.05  # over chance below which there is nothing to lose
 VIEWS = 2  # of an object, far and near; more where a source has few objects
-# Levels of what shows nothing and must be unknown, and of plain colours, which may be anything.
+# Levels of pictures that show nothing, which must be unknown, and of plain colours, which may not.
 BLANKS = {"black": (0, 0, 0), "white": (255, 255, 255), "grey": (127, 127, 127)}
 PLAIN = {"red": (200, 30, 30), "green": (30, 160, 60), "blue": (40, 60, 190)}
 
@@ -132,6 +132,7 @@ class Curve:
         if lead[0] < LEAD:
             return None
         half = lead[0] / 2
+        # Between two severities the lead is taken as linear.
         for (before, after), (low, high) in zip(pairwise(lead), pairwise(self.steps), strict=True):
             if after <= half:
                 share = (before - half) / (before - after)
@@ -141,8 +142,8 @@ class Curve:
 
 def run(where: Where, out: Path, *, as_json: bool) -> int:
     """Perturb every source; return 2 if there is none. Raises what loading raises."""
-    found, skipped = load_sources(replace(where, limit=0))
-    sources = [_thinned(source.keep(FOUR), where.limit) for source in found]
+    readable, skipped = load_sources(replace(where, limit=0))
+    sources = [_thinned(source.keep(FOUR), where.limit) for source in readable]
     sources = [source for source in sources if source.views]
     if not sources:
         print("\n".join(["no pictures to shake:", *skipped]))
@@ -208,8 +209,8 @@ def blank_answers(default: Default) -> dict[str, str]:
         name: Picture(np.full((side, side, 3), level, np.uint8), None)
         for name, level in (BLANKS | PLAIN).items()
     }
-    found = default.embed(list(flat.values()))
-    verdicts = [decide([default.gallery.match(row)]) for row in found]
+    embeddings = default.embed(list(flat.values()))
+    verdicts = [decide([default.gallery.match(row)]) for row in embeddings]
     return {name: verdict.material for name, verdict in zip(flat, verdicts, strict=True)}
 
 
@@ -278,8 +279,8 @@ def _report(
         "encoder": encoder.name,
         "chance": 1 / len(FOUR),
         "sources": {
-            name: [asdict(curve) | {"breaks": sentence(curve)} for curve in found]
-            for name, found in results.items()
+            name: [asdict(curve) | {"breaks": sentence(curve)} for curve in curves]
+            for name, curves in results.items()
         },
         "blank": blanks,
         "blank_is_unknown": {blanks[name] for name in BLANKS} == {materials.UNKNOWN},
@@ -315,13 +316,13 @@ def _loss(curve: Curve, *, enrolled: bool) -> str:
     return f"loses half its lead at {at:.2g} ({first:.0%} clean)"
 
 
-def draw(source: str, found: Sequence[Curve], stem: Path) -> list[Path]:
+def draw(source: str, curves: Sequence[Curve], stem: Path) -> list[Path]:
     """Write `stem`-source.png and .svg; return both."""
     stem = stem.with_name(f"{stem.name}-{source}")
-    rows = -(-len(found) // COLUMNS)
+    rows = -(-len(curves) // COLUMNS)
     size_in = (WIDTH_IN, PANEL_IN * rows + 0.8)
-    with figures.figure(stem, size_in, len(found), COLUMNS, sharey=True) as (drawn, panels):
-        for axes, curve in zip(panels, found, strict=True):
+    with figures.figure(stem, size_in, len(curves), COLUMNS, sharey=True) as (drawn, panels):
+        for axes, curve in zip(panels, curves, strict=True):
             _panel(axes, curve)
         for axes in panels[::COLUMNS]:
             axes.set_ylabel("% of pictures")

@@ -24,7 +24,7 @@ from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Method
 
-FRAME_PX = 448  # what clients are asked to send
+FRAME_PX = 448  # the size that clients are asked to send
 QUALITY = 80
 TURNS = 100
 MOST_S = 2.0  # per method: slow ones get fewer turns, stated as n
@@ -54,7 +54,7 @@ def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
 
     picture = _picture()
     floor: Callable[[], object] = lambda: simplejpeg.decode_jpeg(picture, "RGB")  # noqa: E731
-    found: dict[str, Cost] = {}
+    times: dict[str, Cost] = {}
     same: dict[tuple[object, ...], Cost | None] = {}
     for method in methods:
         work = (id(method.encoder), method.rungs)
@@ -63,8 +63,8 @@ def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
             same[work] = None if stage is None else _timed(stage, floor)
         cost = same[work]
         if cost is not None:
-            found[method.name] = cost
-    return found
+            times[method.name] = cost
+    return times
 
 
 def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], object] | None:
@@ -106,6 +106,7 @@ def _timed(stage: Callable[[], object], floor: Callable[[], object]) -> Cost:
     floors: list[float] = []
     start = time.perf_counter()
     while len(cores) < TURNS and (len(cores) < LEAST or time.perf_counter() - start < MOST_S):
+        # In turns, so that a machine that slows down meanwhile slows the floor as well.
         core, wall = _once(stage)
         cores.append(core)
         walls.append(wall)

@@ -130,6 +130,8 @@ async def _visit(url: str, role: str | None, data: bytes, counts: Counter[str]) 
             socket.transport.abort()
             await socket.wait_closed()
             return
+        # The client reads as well: a service whose answers nobody takes is protected by its own
+        # budget of waiting bytes, and would close this connection before it has had to work.
         reading = asyncio.create_task(_read(socket))
         try:
             while not reading.done() and not socket.transport.is_closing():

@@ -261,6 +261,8 @@ async def _disturb(world: World, ends_at: float) -> None:
             if not is_kill:
                 await asyncio.sleep(FROZEN_S)
                 os.kill(pid, signal.SIGCONT)
+        # Noted again after a freeze: the engine reports nothing while it is frozen, and its last
+        # level counts as old until it has had its time to come back.
         world.disturbed_at = time.monotonic()
         if is_kill:
             await _returns(world, part, pid)
@@ -293,6 +295,9 @@ async def _settled(world: World) -> None:
 
 async def _owns(world: World) -> None:
     """Pass the outputs on, and compare the clients that believe to own them with the status."""
+    # Ownership is passed on first, so that the check meets the moment at which two could own.
+    # Events are then awaited: a client that has not heard yet that it lost the outputs is not at
+    # fault.
     scenes = [each for each in world.clients if each.role == "scene" and each.is_open]
     for giver in [each for each in scenes if each.is_owner]:
         await giver.answer(type="set", ownership="give")
@@ -425,7 +430,8 @@ async def _touches_beside(
 def _held_mb(pid: int) -> float:
     import psutil
 
-    return round(psutil.Process(pid).memory_full_info().uss / 2**20, 1)
+    held: float = psutil.Process(pid).memory_full_info().uss / 2**20
+    return round(held, 1)
 
 
 def _growth(held: Samples) -> dict[str, Any] | None:
@@ -433,6 +439,8 @@ def _growth(held: Samples) -> dict[str, Any] | None:
 
     None for a process that did not live long enough.
     """
+    # The interval of the slope is from Kendall's test: it asks how many pairs of samples rise, and
+    # so does not assume that the noise of memory is normal, which it is not.
     warm = held[len(held) // 3 :]
     if len(warm) < LEAST:
         return None

@@ -62,6 +62,7 @@ class Outputs:
         last = next((at for at, data in reversed(chunks) if np.frombuffer(data, "f4").any()), None)
         if last is None:
             return 0.0
+        # A sound that close to the end of the window has not ended within it.
         return float("inf") if until - last < 0.05 else last - moment
 
 
@@ -100,7 +101,8 @@ def summary(trials: list[Trial]) -> dict[str, Any]:
     """Return median, p99 and the longest of each time, ms."""
 
     def spread(values: list[float]) -> dict[str, float]:
-        # "higher": between a figure and a stop that never came there is nothing.
+        # A stop that never came is infinite. "higher" takes a measured value, where interpolation
+        # between a figure and infinity would give no number.
         median, p99 = np.percentile(values, (50, 99), method="higher")
         return {"median": round(median, 1), "p99": round(p99, 1), "max": round(max(values), 1)}
 
@@ -176,7 +178,7 @@ async def _trial(
     until = pressed + condition.watched_s
     await asyncio.sleep(until - time.monotonic())
     await hand.lift()
-    await asyncio.sleep(CLEAR_S)  # which the board's diary and the last sounds may need to arrive
+    await asyncio.sleep(CLEAR_S)  # the board's diary and the last sounds are still on their way
     off = outputs.board.first(OFF, pressed, until)
     opened = outputs.board.first("OFF", pressed, until)
     ping = outputs.board.first(PING, pinged, until)
@@ -223,7 +225,7 @@ class _Hand:
     async def _slide(self) -> None:
         phase = "contact"
         while True:
-            with suppress(Refused):  # what a stop holds is refused until the release
+            with suppress(Refused):  # after a stop every touch is refused until the release
                 await self._client.touch(phase, "kettle", speed_mps=0.3, force_n=1.5)
             phase = "slide"
             await asyncio.sleep(SLIDE_S)

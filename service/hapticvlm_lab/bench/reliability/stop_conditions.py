@@ -73,8 +73,8 @@ class Condition:
     strike: Callable[[Service], None] | None = None
     struck_s: float = 0.0  # the stop comes within this after the strike
     watched_s: float = 0.35
-    steady_s: float = 0.0  # of life before the strike: a child that dies soon again has to wait
-    most: int | None = None  # stops, where each takes long
+    steady_s: float = 0.0  # before the strike: a child that dies again soon is restarted late
+    most: int | None = None  # number of stops, if each takes long
 
 
 @contextmanager
@@ -160,6 +160,8 @@ async def _button(service: Service) -> AsyncIterator[Press]:
         await page.wait_for_selector("#owner[data-owned=true]")
 
         async def press() -> tuple[float, float]:
+            # performance.timeOrigin is of the wall clock, the other times are monotonic: the offset
+            # between the two is taken at the press itself, since the wall clock may be set.
             script = """() => { const at = performance.timeOrigin + performance.now();
                 document.getElementById("stopped").textContent = "";
                 document.getElementById("stop").click(); return at; }"""

@@ -113,15 +113,16 @@ def run(count: int, out: Path, sweep: Path | None, *, as_json: bool) -> int:
 def measure(plates: Sequence[Variation], make: Callable[[Setting], Core]) -> list[Row]:
     """Try every setting on every plate."""
     rows = []
-    made = {
+    cores_by_limit = {
         heat_limit_ma: {
             setting: make(setting)
             for setting in (Setting(window_ms, heat_limit_ma) for window_ms in WINDOWS_MS)
         }
         for heat_limit_ma in HEAT_LIMITS_MA
     }
-    for built in track(made.values(), f"trying {len(plates)} plates at each limit"):
+    for built in track(cores_by_limit.values(), f"trying {len(plates)} plates at each limit"):
         cores = list(built.values())
+        # Windows do not change the course of a plate before they trip, so all of them share a run.
         stuck = [try_out(cores, plate, STUCK) for plate in plates]
         sound = [try_sound(cores, plate) for plate in plates]
         for number, setting in enumerate(built):

@@ -35,7 +35,7 @@ Lie = Callable[[Sums], Sums]
 
 FOLDER = Path(__file__).parents[4] / "firmware"
 STEP_S = 0.02
-# firmware/PROTOCOL.md
+# Current and counts at full scale (firmware/PROTOCOL.md).
 FULL_SCALE_A = 3.0
 FULL_SCALE_COUNTS = 512
 _FLAGS = ("-std=gnu++14", "-O2", "-shared", "-fPIC", "-fno-gnu-unique")
@@ -118,6 +118,8 @@ def build(setting: Setting, place: Path) -> Core:
 
 def sum_at(temperature_c: float) -> float:
     """Return the sum of 16 conversions of a sound thermistor, before noise and rounding."""
+    # A thermistor's resistance falls with temperature by the beta formula; in a divider with an
+    # equal resistor it gives this share of full scale. Colder therefore means a larger sum.
     ratio = math.exp(_BETA_K * (1.0 / (temperature_c + 273.15) - 1.0 / _R25_K))
     return _SUM_FULL_SCALE * ratio / (1.0 + ratio) - 8.0
 
@@ -201,8 +203,8 @@ class Rig:
         self._outcomes: dict[int, Outcome] = {}
         self._hottest_c = -math.inf
         self._coldest_c = math.inf
-        # A board drives only after it has seen its cut-out open once and then closed, which the
-        # core built for this chart plays in its first 200 ms: nothing may be asked of it before.
+        # A board drives only after its cut-out has been open once and then closed. The core built
+        # for this chart plays that in its first 200 ms, so it must not get a setpoint earlier.
         resting = self._sums(np.zeros(3))
         for core in cores:
             core.start()
@@ -239,6 +241,8 @@ class Rig:
     def _step(
         self, running: list[tuple[int, Core]], sums: Sums, since_s: float, polarity: int
     ) -> None:
+        # All cores read the same sums. The last one asked, which is the first of the list, drives
+        # the plant, unless it trips in this very step; then the next one does.
         current_a = 0.0
         for number, core in reversed(running):
             driven_a = core.step(sums)

@@ -250,6 +250,8 @@ def slide_error(method: Method, stages: Sequence[Stage], known: Floats, rate_hz:
 
     Frames just after a change are left out: finite differences cannot be trusted there.
     """
+    # A frame that begins before a contact must not feel it yet, and rounding could put a contact at
+    # 1.0 s just after the frame at 1.0 s: hence the small margin.
     skin = method.begin(1.0 / rate_hz)
     waiting = list(stages)
     times = np.arange(1, round(known[-1, 0] * rate_hz) + 1) / rate_hz
@@ -266,6 +268,7 @@ def slide_error(method: Method, stages: Sequence[Stage], known: Floats, rate_hz:
 
 def sentence(rows: Sequence[Row]) -> str:
     """Name the cheapest method whose error nobody can feel, and whether the product uses it."""
+    # Of two methods whose errors nobody can feel, the more exact one is not the better one.
     good = [row for row in rows if max(row.felt_c, row.slide_c) < FINEST_C]
     if not good:
         return "no method is below the floor"
@@ -316,6 +319,9 @@ def _cost(method: Method) -> tuple[float, float, float]:
     so that a machine that slows down slows both.
     """
     first, second = (thermal_contact(MATERIALS[name].thermal, 22.0) for name in ("metal", "glass"))
+    # Setting up is timed in place, one contact after another, since its cost depends on the history
+    # so far. A step is so short that reading the clock would count: STEPS of them are timed at
+    # once.
     skin = method.begin(TICK_S)
     skin.touch(first)
     setups = []

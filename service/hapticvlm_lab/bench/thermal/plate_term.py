@@ -39,8 +39,8 @@ ENDS_S = 6.0
 PALMS = (2e-4, 5e-4, 1e-3)  # m2 K/W
 ROOMS_C = (15.0, 22.0, 30.0)
 TOUCHED = ("wood", "glass", "fabric", "metal")
-ASSUMED = 5e-4  # of a term that does not know the palm
-LOWEST_C = 1e-3  # what errs by less is drawn there
+ASSUMED = 5e-4  # m2 K/W, for a term that does not know the palm
+LOWEST_C = 1e-3  # a smaller error is drawn here
 MARK_C = 0.3  # RMS of the skin from 1 s on
 ROUNDS = 15
 STEPS = 200
@@ -73,6 +73,10 @@ def closed(trajectory: ThermalTrajectory, resistance: float, now: float) -> floa
     begun_at = trajectory.begun_at
     assert contact is not None
     assert begun_at is not None
+    # The flow through the contact is the gradient that is left across its resistance. Before the
+    # first moment it is the whole drop; later the surfaces have approached each other, and the
+    # share that is left is erfcx of the progress. An earlier contact would change the drop: not
+    # known here.
     drop_c = contact.surface_c - contact.skin_c
     left = float(erfcx(progress(contact, now - begun_at)))
     return trajectory.skin_c(now) + resistance * drop_c / contact.contact_resistance * left
@@ -80,7 +84,7 @@ def closed(trajectory: ThermalTrajectory, resistance: float, now: float) -> floa
 
 def product(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
     """Return the temperature that the product drives the plate to."""
-    del resistance  # its trajectory has it
+    del resistance  # the trajectory contains it
     return trajectory.target_c(now)
 
 
@@ -110,6 +114,9 @@ def show(rows: Sequence[PlateRow]) -> None:
 
 def skin_on_plate(plate_c: Floats, resistance: float) -> Floats:
     """Return the skin on a plate of these temperatures, one held for each frame, (N,) degC."""
+    # Superposition: conduction is linear, so the skin's answer to a course of the plate is the sum
+    # of its answers to the steps of that course, each shifted to the time of its step. That sum is
+    # a convolution of the steps with the answer to a step of one degree.
     steps = np.diff(plate_c, prepend=NEUTRAL_C)
     times = FRAME_S * np.arange(1, plate_c.size + 1)
     response = 1.0 - erfcx(np.sqrt(times) / (SKIN.effusivity * resistance))
@@ -118,6 +125,8 @@ def skin_on_plate(plate_c: Floats, resistance: float) -> Floats:
 
 def error_c(term: Term, palm: float, assumed: float, touched: Sequence[ThermalContact]) -> float:
     """Return the RMS error of the skin from AFTER_S after the last contact on, degC."""
+    # The plate is set to the middle of each frame, so that holding it for the frame is right on
+    # average; the skin is compared at the end of the frame.
     trajectory = ThermalTrajectory(lead_s=0.0, plate_resistance=assumed)
     plate = []
     wanted = []

@@ -37,7 +37,7 @@ STEP_GROWTH = 1.04
 STEP_SHARE = 0.01
 SETTLED_S = 0.01  # after a change the reference is sharp from here on
 
-# of the quadrature, in units of the integrand's width
+# Of the quadrature: nodes, and reach in units of the integrand's width.
 NODES = 200
 REACH = 20.0
 
@@ -102,6 +102,8 @@ def _march(
         step_s = min(step_s, end_s - begin_s - elapsed_s)
         state = _step(bodies, state, step_s)
         elapsed_s += step_s
+        # A cell's temperature is that of its middle. Half a cell further, at the surface, it is
+        # less by the flux times the resistance of that half.
         flux = (state[CELLS - 1] - state[CELLS]) * bodies.link[CELLS - 1]
         rows.append((begin_s + elapsed_s, float(state[CELLS - 1] - flux * bodies.outer)))
         step_s = min(step_s * STEP_GROWTH, STEP_SHARE * elapsed_s + FIRST_S)
@@ -109,6 +111,9 @@ def _march(
 
 
 def _step(bodies: _Bodies, state: Floats, step_s: float) -> Floats:
+    # Backward Euler: (C / dt + K) T_next = C / dt T, where C is the diagonal of capacities and K
+    # the conductances between neighbours. K couples each cell with two others alone, so the matrix
+    # has three diagonals and is solved in one pass.
     stored = bodies.capacity / step_s
     bands = np.zeros((3, state.size))
     bands[1] = stored
@@ -119,6 +124,9 @@ def _step(bodies: _Bodies, state: Floats, step_s: float) -> Floats:
 
 
 def _bodies(contact: ThermalContact | None) -> _Bodies:
+    # Diffusion reaches sqrt(a t) far within t, so cells of two bodies take equally long to cross if
+    # their sizes are in the ratio of the roots of their diffusivities a. A thin sheet is cut into
+    # as many cells, down to its insulated back.
     grow = GROWTH ** np.arange(CELLS)
     skin_m = FIRST_M * grow[::-1]
     bulk = SKIN if contact is None else contact.thermal
@@ -140,6 +148,8 @@ def _diffusivity(bulk: Thermal) -> float:
 
 
 def _erfcx(x: Floats) -> Floats:
+    # The integrand falls off within 1 / (1 + x): its width is scaled out, so that the same nodes
+    # cover it for every x.
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     scaled = (nodes + 1.0) * REACH / 2.0
     width = 1.0 / (1.0 + x[:, None])

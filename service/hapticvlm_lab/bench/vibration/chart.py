@@ -118,6 +118,8 @@ def sentence(rows: Sequence[Row]) -> str:
 
 def _rank(rows: Sequence[Row]) -> Callable[[Row], tuple[bool, float]]:
     """Order by cost; the default comes first if it costs as little as any, within EVEN."""
+    # Without this the clock's noise would decide between two settings of the same cost, and the
+    # sentence would change from run to run.
     least_us = min((row.cost_us for row in rows), default=0.0)
     return lambda row: (not (row.is_default and row.cost_us <= EVEN * least_us), row.cost_us)
 
@@ -148,7 +150,7 @@ def modes() -> list[Row]:
     }
     cuts = {(name, len(cut.modes)): cut for table in tables.values() for name, cut in table.items()}
     costs = _least_us({key: partial(_strike, cut) for key, cut in cuts.items()})
-    found = []
+    result = []
     for value, table in tables.items():
         errors = {
             f"{name} at {hit:g} m/s": _cut_db(rows[name], cut, hit)
@@ -156,8 +158,8 @@ def modes() -> list[Row]:
             for hit in HIT_MPS
         }
         cost_us = [costs[name, len(cut.modes)] for name, cut in table.items()]
-        found.append(_row("modes", value, errors, float(np.mean(cost_us))))
-    return found
+        result.append(_row("modes", value, errors, float(np.mean(cost_us))))
+    return result
 
 
 def blocks() -> list[Row]:
@@ -216,6 +218,9 @@ def _two_hands() -> Voices:
 
 def _moving(size: int) -> Wave:
     """Render two hands whose contacts come between blocks of `size`; 1 stands for 8 samples."""
+    # A contact takes effect at the start of the next block, so large blocks shift it in time and
+    # thin out the updates of a hand that accelerates. Blocks of 8 samples stand for no blocks at
+    # all.
     voices = _two_hands()
     step = max(size, 8)
     every = RATE_HZ / UPDATES_HZ

@@ -27,8 +27,8 @@ LEASE_S = 0.25
 def amplitudes(material: str, form: Form) -> dict[str, float]:
     """Return the value that is played of each blow and slide, 0..1."""
     planner = VibrationPlanner({material: MATERIALS[material]})
-    found = {kind: max(_blow(planner, material, kind, form).amplitude) for kind in BLOWS}
-    return found | {
+    blows = {kind: max(_blow(planner, material, kind, form).amplitude) for kind in BLOWS}
+    return blows | {
         f"slide {speed} m/s": _slide(planner, material, speed, form) for speed in SLIDES_MPS
     }
 
@@ -54,12 +54,12 @@ def _slide(planner: VibrationPlanner, material: str, speed_mps: float, form: For
 
 def main() -> None:
     """Print a row for each material, and all of it as one line of JSON."""
-    found = {material: amplitudes(material, "amplitude") for material in MATERIALS}
-    columns = next(iter(found.values()))
+    strengths = {material: amplitudes(material, "amplitude") for material in MATERIALS}
+    columns = next(iter(strengths.values()))
     print("material", *columns, sep=" | ")
-    for material, row in found.items():
+    for material, row in strengths.items():
         print(material, *(f"{value:.2f}" for value in row.values()), sep=" | ")
-    print(json.dumps(found))
+    print(json.dumps(strengths))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ JND_DB = 1.6  # least difference of amplitude told apart at the thenar (Forta an
 _MODEL_BEST_HZ = 250.0
 _MODEL_HZ = 550.0
 _MODEL_BEST_DB = -45.0
-# of a peak that masks: above its feet, below the highest
+# A peak masks if it stands this far above its feet, and not this far below the highest peak.
 _PROMINENT_DB = 12.0
 _REACH_DB = 45.0
 BANDS_HZ = 20.0 * 2.0 ** (np.arange(18) / 3.0)  # third octaves, 20 to 1016 Hz
@@ -39,6 +39,8 @@ def event_db(wave: NDArray[np.float32]) -> tuple[_Floats, _Floats]:
 
 def steady_db(wave: NDArray[np.float32]) -> tuple[_Floats, _Floats]:
     """Return frequencies and mean levels (K,) of a steady wave (N,), dB re full scale."""
+    # Welch's method: power spectra of windowed pieces are averaged, since that of one piece of
+    # noise scatters as much as its own mean. The window's own power is divided out.
     frames = wave[: wave.size // SIZE * SIZE].astype(np.float64).reshape(-1, SIZE)
     window = np.hanning(SIZE)
     power = np.mean(np.abs(np.fft.rfft(frames * window)) ** 2, axis=0) / np.mean(window**2)
@@ -59,6 +61,7 @@ def _levels(power: _Floats) -> tuple[_Floats, _Floats]:
 
 def model_threshold_db(frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the threshold of the psychohaptic model, dB below full scale, any shape."""
+    # A parabola over the logarithm of a shifted frequency, with its least value at _MODEL_BEST_HZ.
     b = 1.0 - _MODEL_BEST_HZ / _MODEL_HZ
     at = np.log10(frequency_hz / _MODEL_HZ + b) ** 2
     return np.asarray(np.minimum(50.0 / np.log10(b) ** 2 * at + _MODEL_BEST_DB, 0.0))
@@ -70,6 +73,9 @@ def masked_threshold_db(
     """Return the threshold under a vibration's own peaks, (K,) dB: masks summed in power."""
     from scipy.signal import find_peaks
 
+    # Masks of several peaks add up in power, not in dB: two equal masks raise the threshold by 3
+    # dB. Each mask is a parabola in the relative distance from its peak, its top some 5 dB below
+    # that.
     peaks, _ = find_peaks(level_db, prominence=_PROMINENT_DB)
     total = 10.0 ** (model_threshold_db(frequency_hz) / 10.0)
     for peak in peaks:
@@ -90,6 +96,9 @@ def felt_difference_db(
     All (K,); levels are power a band in dB re full scale. The masked threshold is added to both, so
     that only a difference that can be felt counts.
     """
+    # Adding the threshold to both sides turns "below the threshold" into "equal": two levels far
+    # below it give the same sum, two levels far above it keep their difference, and in between the
+    # difference fades instead of jumping.
     hidden = 10.0 ** (masked_threshold_db(frequency_hz, meant_db) / 10.0)
     differences = []
     for centre in BANDS_HZ:
@@ -99,6 +108,6 @@ def felt_difference_db(
             continue
         floor = float(hidden[inside].min())
         meant = float(np.sum(10.0 ** (meant_db[inside] / 10.0))) + floor
-        given = float(np.sum(10.0 ** (given_db[inside] / 10.0))) + floor
-        differences.append(abs(10.0 * np.log10(given / meant)))
+        other = float(np.sum(10.0 ** (given_db[inside] / 10.0))) + floor
+        differences.append(abs(10.0 * np.log10(other / meant)))
     return float(max(differences))

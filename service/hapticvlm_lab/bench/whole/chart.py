@@ -118,9 +118,9 @@ def measure(sources: Sequence[Source]) -> list[Row]:
             eye = id(way.encoder)
             if eye not in seen:
                 seen[eye] = embed(way, source)
-            found = deciding.decided(way, source, seen[eye])
+            decisions = deciding.decided(way, source, seen[eye])
             hows = feeling.RENDERINGS if deciding.is_default(way, source) else (DEFAULT,)
-            rows += [_row(source, way, how, found, prices) for how in hows]
+            rows += [_row(source, way, how, decisions, prices) for how in hows]
     return rows
 
 
@@ -165,9 +165,9 @@ def show(rows: Sequence[Row]) -> None:
 
 
 def _row(
-    source: Source, way: Method, how: Rendering, found: Sequence[Decided], prices: Prices
+    source: Source, way: Method, how: Rendering, decisions: Sequence[Decided], prices: Prices
 ) -> Row:
-    felt = [feeling.felt(each.rendition, each.truth, how) for each in found]
+    felt = [feeling.felt(each.rendition, each.truth, how) for each in decisions]
     right = [each.recognised for each in felt]
     low, high = wilson(sum(right), len(right))
     look = prices.looks.get(way.name)
@@ -176,7 +176,7 @@ def _row(
         decides=way.name,
         renders=how.name,
         is_default=deciding.is_default(way, source) and how == DEFAULT,
-        n=len(found),
+        n=len(decisions),
         share=round(sum(right) / len(right), 3),
         low=round(low, 3),
         high=round(high, 3),
@@ -185,13 +185,13 @@ def _row(
         look_ms=0.0 if look is None else round(look.median, 3),
         touch_ms=round(prices.touch_ms[how], 2),
         mb=0.0 if way.encoder is None else prices.mb[way.encoder.name],
-        worst=_worst(found, right),
+        worst=_worst(decisions, right),
     )
 
 
-def _worst(found: Sequence[Decided], right: Sequence[float]) -> str:
+def _worst(decisions: Sequence[Decided], right: Sequence[float]) -> str:
     shares = defaultdict(list)
-    for each, share in zip(found, right, strict=True):
+    for each, share in zip(decisions, right, strict=True):
         shares[each.truth].append(share)
     name = min(shares, key=lambda name: (np.mean(shares[name]), name))
     return f"{name} {np.mean(shares[name]):.0%} of {len(shares[name])}"

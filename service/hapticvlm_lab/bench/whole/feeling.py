@@ -111,6 +111,7 @@ def _percept(skin_c: Doubles, slide: Wave, strike: Wave) -> Doubles:
 
 def _answers(percept: Doubles) -> Doubles:
     """Return how often each material is nearest to the description with noise, (C,)."""
+    # The same noise for every touch: two renditions then differ by themselves.
     rng = np.random.default_rng(SEED)
     observed = percept + rng.standard_normal((TRIALS, percept.size))
     templates = _templates()

@@ -129,20 +129,20 @@ def _model(data: Path, row: Row) -> Model:
 
 
 def _by_material(textures: Iterable[Texture]) -> dict[str, tuple[Texture, ...]]:
-    found: dict[str, tuple[Texture, ...]] = {}
+    grouped: dict[str, tuple[Texture, ...]] = {}
     for texture in textures:
         if texture.material != materials.UNKNOWN:
-            found[texture.material] = (*found.get(texture.material, ()), texture)
-    return found
+            grouped[texture.material] = (*grouped.get(texture.material, ()), texture)
+    return grouped
 
 
 def _measured(entry: Mapping[str, Any]) -> dict[str, Any]:
     """Return linear sRGB colour, complex index and index of refraction, if they were measured."""
-    found: dict[str, Any] = {}
+    measured: dict[str, Any] = {}
     for key in ("color", "complexIor"):
         for value in entry.get(key) or []:
             if value.get("colorSpace") == "srgb-linear":
-                found[key] = value
+                measured[key] = value
     if entry.get("ior"):
-        found["ior"] = entry["ior"]
-    return found
+        measured["ior"] = entry["ior"]
+    return measured

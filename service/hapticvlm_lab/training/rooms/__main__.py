@@ -80,8 +80,8 @@ def _path(out: Path, number: int) -> Path:
 
 
 def _crops(rooms: Rooms, seeds: Iterable[int], most: int) -> Iterator[Crop]:
-    found = (picture for seed in seeds for picture in rooms.crops(seed))
-    large = (p for p in found if p.things and (p.ids == p.things[0].id).mean() >= LEAST)
+    pictures = (picture for seed in seeds for picture in rooms.crops(seed))
+    large = (p for p in pictures if p.things and (p.ids == p.things[0].id).mean() >= LEAST)
     for picture in itertools.islice(large, most):
         yield cut(picture), picture.things[0].label
 

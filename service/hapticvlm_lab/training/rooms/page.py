@@ -78,23 +78,23 @@ class Rooms:
 
     def _make(self, seed: int, views: int, side: int) -> list[Picture]:
         try:
-            made = self.page.evaluate(f"rooms.make({seed:d}, {views:d}, {side:d})")
+            shots = self.page.evaluate(f"rooms.make({seed:d}, {views:d}, {side:d})")
         except Error as error:
             raise RoomsError(f"room {seed}: {error.message.splitlines()[0]}") from error
-        return [_picture(**shot) for shot in made]
+        return [_picture(**shot) for shot in shots]
 
 
 def _picture(size: tuple[int, int], things: list[dict[str, Any]], pixels: str) -> Picture:
     rows = np.frombuffer(base64.b64decode(pixels), np.uint8).reshape(size[1], size[0], 4)[::-1]
     ids = rows[..., 3].copy()
-    found = tuple(Thing(**thing) for thing in things if (ids == thing["id"]).any())
-    return Picture(rows[..., :3].copy(), ids, found)
+    visible = tuple(Thing(**thing) for thing in things if (ids == thing["id"]).any())
+    return Picture(rows[..., :3].copy(), ids, visible)
 
 
 @contextmanager
 def opened(data: Path) -> Iterator[Rooms]:
     """Open the page on a data folder. Raises RoomsError."""
-    found = teaching(data)
+    teaching_files = teaching(data)
     chromium = shutil.which("chromium")
     if chromium is None:
         raise RoomsError("no chromium: apt-get install chromium libegl1 libgl1-mesa-dri")
@@ -104,7 +104,7 @@ def opened(data: Path) -> Iterator[Rooms]:
         "LP_NUM_THREADS": "1",
         **os.environ,
     }  # threads of the rasteriser
-    allowed = {f"/data/{name}": data / name for names in found.values() for name in names}
+    allowed = {f"/data/{name}": data / name for names in teaching_files.values() for name in names}
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS, env=env)
         try:
@@ -113,7 +113,7 @@ def opened(data: Path) -> Iterator[Rooms]:
             page.route("**/*", lambda route: _answer(route, allowed))
             page.goto(f"{ADDRESS}/web/index.html")
             page.wait_for_function("window.rooms")
-            page.evaluate("found => rooms.open(found)", found)
+            page.evaluate("files => rooms.open(files)", teaching_files)
             yield Rooms(page)
         finally:
             browser.close()
@@ -121,17 +121,17 @@ def opened(data: Path) -> Iterator[Rooms]:
 
 def teaching(data: Path) -> dict[str, list[str]]:
     """List tiles by folder, and skies, that may teach. Raises RoomsError for an empty folder."""
-    found: dict[str, list[str]] = {name: [] for name in FOLDERS.split()}
+    files: dict[str, list[str]] = {name: [] for name in FOLDERS.split()}
     tiles = data.glob("ambientcg_tiles/*/*.jpg")
     skies = data.glob("hdri/*_512.hdr")
     shown = [path for path in tiles if not sources.is_tile_held_back(path.name)]
     lit = [path for path in skies if path.name[: -len("_512.hdr")] not in sources.HDRI_HELD_BACK]
     for path in sorted([*shown, *lit]):
-        if path.parent.name in found:
-            found[path.parent.name].append(path.relative_to(data).as_posix())
-    if empty := [name for name, paths in found.items() if not paths]:
+        if path.parent.name in files:
+            files[path.parent.name].append(path.relative_to(data).as_posix())
+    if empty := [name for name, paths in files.items() if not paths]:
         raise RoomsError(f"{data}: nothing that may teach in {', '.join(empty)}")
-    return found
+    return files
 
 
 def _answer(route: Route, allowed: dict[str, Path]) -> None:
