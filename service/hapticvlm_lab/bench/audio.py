@@ -132,6 +132,8 @@ def run(plan: Plan, *, as_json: bool) -> int:
 
 
 def _rows(plan: Plan, console: Console) -> list[dict[str, Any]]:
+    # The load outlasts all rows of its condition: it is started once, since a service takes a
+    # second to start and the first frames of a scene cost more than the later ones.
     rows = []
     longest_s = (plan.seconds + SLIDE_S + ROW_S) * len(plan.blocks)
     with null_sink() as server, priority(plan.realtime):

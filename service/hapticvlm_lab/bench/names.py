@@ -109,6 +109,7 @@ def evaluate(title: str, names: Sequence[Name], *, held_back: bool) -> Score:
     right = [e.material == n.truth for n, e in spoke]
     sure = [(n, e) for n, e in spoke if e.confidence >= SURE]
     known = [(n, e) for n, e in spoke if e.confidence >= KNOWN]
+    # Wilson's interval, since shares near 100 % of a few dozen names have no symmetric one.
     low, high = wilson(sum(right), len(right))
     counts = Counter(name.truth for name in names)
     per_class = [

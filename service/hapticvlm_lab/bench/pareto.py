@@ -15,6 +15,8 @@ T = TypeVar("T")
 
 def pareto(ways: Iterable[T], cost: Callable[[T], float], worth: Callable[[T], float]) -> list[T]:
     """Return the methods that no cheaper one equals in worth, cheapest first."""
+    # From the cheapest on, a method is kept if it is better than every cheaper one, which is the
+    # last one kept.
     kept: list[T] = []
     for way in sorted(ways, key=lambda way: (cost(way), -worth(way))):
         if not kept or worth(way) > worth(kept[-1]):

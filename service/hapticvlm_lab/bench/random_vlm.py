@@ -134,6 +134,7 @@ def random_network(configuration: Any, precision: str, seed: int = 0, sd: float 
     from transformers import GenerationConfig, Qwen2VLForConditionalGeneration
     from transformers.initialization import no_init_weights
 
+    # Otherwise every weight is initialised twice: by the library, and by the loop below.
     with no_init_weights():
         model = Qwen2VLForConditionalGeneration._from_config(
             configuration, dtype=getattr(torch, precision)

@@ -132,6 +132,8 @@ class Scenes:
         number = 0
         while (due := began + number / plan.rate_hz) < began + plan.seconds:
             time.sleep(max(0.0, due - time.monotonic()))
+            # If the last answer took longer than a period, frames are due whose time has passed:
+            # only the newest is sent, as a scene does.
             newest = max(number, int((time.monotonic() - began) * plan.rate_hz))
             newest = min(newest, int(plan.seconds * plan.rate_hz) - 1)
             tally.offered += 1 + max(0, newest - number)

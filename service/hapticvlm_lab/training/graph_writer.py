@@ -79,6 +79,8 @@ class GraphWriter:
             high = min(high, most)
         low = min(low, 0.0)
         high = max(high, LEAST_RANGE)
+        # Zero must be a level of its own: padding and rectified cells are exactly 0, and an error
+        # there would be added up over the whole map.
         step = float(np.float32((high - low) / LEVELS))
         scale = self.constant(f"{x}.rounded.step", np.float32(step))
         zero = round(-low / step)
@@ -99,6 +101,8 @@ class GraphWriter:
         bias = self._outside(f"{name}.bias", TensorProto.INT32, shape[:1])
         steps = self._outside(f"{name}.steps", TensorProto.FLOAT, shape[:1])
         unit = self._outside(f"{name}.unit", TensorProto.FLOAT, shape[:1])
+        # Weights are int8 with a step for each output channel. The bias is int32 in units of input
+        # step times weight step, so that it adds to the sum of products without rounding.
         zeros = np.zeros(shape[0])
         whole = self.constant(f"zeros8.{shape[0]}", zeros.astype(np.int8))
         wide = self.constant(f"zeros32.{shape[0]}", zeros.astype(np.int32))

@@ -99,6 +99,8 @@ def embedding(network: Network, ranges: Ranges, head: Head) -> tuple[ModelProto,
     features, scores = _describe(graph, network)
     hidden = _hidden(graph, features, head)
     levels = _levels(graph, scores)
+    # The embedding has unit norm: a fixed share belongs to the hidden layer, the rest to the
+    # levels, and one number fills up whatever the levels leave of theirs.
     squares = graph.add("ReduceSumSquare", [levels], "levels.squares", axes=[1], keepdims=1)
     left = graph.add(
         "Sub", [_number(graph, "share", joint_embedding.SHARE), squares], "levels.left"
@@ -193,6 +195,8 @@ def _halved(graph: GraphWriter, mask: str, name: str) -> str:
 
 def _pooled(graph: GraphWriter, x: str, mask: str, name: str) -> list[str]:
     """Return mean and standard deviation of a map under the mask, (N, C) each."""
+    # Variance as the mean of squares less the square of the mean, in one pass over the map.
+    # Rounding can make it slightly negative, hence the rectifier before the root.
     rows = _rows(graph, x, name)
     mean = _mean(graph, rows, mask, name)
     squares = graph.add("Mul", [rows, rows], f"{name}.squares")

@@ -137,6 +137,8 @@ def choose_references(
 
 
 def _centres(points: Doubles, seed: int) -> Doubles:
+    # Lloyd's iteration: each point goes to its nearest centre, each centre to the mean of its
+    # points. |point - centre|^2 without |point|^2 orders the centres the same.
     rng = np.random.default_rng(seed)
     count = min(CENTRES, max(1, len(points) // FEW))
     centres = points[rng.choice(len(points), count, replace=False)]
@@ -153,6 +155,7 @@ def _surprise(
     fitted: Fitted, layer: LinearLayer, judged: Mapping[str, Described], scale: float
 ) -> float:
     """Return the mean surprise at a scale: photographs and renders, four and all, equally."""
+    # Photographs are one set and renders several: each kind counts as one.
     total = 0.0
     for name, described in judged.items():
         share = 1.0 if name == sources.CHOICE else 1.0 / (len(judged) - 1)

@@ -32,6 +32,7 @@ async def listening(handler: Callable[[ServerConnection], Awaitable[None]]) -> A
 async def main() -> None:
     """Serve until killed."""
     if "realtime" in sys.argv[1:]:
+        # The priority of the gateway: service and floor must meet the scheduler alike.
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
     async with listening(echo) as port:
         print(port, flush=True)

@@ -72,6 +72,8 @@ def measure() -> list[dict[str, Any]]:
 @contextmanager
 def _burning(count: int) -> Iterator[None]:
     """Run this many programs that compute without end, at normal priority."""
+    # The scheduler gives each of them its share of a core; with more of them than cores, a process
+    # of normal priority that wakes up has to wait for the end of somebody's time slice.
     command = [sys.executable, "-c", "while True: pass"]
     programs = [subprocess.Popen(command) for _ in range(count)]
     try:

@@ -171,6 +171,8 @@ def contact_error(
 
 def _rendered_c(beliefs: Doubles, contacts: Doubles) -> float:
     """Render as the product does: the material if it is sure enough, else the expectation."""
+    # A wrong material is felt by its distance from the right one, so the belief that is needed to
+    # render a material grows with its distance from the expectation.
     named = dict(zip(FOUR, beliefs.tolist(), strict=True))
     expected_c = _contact_c(expected_thermal(named, MATERIALS))
     best = int(beliefs.argmax())
@@ -184,6 +186,8 @@ def _contact_c(bulk: Thermal) -> float:
 
 def _scene_taught(seen: Seen, zero: Doubles) -> dict[str, object]:
     """Name NAMED objects at random; judge all others without and with their help."""
+    # The named objects are drawn at random DRAWS times. Only the other objects are judged, each
+    # with the references that the named ones of its scene give.
     rng = np.random.default_rng([SEED, NAMED])
     names = np.unique(seen.objects)
     before = []
@@ -328,6 +332,8 @@ def enrolled(seen: Seen, chosen: NDArray[np.int64], gallery: Gallery) -> Gallery
 
 def _draw(seen: Seen, count: int, rng: np.random.Generator) -> NDArray[np.int64] | None:
     """Draw `count` pictures a class, of as many objects as possible, of half of them at most."""
+    # One picture of each object first, then a second of each: references of many objects teach a
+    # material, those of one object teach that object.
     chosen: list[int] = []
     for label in range(len(FOUR)):
         objects = rng.permutation(np.unique(seen.objects[seen.truth == label]))

@@ -217,6 +217,7 @@ def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
     graded = [row for row in rows if row.family in PICTURE_FAMILIES and row.four and row.latency_ms]
     if not graded:
         return None
+    # A cheaper method whose interval reaches the best one may be as good: the data cannot tell.
     best = max(graded, key=_accuracy)
     reaching = [row for row in graded if row.four and row.four.high >= _accuracy(best)]
     return best, min(reaching, key=lambda row: row.latency_ms or 0.0)

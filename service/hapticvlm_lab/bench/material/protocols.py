@@ -122,12 +122,14 @@ def _gallery(
     classes: Sequence[str],
 ) -> Gallery:
     """Build a gallery of these rows that is not calibrated: the nearest decides."""
+    # Sharp, and without any belief in unknown: a forced choice needs no calibration.
     even = Calibration(labelled.sharpness, 0.0, 0.0)
     return Gallery("", tuple(classes), labelled.embeddings[rows], labels, even)
 
 
 def _merge(draws: Sequence[Score], references: int, objects: int) -> Score:
     """Average over draws; the interval counts the objects a draw tests, the sd is over draws."""
+    # All draws test about the same objects, so the interval must not shrink with their number.
     first = draws[0]
     shares = [draw.accuracy for draw in draws]
     mean = float(np.mean(shares))

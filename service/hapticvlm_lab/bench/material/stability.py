@@ -222,6 +222,8 @@ def _ask(
     among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
     best = beliefs.max(axis=1)
     spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
+    # References stay clean while the tested picture gets worse: a user enrols in good light, and
+    # recognises in any.
     known = LabelledEmbeddings(references, truth, objects, gallery.calibration.sharpness)
     enrolled = left_out(known, embeddings)
     return Predictions(names[among.argmax(axis=1)], enrolled, spoken, best)

@@ -27,9 +27,9 @@ from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 from hapticvlm.processes.priority import request_priority
 from hapticvlm_lab.bench.rigs import Process, first_line, helper
 
-TURN_S = 0.005  # what arrives is taken at once
+TURN_S = 0.005  # longest step of the simulated plate
 READ_BYTES = 4096
-PING_BYTES = 16  # as an OFF and a little more
+PING_BYTES = 16  # somewhat more than an OFF
 OFF = "OFF on the line"
 PING = "ping on the line"
 
@@ -95,6 +95,8 @@ def main() -> None:
     deframer = Deframer()
     state = ""
     while True:
+        # Bytes wake the loop at once; without any it wakes after TURN_S, so that the simulated
+        # plate's time goes on.
         ready, _, _ = select.select([master, pinged], [], [], TURN_S)
         data = os.read(master, READ_BYTES) if master in ready else b""
         now = time.monotonic()

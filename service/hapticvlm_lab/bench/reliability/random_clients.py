@@ -28,7 +28,7 @@ MATERIALS = ("wood", "metal", "glass", "unknown")
 PHASES = ("approach", "contact", "contact", "slide", "slide", "release")
 HANDS = ("left", "right")
 SIDE = 96
-ANSWERED_S = 10.0  # every request, however busy the machine
+ANSWERED_S = 10.0  # bound for every answer, however busy the machine
 ROLES = ("scene", "scene", "observer")
 
 
@@ -91,6 +91,7 @@ class RandomClient:
             self.is_owner = bool(message["owner"])
         if number == 0:
             return
+        # Popped, so that a second answer to the same request finds nothing and is a fault.
         asked = self.asked.pop(number, None)
         if asked is None:
             self.faults.append(f"{self.name}: {kind} answers {number}, which awaits no answer")

@@ -153,6 +153,8 @@ def draw_plates(count: int, seed: int = SEED) -> list[Variation]:
 
 
 def _variation(rng: np.random.Generator) -> Variation:
+    # Uniform where a data sheet gives a range, normal for the thermistors, whose tolerance is a
+    # deviation. The logarithm of the palm's resistance is uniform: it varies by a factor of ten.
     module = Module(
         seebeck=SEEBECK * rng.uniform(0.95, 1.05),
         resistance=RESISTANCE * rng.uniform(0.9, 1.15),
@@ -257,6 +259,7 @@ class Rig:
         self._coldest_c = min(self._coldest_c, self._plant.plate_c)
 
     def _sums(self, noise: np.ndarray) -> Sums:
+        # Each thermistor is off by its own tolerance, and its sum of 16 conversions is noisy.
         first, second, sink = self._variation.offsets_c
         plate_c = self._plant.plate_c
         sink_c = self._plant.sink_c

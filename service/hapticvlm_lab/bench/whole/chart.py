@@ -208,6 +208,8 @@ def _prices(ways: Sequence[Method], stated: Source | None) -> Prices:
 
 def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
     """Time the computations of a touch, in turns: the least of ROUNDS of each part, summed."""
+    # A rendering is the sum of its parts, and parts that two renderings share are timed for each of
+    # them: what a difference of a tenth of a millisecond means is seen from those.
     parts = {(how, name): part for how in hows for name, part in feeling.work(how).items()}
     us = least_us(parts, ROUNDS)
     return {how: sum(us[key] for key in parts if key[0] == how) / 1e3 for how in hows}

@@ -68,6 +68,8 @@ def is_default(way: Method, source: Source) -> bool:
 
 def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Decided]:
     """Decide every object of a source that has a material; `embeddings` of its views, (N, D)."""
+    # All views of an object are fused as a session fuses what it sees over time; what the scene
+    # states of the object comes on top, and the ladder decides which of them speaks first.
     seen = encoder_evidence(way, embeddings)
     places: dict[str, list[int]] = defaultdict(list)
     for place, view in enumerate(source.views):

@@ -88,6 +88,8 @@ def _felt(
     bulk: Thermal | None, texture: Vibrating, impact: Vibrating, truth: str, how: Rendering
 ) -> Felt:
     skin_c = _followed(bulk, how.heat)
+    # The true material is rendered as shipped, whatever the rendering under test: a cheaper
+    # rendering is judged by its distance from the intended feel, not by its own idea of the truth.
     slide = _at(_slide, texture)
     strike = _at(lambda name: _strike(name, how.modes), impact)
     slide_db = difference_db(steady_db(_slide(truth)), steady_db(slide))
@@ -102,6 +104,8 @@ def _felt(
 
 def _percept(skin_c: Doubles, slide: Wave, strike: Wave) -> Doubles:
     """Return the observer's description of a touch, (F,), in units of its noise."""
+    # Each channel is divided by its own noise, so that a step of one unit is equally noticeable in
+    # all of them, and the distance of two descriptions is a number of such units.
     noise = _noise()
     waves = (strike, slide[: round(TOUCH_S * RATE_HZ)])
     touch = [vibration_steps(wave, RATE_HZ) / noise.touch for wave in waves]

@@ -69,6 +69,8 @@ def direction(azimuth: float, elevation: float) -> Array:
 
 def distance(points: Array, aim: Array, at: Array, fov: float, share: float) -> float:
     """Find the distance along `at` where the points fill `share` of a picture, by halving."""
+    # The share falls with the distance, so halving finds it; no formula does for points of any
+    # shape.
     low = _CLOSEST
     high = _FARTHEST
     for _ in range(_HALVINGS):

@@ -20,6 +20,9 @@ Linear = NDArray[np.floating]
 
 def denoise(first: Linear, second: Linear) -> Linear:
     """Join two halves (N, H, W, 3) of one picture, smoothed as far as they disagree."""
+    # The variance of the mean of two halves is a quarter of the squared difference between them; it
+    # is smoothed, since a single difference is a poor estimate. The distance of two patches is then
+    # lowered by the noise that both have, so that only a real difference of texture counts.
     mean = _root((first + second) / 2)
     spread = (_root(first) - _root(second)) ** 2 / 4
     variance = _box(spread, 2 * _PATCH + 1)
