@@ -300,7 +300,7 @@ class Server:
         while self._control("info").returncode:
             if self.process.poll() is not None or time.monotonic() > gives_up_at:
                 self.kill()
-                raise SinkError("pulseaudio does not start here")
+                raise SinkError(f"pulseaudio did not start within {START_S:g} s")
             time.sleep(0.05)
 
     def kill(self) -> None:

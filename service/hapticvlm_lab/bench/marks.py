@@ -61,7 +61,7 @@ class Mark:
 def run(*, write: bool, as_json: bool) -> int:
     """Measure and print a table or JSON. Returns 0 even if a mark is missed: that is a finding."""
     if write and not DOCUMENT.is_file():
-        raise UsageError("--write: no docs/MEASURED.md here; run this in a checkout")
+        raise UsageError("--write needs docs/MEASURED.md: run this in a checkout")
     marks = list(measure())
     if write:
         text = DOCUMENT.read_text(encoding="utf-8")
@@ -79,7 +79,7 @@ def measure() -> Iterator[Mark]:
     yield from _latencies()
     turns = turns_beside(SECONDS)
     p99_us = turns.turns[0].p99_us
-    yield Mark("a turn of the loop, the dearest kind: p99", "ms of a core", 0.25, p99_us / 1e3)
+    yield Mark("a turn of the loop, the longest kind: p99", "ms of a core", 0.25, p99_us / 1e3)
     yield Mark(
         "the same over all that a bare echo's loop does for a message: p99",
         "",
@@ -170,7 +170,7 @@ def as_table(marks: list[Mark]) -> str:
         what = f"{mark.what}, {mark.unit}" if mark.unit else mark.what
         rows.append(f"| {what} | {mark.most:g} | {now} |")
     machine = f"version {__version__}, {os.cpu_count()} cores, {kind}"
-    head = f"**Marks** (`hapticvlm measure marks`; {machine}; what is above its mark is bold):"
+    head = f"**Marks** (`hapticvlm measure marks`; {machine}; a figure above its mark is bold):"
     return "\n".join((head, "", *rows))
 
 
@@ -179,5 +179,5 @@ def put(text: str, table: str) -> str:
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
-        raise UsageError(f"docs/MEASURED.md: the comments are gone: {BEGIN} and {END}")
+        raise UsageError(f"docs/MEASURED.md lacks the comments {BEGIN} and {END}")
     return f"{before}{BEGIN}\n{table}\n{END}{after}"

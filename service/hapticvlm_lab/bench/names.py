@@ -70,7 +70,7 @@ def run(data: Path | None, as_json: bool) -> int:
     """Print tables or JSON; return 2 when there is no data."""
     folder = data or SIBLING
     if not (folder / "labels.csv").is_file():
-        print(f"no labels.csv in {folder}: pass --data with a folder of labelled pictures")
+        print(f"{folder} has no labels.csv: give a folder of labelled pictures with --data")
         return 2
     report = []
     for source in SETS:
@@ -188,11 +188,11 @@ def _calibration_error(spoke: Sequence[tuple[Name, Evidence]]) -> float | None:
 
 
 def _print_score(score: Score, names: Sequence[Name]) -> None:
-    kind = "held back" if score.held_back else "seen while writing the word lists"
+    kind = "held back" if score.held_back else "known while the word lists were written"
     print(f"\n== {score.set}: n = {score.n}, {kind}")
-    print(f"spoke on {score.coverage:.1%}; right where it spoke {_percent(score.accuracy)}", end="")
-    print(f" [{score.low:.1%}, {score.high:.1%}]; sure on {score.sure:.1%}", end="")
-    print(f", right there {_percent(score.sure_accuracy)}")
+    print(f"named {score.coverage:.1%}; right among these {_percent(score.accuracy)}", end="")
+    print(f" [{score.low:.1%}, {score.high:.1%}]; sure of {score.sure:.1%}", end="")
+    print(f", right among these {_percent(score.sure_accuracy)}")
     print(
         f"right of all, balanced over classes {score.balanced:.1%}; majority {score.majority:.1%}",
         end="",

@@ -337,4 +337,4 @@ def _print(console: Console, result: dict[str, Any]) -> None:
     for size, took in result["curve_core_ms"].items():
         bare.add_row(size, f"{took:.2f}", f"{took / int(size):.2f}")
     console.print(bare)
-    console.print(f"batching gains: {result['gain']}")
+    console.print(f"gain of batching: {result['gain']}")

@@ -107,7 +107,7 @@ def _print(rows: Sequence[dict[str, Any]]) -> None:
     for kind in dict.fromkeys(row["priority"] for row in rows):
         for stream in STREAMS:
             breaking = breaks_at(rows, kind, stream)
-            where = "nowhere here" if breaking is None else f"beside {breaking} busy programs"
+            where = "never here" if breaking is None else f"beside {breaking} busy programs"
             print(f"{kind}, {stream}: p99 above {LATE_MS:g} ms {where}")
 
 

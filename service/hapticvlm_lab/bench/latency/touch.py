@@ -113,7 +113,7 @@ def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
     for kind, burnt in vlm.items():
         console.print(f"{kind}: the VLM ({burnt['model']}) kept {burnt['cores']} cores busy")
     if len(rows) < 2 * (len(LOADS) + with_vlm):
-        console.print("real-time priority is not permitted here: those rows are missing")
+        console.print("real-time priority is not permitted here: its rows are missing")
     report = {"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}
     if as_json:
         print(json.dumps({**report, "vlm": vlm or None}))
@@ -176,7 +176,7 @@ def _burning(seconds: float) -> Iterator[dict[str, Any]]:
     report: dict[str, Any] = {}
     with helper("latency.burn", seconds + MARGIN_S + 1.0, os.cpu_count() or 1) as process:
         if first_line(process) != "burning":
-            raise RuntimeError("the VLM did not start; it needs the extra `models`")
+            raise RuntimeError("the VLM did not start; install the extra `models`")
         yield report
         report |= report_of(process, BURN_END_S)
 

@@ -108,7 +108,7 @@ def _turn(what: str, took_us: list[float]) -> Turn:
 
 def _table(result: Found) -> Table:
     title = f"turns of the gateway's loop beside touches and {LOAD}, us of processor time"
-    table = Table("what runs", "n", "median", "p99", "longest", title=title)
+    table = Table("callback", "n", "median", "p99", "longest", title=title)
     for turn in result.turns:
         table.add_row(*_figures(turn))
     table.add_section()

@@ -115,7 +115,7 @@ def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
     """
     sources, skipped = load_sources(where)
     if not sources:
-        print("\n".join(["no pictures to chart on:", *skipped]))
+        print("\n".join(["no pictures found:", *skipped]))
         return 2
     methods, missing = assemble(named or networks(where.data))
     skipped += missing
@@ -275,10 +275,12 @@ def print_end(skipped: Sequence[str]) -> None:
     """Print the legend, and the sources and methods that were skipped."""
     print("\nBalanced accuracy, %, 95 % interval over objects; k: references a class from other")
     print("objects of the source, among 4, +- s.d. of 20 draws;")
-    print("unknown: share rejected where 5 % of the known are. Core, wall: median time of one core")
-    print("and of the clock; p99: of the clock; floors: core time over that of decoding one JPEG.")
+    print("unknown: share rejected at 5 % false rejection. Core, wall: median time of one core")
+    print(
+        "and of the wall clock; p99: wall clock; floors: core time over that of decoding one JPEG."
+    )
     for text in skipped:
-        print(f"left out  {text}")
+        print(f"skipped  {text}")
 
 
 def _line(row: Row) -> str:

@@ -146,16 +146,16 @@ def run(where: Where, out: Path, *, as_json: bool) -> int:
     sources = [_thinned(source.keep(FOUR), where.limit) for source in readable]
     sources = [source for source in sources if source.views]
     if not sources:
-        print("\n".join(["no pictures to shake:", *skipped]))
+        print("\n".join(["no pictures found:", *skipped]))
         return 2
     encoder = load_encoder()
     default = Default(encoder, load_gallery(encoder=encoder))
     blanks = blank_answers(default)
     results: dict[str, list[Curve]] = {}
-    for source in track(sources, "shaking each source"):
+    for source in track(sources, "perturbing each source"):
         results[source.name] = shake_source(source, default)
         if not as_json:
-            print(f"\n== {source.name}, {len(source.views)} pictures: where it breaks")
+            print(f"\n== {source.name}, {len(source.views)} pictures")
             print("\n".join(f"  {sentence(curve)}" for curve in results[source.name]))
     files = [path for name in results for path in draw(name, results[name], out / NAME)]
     report = _report(encoder, results, blanks, skipped) | {"files": [str(f) for f in files]}
@@ -294,7 +294,7 @@ def _print_end(blanks: dict[str, str], skipped: Sequence[str]) -> None:
     answers = ", ".join(f"{name}: {answer}" for name, answer in blanks.items())
     print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {answers}")
     for text in skipped:
-        print(f"left out  {text}")
+        print(f"skipped  {text}")
 
 
 def sentence(curve: Curve) -> str:

@@ -180,7 +180,7 @@ CONDITIONS = {
     "idle": Condition(),
     "2 x 120 frames/s": Condition(load=_frames),
     **{f"flood: {kind}": _flooded(kind) for kind in TINY},
-    "log nobody reads": Condition(service=_unread, load=_fill),
+    "log without a reader": Condition(service=_unread, load=_fill),
     "recogniser killed before, 30 recordings": Condition(
         service=_with_recordings,
         strike=_kill("recogniser"),

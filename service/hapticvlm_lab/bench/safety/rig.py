@@ -98,11 +98,11 @@ def build(setting: Setting, place: Path) -> Core:
     """Compile the core with a setting into a folder. Raises CoreError."""
     compiler = shutil.which("g++")
     if compiler is None:
-        raise CoreError("the firmware's core is compiled for this chart: install g++")
+        raise CoreError("g++ is missing: this chart compiles the firmware's core")
     glue = FOLDER / "hosttests" / "library.cpp"
     sources = sorted((FOLDER / "core").glob("*.cpp"))
     if not glue.is_file() or not sources:
-        raise CoreError("needs the repository's firmware/ folder: run it from a checkout")
+        raise CoreError("the firmware/ folder is missing: run this in a checkout")
     library = place / f"core_{setting.window_ms}_{setting.heat_limit_ma}.so"
     limits = (
         f"-DRUNAWAY_WINDOW_MS={setting.window_ms}",

@@ -250,7 +250,7 @@ def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
     with figures.figure(stem, SIZE_IN, 2, dpi=DPI, sharey=True) as (drawn, panels):
         heading = f"Vibration, every way. {reason[:1].upper()}{reason[1:]}."
         figures.title(drawn, textwrap.fill(heading, 120))
-        panels[0].set_ylabel("largest felt difference, dB, masked by what is meant")
+        panels[0].set_ylabel("largest difference that a palm feels, dB")
         for axes, panel in zip(panels, PANELS, strict=True):
             shown = [row for row in rows if row.knob == panel[0]]
             _panel(axes, shown, panel)

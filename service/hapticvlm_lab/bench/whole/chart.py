@@ -135,7 +135,7 @@ def sentence(rows: Sequence[Row]) -> str:
         if best.share > default.share:
             text += f", {best.name} {best.share:.0%} for {best.core_ms:.1f} ms"
         parts.append(text)
-    return "felt as what they are. " + "; ".join(parts)
+    return "recognised by touch: " + "; ".join(parts)
 
 
 def undominated(rows: Sequence[Row]) -> list[Row]:
@@ -150,17 +150,16 @@ def show(rows: Sequence[Row]) -> None:
         there = [row for row in rows if row.source == source]
         kept = undominated(there)
         print(f"\n{source}: {there[0].n} objects of {len(MATERIALS)} materials")
-        print(
-            f"{'felt right':>16} {'skin':>8} {'texture':>8} {'look':>8} {'touch':>8} {'memory':>8}"
-        )
+        print(f"{'recognised':>16} {'skin':>8} {'texture':>8} {'picture':>8}", end="")
+        print(f" {'touch':>8} {'memory':>8}")
         for row in there:
             share = f"{row.share:.0%} [{100 * row.low:.0f}, {100 * row.high:.0f}]"
             cells = f"{share:>16} {row.skin_c:>5.2f} °C {row.texture_db:>5.1f} dB"
             cells += f" {row.look_ms:>5.1f} ms {row.touch_ms:>5.1f} ms {row.mb:>5.0f} MB"
             mark = " (default)" if row.is_default else ""
             line = " *" if row in kept else "  "
-            print(f"{cells}{line} {row.name}{mark}; least: {row.worst}")
-    print("\n* no cheaper one is as good, but for a scene that states its materials")
+            print(f"{cells}{line} {row.name}{mark}; weakest: {row.worst}")
+    print("\n* no cheaper pipeline equals it, except for a scene that states its materials")
     print(sentence(rows))
 
 
@@ -230,8 +229,8 @@ def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
             _draw_source(axes, [row for row in rows if row.source == source], look)
         axes.set(xscale="log", ylim=(-4, 108))
         axes.set_xlim(*figures.span([row.core_ms for row in rows], 1.3, 1.6))
-        axes.set_xlabel("ms of one core for one look and one touch of a second")
-        axes.set_ylabel("objects felt as what they are, % (predicted)")
+        axes.set_xlabel("ms of one core for one recognition and one touch of a second")
+        axes.set_ylabel("objects recognised by touch, % (predicted)")
         axes.legend(loc="lower right")
         richest = max(sources, key=lambda source: sum(row.source == source for row in rows))
         colour = LOOKS[list(sources).index(richest)][0]

@@ -74,7 +74,7 @@ def make_set(job: Job, catalogue: Catalogue, out: Path, limit: int | None = None
         (out / folder).mkdir(parents=True, exist_ok=True)
     plans = job.plans[:limit]
     about = _read_about(out)
-    for plan in track(plans, f"Rendering {job.name}"):
+    for plan in track(plans, f"rendering {job.name}"):
         if not all((out / name).exists() for name in _files(plan, job)):
             about[plan.object_id] = make_object(plan, job, catalogue, out)
             _write_about(out, about)

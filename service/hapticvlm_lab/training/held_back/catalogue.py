@@ -70,7 +70,9 @@ def read_catalogue(data: Path, *, teaches: bool = False) -> Catalogue:
             rows = list(csv.DictReader(file))
         values = json.loads((data / "pb_renders" / "values.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise CatalogueError(f"{data}: not the data folder ({error})") from None
+        raise CatalogueError(
+            f"{data} is not a data folder with labels.csv and pb_renders/values.json: {error}"
+        ) from None
     skies = [data / row["path"] for row in rows if is_sky(row, teaches=teaches)]
     models = {model.name: model for model in (_model(data, row) for row in rows if is_model(row))}
     if teaches:

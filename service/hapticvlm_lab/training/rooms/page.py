@@ -97,9 +97,9 @@ def opened(data: Path) -> Iterator[Rooms]:
     teaching_files = teaching(data)
     chromium = shutil.which("chromium")
     if chromium is None:
-        raise RoomsError("no chromium: apt-get install chromium libegl1 libgl1-mesa-dri")
+        raise RoomsError("Chromium is missing: apt-get install chromium libegl1 libgl1-mesa-dri")
     if not THREE.is_dir():
-        raise RoomsError(f"no three.js: npm ci --prefix {os.path.relpath(HERE)}")
+        raise RoomsError(f"three.js is missing: npm ci --prefix {os.path.relpath(HERE)}")
     env: dict[str, str | float | bool] = {
         "LP_NUM_THREADS": "1",
         **os.environ,
@@ -130,7 +130,7 @@ def teaching(data: Path) -> dict[str, list[str]]:
         if path.parent.name in files:
             files[path.parent.name].append(path.relative_to(data).as_posix())
     if empty := [name for name, paths in files.items() if not paths]:
-        raise RoomsError(f"{data}: nothing that may teach in {', '.join(empty)}")
+        raise RoomsError(f"{data}: no teaching pictures in {', '.join(empty)}")
     return files
 
 
