@@ -42,7 +42,7 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class TurnTimes:
     """Every kind of turn of the gateway, the longest at p99 first, and the floor."""
 
     turns: list[Turn]
@@ -62,7 +62,7 @@ def run(*, seconds: float, as_json: bool) -> int:
     return 0
 
 
-def measure(seconds: float) -> Found:
+def measure(seconds: float) -> TurnTimes:
     """Measure while touches, echoes and frames run."""
     with (
         helper("latency.timed_echo") as echoing,
@@ -75,7 +75,7 @@ def measure(seconds: float) -> Found:
     took = by_kind(json.loads(last)["turns"]).items()
     turns = [_turn(what, us) for what, us in took if len(us) >= LEAST_HZ * seconds]
     turns.sort(key=lambda turn: -turn.p99_us)
-    return RemoteMatch(turns, _turn("a bare echo, read and answered", by_message(echoed)))
+    return TurnTimes(turns, _turn("a bare echo, read and answered", by_message(echoed)))
 
 
 def by_kind(turns: Turns) -> dict[str, list[float]]:
@@ -106,7 +106,7 @@ def _turn(what: str, took_us: list[float]) -> Turn:
     return Turn(what, len(steady), median, p99, longest)
 
 
-def _table(result: Found) -> Table:
+def _table(result: TurnTimes) -> Table:
     title = f"turns of the gateway's loop beside touches and {LOAD}, us of processor time"
     table = Table("callback", "n", "median", "p99", "longest", title=title)
     for turn in result.turns:
