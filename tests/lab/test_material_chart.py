@@ -14,7 +14,7 @@ import pytest
 from tiny_capture import OBJECTS, VIEWS, drawn, write_capture
 from tiny_encoders import write_classifier
 
-from hapticvlm.evidence.ladder import decide, fuse
+from hapticvlm.evidence.ladder import decide, fuse_recognitions
 from hapticvlm.messages import Frame, Shader
 from hapticvlm.statistics import wilson
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
@@ -299,7 +299,7 @@ def test_fused_answers_are_one_an_object_and_those_of_fuse(source: Source) -> No
     assert sorted(said.objects.tolist()) == sorted(OBJECTS)
     for at, name in enumerate(said.objects.tolist()):
         views = [gallery.match(row) for row in embeddings[source.objects == name]]
-        assert (said.spoken[at] or "unknown") == decide([fuse(views)]).material
+        assert (said.spoken[at] or "unknown") == decide([fuse_recognitions(views)]).material
         assert said.truth[at] == OBJECTS[name][0]
 
 

@@ -13,7 +13,7 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import MAX_MESSAGE_BYTES
 from hapticvlm.rendering.vibration.patterns import LONGEST_S
 from hapticvlm.rendering.vibration.vibration import IMPACTS
-from hapticvlm.server.budgets import MAX_SCENES
+from hapticvlm.server.edge.limits import MAX_SCENES
 from hapticvlm_lab.bench.audio import LOAD, Recording
 from hapticvlm_lab.bench.latency.touch import LOADS
 from hapticvlm_lab.bench.reliability.board import PING, PtyBoard, board_on_a_terminal

@@ -131,7 +131,7 @@ def test_the_same_seed_draws_the_same_room_whatever_was_drawn_before(rooms: Room
 def test_what_is_held_back_is_neither_listed_nor_given_to_the_page(
     rooms: Rooms, data: Path
 ) -> None:
-    found = page.reference_request(data)
+    found = page.teaching(data)
     assert sources.is_tile_held_back(f"ambientcg_tiles/wood/{HELD_BACK}.jpg")
     assert found["wood"] == [f"ambientcg_tiles/wood/{TEACHES}.jpg"]
     assert found["hdri"] == ["hdri/open_field_512.hdr"]

@@ -82,7 +82,7 @@ def make(network: str, data: Path, work: Path, out: Path) -> str:
     ranges = _ranges(network, layers, data, work)
     model, graph = lite_graph.describing(layout, ranges)
     weights = packaged_weights.quantise(layers, graph.scales)
-    teaching = describing.reference_request(data, work, layout.side)
+    teaching = describing.teaching(data, work, layout.side)
     judging = describing.judging(data, work, layout.side)
     described = describing.describe_all(model, weights, teaching | judging, work / network)
     taught = [described[name] for name in teaching]

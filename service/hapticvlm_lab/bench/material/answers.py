@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.evidence import ladder
-from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide, fuse, pool
+from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide, fuse, fuse_recognitions, pool
 from hapticvlm.evidence.names import from_name
 from hapticvlm.evidence.shader import from_shader
 from hapticvlm_lab.bench.material.data import FOUR, Source, crops
@@ -130,7 +129,7 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     first = np.array([unit.argmax() for unit in units])
     stated = [object_evidence(method, source, name) for name in objects[first].tolist()]
     views = [[evidence[row] for row in np.flatnonzero(unit)] if evidence else [] for unit in units]
-    fused = [[fusion.fuse(each)] if each else [] for each in views]
+    fused = [[fuse_recognitions(each)] if each else [] for each in views]
     means = [[fuse(each)] if each else [] for each in views]
     verdicts = [decide([*known, *view]) for known, view in zip(stated, fused, strict=True)]
     forced = [[*known, *view] for known, view in zip(stated, means, strict=True)]

@@ -11,8 +11,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hapticvlm.evidence import fusion
-from hapticvlm.evidence.ladder import Evidence, decide, pool
+from hapticvlm.evidence.ladder import Evidence, decide, fuse_recognitions, pool
 from hapticvlm.materials import MATERIALS
 from hapticvlm.session.decisions import Rendition, choose_rendition
 from hapticvlm.vision.encoders.loading import load_encoder
@@ -89,7 +88,7 @@ def _rendition(
     if way.name == STATED:
         return _as_sure(view.truth)
     stated = object_evidence(way, source, view.object_id)
-    looks = [ladder.fuse_recognitions(seen[place] for place in places)] if seen else []
+    looks = [fuse_recognitions(seen[place] for place in places)] if seen else []
     evidence = [*stated, *looks]
     if way.name == GUESS:
         return _as_sure(max(pool(evidence).items(), key=lambda item: item[1])[0])

@@ -26,7 +26,7 @@ from hapticvlm.rendering.heat.contact import thermal_contact
 from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
-from hapticvlm.session.rendition import Rendition
+from hapticvlm.session.decisions import Rendition
 from hapticvlm_lab.bench.thermal import chart as heat
 from hapticvlm_lab.bench.thermal.chart import TICK_S
 from hapticvlm_lab.bench.thermal.reference import contact_surface
