@@ -248,7 +248,7 @@ def _least_us(works: Mapping[K, Callable[[], object]]) -> dict[K, float]:
 def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
     """Write `stem`.png and .svg; return both."""
     with figures.figure(stem, SIZE_IN, 2, dpi=DPI, sharey=True) as (drawn, panels):
-        heading = f"Vibration, every way. {reason[:1].upper()}{reason[1:]}."
+        heading = f"Vibration: {reason}."
         figures.title(drawn, textwrap.fill(heading, 120))
         panels[0].set_ylabel("largest difference that a palm feels, dB")
         for axes, panel in zip(panels, PANELS, strict=True):
@@ -268,7 +268,7 @@ def _panel(axes: Axes, rows: Sequence[Row], panel: tuple[str, str, str, str, str
         axes.plot(*_at(row), marker, color=colour, markersize=7, zorder=4)
         if row.is_default:
             figures.ring(axes, *_at(row))
-    figures.level(axes, JND_DB, f"told apart from {JND_DB:g} dB on", align="left")
+    figures.level(axes, JND_DB, f"noticeable from {JND_DB:g} dB on", align="left")
     axes.set(xscale="log", yscale="log", title=title, xlabel=across)
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))  # hardly a decade wide
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
