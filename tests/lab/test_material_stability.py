@@ -244,7 +244,7 @@ def test_the_command_draws_curves_and_gives_their_figures(tmp_path: Path) -> Non
         assert Path(file).stat().st_size > 5000
 
 
-def test_a_capture_without_pictures_to_shake_is_refused(tmp_path: Path) -> None:
+def test_a_capture_without_pictures_is_refused(tmp_path: Path) -> None:
     (tmp_path / "capture.jsonl").write_text("")
     asked = ["--capture", str(tmp_path), "--data", str(tmp_path), "--out", str(tmp_path / "out")]
     done = subprocess.run(
@@ -255,7 +255,7 @@ def test_a_capture_without_pictures_to_shake_is_refused(tmp_path: Path) -> None:
         timeout=300,
     )
     assert done.returncode == 2
-    assert "no pictures to shake" in done.stdout
+    assert "no pictures found" in done.stdout
 
 
 def _step(severity: float, accuracy: float) -> Step:

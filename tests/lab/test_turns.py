@@ -11,7 +11,7 @@ pytestmark = pytest.mark.process
 SECONDS = 2.0
 
 
-def test_reads_frames_and_ticks_of_a_running_service_are_timed_and_told_dearest_first(capsys):
+def test_reads_frames_and_ticks_of_a_running_service_are_timed_and_listed_longest_first(capsys):
     assert turns.run(seconds=SECONDS, as_json=True) == 0
     figures = json.loads(capsys.readouterr().out)
     rows, floor = figures["rows"], figures["floor"]

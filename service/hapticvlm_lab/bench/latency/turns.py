@@ -65,7 +65,7 @@ def run(*, seconds: float, as_json: bool) -> int:
 def measure(seconds: float) -> TurnTimes:
     """Measure while touches, echoes and frames run."""
     with (
-        helper("latency.timed_echo") as echoing,
+        helper("latency.echo", "timed") as echoing,
         running(["--no-realtime"], module=MODULE) as service,
     ):
         port = int(first_line(echoing))

@@ -53,7 +53,7 @@ def load_sources(where: Where) -> tuple[list[Source], list[str]]:
     for name in PICTURES:
         source = None if where.data is None else read_pictures(where.data, name)
         if source is None:
-            skipped.append(f"{name}: no labelled pictures of it; pass --data")
+            skipped.append(f"{name}: no labelled pictures; give their folder with --data")
         else:
             sources_read.append(thin(source, where.limit))
     return sources_read, skipped
