@@ -98,7 +98,9 @@ def build(setting: Setting, place: Path) -> Core:
     """Compile the core with a setting into a folder. Raises CoreError."""
     compiler = shutil.which("g++")
     if compiler is None:
-        raise CoreError("g++ is missing: this chart compiles the firmware's core")
+        raise CoreError(
+            "g++ is missing: install g++, with which this chart compiles the firmware's core"
+        )
     glue = FOLDER / "hosttests" / "library.cpp"
     sources = sorted((FOLDER / "core").glob("*.cpp"))
     if not glue.is_file() or not sources:
