@@ -7,7 +7,7 @@ import random
 import numpy as np
 import pytest
 
-from hapticvlm_lab.bench.reliability import invariants
+from hapticvlm_lab.bench.reliability import flood_clients, invariants
 from hapticvlm_lab.bench.reliability.invariants import contradictions
 from hapticvlm_lab.bench.reliability.random_clients import (
     ANSWERED_S,
@@ -78,7 +78,7 @@ def test_a_seed_gives_the_same_requests_again():
 
 
 def test_touches_beside_a_hostile_client_are_as_fast_as_an_echo_allows(capsys, monkeypatch):
-    monkeypatch.setattr(invariants, "KINDS", {"pings": invariants.KINDS["pings"]})
+    monkeypatch.setattr(invariants, "KINDS", {"pings": flood_clients.KINDS["pings"]})
     invariants.run(minutes=0.0, seed=0, flood_seconds=1.0, as_json=True)
     told = json.loads(capsys.readouterr().out)
     assert [row["beside"] for row in told["floods"]] == [
@@ -102,7 +102,9 @@ def an_hour(growth_mb_per_h):
 
 @pytest.mark.parametrize("growth", [0.0, 10.0])
 def test_a_leak_is_seen_as_a_slope_and_warming_up_is_not(growth):
-    slope, low, high = invariants._growth(an_hour(growth))["slope_mb_per_h"]
+    figures = invariants._growth(an_hour(growth))
+    assert figures is not None
+    slope, low, high = figures["slope_mb_per_h"]
     assert low <= slope <= high
     assert slope == pytest.approx(growth, abs=0.5)
 

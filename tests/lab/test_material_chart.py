@@ -65,7 +65,8 @@ class Colours:
             for crop in seen
         ]
         shares = np.array([count / count.sum() for count in counts])
-        return np.sqrt(shares).astype(np.float32)
+        embeddings: np.ndarray = np.sqrt(shares).astype(np.float32)
+        return embeddings
 
 
 def known(sharpness: float = 8.0) -> tuple[Colours, Gallery]:

@@ -5,6 +5,7 @@ from collections import Counter
 import pytest
 
 from hapticvlm.server.access import Address
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import ASKED_S, CONNECTS, Rate, TokenBucket
 from hapticvlm.server.edge.listener import ConnectRates
@@ -42,7 +43,7 @@ def test_a_bucket_never_holds_more_than_its_burst_and_a_clock_that_jumps_back_gi
 
 
 def test_the_socket_that_waits_longest_for_hello_makes_room_and_is_counted():
-    counts: Counter[str] = Counter()
+    counts: Counter[Count] = Counter()
     limiter: SocketLimiter[Socket] = SocketLimiter(counts, most=3)
     sockets = [socket() for _ in range(4)]
     for each in sockets[:3]:
@@ -51,7 +52,7 @@ def test_the_socket_that_waits_longest_for_hello_makes_room_and_is_counted():
     assert not any(each.transport.is_aborted for each in sockets)
     limiter.add(sockets[3], 0.0)
     assert [each.transport.is_aborted for each in sockets] == [False, True, False, False]
-    assert counts == {"closed: too many sockets before hello": 1}
+    assert counts == {Count.CLOSED_WAITING_SOCKETS: 1}
     assert sockets[1] not in limiter.sockets
 
 
