@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from hapticvlm import palette
-from hapticvlm_lab.bench.material import curves, plots
-from hapticvlm_lab.bench.pictures import film
-from hapticvlm_lab.bench.thermal import plot as thermal_plot
+from hapticvlm_lab.bench.material import chart, stability
 
 ROOT = Path(__file__).parents[1]
 CSS = (ROOT / "service/hapticvlm/pages/palette.css").read_text(encoding="utf-8")
@@ -29,9 +27,8 @@ TO_XYZ = np.array(
 WHITE = np.array([0.95047, 1.0, 1.08883])
 APART = 10.0  # CIE 1976: several times what is just told apart side by side
 FIGURES = {
-    "chart material": [colour for colour, _ in plots.STYLE.values()],
-    "stability material": [curve[2] for curve in curves.LINES],
-    "chart thermal": [colour for colour, _ in thermal_plot.STYLE.values()],
+    "chart material": [colour for colour, _ in chart.STYLE.values()],
+    "stability material": [curve[2] for curve in stability.LINES],
 }
 
 
@@ -78,10 +75,3 @@ def test_figures_have_the_ink_and_the_meanings_of_the_pages() -> None:
 
     for name, property_ in {**names, "WARM": "hot"}.items():
         assert getattr(palette, name) == css(property_, 0), name
-
-
-def test_the_film_has_the_colours_of_the_dark_pages() -> None:
-    names = {"GROUND": "ground", "CARD": "card", "INK": "ink", "SOFT": "soft", "LINE": "line"}
-
-    for name, property_ in {**names, "WAVE": "wave", "SETPOINT": "setpoint"}.items():
-        assert getattr(film, name) == css(property_, 1), name

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from toolchains import missing
 from webxr_scene import visiting
 
-from hapticvlm.evidence.ladder import Evidence, decide, fuse, restrict
+from hapticvlm.evidence.ladder import Evidence, decide, fuse_recognitions, restrict
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.messages import Frame
 from hapticvlm.perception import NEUTRAL_C
@@ -137,7 +137,7 @@ def felt_c(truth: str | None, found: Sequence[Judged]) -> float:
     if truth is not None:
         bulk = MATERIALS[truth].thermal
     else:
-        verdict = decide([fuse([one.evidence for one in found])])
+        verdict = decide([fuse_recognitions([one.evidence for one in found])])
         bulk, _ = choose_rendition(verdict, MATERIALS).thermal(ROOM_C, MATERIALS)
     return NEUTRAL_C if bulk is None else contact_temperature_c(thermal_contact(bulk, ROOM_C))
 

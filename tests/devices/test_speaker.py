@@ -6,6 +6,7 @@ import time
 import numpy as np
 import pytest
 from conftest import peer, status
+from jack_server import jack_underruns
 from pace import PACE, until
 
 from hapticvlm.client.local_service import running
@@ -17,10 +18,14 @@ from hapticvlm.devices.speaker.ring import PersistentState, Ring
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
-from hapticvlm_lab.bench.audio import jack
-from hapticvlm_lab.bench.audio.deadlines import keep
-from hapticvlm_lab.bench.audio.sink import NAME, null_sink, recording
-from hapticvlm_lab.bench.audio.speaker import gaps, late
+from hapticvlm_lab.bench.audio import (
+    NAME,
+    gaps,
+    keep,
+    late,
+    null_sink,
+    recording,
+)
 
 pytestmark = pytest.mark.process
 
@@ -253,7 +258,7 @@ async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(sink
 @needs_jack
 def test_jack_is_played_on_in_two_channels_and_at_its_own_pace():
     seconds = 3.0
-    result = jack.underruns(seconds, 256, realtime=True)
+    result = jack_underruns(seconds, 256, realtime=True)
 
     assert result["samples"] == pytest.approx(RATE_HZ * seconds, rel=0.5)
     assert result["underruns"] * 256 < 0.5 * RATE_HZ * seconds

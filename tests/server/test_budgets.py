@@ -52,7 +52,7 @@ def test_the_socket_that_waits_longest_for_hello_makes_room_and_is_counted():
     assert not any(each.transport.is_aborted for each in sockets)
     limiter.add(sockets[3], 0.0)
     assert [each.transport.is_aborted for each in sockets] == [False, True, False, False]
-    assert counts == {"closed: too many sockets before hello": 1}
+    assert counts == {Count.CLOSED_WAITING_SOCKETS: 1}
     assert sockets[1] not in limiter.sockets
 
 

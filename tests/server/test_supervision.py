@@ -92,14 +92,16 @@ async def test_a_fault_of_the_plate_is_reported_to_everybody_once_and_holds_it()
         assert error["code"] == "device"
         assert "plate fault" in error["text"]
     assert gateway.outputs.reading.faults == ("over_temperature",)
-    assert gateway.counts[Count("refused: device")] == 1
+    assert gateway.counts[Count.REFUSED_DEVICE] == 1
     assert gateway.outputs.hold.holds("peltier", None)
     assert not gateway.outputs.hold.holds("speaker", None)
 
 
 async def test_telemetry_reaches_scenes_and_observers_and_counts_dropped_frames(gateway):
     clients = [Client(gateway), Client(gateway, observer=True)]
-    gateway.counts.update({"frames superseded": 2, "frames rate": 3, "refused: token": 5})
+    gateway.counts.update(
+        {Count.FRAMES_SUPERSEDED: 2, Count.FRAMES_RATE: 3, Count.REFUSED_TOKEN: 5}
+    )
     begun = time.monotonic()
     await until(
         lambda: all(len(client.received("telemetry")) >= 2 for client in clients),

@@ -49,7 +49,7 @@ def felt(object_id: str, *objects: SceneObject) -> Hum | None:
 
 def wave(hum: Hum | None) -> np.ndarray:
     """What a resting hand gets of this, (N,), after its fade-in."""
-    voices = Voices(is_warm=False)
+    voices = Voices(fills_caches=False)
     voices.apply(Command(0, None, "press", False, Motion(0.0, 1.0), 0, math.inf, hum=hum))
     voices.render(RATE_HZ // 4, 0.0)
     return voices.render(RATE_HZ, 0.25)
@@ -117,7 +117,7 @@ def test_a_name_that_does_not_say_so_hums_not(name: str) -> None:
 
 
 def test_a_hum_ends_with_its_lease() -> None:
-    voices = Voices(is_warm=False)
+    voices = Voices(fills_caches=False)
     hum = Hum(60.0, 0.5, 0.3)
     voices.apply(Command(0, None, "press", False, Motion(0.0, 1.0), 0, 0.5, hum=hum))
     sounding, after = voices.render(RATE_HZ // 2, 0.0), voices.render(RATE_HZ // 10, 0.5)

@@ -8,8 +8,8 @@ import pytest
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.remote.contract import RemoteMatch, write_result
-from hapticvlm_lab.bench.fleet import curve
-from hapticvlm_lab.bench.fleet.scenes import Truth, recorded
+from hapticvlm_lab.bench import shared_recogniser as curve
+from hapticvlm_lab.bench.shared_recogniser_scenes import Truth, recorded
 from hapticvlm_recogniser_app.replies import Named, identify
 
 LINE = {size: 0.004 + 0.001 * size for size in curve.SIZES}

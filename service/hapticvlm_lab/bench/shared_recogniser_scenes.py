@@ -1,7 +1,8 @@
-"""N simulated scenes that send at a fixed rate, each with one frame out and the newest next.
+"""Simulated scenes that send at a fixed rate, each with one frame under way at a time.
 
-A frame that cannot be sent before the next is due is superseded; an answer older than its frame may
-be is stale; both are counted, nothing waits.
+A frame that cannot be sent before the next one is due is superseded by it. An answer that comes
+later than the plan allows is stale. Both are counted, and neither delays the frames after it: a
+scene that waited would send less to a slow recogniser, and so hide that it is slow.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from hapticvlm.vision.remote.exchange import Exchange
 from hapticvlm_recogniser_app.replies import Named
 
 MOST = 64
-BELIEF_ERROR = 1e-4  # of one embedding, on another processor
+BELIEF_ERROR = 1e-4  # between two processors, for the same embedding
 
 
 def recorded(path: Path, encoder: Encoder) -> list[Crop]:
@@ -45,28 +46,28 @@ def recorded(path: Path, encoder: Encoder) -> list[Crop]:
 
 
 class Truth:
-    """The galleries by their hash: an answer is right if its own one gives it for its embedding."""
+    """Judges answers: one is right if the gallery it names, and no other, gives its beliefs."""
 
     def __init__(self, galleries: Sequence[Named]) -> None:
         self._galleries: Mapping[str, Named] = {named.identity.hash: named for named in galleries}
 
     def is_right(self, hash: str, result: Result) -> bool:
-        """Whether the beliefs are those of the gallery with this hash, and of no other."""
+        """Return whether the beliefs are those of the gallery with this hash, and of no other."""
         return [name for name, named in self._galleries.items() if _is_of(named, result)] == [hash]
 
 
 def _is_of(named: Named, result: Result) -> bool:
     embedding = np.frombuffer(result.embedding, "<f4").astype(np.float32)
     wanted = dict(named.gallery.match(embedding).beliefs)
-    given = dict(result.beliefs)
-    return wanted.keys() == given.keys() and all(
-        abs(wanted[name] - given[name]) <= BELIEF_ERROR for name in wanted
+    beliefs = dict(result.beliefs)
+    return wanted.keys() == beliefs.keys() and all(
+        abs(wanted[name] - beliefs[name]) <= BELIEF_ERROR for name in wanted
     )
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How many scenes send how often and for how long, and how old an answer may be, ms."""
+    """Number of scenes, their rate and duration, and the greatest age of an answer, ms."""
 
     scenes: int
     rate_hz: float
@@ -77,7 +78,7 @@ class Plan:
 
 @dataclass(slots=True)
 class Tally:
-    """What came of the frames of one scene."""
+    """The outcome of the frames of one scene."""
 
     offered: int = 0
     answered: int = 0
@@ -111,7 +112,7 @@ class Scenes:
         ]
 
     def start(self) -> None:
-        """Begin all scenes at once, each at its own phase."""
+        """Start all scenes at once, each at its own phase."""
         self._began = time.monotonic() + 0.5
         for thread in self._threads:
             thread.start()
@@ -131,6 +132,8 @@ class Scenes:
         number = 0
         while (due := began + number / plan.rate_hz) < began + plan.seconds:
             time.sleep(max(0.0, due - time.monotonic()))
+            # If the last answer took longer than a period, frames are due whose time has passed:
+            # only the newest is sent, as a scene does.
             newest = max(number, int((time.monotonic() - began) * plan.rate_hz))
             newest = min(newest, int(plan.seconds * plan.rate_hz) - 1)
             tally.offered += 1 + max(0, newest - number)

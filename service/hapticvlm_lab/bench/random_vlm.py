@@ -1,8 +1,9 @@
-"""Qwen2-VL of any size with random weights: the real architecture, and nothing it could know.
+"""Qwen2-VL of any size with random weights: the real architecture without any knowledge.
 
-Times, memory and the agreement of two methods do not depend on the weights; answers do, so none
-of a random model's is ever reported. The tokenizer is a stand-in made of the words it is given,
-whole as Qwen's own has them, its digits single, so prompts are about as long as with Qwen's.
+Times, memory and the agreement of two implementations do not depend on the weights; answers do, so
+no answer of a random model is ever reported. The tokenizer is a stand-in made of the words it is
+given, whole as Qwen's own has them, its digits single, so that prompts are about as long as with
+Qwen's.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ TEMPLATE = (
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Of a Qwen2-VL: of the text part, then of the vision tower."""
+    """The sizes of a Qwen2-VL: those of the text part, then those of the vision tower."""
 
     width: int
     inner: int
@@ -51,8 +52,6 @@ class Sizes:
 
 
 TINY = Sizes(64, 128, 2, 4, 2, (2, 3, 3), 32, 2, 2)
-# The published config.json of Qwen/Qwen2-VL-2B-Instruct.
-FULL = Sizes(1536, 8960, 28, 12, 2, (16, 24, 24), 1280, 32, 16, 151936)
 
 
 def stand_in_tokenizer(texts: Iterable[str]) -> Any:  # noqa: ANN401 - of transformers
@@ -135,6 +134,7 @@ def random_network(configuration: Any, precision: str, seed: int = 0, sd: float 
     from transformers import GenerationConfig, Qwen2VLForConditionalGeneration
     from transformers.initialization import no_init_weights
 
+    # Otherwise every weight is initialised twice: by the library, and by the loop below.
     with no_init_weights():
         model = Qwen2VLForConditionalGeneration._from_config(
             configuration, dtype=getattr(torch, precision)

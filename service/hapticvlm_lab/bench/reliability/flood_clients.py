@@ -1,15 +1,13 @@
-"""One hostile client in a process of its own, which comes back each time it is closed.
+"""One hostile client in a process of its own, which connects again each time it is closed.
 
-`python -m hapticvlm_lab.bench.reliability.floods URL KIND SECONDS` prints "flooding" when it begins
-and one JSON object at the end. KIND is a name of KINDS, or `all`: one after the other, each for
-TURN_S with a pause of PAUSE_S behind it.
+`python -m hapticvlm_lab.bench.reliability.flood_clients URL KIND SECONDS` prints "flooding" when it
+begins and one JSON object at the end. KIND is a name of KINDS.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import itertools
 import json
 import sys
 import time
@@ -28,14 +26,12 @@ from websockets.frames import Frame, Opcode
 from hapticvlm.client.connection import Connection
 
 BURST = 2000  # small frames in one write
-TURN_S = 1.0
-PAUSE_S = 9.0
 BACK_S = 0.01  # before it connects again
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What one hostile client writes over and over, and as whom it comes (None: no hello)."""
+    """Bytes that a hostile client writes over and over, and its role (None: it sends no hello)."""
 
     data: Callable[[], bytes]
     role: str | None = "observer"
@@ -99,13 +95,14 @@ KINDS = {
     "JPEGs of 4 MB of comments": Kind(_jpeg_of_comments, "scene"),
     "PNGs of 300,000 chunks": Kind(_png_of_chunks, "scene"),
     "connections": Kind(lambda: b"", None),
-    "comings and goings": Kind(lambda: b""),
+    "reconnections": Kind(lambda: b""),
 }
+# Small frames: each costs the service more to answer than the client to send.
 TINY = ("garbage", "pings", "pings before hello", "pongs", "set", "wrong material")
 
 
 async def flood(url: str, name: str, seconds: float, counts: Counter[str]) -> None:
-    """Write as fast as it is taken, and read what comes; connect again after each close."""
+    """Write as fast as the service reads, and read its answers; connect again after each close."""
     kind = KINDS[name]
     until = time.monotonic() + seconds
     data = kind.data()
@@ -133,6 +130,8 @@ async def _visit(url: str, role: str | None, data: bytes, counts: Counter[str]) 
             socket.transport.abort()
             await socket.wait_closed()
             return
+        # The client reads as well: a service whose answers nobody takes is protected by its own
+        # budget of waiting bytes, and would close this connection before it has had to work.
         reading = asyncio.create_task(_read(socket))
         try:
             while not reading.done() and not socket.transport.is_closing():
@@ -167,15 +166,7 @@ async def _drained(socket: ClientConnection) -> None:
 async def _run(url: str, name: str, seconds: float) -> Counter[str]:
     counts: Counter[str] = Counter()
     print("flooding", flush=True)
-    if name != "all":
-        await flood(url, name, seconds, counts)
-        return counts
-    until = time.monotonic() + seconds
-    for each in itertools.cycle(KINDS):
-        await flood(url, each, min(TURN_S, max(0.0, until - time.monotonic())), counts)
-        await asyncio.sleep(min(PAUSE_S, max(0.0, until - time.monotonic())))
-        if time.monotonic() >= until:
-            break
+    await flood(url, name, seconds, counts)
     return counts
 
 

@@ -1,8 +1,15 @@
-"""`hapticvlm measure fleet`: many simulated scenes against one deployment on this machine.
+"""`hapticvlm measure shared-recogniser`: many simulated scenes against one shared recogniser.
 
-Recorded frames, simulated scenes, real processes. One scene alone (batches of 1), all scenes, and
-on Ray all scenes while the replica is killed and while the gallery is replaced. The floor is the
-bare encoder.
+Frames are recorded, scenes simulated, processes real. Phases: one scene alone (batches of 1), all
+scenes at once, and on Ray all scenes while the replica is killed and while the gallery is replaced.
+
+A recogniser that serves many scenes gains by batching: one pass of the network over b crops costs
+
+    S(b) = fixed + each b      core-seconds,
+
+so b crops in one pass save b - 1 times the fixed part. The floor is this curve of the bare encoder
+on one thread, measured in the same run. The gain of the deployment is computed from the
+core-seconds of its own batches, so that HTTP and queues do not count against the network.
 """
 
 from __future__ import annotations
@@ -16,7 +23,7 @@ import tempfile
 import time
 import urllib.request
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,10 +34,11 @@ from rich.console import Console
 from rich.table import Table
 
 from hapticvlm import __version__
+from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery, save_gallery
-from hapticvlm_lab.bench.fleet import curve as curves
-from hapticvlm_lab.bench.fleet.scenes import Plan, Scenes, Tally, Truth, recorded
+from hapticvlm.vision.pictures import Crop
+from hapticvlm_lab.bench.shared_recogniser_scenes import Plan, Scenes, Tally, Truth, recorded
 from hapticvlm_recogniser_app.replies import load_galleries
 from hapticvlm_recogniser_app.settings import AppSettings, Live, Model, Scale
 
@@ -42,11 +50,74 @@ ALONE_S = 4.0
 READY_S = 120.0
 SETTLE_S = 2.0
 RAY = "ray"
+SIZES = (1, 2, 4, 8, 16, 32, 64)  # crops of a pass
+PASSES = 24
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Core-seconds of a pass by its size, and the line through them."""
+
+    passes_s: Mapping[int, float]
+    fixed_s: float
+    each_s: float
+
+    def service_s(self, size: int) -> float:
+        """Return the core-seconds of a pass over `size` crops: measured, or else by the line."""
+        return self.passes_s.get(size, self.fixed_s + self.each_s * size)
+
+    def rate(self, size: int) -> float:
+        """Return the recognitions per core-second in batches of `size`."""
+        return size / self.service_s(size)
+
+
+def measure_curve(encoder: Encoder, crops: Sequence[Crop]) -> Curve:
+    """Time the encoder's passes on one thread: the median of PASSES for each size."""
+    passes: dict[int, float] = {}
+    for size in SIZES:
+        batch = [crops[number % len(crops)] for number in range(size)]
+        encoder.embed(batch)
+        took = []
+        for _ in range(max(3, PASSES // max(1, size // 4))):
+            started = time.thread_time()
+            encoder.embed(batch)
+            took.append(time.thread_time() - started)
+        passes[size] = float(np.median(took))
+    return fit(passes)
+
+
+def fit(passes_s: Mapping[int, float]) -> Curve:
+    """Fit the line by least squares of the relative error, so that small batches count too."""
+    # Dividing both sides by the measured time makes the error of each size relative: in absolute
+    # terms a pass over 64 crops would outweigh all small ones, which most batches are.
+    sizes = np.array(list(passes_s), np.float64)
+    took = np.array(list(passes_s.values()))
+    columns = np.stack([np.ones_like(sizes), sizes], axis=1) / took[:, None]
+    (fixed, each), *_ = np.linalg.lstsq(columns, np.ones_like(took), rcond=None)
+    return Curve(dict(passes_s), max(0.0, float(fixed)), float(each))
+
+
+def gain(batches: Mapping[int, int], curve: Curve) -> float:
+    """Return how many times more a core-second recognises in these batches than one by one."""
+    crops = sum(size * count for size, count in batches.items())
+    used = sum(count * curve.service_s(size) for size, count in batches.items())
+    return crops / used / curve.rate(1)
+
+
+def deployed_gain(batches: Mapping[int, int], used_s: Mapping[int, float]) -> float | None:
+    """Return the gain of a deployment, by the core-seconds of its batches; None without one of 1.
+
+    batches: the number of each size; used_s: core-seconds of all batches of a size.
+    """
+    if not batches.get(1) or not used_s.get(1):
+        return None
+    crops = sum(size * count for size, count in batches.items())
+    return crops / sum(used_s.values()) / (batches[1] / used_s[1])
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What to measure."""
+    """The load: scenes, frames/s and seconds of each, and how the recogniser is deployed."""
 
     scenes: int
     rate_hz: float
@@ -62,8 +133,8 @@ def run(load: Load, *, as_json: bool) -> int:
     console = Console(quiet=as_json, width=150)
     encoder = load_encoder()
     crops = recorded(CAPTURE, encoder)
-    curve = curves.measure(encoder, crops)
-    with tempfile.TemporaryDirectory(prefix="hv-fleet-") as folder:
+    curve = measure_curve(encoder, crops)
+    with tempfile.TemporaryDirectory(prefix="hapticvlm-recogniser-") as folder:
         old, new = _galleries(Path(folder))
         named = [load_galleries({NAME: str(path)}, encoder)[NAME] for path in (old, new)]
         hashes = [gallery.identity.hash for gallery in named]
@@ -88,7 +159,7 @@ def run(load: Load, *, as_json: bool) -> int:
         if load.engine == RAY:
             phases[-1]["ended_with_new"] = phases[-1]["last_hashes"] == [hashes[1]]
     result = {
-        "measure": "fleet",
+        "measure": "shared-recogniser",
         "hapticvlm": __version__,
         "simulated_scenes": load.scenes,
         "rate_hz": load.rate_hz,
@@ -109,7 +180,7 @@ def run(load: Load, *, as_json: bool) -> int:
 
 
 def _galleries(folder: Path) -> tuple[Path, Path]:
-    """Write the shipped gallery, and one that is less sure of everything: another, made here."""
+    """Write the shipped gallery, and another that is less sure of everything."""
     gallery = load_gallery(encoder=load_encoder())
     calibration = replace(gallery.calibration, scale=0.5 * gallery.calibration.scale)
     paths = folder / "old.npz", folder / "new.npz"
@@ -190,13 +261,13 @@ def _summary(tallies: list[Tally], plan: Plan) -> dict[str, Any]:
 
 
 def _longest_gap_s(tallies: list[Tally]) -> float:
-    """Return how long no scene had an answer, between two answers."""
+    """Return the longest time between two answers to any scene."""
     times = np.sort([at for tally in tallies for at in tally.answered_at])
     return float(np.diff(times).max()) if times.size > 1 else float("nan")
 
 
-def _gains(phases: list[dict[str, Any]], curve: curves.Curve) -> dict[str, float | None]:
-    """Compare what batching gives: bare, and in the replica (phases one and two together)."""
+def _gains(phases: list[dict[str, Any]], curve: Curve) -> dict[str, float | None]:
+    """Compare the gain of batching: bare, and in the replica (the first two phases together)."""
     batches: Counter[int] = Counter()
     used: Counter[str] = Counter()
     for phase in phases[:2]:
@@ -204,23 +275,23 @@ def _gains(phases: list[dict[str, Any]], curve: curves.Curve) -> dict[str, float
         used.update(phase.get("encode_cpu_s", {}))
     if not batches:
         return {"bare": None, "deployed": None}
-    deployed = curves.deployed_gain(batches, {int(size): s for size, s in used.items()})
-    return {"bare": round(curves.gain(batches, curve), 3), "deployed": deployed}
+    deployed = deployed_gain(batches, {int(size): s for size, s in used.items()})
+    return {"bare": round(gain(batches, curve), 3), "deployed": deployed}
 
 
 def _difference(before: Mapping[str, float], after: Mapping[str, float]) -> dict[str, float]:
-    found = {size: after[size] - before.get(size, 0) for size in after if size != "0"}
-    return {size: count for size, count in found.items() if count > 0}
+    gained = {size: after[size] - before.get(size, 0) for size in after if size != "0"}
+    return {size: count for size, count in gained.items() if count > 0}
 
 
 def _health() -> dict[str, Any]:
     with urllib.request.urlopen(f"{URL}/v1/health", timeout=60) as answer:
-        found: dict[str, Any] = json.load(answer)
-    return found
+        health: dict[str, Any] = json.load(answer)
+    return health
 
 
 def _wait_until_idle() -> None:
-    """Wait until a replica answers, and until what was left from before is done."""
+    """Wait until a replica answers, and until the requests of the phase before are done."""
     ends = time.monotonic() + READY_S
     while time.monotonic() < ends:
         with suppress(OSError), urllib.request.urlopen(f"{URL}/v1/ready", timeout=5):
@@ -230,7 +301,7 @@ def _wait_until_idle() -> None:
 
 
 def _used_s() -> float:
-    """Core-seconds of every process of the deployment so far: proxy, controller, replicas, Ray."""
+    """Return the core-seconds of every process of the deployment so far, Ray's included."""
     import psutil
 
     total = 0.0
@@ -266,4 +337,4 @@ def _print(console: Console, result: dict[str, Any]) -> None:
     for size, took in result["curve_core_ms"].items():
         bare.add_row(size, f"{took:.2f}", f"{took / int(size):.2f}")
     console.print(bare)
-    console.print(f"batching gains: {result['gain']}")
+    console.print(f"gain of batching: {result['gain']}")

@@ -1,6 +1,6 @@
-"""Random clients of the service, legal and not, that keep account of what they were answered.
+"""Random clients of the service, legal and not, that account for the answers to their requests.
 
-Each is driven by one random generator: a seed gives the same requests in the same order again.
+One random generator drives all of them: a seed gives the same requests in the same order again.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ MATERIALS = ("wood", "metal", "glass", "unknown")
 PHASES = ("approach", "contact", "contact", "slide", "slide", "release")
 HANDS = ("left", "right")
 SIDE = 96
-ANSWERED_S = 10.0  # every request, however busy the machine
+ANSWERED_S = 10.0  # bound for every answer, however busy the machine
 ROLES = ("scene", "scene", "observer")
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
-    """A request under way."""
+class Request:
+    """A request that waits for its answer."""
 
     id: int
     what: str
@@ -43,36 +43,37 @@ class Asked:
 
 
 @dataclass(slots=True, eq=False)
-class Stranger:
-    """One connection: what it asked, what it was answered, and whether it thinks that it owns."""
+class RandomClient:
+    """One connection, its open requests, and whether it believes to own the outputs."""
 
     name: str
     role: str
     socket: ClientConnection
     is_owner: bool = False
-    asked: dict[int, Asked] = field(default_factory=dict)  # by id, until it is answered
+    asked: dict[int, Request] = field(default_factory=dict)  # by id, until they are answered
     answered: int = 0
     faults: list[str] = field(default_factory=list)
     next_id: int = 1
 
     @property
     def is_open(self) -> bool:
-        """Whether it can be asked for more."""
+        """Whether the connection is open."""
         return self.socket.close_code is None
 
-    async def ask(self, **message: Any) -> Asked:
-        """Send one request. A connection that closes is no fault of its own."""
-        number, self.next_id = self.next_id, self.next_id + 1
-        found: asyncio.Future[Message] = asyncio.get_running_loop().create_future()
+    async def ask(self, **message: Any) -> Request:
+        """Send one request. A connection that closes is not a fault."""
+        number = self.next_id
+        self.next_id += 1
+        answer: asyncio.Future[Message] = asyncio.get_running_loop().create_future()
         what = str(message.get("ownership") or message.get("type"))[:20]
-        asked = Asked(number, what, time.monotonic(), found)
+        asked = Request(number, what, time.monotonic(), answer)
         self.asked[number] = asked
         with contextlib.suppress(ConnectionClosed):
             await self.socket.send(msgpack.packb({"id": number, **message}))
         return asked
 
     async def send(self, data: bytes) -> None:
-        """Send what need not be a message; it is answered with id 0, or not at all."""
+        """Send bytes that need not be a message; they are answered with id 0, or not at all."""
         with contextlib.suppress(ConnectionClosed):
             await self.socket.send(data)
 
@@ -90,24 +91,25 @@ class Stranger:
             self.is_owner = bool(message["owner"])
         if number == 0:
             return
+        # Popped, so that a second answer to the same request finds nothing and is a fault.
         asked = self.asked.pop(number, None)
         if asked is None:
-            self.faults.append(f"{self.name}: {kind} answers {number}, which waits for nothing")
+            self.faults.append(f"{self.name}: {kind} answers {number}, which awaits no answer")
             return
         self.answered += 1
-        if kind == "ok" and asked.what in ("take", "give"):  # who asks is told by the answer
+        if kind == "ok" and asked.what in ("take", "give"):  # no event follows for the asker itself
             self.is_owner = asked.what == "take"
         asked.answer.set_result(message)
 
     def overdue(self, now: float) -> list[str]:
-        """Return what was never answered."""
+        """Describe each request that was never answered."""
         late = [each for each in self.asked.values() if now - each.at > ANSWERED_S]
         return [
             f"{self.name}: {each.what} {each.id} has no answer" for each in late if self.is_open
         ]
 
     async def answer(self, **message: Any) -> Message | None:
-        """Ask and wait; None where the connection closes first, or no answer comes in time."""
+        """Send a request and wait; None where the connection closes or no answer comes in time."""
         asked = await self.ask(**message)
         closing = asyncio.create_task(self.socket.wait_closed())
         await asyncio.wait(
@@ -117,14 +119,16 @@ class Stranger:
         return asked.answer.result() if asked.answer.done() else None
 
 
-async def arrive(url: str, number: int, rng: random.Random) -> tuple[Stranger, asyncio.Task[None]]:
-    """Connect and greet; returns the stranger and the task that reads for it."""
+async def connect(
+    url: str, number: int, rng: random.Random
+) -> tuple[RandomClient, asyncio.Task[None]]:
+    """Connect and send hello; returns the client and the task that reads for it."""
     socket = await open_socket(url, compression=None, ping_interval=None, max_size=None)
-    stranger = Stranger(f"stranger {number}", rng.choice(ROLES), socket)
-    reading = asyncio.create_task(stranger.read())
-    hello = {"client": {"name": stranger.name, "version": "1"}, "role": stranger.role}
-    await stranger.ask(type="hello", protocol={"major": 1, "minor": 0}, **hello)
-    return stranger, reading
+    client = RandomClient(f"client {number}", rng.choice(ROLES), socket)
+    reading = asyncio.create_task(client.read())
+    hello = {"client": {"name": client.name, "version": "1"}, "role": client.role}
+    await client.ask(type="hello", protocol={"major": 1, "minor": 0}, **hello)
+    return client, reading
 
 
 def _touch(rng: random.Random) -> Message:
@@ -155,7 +159,7 @@ def _frame(rng: random.Random) -> Message:
 
 
 def _set(rng: random.Random) -> Message:
-    given: list[Message] = [
+    choices: list[Message] = [
         {"vibration_gain": rng.random()},
         {"thermal_gain": rng.random()},
         {"ambient_c": rng.uniform(-10.0, 40.0)},
@@ -164,11 +168,11 @@ def _set(rng: random.Random) -> Message:
         {"watch": rng.sample(["frames", "waveform", "log"], rng.randint(0, 3))},
         {"feel": {"left": "amplitude", "right": "parametric"}},
     ]
-    return {"type": "set", **rng.choice(given)}
+    return {"type": "set", **rng.choice(choices)}
 
 
 def _wrong(rng: random.Random) -> Message:
-    given: list[Message] = [
+    choices: list[Message] = [
         {"type": "touch", "phase": "hit"},
         {**_touch(rng), "force_n": float("nan")},
         {**_touch(rng), "speed_mps": 1e300},
@@ -182,17 +186,17 @@ def _wrong(rng: random.Random) -> Message:
         {"type": "hello"},
         {"type": rng.choice(["", "jump", "welcome", "decision"])},
     ]
-    return rng.choice(given)
+    return rng.choice(choices)
 
 
 def garbage(rng: random.Random) -> bytes:
-    """Make bytes that are no message: they are answered with id 0."""
-    given = (rng.randbytes(rng.randint(0, 200)), b"\x81" * 50, msgpack.packb([1, 2]), b"\xc1")
-    return rng.choice(given)
+    """Return bytes that are not a message: they are answered with id 0."""
+    choices = (rng.randbytes(rng.randint(0, 200)), b"\x81" * 50, msgpack.packb([1, 2]), b"\xc1")
+    return rng.choice(choices)
 
 
-# What a stranger does, and how often.
-ACTS: tuple[tuple[int, Callable[[random.Random], Message]], ...] = (
+# The requests of a client, with their weights.
+REQUESTS: tuple[tuple[int, Callable[[random.Random], Message]], ...] = (
     (60, _touch),
     (8, _scene),
     (10, _frame),
@@ -201,7 +205,7 @@ ACTS: tuple[tuple[int, Callable[[random.Random], Message]], ...] = (
 )
 
 
-def act(rng: random.Random) -> Message:
-    """Choose a request."""
-    (made,) = rng.choices([make for _, make in ACTS], [often for often, _ in ACTS])
-    return made(rng)
+def random_request(rng: random.Random) -> Message:
+    """Return a random request."""
+    (make,) = rng.choices([make for _, make in REQUESTS], [weight for weight, _ in REQUESTS])
+    return make(rng)
