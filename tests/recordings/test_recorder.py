@@ -35,7 +35,7 @@ def until_written(recorder):
         time.sleep(0.01)
 
 
-def test_lines_that_a_slow_disk_loses_leave_a_gap_in_the_tape(tmp_path):
+def test_lines_that_a_slow_disk_loses_leave_a_gap_in_the_session_log(tmp_path):
     recorder = Recorder(tmp_path, frames=False)
     tell = recorder.begin({"owner": True})
     told = 4 * MAX_WAITING
@@ -119,7 +119,7 @@ def test_a_line_that_a_full_disk_cuts_is_not_kept(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits another process's files")
-async def test_on_a_full_disk_the_session_goes_on_and_the_loss_is_counted_shown_and_on_the_tape(
+async def test_on_a_full_disk_the_session_goes_on_and_the_loss_is_counted_shown_and_logged(
     tmp_path,
 ):
     import resource

@@ -1,6 +1,6 @@
-"""One moment of a session that is worth sending on: its time, what was felt, and its picture.
+"""Chooses the moment of a session that a shared page opens at: time, title and picture.
 
-Without a time asked for it is the loudest moment of the vibration that has a frame. Writes no page.
+Without a given time it is the strongest half second of the vibration. Writes no page.
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ def _strongest(timeline: Timeline) -> float:
 
 
 def _poster(timeline: Timeline, t_s: float, object_id: str | None) -> bytes | None:
-    """Return the newest frame of what is touched, else the newest of all, else the first."""
+    """Return the newest frame of the touched object, else the newest of all, else the first."""
     if not timeline.pictures:
         return None
     shown = [picture for picture in timeline.pictures if picture.t_s <= t_s]
-    of_it = [picture for picture in shown if picture.object_id == object_id]
-    return _jpeg((of_it or shown or timeline.pictures[:1])[-1])
+    of_object = [picture for picture in shown if picture.object_id == object_id]
+    return _jpeg((of_object or shown or timeline.pictures[:1])[-1])
 
 
 def _jpeg(picture: Picture) -> bytes:

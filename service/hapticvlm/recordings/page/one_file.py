@@ -1,6 +1,6 @@
-"""A page that needs nothing but itself: styles, scripts, data and sound are written into it.
+"""Assembles a page into one file: styles, scripts, data and sound are written into it.
 
-So it opens from a disk, without a service and without a network, and can be sent on.
+The page then opens from a disk, without a service and without a network, and can be sent on.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from scipy.signal import resample_poly
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 PAGES = Path(__file__).parents[2] / "pages"
-SOUND_HZ = 8000  # browsers play no less; the vibration ends at 1 kHz
+SOUND_HZ = 8000  # the lowest rate that browsers play; the vibration ends at 1 kHz
 
 
 def assembled(
@@ -33,8 +33,8 @@ def assembled(
     tag = f'<script type="module" src="{script.name}"></script>'
     code = script.read_text(encoding="utf-8")
     text = put(text, tag, f'<script type="module">\n{code}</script>')
-    told = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
-    return put(text, ">null</script>", f">{told}</script>")
+    content = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
+    return put(text, ">null</script>", f">{content}</script>")
 
 
 def put(text: str, place: str, new: str) -> str:
@@ -44,7 +44,7 @@ def put(text: str, place: str, new: str) -> str:
 
 
 def address(kind: str, data: bytes) -> str:
-    """Return an address that holds the data itself."""
+    """Return a data URL with these bytes."""
     return f"data:{kind};base64,{encoded(data)}"
 
 
