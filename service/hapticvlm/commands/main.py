@@ -43,6 +43,8 @@ PACKAGES = {
     "httpx2": "httpx2",
     "uvicorn": "uvicorn",
     "ray": "'ray[serve]'",
+    "mss": "mss",
+    "shtab": "shtab",
 }
 # The other houses: each brings commands of its own, and here is what to say where it is missing.
 # They are found by name: entry points would cost a quarter of a second at every call.

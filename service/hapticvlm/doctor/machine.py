@@ -28,6 +28,8 @@ EXTRAS = {  # of pyproject.toml, those that a user may want, and the packages th
     "remote": "httpx2",
     "fleet": "uvicorn",
     "video": "opencv-python-headless",
+    "screen": "mss",
+    "completion": "shtab",
     "studio": "matplotlib markdown-it-py statsmodels",
 }
 
