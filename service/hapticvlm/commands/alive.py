@@ -26,10 +26,10 @@ def address(words: Sequence[str]) -> str:
     parser = argparse.ArgumentParser(add_help=False)
     serve.add_flags(parser)
     after = words.index("serve") + 1 if "serve" in words else len(words)
-    serving: ServeOptions = serve.resolve_options(parser.parse_known_args(words[after:])[0])
-    scheme = "http" if serving.tls_cert is None else "https"
-    host = "127.0.0.1" if serving.host in ANYWHERE else serving.host
-    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{serving.port}/healthz"
+    options: ServeOptions = serve.resolve_options(parser.parse_known_args(words[after:])[0])
+    scheme = "http" if options.tls_cert is None else "https"
+    host = "127.0.0.1" if options.host in ANYWHERE else options.host
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{options.port}/healthz"
 
 
 def main() -> int:

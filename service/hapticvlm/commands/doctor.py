@@ -69,14 +69,14 @@ def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     from hapticvlm.doctor import devices, network
 
     try:
-        serving = serve.resolve_options(options)
+        serve_options = serve.resolve_options(options)
     except ValueError as error:
         first.append(Finding("config", "wrong", str(error)))
-        serving = ServeOptions()
-    audio = BackgroundCheck("audio", lambda: devices.audio(serving))
-    plates = BackgroundCheck("plate", lambda: devices.plates(serving))
-    now = [machine.clock(), machine.priority(serving), machine.encoder(serving)]
-    now += [network.port(serving), *network.address(serving)]
+        serve_options = ServeOptions()
+    audio = BackgroundCheck("audio", lambda: devices.audio(serve_options))
+    plates = BackgroundCheck("plate", lambda: devices.plates(serve_options))
+    now = [machine.clock(), machine.priority(serve_options), machine.encoder(serve_options)]
+    now += [network.port(serve_options), *network.address(serve_options)]
     return [*first, *now, *audio.by(deadline), *plates.by(deadline)]
 
 

@@ -34,7 +34,7 @@ SWITCH_S = 0.001  # a stop passes through the plate's thread, which a busy loop 
 T = TypeVar("T")
 
 
-async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> None:
+async def run(options: ServeOptions, where: Address, parts: ServiceParts) -> None:
     """Run the service of these parts until SIGINT, SIGTERM or SIGHUP, and close them.
 
     Raises OSError, ChildError and DeviceError for what cannot be started.
@@ -53,9 +53,9 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
     try:
         await _start(parts, gateway)
         server = WebSocketServer(
-            where, gateway, service_info.service_info(serving, parts), time.monotonic
+            where, gateway, service_info.service_info(options, parts), time.monotonic
         )
-        has_priority = not serving.no_realtime and _raise_priority()
+        has_priority = not options.no_realtime and _raise_priority()
         sys.setswitchinterval(SWITCH_S)
         async with server.listen() as port, asyncio.TaskGroup() as tasks:
             running = tasks.create_task(Supervision(gateway).run())
@@ -65,7 +65,7 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
             # The default looks at the young every 700 objects and at all of them soon after, 1.9 ms
             # in the middle of a touch. What a touch makes dies by itself; cycles are few.
             gc.set_threshold(*COLLECT_AFTER)
-            print_ready(serving, port, service_info.devices(parts), has_priority=has_priority)
+            print_ready(options, port, service_info.devices(parts), has_priority=has_priority)
             gateway.vibration.prepare()
             await stopping.wait()
             gateway.close()
@@ -129,34 +129,34 @@ def _raise_priority() -> bool:
     return False
 
 
-def print_ready(serving: ServeOptions, port: int, devices: Devices, *, has_priority: bool) -> None:
+def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_priority: bool) -> None:
     """Print where the service listens (on `port`) and what it drives."""
-    shown = f"[{serving.host}]" if ":" in serving.host else serving.host
-    s = "" if serving.tls_cert is None else "s"
+    shown = f"[{options.host}]" if ":" in options.host else options.host
+    s = "" if options.tls_cert is None else "s"
     print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
     print(f"  status page  http{s}://{shown}:{port}/")
     print(f"  feel this    http{s}://{shown}:{port}/try")
-    for line in _network(serving, f"ws{s}", port):
+    for line in _network(options, f"ws{s}", port):
         print(line)
     for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
         print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
     print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
-    if serving.recogniser_url is not None:
-        print(f"  recogniser   {serving.recogniser_url}: crops are sent there", flush=True)
-    if serving.vlm_url is not None:
-        print(f"  vlm          {serving.vlm_url}: frames are sent there", flush=True)
-    elif serving.vlm is not None:
-        print(f"  vlm          {serving.vlm or 'the default'}, loading", flush=True)
+    if options.recogniser_url is not None:
+        print(f"  recogniser   {options.recogniser_url}: crops are sent there", flush=True)
+    if options.vlm_url is not None:
+        print(f"  vlm          {options.vlm_url}: frames are sent there", flush=True)
+    elif options.vlm is not None:
+        print(f"  vlm          {options.vlm or 'the default'}, loading", flush=True)
 
 
-def _network(serving: ServeOptions, scheme: str, port: int) -> Iterator[str]:
+def _network(options: ServeOptions, scheme: str, port: int) -> Iterator[str]:
     """Yield what others on the network use, how they see pages, and who can read along."""
-    if is_loopback(serving.host):
+    if is_loopback(options.host):
         return
-    address = own_address() if serving.host in ("0.0.0.0", "::") else None
+    address = own_address() if options.host in ("0.0.0.0", "::") else None
     if address is not None:
         yield f"  from others  {scheme}://{address}:{port}/"
-    if serving.pages_from == "lan":
+    if options.pages_from == "lan":
         yield "  pages        for the local network too: any name, the token as password"
-    if serving.tls_cert is None:
+    if options.tls_cert is None:
         yield "  unencrypted  the network can read along, the token too: see --tls-cert"

@@ -53,28 +53,28 @@ def _serve(options: argparse.Namespace) -> int:
         logging.getLogger("hapticvlm").setLevel(logging.INFO)
     logging.getLogger("websockets").setLevel(logging.WARNING)
     with usage_errors():
-        serving = resolve_options(options)
+        serve_options = resolve_options(options)
         if sys.stderr.isatty():
             print("hapticvlm serve: starting the outputs and the recogniser ...", file=sys.stderr)
-        parts = assemble.build_service(serving)
+        parts = assemble.build_service(serve_options)
         try:
             parts.begin()
-            _run_parts(serving, parts)
+            _run_parts(serve_options, parts)
         finally:
             parts.close()  # what was refused before anything ran; else it is done
     return 0
 
 
-def _run_parts(serving: ServeOptions, parts: ServiceParts) -> None:
+def _run_parts(options: ServeOptions, parts: ServiceParts) -> None:
     """Run the service; what it needs is imported while its processes start."""
     import asyncio
 
     from hapticvlm.commands import run_service
     from hapticvlm.server import service_info
 
-    where = service_info.address(serving)
-    with port_errors(serving.port):
-        asyncio.run(run_service.run(serving, where, parts))
+    where = service_info.address(options)
+    with port_errors(options.port):
+        asyncio.run(run_service.run(options, where, parts))
 
 
 def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:

@@ -19,35 +19,35 @@ from hapticvlm.doctor.findings import Finding, Verdict
 from hapticvlm.server.settings import ServeOptions
 
 
-def audio(serving: ServeOptions) -> list[Finding]:
+def audio(options: ServeOptions) -> list[Finding]:
     """Find the outputs, and whether the one asked for is among them."""
     try:
-        return [found_audio(serving, output_names())]
+        return [found_audio(options, output_names())]
     except subprocess.TimeoutExpired:
         text = f"the sound system did not answer within {AUDIO_S:g} s"
-        verdict: Verdict = "note" if serving.speaker == "simulated" else "wrong"
+        verdict: Verdict = "note" if options.speaker == "simulated" else "wrong"
         return [Finding("audio", verdict, text, "is a sound server running? try again")]
 
 
-def found_audio(serving: ServeOptions, names: list[str]) -> Finding:
+def found_audio(options: ServeOptions, names: list[str]) -> Finding:
     """Judge the outputs' names by what was asked for."""
     text = f"outputs: {', '.join(names) or 'none'}"
-    if serving.speaker == "simulated":
+    if options.speaker == "simulated":
         cure = "--speaker default, or part of a name, plays on one" if names else None
         return Finding("audio", "ok", f"{text}; simulated is asked for", cure)
     try:
-        choose([{"name": name} for name in names], serving.speaker)
+        choose([{"name": name} for name in names], options.speaker)
     except OutputError as error:
         cure = "plug one in, start the sound server, or --speaker simulated"
-        return Finding("audio", "wrong", f"--speaker {serving.speaker}: {error}", cure)
-    return Finding("audio", "ok", f"{text}; {serving.speaker} is asked for")
+        return Finding("audio", "wrong", f"--speaker {options.speaker}: {error}", cure)
+    return Finding("audio", "ok", f"{text}; {options.speaker} is asked for")
 
 
-def plates(serving: ServeOptions) -> list[Finding]:
+def plates(options: ServeOptions) -> list[Finding]:
     """Find which serial ports may be a plate, whether they may be opened, and which answers."""
-    is_asked = serving.peltier != "simulated"
+    is_asked = options.peltier != "simulated"
     try:
-        found = ports.candidate_ports(serving.peltier if is_asked else ports.AUTO)
+        found = ports.candidate_ports(options.peltier if is_asked else ports.AUTO)
     except DeviceError as error:
         verdict: Verdict = "wrong" if is_asked else "ok"
         return [Finding("plate", verdict, str(error).split("; plug")[0], "or --peltier simulated")]

@@ -124,10 +124,10 @@ def clock() -> Finding:
     return Finding("clock", "ok", text)
 
 
-def priority(serving: ServeOptions) -> Finding:
+def priority(options: ServeOptions) -> Finding:
     """Check whether real-time priority is permitted; it is given back at once."""
     about = "priority"
-    if serving.no_realtime:
+    if options.no_realtime:
         return Finding(about, "ok", "normal, as asked for")
     if sys.platform != "linux":
         return Finding(about, "ok", "the audio system's own; not asked for on this system")
@@ -142,17 +142,17 @@ def priority(serving: ServeOptions) -> Finding:
     return Finding(about, "ok", "real-time is permitted")
 
 
-def encoder(serving: ServeOptions) -> Finding:
+def encoder(options: ServeOptions) -> Finding:
     """Load the encoder and gallery and recognise once. A transformers encoder is skipped: slow."""
     from hapticvlm.vision.encoders.encoder import EncoderError
     from hapticvlm.vision.encoders.loading import is_quick
     from hapticvlm.vision.galleries.storage import GalleryError
 
     about = "encoder"
-    if not is_quick(serving.encoder):
-        return Finding(about, "ok", f"{serving.encoder}: not tried here", "hapticvlm recognise")
+    if not is_quick(options.encoder):
+        return Finding(about, "ok", f"{options.encoder}: not tried here", "hapticvlm recognise")
     try:
-        name, took_ms = _inference(serving)
+        name, took_ms = _inference(options)
     except (EncoderError, GalleryError, OSError, ValueError) as error:
         return Finding(about, "wrong", str(error), "install hapticvlm anew, or see --encoder")
     text = f"{name}: {took_ms:.1f} ms an inference"
@@ -161,7 +161,7 @@ def encoder(serving: ServeOptions) -> Finding:
     return Finding(about, "ok", text)
 
 
-def _inference(serving: ServeOptions) -> tuple[str, float]:
+def _inference(options: ServeOptions) -> tuple[str, float]:
     """Return the encoder's name and the median time of an inference, ms."""
     import numpy as np
 
@@ -169,8 +169,8 @@ def _inference(serving: ServeOptions) -> tuple[str, float]:
     from hapticvlm.vision.galleries.storage import load_gallery
     from hapticvlm.vision.pictures import Crop
 
-    found = load_encoder(serving.encoder, threads=serving.threads)
-    load_gallery(serving.gallery, encoder=found)
+    found = load_encoder(options.encoder, threads=options.threads)
+    load_gallery(options.gallery, encoder=found)
     side = found.side
     crop = Crop(np.full((side, side, 3), 90, np.uint8), np.full((side, side), 255, np.uint8))
     took = []

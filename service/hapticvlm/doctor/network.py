@@ -17,12 +17,12 @@ SOON_DAYS = 14.0
 _ANY = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where to ask, not where to listen
 
 
-def address(serving: ServeOptions) -> list[Finding]:
+def address(options: ServeOptions) -> list[Finding]:
     """Check whether the service would listen as asked, and how long its certificate lasts."""
     from hapticvlm.server import service_info
 
     try:
-        where = service_info.address(serving)
+        where = service_info.address(options)
     except ValueError as error:
         return [Finding("address", "wrong", str(error), "`hapticvlm serve --help`")]
     if where.certificate is None:
@@ -34,37 +34,37 @@ def address(serving: ServeOptions) -> list[Finding]:
     return [Finding("certificate", "ok", text)]
 
 
-def port(serving: ServeOptions) -> Finding:
+def port(options: ServeOptions) -> Finding:
     """Check whether the port is free, or who answers there."""
-    address = f"{serving.host}:{serving.port}"
-    family = socket.AF_INET6 if ":" in serving.host else socket.AF_INET
+    address = f"{options.host}:{options.port}"
+    family = socket.AF_INET6 if ":" in options.host else socket.AF_INET
     try:
-        with socket.create_server((serving.host, serving.port), family=family):
+        with socket.create_server((options.host, options.port), family=family):
             return Finding("port", "ok", f"{address} is free")
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
-            return asyncio.run(_who(serving, address))
+            return asyncio.run(_who(options, address))
         reason = f"{address}: {error.strerror}"
         cure = "another --host or --port"
         return Finding("port", "wrong", reason, cure)
 
 
-async def _who(serving: ServeOptions, address: str) -> Finding:
+async def _who(options: ServeOptions, address: str) -> Finding:
     """Connect to what listens at the port, as an observer would."""
-    host = _ANY.get(serving.host, serving.host)
+    host = _ANY.get(options.host, options.host)
     tls = None
-    if serving.tls_cert is not None:
+    if options.tls_cert is not None:
         tls = ssl.create_default_context()
         # we only ask who is there
         tls.check_hostname = False
         tls.verify_mode = ssl.CERT_NONE
     shown = f"[{host}]" if ":" in host else host
-    url = f"ws{'s' if tls else ''}://{shown}:{serving.port}/"
+    url = f"ws{'s' if tls else ''}://{shown}:{options.port}/"
     cure = "stop it before you start another, or take another --port"
     try:
         async with (
             asyncio.timeout(ASK_S),
-            connect(url, name="doctor", role="observer", token=serving.token, tls=tls) as client,
+            connect(url, name="doctor", role="observer", token=options.token, tls=tls) as client,
         ):
             version = client.welcome["service"]["version"]
             return Finding("port", "note", f"{address}: hapticvlm {version} runs there", cure)
