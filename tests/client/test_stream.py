@@ -116,5 +116,5 @@ def test_a_video_that_shows_nothing_is_told_in_one_line(tmp_path):
     done = streamed(path, types.SimpleNamespace(url="ws://127.0.0.1:9/"))
     assert done.returncode == 2
     assert done.stderr.strip().splitlines() == [
-        f"hapticvlm stream: {path}: no frame of it can be decoded; is it whole?"
+        f"hapticvlm stream: {path}: no frame can be decoded; is the file complete?"
     ]

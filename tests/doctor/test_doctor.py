@@ -139,7 +139,7 @@ def test_a_certificate_is_told_with_names_and_days(tmp_path):
 def test_a_plate_that_answers_is_named_and_never_told_a_setpoint():
     cable = Cable()
     plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
-    found = devices.check_plate("cable", plate, is_asked=True)
+    found = devices.check_plate("cable", plate, is_required=True)
     assert found.verdict == "ok"
     assert "answers" in found.message
     kinds = {type(message) for message in cable.sent}
@@ -148,11 +148,11 @@ def test_a_plate_that_answers_is_named_and_never_told_a_setpoint():
 
 
 def test_a_plate_that_is_silent_is_wrong_only_if_it_was_asked_for():
-    for is_asked, verdict in ((True, "wrong"), (False, "note")):
+    for is_required, verdict in ((True, "wrong"), (False, "note")):
         cable = Cable()
         cable.is_mute = True
         plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
-        found = devices.check_plate("cable", plate, is_asked)
+        found = devices.check_plate("cable", plate, is_required)
         assert found.verdict == verdict
         assert "no valid message came" in found.message
 
