@@ -23,7 +23,7 @@ class Moment:
 
     t_s: float
     title: str
-    text: str
+    description: str
     poster: bytes | None
 
 
@@ -33,14 +33,17 @@ def moment(timeline: Timeline, at_s: float | None = None) -> Moment:
     touch = timeline.touch_at(t_s)
     decision = touch and timeline.decision_at(t_s, touch.object_id)
     if touch is None or not decision:
-        title, text = "A touch, felt by HapticVLM", f"A session of {timeline.duration_s:.0f} s."
+        title, description = (
+            "A touch, felt by HapticVLM",
+            f"A session of {timeline.duration_s:.0f} s.",
+        )
     else:
         title = f"{timeline.name(touch.object_id)}: felt as {decision['material']}"
         contact_c = decision.get("contact_c")
         warmth = "" if contact_c is None else f", {contact_c:.0f} °C under the hand"
-        text = f"{decision['confidence']:.0%} sure{warmth}. Press play to hear it."
+        description = f"{decision['confidence']:.0%} sure{warmth}. Press play to hear it."
     object_id = None if touch is None else touch.object_id
-    return Moment(t_s, title, text, _poster(timeline, t_s, object_id))
+    return Moment(t_s, title, description, _poster(timeline, t_s, object_id))
 
 
 def _strongest(timeline: Timeline) -> float:

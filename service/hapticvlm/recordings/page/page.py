@@ -42,11 +42,11 @@ def write(timeline: Timeline, title: str, path: Path, shared: Moment | None = No
     data = document(timeline, title)
     if shared is not None:
         data |= {"title": shared.title, "at_s": shared.t_s}
-    text = page(data, shared).encode()
+    content = page(data, shared).encode()
     number, unfinished = tempfile.mkstemp(prefix=".page-", suffix=".part", dir=path.parent)
     try:
         with os.fdopen(number, "wb") as file:
-            file.write(text)
+            file.write(content)
         Path(unfinished).replace(path)
     except OSError:
         Path(unfinished).unlink(missing_ok=True)
@@ -83,11 +83,11 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
 
 def page(session: dict[str, Any], shared: Moment | None = None) -> str:
     """Write the session, styles and scripts into the page."""
-    text = (HERE / "session.html").read_text(encoding="utf-8")
+    markup = (HERE / "session.html").read_text(encoding="utf-8")
     if shared is not None:
-        text = _titled(text, shared)
+        markup = _titled(markup, shared)
     return assembled(
-        text,
+        markup,
         (PAGES / "palette.css", HERE / "session.css"),
         (PAGES / "feel.js", HERE / "outline.js"),
         HERE / "session.js",
@@ -95,13 +95,13 @@ def page(session: dict[str, Any], shared: Moment | None = None) -> str:
     )
 
 
-def _titled(text: str, shared: Moment) -> str:
+def _titled(markup: str, shared: Moment) -> str:
     """Describe the page in its head, for programs that run no script: chat cards, previews, search.
 
     The picture is in the file, because a page that is sent on has no address. A host that wants
     `og:image` as an address must put the picture beside the page.
     """
-    title, words = html.escape(shared.title), html.escape(shared.text)
+    title, words = html.escape(shared.title), html.escape(shared.description)
     head = [f"<title>{title}</title>", f'<meta name="description" content="{words}">']
     head += [_property("og:title", title), _property("og:description", words)]
     figure = f"<h1>{title}</h1><p>{words}</p>"
@@ -109,8 +109,8 @@ def _titled(text: str, shared: Moment) -> str:
         poster = address("image/jpeg", shared.poster)
         head += [_property("og:image", poster)]
         figure = f'<img src="{poster}" alt="{title}">{figure}'
-    text = put(text, "<title>HapticVLM session</title>", "\n".join(head))
-    return put(text, "<header>", f"<noscript>{figure}</noscript>\n<header>")
+    markup = put(markup, "<title>HapticVLM session</title>", "\n".join(head))
+    return put(markup, "<header>", f"<noscript>{figure}</noscript>\n<header>")
 
 
 def _property(name: str, content: str) -> str:
