@@ -180,4 +180,4 @@ def _reason(text: str) -> str:
     for word in ("not responding", "cannot open", "verif", "error"):
         if causes := [line for line in lines if word in line.lower()]:
             return re.sub(r"^avrdude(?: OS)?(?: error)?: ", "", causes[0])
-    return "it failed without a reason"
+    return "it failed and did not say why"
