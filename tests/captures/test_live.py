@@ -75,7 +75,7 @@ def test_a_camera_is_read_until_it_ends(tmp_path):
     assert len(frames(watch(Live("camera", partial(camera, str(path)))))) == 3
 
 
-def test_a_camera_that_is_not_there_is_said_with_a_cure():
+def test_a_missing_camera_is_refused_with_a_cure():
     with pytest.raises(CaptureError, match=r"camera 97: not found.*--device"):
         frames(watch(Live("camera", partial(camera, 97))))
 

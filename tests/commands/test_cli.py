@@ -1,4 +1,4 @@
-"""The command line starts at once and says what is wrong in one line."""
+"""The command line starts at once and reports an error in one line."""
 
 import subprocess
 import sys

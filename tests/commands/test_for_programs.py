@@ -45,7 +45,7 @@ def test_a_refusal_is_one_line_for_people_and_one_object_for_programs(name, tmp_
     assert line.endswith(error)
 
 
-def test_what_a_gallery_holds_is_told_to_programs():
+def test_the_contents_of_a_gallery_are_printed_as_json():
     told = json.loads(hapticvlm("gallery", "list", "--json").stdout)
     assert told["gallery"] == "shipped"
     assert {row["material"] for row in told["materials"]} >= {"wood", "glass", "fabric", "metal"}

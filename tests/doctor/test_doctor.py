@@ -52,7 +52,7 @@ def config(folder: Path, **stated: object) -> str:
     return str(path)
 
 
-def test_a_machine_that_is_well_is_told_so(tmp_path):
+def test_a_machine_without_problems_gets_ok(tmp_path):
     code, told = doctor("--config", config(tmp_path, port=free_port()))
     assert (code, told["doctor"]) == (0, "ok")
     about = {one["about"]: one["verdict"] for one in told["findings"]}
@@ -127,7 +127,7 @@ def test_an_address_that_is_not_of_this_machine_is_wrong():
     assert network.port(ServeOptions(host="203.0.113.7", port=free_port())).verdict == "wrong"
 
 
-def test_a_certificate_is_told_with_names_and_days(tmp_path):
+def test_a_certificate_is_reported_with_names_and_days(tmp_path):
     pair = Authority(tmp_path).sign()
     (found,) = network.address(ServeOptions(tls_cert=pair.cert, tls_key=pair.key))
     assert found.verdict == "ok"
@@ -136,7 +136,7 @@ def test_a_certificate_is_told_with_names_and_days(tmp_path):
     assert wrong.verdict == "wrong"
 
 
-def test_a_plate_that_answers_is_named_and_never_told_a_setpoint():
+def test_a_plate_that_answers_is_named_and_gets_no_setpoint():
     cable = Cable()
     plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
     found = devices.check_plate("cable", plate, is_required=True)
@@ -206,7 +206,7 @@ def test_what_this_package_states_is_understood_whole():
     assert extras.verdict == "ok"
 
 
-def test_a_check_that_hangs_holds_up_nobody():
+def test_a_check_that_hangs_delays_nothing():
     ending = threading.Event()
 
     def hang() -> list[Finding]:

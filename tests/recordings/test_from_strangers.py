@@ -47,7 +47,7 @@ def test_a_picture_outside_the_folder_is_refused(session, name):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with a name, which Windows lacks")
-def test_a_picture_that_is_a_pipe_is_refused_and_nobody_waits_for_it(session):
+def test_a_picture_that_is_a_pipe_is_refused_without_waiting(session):
     os.mkfifo(session / "pipe.jpg")
     change(session, file="pipe.jpg")
     with pytest.raises(SessionLogError, match="regular file"):

@@ -1,4 +1,4 @@
-"""When a record begins: with the first message, or when a scene stays without one."""
+"""A record begins with the first message, or when a scene stays without one."""
 
 from hapticvlm.recordings.lines import Input, Key, Line
 from hapticvlm.recordings.recorder import MAX_HELD, LateRecord
@@ -8,7 +8,7 @@ MESSAGE: Line = {Key.IN: Input.MESSAGE, Key.NOW: 2.0}
 
 
 class Begun:
-    """What was written, and how often it was begun."""
+    """Counts how often a record was begun, and keeps its lines."""
 
     def __init__(self):
         self.lines = []

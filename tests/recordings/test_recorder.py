@@ -1,4 +1,4 @@
-"""The record when the disk is slow or full, and who else it must not disturb."""
+"""Recording on a slow or full disk loses lines, counts them, and disturbs nothing else."""
 
 import asyncio
 import json

@@ -129,7 +129,7 @@ def test_a_changed_touch_makes_the_outputs_differ_and_the_first_place_is_named(c
     assert "NOT as recorded" in done.stdout
 
 
-def test_a_lost_line_is_said(copy):
+def test_a_lost_line_is_counted(copy):
     log = copy / SESSION_LOG
     rows = log.read_text().splitlines(keepends=True)
     lost = next(index for index, row in enumerate(rows) if '"in": "tick"' in row)
