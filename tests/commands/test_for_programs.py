@@ -1,4 +1,4 @@
-"""What programs read: one JSON object with --json, an error too; and what people see instead."""
+"""With --json a program reads one JSON object, also for an error; without it a person reads text."""
 
 import json
 import os
