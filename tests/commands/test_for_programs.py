@@ -1,4 +1,4 @@
-"""With --json a program reads one JSON object, also for an error; without it a person reads text."""
+"""With --json commands print one JSON object, also for an error; without it they print text."""
 
 import json
 import os

@@ -255,7 +255,7 @@ def test_without_json_a_table_is_printed(folder: Path, own_gallery: Path) -> Non
     assert 0.0 <= float(confidence) <= 1.0
 
 
-def test_a_picture_whose_name_has_no_encoding_is_recognised_too(folder: Path, tmp_path: Path) -> None:
+def test_a_picture_whose_name_has_no_encoding_is_recognised(folder: Path, tmp_path: Path) -> None:
     odd = tmp_path / "caf\udce9.png"
     odd.write_bytes((folder / "halves.png").read_bytes())
     assert recognise("--json", tmp_path).rows[0]["path"] == str(odd)
