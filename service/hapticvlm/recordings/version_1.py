@@ -8,6 +8,8 @@ compares both versions with the same code and the same exactness. Knows no file.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from hapticvlm.recordings.lines import VERSION, Input, Key, Line, Output
 
 SESSION_LOG = "tape.jsonl"
@@ -59,5 +61,5 @@ def _output(output: Line) -> Line:
     return translated
 
 
-def _renamed(fields: Line, names: dict[str, str]) -> Line:
+def _renamed(fields: Line, names: Mapping[str, str]) -> Line:
     return {names.get(name, name): value for name, value in fields.items()}
