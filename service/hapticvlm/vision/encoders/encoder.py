@@ -1,10 +1,10 @@
-"""Picture and mask to a unit embedding: what every encoder promises.
+"""The contract of every encoder: pictures with masks become unit embeddings.
 
-The shipped encoder runs on onnxruntime, a network of transformers on torch (extra `models`), one
-in a file on OpenVINO (extra `files`); the last two are imported only then. All take the same crops,
-and none hands out anything but finite unit embeddings: a gallery would match the rest, with
-confidence. An encoder's preprocessing travels with it, in its graph or in its own file. Knows no
-gallery and no material.
+The shipped encoder and networks in ONNX files run on onnxruntime, networks of transformers on torch
+(extra `models`), which is imported only for them. All take the same crops, and every embedding is
+checked to be finite and of unit norm here, because a gallery would match anything else with
+confidence. An encoder's preprocessing belongs to it and lies in its graph or beside its file. Knows
+no gallery and no material.
 """
 
 from __future__ import annotations

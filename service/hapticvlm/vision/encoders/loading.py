@@ -10,7 +10,7 @@ from hapticvlm.vision.encoders.encoder import CARD, DEFAULT, SHIPPED, Encoder, E
 from hapticvlm.vision.encoders.onnx_encoder import load_onnx_encoder, read_card
 from hapticvlm.vision.pictures import Crop, central_mask
 
-FILES = (".onnx", ".tflite")
+FILES = (".onnx", ".tflite")  # TFLite only to say that it is not read
 DEVICES = ("cpu", "cuda", "auto")
 
 
@@ -18,7 +18,7 @@ def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int =
     """Load an encoder and embed with it once, so that the next inference is not a slow first one.
 
     name: None = the shipped one; lite0 or lite2, which ship, or their full names; a folder with an
-    encoder.json; a file .onnx or .tflite; or a network of transformers, by folder or by name.
+    encoder.json; a file .onnx; or a network of transformers, by folder or by name.
     device: cpu, cuda or auto; those that are not of transformers run on the cpu. threads: of one
     inference. Raises EncoderError.
     """

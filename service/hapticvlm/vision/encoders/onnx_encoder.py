@@ -25,7 +25,9 @@ from hapticvlm.vision.pictures import Crop
 GRAPH = "encoder.onnx"
 INPUT = "crops"
 OUTPUT = "embeddings"
-MOST_BYTES = 2048 * documents.MIB  # no ONNX file is larger
+MAX_BYTES = 2048 * documents.MIB  # no ONNX file is larger
+READ_S = 60.0  # at most for a file of that size
+EXTERNAL_FOLDER = "session.model_external_initializers_file_folder_path"
 SILENT = 4  # onnxruntime's log level "fatal": what goes wrong arrives as an exception
 
 
@@ -89,7 +91,7 @@ def read_card(folder: Path) -> Card:
 def _read_graph(folder: Path, card: Card) -> bytes:
     path = folder / GRAPH
     try:
-        data = documents.read_bytes(path, MOST_BYTES, within_s=60.0)
+        data = documents.read_bytes(path, MAX_BYTES, READ_S)
     except (OSError, ValueError) as error:
         raise EncoderError(f"{path} cannot be read ({error}); {_cure(folder)}") from None
     if hashlib.sha256(data).hexdigest() != card.sha256[GRAPH]:
@@ -98,8 +100,14 @@ def _read_graph(folder: Path, card: Card) -> bytes:
     return data
 
 
-def open_session(graph: bytes, threads: int, weights: Mapping[str, Array]) -> Any:  # noqa: ANN401
-    """Open a graph on the cpu; `weights` are the tensors that it names and does not hold."""
+def open_session(
+    graph: bytes, threads: int, weights: Mapping[str, Array], folder: Path | None = None
+) -> Any:  # noqa: ANN401 - onnxruntime is untyped
+    """Open the bytes of an ONNX file on the cpu.
+
+    `weights` are the tensors that it names and does not hold. Those that it says to lie in further
+    files are read from `folder`, and from nowhere else. Raises whatever onnxruntime raises.
+    """
     import onnxruntime
 
     onnxruntime.set_default_logger_severity(SILENT)
@@ -111,6 +119,9 @@ def open_session(graph: bytes, threads: int, weights: Mapping[str, Array]) -> An
     options.inter_op_num_threads = 1
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.add_session_config_entry("session.inter_op.allow_spinning", "0")
+    options.add_session_config_entry("session.load_model_format", "ONNX")  # whatever it looks like
+    if folder is not None:
+        options.add_session_config_entry(EXTERNAL_FOLDER, str(folder.resolve()))
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_ALL
     values = [onnxruntime.OrtValue.ortvalue_from_numpy(array) for array in weights.values()]
     # The graph holds no weights, only their names. They are handed over in memory, so no file of

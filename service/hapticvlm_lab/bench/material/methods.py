@@ -147,7 +147,7 @@ def assemble(named: Sequence[str], teaching: Source | None) -> tuple[list[Method
 def networks(data: Path | None) -> list[str]:
     """List the other encoders that ship, and the ImageNet networks of the data folder."""
     others = ["lite2"]
-    return others + ([] if data is None else sorted(map(str, data.glob("teacher/*.tflite"))))
+    return others + ([] if data is None else sorted(map(str, data.glob("teacher/*.onnx"))))
 
 
 def for_source(methods: Sequence[Method], source: Source) -> list[Method]:
