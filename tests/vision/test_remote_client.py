@@ -3,7 +3,6 @@
 import time
 from collections.abc import Iterator
 
-import msgspec
 import numpy as np
 import pytest
 from pace import PACE
@@ -149,12 +148,11 @@ def test_a_view_of_the_whole_scene_is_never_sent(shared: Shared) -> None:
         origin="top",
         image=pixels.tobytes(),
     )
-    data = msgspec.msgpack.encode(frame)
     before = len(shared.asked)
-    assert recogniser.recognise(data, "scene", 0.0, force=True).scene_view is not None
+    assert recogniser.recognise(frame, "scene", 0.0, force=True).scene_view is not None
     assert len(shared.asked) == before
     shown = SceneContext("scene", "cup")
-    assert recogniser.recognise(data, "cup", 0.0, force=True, shown=shown).evidence is not None
+    assert recogniser.recognise(frame, "cup", 0.0, force=True, shown=shown).evidence is not None
     assert len(shared.asked) == before + 1
 
 

@@ -138,8 +138,6 @@ def _view(options: argparse.Namespace) -> int:
 
 def _recogniser(options: argparse.Namespace) -> Recognise:
     """Load an encoder and a gallery; return what recognises a picture of a record by them."""
-    import msgspec
-
     from hapticvlm.recordings.session_log import SessionLogError
     from hapticvlm.vision.encoders.loading import load_encoder
     from hapticvlm.vision.frame_recogniser import FrameRecogniser
@@ -149,7 +147,7 @@ def _recogniser(options: argparse.Namespace) -> Recognise:
     recogniser = FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
 
     def recognise(picture: Frame, subject: str) -> Evidence:
-        found = recogniser.recognise(msgspec.msgpack.encode(picture), subject, 0.0, force=True)
+        found = recogniser.recognise(picture, subject, 0.0, force=True)
         if found.evidence is None:
             text = f"{options.folder}: {found.error}; --recognise needs the frames kept"
             raise SessionLogError(text)

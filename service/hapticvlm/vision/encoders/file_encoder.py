@@ -118,7 +118,7 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
     if not path.is_file():
         raise EncoderError(f"encoder `{path}`: no such file")
     try:
-        model = documents.read_bytes(path, MAX_BYTES, READ_S)
+        model = _read(path)
         graph = read_graph(model)
         # What a tensor inside a graph is like is seldom written in the file. So the network runs
         # once, on a grey picture, with all tensors in question as outputs, and their sizes are
@@ -143,6 +143,10 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
     dimension = _width(sizes[features]) + joint_embedding.ADDED * beliefs
     revision = f"{digest} {preprocessing}"  # prepared otherwise, it is another network
     return FileEncoder(name, revision, dimension, beliefs, layout, preprocessing, session, outputs)
+
+
+def _read(path: Path) -> bytes:
+    return documents.read_bytes(path, MAX_BYTES, READ_S)
 
 
 def _layout(session: Any) -> Layout:  # noqa: ANN401 - onnxruntime is untyped
