@@ -186,12 +186,12 @@ def _sizes(
     names: Iterable[str],
 ) -> dict[str, tuple[int, ...]]:
     """Run the network on a grey picture; return the sizes of those tensors that hold floats."""
-    wanted = list(names)
+    requested = list(names)
     side = layout.side
     shape = (1, side, side, 3) if layout.colours_last else (1, 3, side, side)
     grey = np.full(shape, 127 if layout.is_bytes else 0, layout.dtype)
-    outputs = session.run(wanted, {layout.name: grey})
-    floats = {name: np.asarray(value) for name, value in zip(wanted, outputs, strict=True)}
+    outputs = session.run(requested, {layout.name: grey})
+    floats = {name: np.asarray(value) for name, value in zip(requested, outputs, strict=True)}
     return {
         name: value.shape
         for name, value in floats.items()

@@ -68,8 +68,8 @@ def _node(data: memoryview) -> Node:
     return Node(kinds[-1] if kinds else "", inputs, tuple(_names(data, NODE_OUTPUT)))
 
 
-def _names(data: memoryview, wanted: int) -> list[str]:
-    return [bytes(value).decode() for number, value in _fields(data) if number == wanted]
+def _names(data: memoryview, field: int) -> list[str]:
+    return [bytes(value).decode() for number, value in _fields(data) if number == field]
 
 
 def _fields(data: memoryview) -> Iterator[tuple[int, memoryview]]:
