@@ -356,7 +356,7 @@ def test_own_references_outweigh_the_shipped_ones_that_still_count() -> None:
     thing = unit(77, 1)
     labels = np.zeros(1, np.int64)
     glass = Gallery("test-1", ("glass",), thing, labels, FEW, places=labels)
-    grown = replace(shipped, own=glass)
+    grown = replace(shipped, user=glass)
     assert grown.match(thing[0]).material == "glass"
     assert grown.match(thing[0]).confidence > 0.9 > shipped.match(thing[0]).confidence
     for reference, label in zip(shipped.references, shipped.labels, strict=True):
@@ -365,7 +365,7 @@ def test_own_references_outweigh_the_shipped_ones_that_still_count() -> None:
         "test-1", ("glass", "metal"), np.concatenate([thing, thing]), np.arange(2), FEW
     )  # fmt: skip
     certain = replace(two, calibration=replace(FEW, threshold=-1000.0))
-    leaning = replace(shipped, own=certain).beliefs(thing)[0]
+    leaning = replace(shipped, user=certain).beliefs(thing)[0]
     wanted = log_softmax(shipped.shipped_logits(thing, ("glass", "metal")))[0]
     assert np.log(leaning[1] / leaning[2]) == pytest.approx(0.3 * (wanted[0] - wanted[1]), abs=1e-3)
 
@@ -375,7 +375,7 @@ def test_a_gallery_with_layer_and_own_references_comes_back_as_it_was(tmp_path: 
     layer = LinearLayer(unit(3, encoder.dimension, 3), np.zeros(3, np.float32))
     base = replace(small(encoder.name), references=unit(1, 6, encoder.dimension), layer=layer)
     own = replace(base, layer=None, places=np.arange(6))
-    whole = replace(base, own=replace(own, calibration=calibrate(own, base)))
+    whole = replace(base, user=replace(own, calibration=calibrate(own, base)))
     save_gallery(whole, tmp_path / "my.npz")
     back = load_gallery(tmp_path / "my.npz", encoder=encoder)
     asked = unit(4, 5, encoder.dimension)

@@ -54,12 +54,12 @@ logger = logging.getLogger(__name__)
 class RecogniserSettings:
     """The encoder and gallery to load (None: the shipped ones), the device, a shared recogniser.
 
-    `own` are the user materials of the gallery folder, as the rest of the service knows them.
+    `user_materials` are those of the gallery folder, as the rest of the service knows them.
     """
 
     encoder: str | None = None
     gallery: Path | None = None
-    own: tuple[UserMaterial, ...] = ()
+    user_materials: tuple[UserMaterial, ...] = ()
     device: str = "cpu"
     threads: int = 1
     remote: RemoteSettings | None = None
@@ -217,8 +217,10 @@ def _load(
     if settings.remote is not None:
         from hapticvlm.vision.remote.client import RemoteRecogniser
 
-        remote = RemoteRecogniser(settings.remote, table_with(settings.own))
-    gallery = load_gallery(settings.gallery, encoder=encoder, own=settings.own)
+        remote = RemoteRecogniser(settings.remote, table_with(settings.user_materials))
+    gallery = load_gallery(
+        settings.gallery, encoder=encoder, user_materials=settings.user_materials
+    )
     recogniser = FrameRecogniser(encoder, gallery, remote)
     # The first inference allocates buffers that later ones reuse, and takes much longer. It runs
     # here, while the service still reports that it is starting. It also fails here for a network

@@ -91,7 +91,7 @@ def drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np
             return None
         rest = np.flatnonzero(~np.isin(seen.objects, seen.objects[chosen]))
         own = enrolled(seen, chosen, gallery)
-        beliefs = replace(gallery, own=own).beliefs(seen.first[rest])
+        beliefs = replace(gallery, user=own).beliefs(seen.first[rest])
         found.append(among(beliefs, gallery.candidates))
         rows.append(rest)
     return np.concatenate(found), np.concatenate(rows)
