@@ -6,8 +6,8 @@ from __future__ import annotations
 LEAST_C = -30  # degC, the candidate numbers, each whole degree
 MOST_C = 60
 # Least share of an answer's probability that must be on candidates, in process and from an
-# endpoint. Below it, the few per cent that a model which begins a sentence ("The air is ...") leaves
-# to numbers would be read as its answer.
+# endpoint. A model that begins a sentence ("The air is ...") leaves a few per cent to numbers, and
+# these must not be read as its answer.
 LEAST_SHARE = 0.5
 # A model that is sure of one number may still be wrong, and a sentence states no interval. The
 # paper counts an answer within 8 degC of the truth as right and had 13 of 15 right, so +- 8 degC is

@@ -39,7 +39,7 @@ from hapticvlm.vlm.weights import Precision
 PASSIVE = {"OMP_WAIT_POLICY": "PASSIVE", "GOMP_SPINCOUNT": "0"}
 CHECK_SIDE = 56  # px, the grey picture of the check at loading
 # Largest total variation distance (half the sum of absolute differences over the vocabulary)
-# between a packed pass and a plain one. Rounding stays below; a wrong mask or position is far above.
+# between a packed pass and a plain one. Rounding stays below it, a wrong mask or position does not.
 AGREEMENT: dict[Precision, float] = {"bfloat16": 0.1, "float32": 1e-3}
 
 
