@@ -92,7 +92,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Fused:
-    """The fused evidence on one object, its recognitions' count, and contradicting ones in a row."""
+    """Fused evidence on one object, the count of its recognitions, and contradicting ones."""
 
     evidence: Evidence
     count: int

@@ -80,7 +80,7 @@ def head_words(name: str, lexicon: Lexicon) -> tuple[str, ...]:
 
 
 def words_of(name: str) -> list[str]:
-    """Split a name into lower-case words, without digits and single letters; non-Latin ones whole."""
+    """Split a name into lower-case words without digits or single letters; non-Latin stay whole."""
     chunks = re.split(r"[\W\d_]+", unicodedata.normalize("NFKC", name))
     cut = (_CAMEL.findall(chunk) if chunk.isascii() else [chunk] for chunk in chunks)
     words = [word for part in cut for word in part]

@@ -71,7 +71,7 @@ def _upright(path: Path, data: bytes, image: Image.Image, mask: Path | None) -> 
     try:
         pixels = _pixels(image, turn)
     except (*_UNREADABLE, Image.DecompressionBombError) as error:
-        raise FileError(f"{path} is a broken picture ({error}); save it again") from None
+        raise FileError(f"{path}: broken picture ({error}); save it again") from None
     shrunk = (pixels.shape[1], pixels.shape[0])
     levels = None if mask is None else _mask(mask, size, shrunk)
     return _frame("rgb8", pixels.tobytes(), shrunk, levels)
@@ -107,11 +107,11 @@ def _open(path: Path, data: bytes) -> Image.Image:
         limit = f"more than {Image.MAX_IMAGE_PIXELS or 0:,} px"
         raise FileError(f"{path}: {limit}; shrink it") from None
     except _UNREADABLE:
-        raise FileError(f"{path} is not a JPEG, PNG or WebP; save it as one") from None
+        raise FileError(f"{path}: not a JPEG, PNG or WebP; save it as one") from None
     # A phone's JPEG may hold a second picture, for depth or gain; that is not an animation.
     count = 1 if image.format in ("JPEG", "MPO") else getattr(image, "n_frames", 1)
     if count > 1:
-        raise FileError(f"{path} is an animation of {count} pictures; save the one you mean")
+        raise FileError(f"{path}: an animation of {count} pictures; save the one you mean")
     return image
 
 
@@ -163,7 +163,7 @@ def _mask(path: Path, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
         try:
             levels = np.asarray(_without_alpha(image))
         except (*_UNREADABLE, Image.DecompressionBombError) as error:
-            raise FileError(f"{path} is a broken mask ({error}); save it again") from None
+            raise FileError(f"{path}: broken mask ({error}); save it again") from None
     inside = levels.any(axis=2) if levels.ndim == 3 else levels != 0
     if not inside.any():
         raise FileError(f"{path}: no pixel is nonzero; mark the object or leave the mask out")

@@ -85,10 +85,10 @@ def read_material(path: Path) -> UserMaterial:
         text = documents.read_text(path, MAX_FILE_BYTES)
         return _parse(path.stem, documents.parse_toml(text))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise MaterialError(f"{path} is not TOML ({error}); correct it") from None
+        raise MaterialError(f"{path}: not TOML ({error}); correct it") from None
     except OSError as error:
         reason = error.strerror or str(error)
-        raise MaterialError(f"{path} cannot be read ({reason}); make it readable") from None
+        raise MaterialError(f"{path}: cannot be read ({reason}); make it readable") from None
     except MaterialError as error:
         raise MaterialError(f"{path}: {error}") from None
 
