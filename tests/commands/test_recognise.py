@@ -229,7 +229,7 @@ def test_nothing_to_look_at_is_said_in_a_line(tmp_path: Path) -> None:
     ("option", "value", "complaint"),
     [
         ("--mask", "nowhere", "no such file or folder"),
-        ("--gallery", "nowhere.npz", "is no gallery"),
+        ("--gallery", "nowhere.npz", "is not a gallery"),
         ("--encoder", "/nowhere/encoder", "encoder"),
         ("--among", "wood,kryptonite", "--among: no material `kryptonite` in the gallery"),
     ],

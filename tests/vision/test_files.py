@@ -121,7 +121,7 @@ def test_what_is_transparent_shows_the_ground_not_what_hides_below(
 def test_an_animation_is_refused_with_its_length(tmp_path: Path, suffix: str) -> None:
     turned = picture().transpose(Image.Transpose.FLIP_LEFT_RIGHT)
     path = saved(tmp_path / f"one.{suffix}", picture(), save_all=True, append_images=[turned])
-    with pytest.raises(FileError, match=r"one\.\w+: an animation of 2 pictures"):
+    with pytest.raises(FileError, match=r"one\.\w+: .*animation of 2 pictures"):
         read_frame(path)
 
 
@@ -152,7 +152,7 @@ def test_a_large_picture_is_shrunk_with_its_mask(tmp_path: Path) -> None:
 def test_what_is_no_picture_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "one.png"
     path.write_bytes(content)
-    with pytest.raises(FileError, match=r"one\.png: no JPEG, PNG or WebP"):
+    with pytest.raises(FileError, match=r"one\.png: .*JPEG, PNG or WebP"):
         read_frame(path)
 
 
@@ -167,7 +167,7 @@ def test_a_torn_picture_is_refused_by_name(tmp_path: Path, suffix: str) -> None:
 @pytest.mark.parametrize("side", [10_000, 20_000])
 def test_a_picture_that_unfolds_into_gigabytes_is_refused(tmp_path: Path, side: int) -> None:
     path = saved(tmp_path / "bomb.png", Image.new("1", (side, side)))
-    with pytest.raises(FileError, match="px; shrink it"):
+    with pytest.raises(FileError, match="shrink"):
         read_frame(path)
 
 

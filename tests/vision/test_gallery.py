@@ -240,7 +240,7 @@ def test_files_that_are_no_gallery_are_refused(tmp_path: Path) -> None:
             load_gallery(tmp_path / f"{name}.npz", encoder=encoder)
     (tmp_path / "d.npz").write_bytes(b"PK\x03\x04 nothing")
     for missing in ("d.npz", "not-there.npz"):
-        with pytest.raises(GalleryError, match="no gallery"):
+        with pytest.raises(GalleryError, match="not a gallery"):
             load_gallery(tmp_path / missing, encoder=encoder)
 
 

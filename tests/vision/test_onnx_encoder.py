@@ -61,7 +61,7 @@ def test_any_nonzero_mask_counts_alike(encoder: OnnxEncoder) -> None:
 
 
 def test_a_crop_of_another_side_is_refused_naming_both(encoder: OnnxEncoder) -> None:
-    with pytest.raises(EncoderError, match=r"\(48, 48, 3\).*takes crops of 32 px"):
+    with pytest.raises(EncoderError, match=r"takes crops of 32 px.*\(48, 48, 3\)"):
         encoder.embed([crop(1, SIDE), crop(2, 48)])
 
 
@@ -89,7 +89,7 @@ def test_an_encoder_without_unit_embeddings_does_not_load(tmp_path: Path, graph:
 )
 def test_a_graph_that_does_not_fit_its_card_is_refused(tmp_path: Path, graph: Graph) -> None:
     write_onnx(tmp_path, graph)
-    with pytest.raises(EncoderError, match=r"encoder.onnx has .* where encoder.json wants"):
+    with pytest.raises(EncoderError, match=r"encoder\.onnx has .* encoder\.json needs"):
         load_encoder(str(tmp_path))
 
 
@@ -161,7 +161,7 @@ def test_it_runs_on_the_cpu_on_threads_that_do_not_spin(folder: Path) -> None:
 
 
 def test_a_gpu_is_refused(folder: Path) -> None:
-    with pytest.raises(EncoderError, match="runs on the cpu"):
+    with pytest.raises(EncoderError, match="--encoder-device cuda"):
         load_encoder(str(folder), device="cuda")
     assert load_encoder(str(folder), device="auto").name == "tiny-1"
 

@@ -141,7 +141,7 @@ def test_a_network_of_pictures_and_text_is_asked_for_the_materials(
 def test_pickled_weights_are_refused(folder: Path, tmp_path: Path) -> None:
     pickled = copy(folder, tmp_path / "pickled")
     (pickled / "model.safetensors").rename(pickled / "pytorch_model.bin")
-    with pytest.raises(EncoderError, match=r"weights pickled \(pytorch_model.bin\).*safetensors"):
+    with pytest.raises(EncoderError, match=r"pickled weights \(pytorch_model\.bin\).*safetensors"):
         load_encoder(str(pickled))
 
 
@@ -272,7 +272,7 @@ def test_a_spoilt_folder_is_refused_in_one_line(
 
 
 def test_a_network_that_sees_no_picture_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(EncoderError, match="is a BertModel, which embeds no picture"):
+    with pytest.raises(EncoderError, match="is a BertModel"):
         load_encoder(str(write_network(tmp_path / "text", "Bert")))
 
 
@@ -282,7 +282,7 @@ def test_code_that_comes_with_a_network_is_never_run(folder: Path, tmp_path: Pat
     (theirs / "config.json").write_text(json.dumps(config))
     ran = tmp_path / "ran"
     (theirs / "own.py").write_text(f"open({str(ran)!r}, 'w')\nclass C: pass\nclass M: pass\n")
-    with pytest.raises(EncoderError, match="code that comes with it"):
+    with pytest.raises(EncoderError, match="its own code"):
         load_encoder(str(theirs))
     assert not ran.exists()
 

@@ -128,9 +128,9 @@ def test_several_spellings_of_one_answer_add_up() -> None:
 
 
 def test_answers_that_share_their_tokens_are_refused() -> None:
-    with pytest.raises(ValueError, match="does not tell"):
+    with pytest.raises(ValueError, match="does not distinguish"):
         choice_tree({"1": 0, "2": 1}, lambda _: [7])
-    with pytest.raises(ValueError, match="does not tell"):
+    with pytest.raises(ValueError, match="does not distinguish"):
         choice_tree({"1": 0}, lambda _: [])
 
 
