@@ -279,7 +279,7 @@ def test_a_material_added_can_have_its_own_pictures_in_a_build(
     folder, pictures = tmp_path / "gallery", collect(tmp_path / "in", 2)
     shot = photograph(pictures / "obsidian" / "a.jpg", (20, 20, 25), 1)
     refused = complaint(capsys, "build", pictures, "-o", folder)
-    assert "no material `obsidian`" in refused
+    assert "`obsidian` is not a material" in refused
     assert "gallery add" in refused
     assert gallery("add", "obsidian", shot, "--like", "glass", "--out", folder) == 0
     assert gallery("build", pictures, "-o", folder) == 0

@@ -78,7 +78,7 @@ def test_a_network_of_other_classes_gives_its_features_alone(tmp_path: Path) -> 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc, which only Linux has")
-def test_looking_leaves_the_process_free_to_run_on_every_core(tmp_path: Path) -> None:
+def test_embedding_leaves_the_process_free_to_run_on_every_core(tmp_path: Path) -> None:
     encoder = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
     status = Path(f"/proc/self/task/{threading.get_native_id()}/status")
     free, seen, looked = _cores(status), set[str](), threading.Event()
@@ -96,7 +96,7 @@ def test_looking_leaves_the_process_free_to_run_on_every_core(tmp_path: Path) ->
     assert seen == {free}
 
 
-def test_its_name_tells_its_weights_apart(tmp_path: Path) -> None:
+def test_its_name_depends_on_its_weights(tmp_path: Path) -> None:
     first = load_encoder(str(write_classifier(tmp_path / "a.onnx")))
     (tmp_path / "other").mkdir()
     other = load_encoder(str(write_classifier(tmp_path / "other" / "a.onnx", seed=2)))
@@ -125,7 +125,7 @@ def test_the_preprocessing_file_beside_it_counts(tmp_path: Path) -> None:
         load_encoder(str(path))
 
 
-def test_what_is_no_network_is_refused_in_one_line(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_network_is_refused_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(EncoderError, match="no such file"):
         load_encoder(str(tmp_path / "absent.onnx"))
     whole = write_classifier(tmp_path / "whole.onnx").read_bytes()
@@ -209,7 +209,7 @@ def test_floats_of_either_size_are_read_with_colours_last(
     assert np.allclose(embedding, expected / np.linalg.norm(expected), atol=most)
 
 
-def test_weights_beside_the_file_are_read_and_none_from_elsewhere(tmp_path: Path) -> None:
+def test_weights_are_read_from_the_folder_of_the_file_alone(tmp_path: Path) -> None:
     import onnx
 
     path = write_classifier(tmp_path / "tiny.onnx")

@@ -26,7 +26,7 @@ def test_the_side_is_what_the_file_asks_for(given, sides):
     assert (found.side, found.input_side) == sides
 
 
-def test_colours_are_scaled_and_normalised_as_the_file_says():
+def test_colours_are_scaled_and_normalised_as_the_file_states():
     found = read_preprocessing(PROCESSOR)
     pixels = np.full((1, found.side, found.side, 4), 255, np.uint8)
     pixels[..., 1] = 0

@@ -70,7 +70,7 @@ def test_a_view_that_leaves_its_storage_is_refused(tensor: Tensor) -> None:
 
 
 @pytest.mark.parametrize("data", [b"", b"PK\x03\x04", b"\x80\x02K\x01.", b"\x80", b"." * 99])
-def test_what_is_no_torch_file_is_refused_in_words(data: bytes) -> None:
+def test_a_file_that_is_not_a_torch_file_is_refused_with_a_reason(data: bytes) -> None:
     with pytest.raises(TorchFileError):
         read_arrays(data)
 

@@ -158,8 +158,10 @@ def _mask(path: Path, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
     """Read a mask of the picture's upright size as an 8-bit PNG of `size`, 0 or 255."""
     with _open(path, _read(path)) as image:
         if image.size != upright:
-            text = f"{path}: the mask is {image.size[0]} x {image.size[1]} px, its upright picture"
-            raise FileError(f"{text} {upright[0]} x {upright[1]}; save both at one size")
+            problem = (
+                f"{path}: the mask is {image.size[0]} x {image.size[1]} px, its upright picture"
+            )
+            raise FileError(f"{problem} {upright[0]} x {upright[1]}; save both at one size")
         try:
             levels = np.asarray(_without_alpha(image))
         except (*_UNREADABLE, Image.DecompressionBombError) as error:

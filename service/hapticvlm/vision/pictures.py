@@ -59,8 +59,8 @@ def check_size(frame: messages.Frame) -> None:
     else:
         needed = frame.width * frame.height * _CHANNELS[frame.format]
         if len(frame.image) != needed:
-            text = f"{len(frame.image)} bytes; {frame.format} {frame.width} x {frame.height} has"
-            raise PictureError("$.image", f"{text} {needed}; send whole rows without padding")
+            problem = f"{len(frame.image)} bytes; {frame.format} {frame.width} x {frame.height} has"
+            raise PictureError("$.image", f"{problem} {needed}; send whole rows without padding")
     if frame.mask is not None:
         _require_size("$.mask", _png_size("$.mask", frame.mask), frame)
 
@@ -122,8 +122,8 @@ def decode_mask(frame: messages.Frame) -> Pixels:
 
 def _require_size(path: str, actual: tuple[int, int], frame: messages.Frame) -> None:
     if actual != (frame.width, frame.height):
-        text = f"the picture is {actual[0]} x {actual[1]} px, the frame says"
-        raise PictureError(path, f"{text} {frame.width} x {frame.height}; declare its real size")
+        problem = f"the picture is {actual[0]} x {actual[1]} px, the frame says"
+        raise PictureError(path, f"{problem} {frame.width} x {frame.height}; declare its real size")
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:
@@ -143,8 +143,8 @@ def _require_few_scans(data: bytes) -> None:
     # interrupt. Their markers are counted just before decoding and not in the gateway, because a
     # search through all bytes takes longer than all other checks of a frame together.
     if data.count(b"\xff\xda") > MAX_SCANS:
-        text = f"a JPEG of more than {MAX_SCANS} scans; send a baseline JPEG"
-        raise PictureError("$.image", text)
+        problem = f"a JPEG of more than {MAX_SCANS} scans; send a baseline JPEG"
+        raise PictureError("$.image", problem)
 
 
 def _png_size(path: str, data: bytes) -> tuple[int, int]:

@@ -39,13 +39,13 @@ def judge(response: Response) -> Json:
     if 300 <= status < 400:
         raise EndpointError(f"the endpoint redirects (HTTP {status}); give its target", status)
     if status != http.HTTPStatus.OK:
-        text = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no message'}"
-        raise EndpointError(text, status, _wait_s(response.retry_after))
+        problem = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no message'}"
+        raise EndpointError(problem, status, _wait_s(response.retry_after))
     try:
         answer = json.loads(data, parse_constant=_refuse)
     except (ValueError, RecursionError):
-        text = f"the endpoint's answer is not JSON: {_decoded(data)}"
-        raise EndpointError(text, status) from None
+        problem = f"the endpoint's answer is not JSON: {_decoded(data)}"
+        raise EndpointError(problem, status) from None
     if not isinstance(answer, dict):
         raise EndpointError("the endpoint's answer is JSON, but not an object", status)
     if answer.get("error"):

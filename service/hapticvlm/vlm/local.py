@@ -117,8 +117,10 @@ def _require_agreement(vlm: LocalVlm, precision: Precision) -> None:
     packed = vlm.network.readout(prompt, vlm.numbers)[0, 0]
     distance = float(np.abs(np.exp(plain) - np.exp(packed)).sum()) / 2
     if not distance <= AGREEMENT[precision]:
-        text = f"model `{vlm.name}` cannot be read in one pass (results differ by {distance:.2f})"
-        raise VlmError(f"{text}; name another, or serve it elsewhere and give --vlm-url")
+        problem = (
+            f"model `{vlm.name}` cannot be read in one pass (results differ by {distance:.2f})"
+        )
+        raise VlmError(f"{problem}; name another, or serve it elsewhere and give --vlm-url")
 
 
 def _spellings(names: Sequence[str]) -> dict[str, int]:

@@ -154,8 +154,8 @@ def log_probs(logits: Tensor) -> NDArray[np.float32]:
 
     wrong = int((~torch.isfinite(logits)).sum())
     if wrong:
-        text = f"the model gives NaN or infinite logits ({wrong} of {logits.numel()})"
-        raise VlmError(f"{text}; its weights may be damaged")
+        problem = f"the model gives NaN or infinite logits ({wrong} of {logits.numel()})"
+        raise VlmError(f"{problem}; its weights may be damaged")
     normalised: NDArray[np.float32] = torch.log_softmax(logits.float(), dim=-1).cpu().numpy()
     return normalised
 

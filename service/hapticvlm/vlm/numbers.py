@@ -187,8 +187,8 @@ def spread(wordings: Sequence[Beliefs]) -> Spread:
     """
     shares = [float(wording.sum()) for wording in wordings]
     if not all(share >= LEAST_SHARE for share in shares):
-        text = f"only {min(shares):.2g} of the model's answer is a number"
-        raise VlmError(f"{text}; use a model that is tuned for instructions")
+        problem = f"only {min(shares):.2g} of the model's answer is a number"
+        raise VlmError(f"{problem}; use a model that is tuned for instructions")
     normal = [wording / share for wording, share in zip(wordings, shares, strict=True)]
     means = [float(wording @ CANDIDATES_C) for wording in normal]
     mixed: Beliefs = np.mean(normal, axis=0)

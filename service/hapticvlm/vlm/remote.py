@@ -104,7 +104,7 @@ class RemoteVlm:
     def _guarded(self, ask: Callable[[], Answer]) -> Answer:
         """Ask unless another question runs or the circuit is open; counts unusable answers."""
         if not self._asking.acquire(blocking=False):
-            raise VlmError(f"{self.name} is still answering another question")
+            raise VlmError(f"{self.name} is busy with another question")
         try:
             rest = self._breaker.rest_s(self._now())
             if rest > 0:

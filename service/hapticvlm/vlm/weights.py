@@ -132,8 +132,8 @@ def _from_hub(name: str) -> Path:
         logger.warning("model `%s` is not on this machine: downloading it", name)
         return Path(huggingface_hub.snapshot_download(name, allow_patterns=list(FILES)))
     except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
-        text = f"model `{name}` is not a folder and cannot be downloaded ({short_line(error)})"
-        raise VlmError(f"{text}; {FOLDER}") from None
+        problem = f"model `{name}` is not a folder and cannot be downloaded ({short_line(error)})"
+        raise VlmError(f"{problem}; {FOLDER}") from None
 
 
 def _require_sense(settings: VlmSettings) -> None:
@@ -149,8 +149,8 @@ def _quieten(settings: VlmSettings) -> None:
     try:
         quieten_libraries(settings.threads)
     except ImportError as error:
-        text = f"a model in process needs torch and transformers ({error})"
-        raise VlmError(f"{text}: {installing(PACKAGES)}") from None
+        problem = f"a model in process needs torch and transformers ({error})"
+        raise VlmError(f"{problem}: {installing(PACKAGES)}") from None
 
 
 def _require_device(settings: VlmSettings) -> None:
@@ -170,8 +170,10 @@ def _require_memory(folder: Path, settings: VlmSettings, precision: Precision) -
     needed = stored * BYTES[precision] // BYTES["bfloat16"]
     free = free_bytes()
     if free is not None and needed > free:
-        text = f"model `{settings.model}` needs {needed / 1e9:.1f} GB; {free / 1e9:.1f} GB are free"
-        raise VlmError(f"out of memory: {text}; {CURE_MEMORY}")
+        problem = (
+            f"model `{settings.model}` needs {needed / 1e9:.1f} GB; {free / 1e9:.1f} GB are free"
+        )
+        raise VlmError(f"out of memory: {problem}; {CURE_MEMORY}")
 
 
 def _model(folder: Path, settings: VlmSettings, precision: Precision) -> Any:  # noqa: ANN401

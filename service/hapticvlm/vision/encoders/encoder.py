@@ -87,8 +87,10 @@ def _stack(crops: Sequence[Crop], encoder: Encoder) -> Pixels:
     pixels = np.empty((len(crops), side, side, 4), np.uint8)
     for number, crop in enumerate(crops):
         if crop.image.shape != (side, side, 3) or crop.mask.shape != (side, side):
-            text = f"`{encoder.name}` takes crops of {side} px, not {crop.image.shape} with a mask"
-            raise EncoderError(f"{text} of {crop.mask.shape}; cut them at that side")
+            problem = (
+                f"`{encoder.name}` takes crops of {side} px, not {crop.image.shape} with a mask"
+            )
+            raise EncoderError(f"{problem} of {crop.mask.shape}; cut them at that side")
         pixels[number, ..., :3] = crop.image
         pixels[number, ..., 3] = np.where(crop.mask > 0, 255, 0)
     return pixels
@@ -98,10 +100,10 @@ def _require_unit(output: NDArray[np.generic], count: int, encoder: Encoder) -> 
     embeddings: Floats = np.asarray(output, np.float32)
     if embeddings.shape != (count, encoder.dimension):
         expected = (count, encoder.dimension)
-        text = f"`{encoder.name}` gave embeddings of shape {embeddings.shape}, not {expected}"
-        raise EncoderError(f"{text}; load another encoder")
+        problem = f"`{encoder.name}` gave embeddings of shape {embeddings.shape}, not {expected}"
+        raise EncoderError(f"{problem}; load another encoder")
     norms = np.linalg.norm(embeddings, axis=1)
     if not (np.abs(norms - 1.0) <= UNIT_ERROR).all():  # false for NaN too
-        text = f"`{encoder.name}` gave an embedding that is not finite and of unit norm"
-        raise EncoderError(f"{text}; load another encoder")
+        problem = f"`{encoder.name}` gave an embedding that is not finite and of unit norm"
+        raise EncoderError(f"{problem}; load another encoder")
     return embeddings

@@ -113,8 +113,10 @@ class FileEncoder:
 def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
     """Load FILE.onnx; the weights may lie in further files of its folder. Raises EncoderError."""
     if path.suffix.lower() == ".tflite":
-        text = f"--encoder {path}: TFLite files are not read"
-        raise EncoderError(f"{text}; convert it to ONNX (for example with tf2onnx) and name that")
+        problem = f"--encoder {path}: TFLite files are not read"
+        raise EncoderError(
+            f"{problem}; convert it to ONNX (for example with tf2onnx) and name that"
+        )
     if not path.is_file():
         raise EncoderError(f"encoder `{path}`: no such file")
     try:
@@ -134,8 +136,8 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         added = [name for name in dict.fromkeys(outputs) if name not in graph.outputs]
         session = open_session(with_outputs(model, added), threads, {}, path.parent)
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
-        text = f"encoder `{path}` cannot be read ({short_line(error)})"
-        raise EncoderError(f"{text}; give an image network as FILE.onnx") from None
+        problem = f"encoder `{path}` cannot be read ({short_line(error)})"
+        raise EncoderError(f"{problem}; give an image network as FILE.onnx") from None
     beliefs = scores is not None
     digest = hashlib.sha256(model).hexdigest()[:FINGERPRINT]
     preprocessing = _read_preprocessing(path, layout)
@@ -259,8 +261,8 @@ def _read_preprocessing(path: Path, layout: Layout) -> Preprocessing | None:
     except (OSError, ValueError) as error:
         raise EncoderError(f"encoder `{path}`, {beside.name}: {error}; correct it") from None
     if preprocessing.input_side != side:
-        text = f"encoder `{path}` takes {side} px, {beside.name} says {preprocessing.input_side}"
-        raise EncoderError(f"{text}; correct it")
+        problem = f"encoder `{path}` takes {side} px, {beside.name} says {preprocessing.input_side}"
+        raise EncoderError(f"{problem}; correct it")
     return preprocessing
 
 

@@ -44,8 +44,8 @@ def _find(name: str | None, device: str, threads: int) -> Encoder:
 
         return load_transformers_encoder(str(name), device, threads)
     if device == "cuda":
-        text = "--encoder-device cuda: only networks of transformers run on a GPU"
-        raise EncoderError(f"{text}; leave --encoder-device out")
+        problem = "--encoder-device cuda: only networks of transformers run on a GPU"
+        raise EncoderError(f"{problem}; leave --encoder-device out")
     if is_file:
         from hapticvlm.vision.encoders.file_encoder import load_file_encoder
 

@@ -144,10 +144,10 @@ def find(name: str) -> Path | str:
         return _require_preprocessing(path)
     inner = {file.parent.name for mark in (CONFIG, CARD) for file in path.glob(f"*/{mark}")}
     if inner:
-        text = f"encoder `{name}` is a folder of several networks"
-        raise EncoderError(f"{text}; give one of {', '.join(sorted(inner))}")
-    text = f"encoder `{name}` holds neither {CARD} nor {CONFIG}"
-    raise EncoderError(f"{text}; give the folder of one network")
+        problem = f"encoder `{name}` is a folder of several networks"
+        raise EncoderError(f"{problem}; give one of {', '.join(sorted(inner))}")
+    problem = f"encoder `{name}` holds neither {CARD} nor {CONFIG}"
+    raise EncoderError(f"{problem}; give the folder of one network")
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,12 +171,14 @@ def read(source: Path | str) -> Network:
     try:
         network, missing = _load(source)
     except Exception as error:  # noqa: BLE001 - whatever a foreign file causes
-        text = f"encoder `{source}` cannot be loaded ({short_line(error)})"
-        raise EncoderError(f"{text}; {FOLDER}") from None
+        problem = f"encoder `{source}` cannot be loaded ({short_line(error)})"
+        raise EncoderError(f"{problem}; {FOLDER}") from None
     lacking = sorted(key for key in missing if not key.startswith("pooler."))
     if lacking:
-        text = f"encoder `{source}` lacks {len(lacking)} weights of its network, {lacking[0]} first"
-        raise EncoderError(f"{text}; {FOLDER}")
+        problem = (
+            f"encoder `{source}` lacks {len(lacking)} weights of its network, {lacking[0]} first"
+        )
+        raise EncoderError(f"{problem}; {FOLDER}")
     return network
 
 
@@ -199,8 +201,8 @@ def short_line(error: Exception) -> str:
 
 def _require_preprocessing(folder: Path) -> Path:
     if not any((folder / name).is_file() for name in PREPROCESSING):
-        text = f"encoder `{folder}` has no {PREPROCESSING[0]}"
-        raise EncoderError(f"{text}; copy it there from the network it was trained from")
+        problem = f"encoder `{folder}` has no {PREPROCESSING[0]}"
+        raise EncoderError(f"{problem}; copy it there from the network it was trained from")
     return folder
 
 
@@ -209,15 +211,15 @@ def _require_reachable(name: str) -> None:
     try:
         import huggingface_hub
     except ImportError as error:
-        text = f"encoder `{name}` needs transformers ({error})"
-        raise EncoderError(f"{text}: {installing(PACKAGES)}") from None
+        problem = f"encoder `{name}` needs transformers ({error})"
+        raise EncoderError(f"{problem}: {installing(PACKAGES)}") from None
     try:
         if not isinstance(huggingface_hub.try_to_load_from_cache(name, CONFIG), str):
             huggingface_hub.model_info(name, timeout=HUB_S)
             logger.warning("encoder `%s` is not on this machine: downloading it", name)
     except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
-        text = f"encoder `{name}` is not a folder and cannot be downloaded ({short_line(error)})"
-        raise EncoderError(f"{text}; {FOLDER}") from None
+        problem = f"encoder `{name}` is not a folder and cannot be downloaded ({short_line(error)})"
+        raise EncoderError(f"{problem}; {FOLDER}") from None
 
 
 def _require_safe(source: Path | str) -> None:
@@ -227,13 +229,13 @@ def _require_safe(source: Path | str) -> None:
     names = sorted(path.name for path in source.iterdir())
     pickled = [name for name in names if name.endswith(PICKLED)]
     if pickled and not any(name.endswith(WEIGHTS) for name in names):
-        text = f"encoder `{source}` has pickled weights ({pickled[0]}), which can run any code"
-        raise EncoderError(f"{text} when they are read; save them as safetensors")
+        problem = f"encoder `{source}` has pickled weights ({pickled[0]}), which can run any code"
+        raise EncoderError(f"{problem} when they are read; save them as safetensors")
     with suppress(OSError, ValueError):
         config = documents.parse_json(documents.read_bytes(source / CONFIG))
         if isinstance(config, dict) and config.get("auto_map") and not _is_known(config):
-            text = f"encoder `{source}` cannot be loaded: it needs its own code (auto_map)"
-            raise EncoderError(f"{text}, which is never run; {FOLDER}")
+            problem = f"encoder `{source}` cannot be loaded: it needs its own code (auto_map)"
+            raise EncoderError(f"{problem}, which is never run; {FOLDER}")
 
 
 def _is_known(config: Mapping[str, Any]) -> bool:

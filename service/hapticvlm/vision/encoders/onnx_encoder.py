@@ -83,8 +83,8 @@ def read_card(folder: Path) -> Card:
         raise EncoderError(f"{path} cannot be read ({error!r}); {_cure(folder)}") from None
     fits = isinstance(card.name, str) and isinstance(card.sha256, dict) and GRAPH in card.sha256
     if not fits or not all(type(n) is int and n > 0 for n in (card.side, card.dimension)):
-        text = f"{path} must have name, side, dimension (whole numbers above 0) and sha256 of"
-        raise EncoderError(f"{text} {GRAPH}; {_cure(folder)}")
+        problem = f"{path} must have name, side, dimension (whole numbers above 0) and sha256 of"
+        raise EncoderError(f"{problem} {GRAPH}; {_cure(folder)}")
     return card
 
 
@@ -95,8 +95,8 @@ def _read_graph(folder: Path, card: Card) -> bytes:
     except (OSError, ValueError) as error:
         raise EncoderError(f"{path} cannot be read ({error}); {_cure(folder)}") from None
     if hashlib.sha256(data).hexdigest() != card.sha256[GRAPH]:
-        text = f"{path} is not the file that {CARD} describes: its SHA-256 differs"
-        raise EncoderError(f"{text}; {_cure(folder)}")
+        problem = f"{path} is not the file that {CARD} describes: its SHA-256 differs"
+        raise EncoderError(f"{problem}; {_cure(folder)}")
     return data
 
 
@@ -137,8 +137,8 @@ def _open(graph: bytes, folder: Path, threads: int, weights: Mapping[str, Array]
     try:
         return open_session(graph, threads, weights)
     except Exception as error:  # noqa: BLE001 - onnxruntime's errors share no base of their own
-        text = f"{folder / GRAPH}: onnxruntime {onnxruntime.__version__} cannot load it"
-        raise EncoderError(f"{text} ({_line(error)}); {_cure(folder)}") from None
+        problem = f"{folder / GRAPH}: onnxruntime {onnxruntime.__version__} cannot load it"
+        raise EncoderError(f"{problem} ({_line(error)}); {_cure(folder)}") from None
 
 
 def _require_fit(session: Any, card: Card, folder: Path) -> None:  # noqa: ANN401
@@ -155,8 +155,8 @@ def _require_fit(session: Any, card: Card, folder: Path) -> None:  # noqa: ANN40
             or described[0][:2] != (name, type_)
             or not _fits(described[0][2], shape)
         ):
-            text = f"{folder / GRAPH} has {described}, but {CARD} needs {name}, {type_} of (N, "
-            raise EncoderError(f"{text}{', '.join(map(str, shape))}); {_cure(folder)}")
+            problem = f"{folder / GRAPH} has {described}, but {CARD} needs {name}, {type_} of (N, "
+            raise EncoderError(f"{problem}{', '.join(map(str, shape))}); {_cure(folder)}")
 
 
 def _fits(actual: Sequence[object], expected: tuple[int, ...]) -> bool:

@@ -271,8 +271,8 @@ def read_source(source: Source) -> Mapping[str, Array]:
         has_size = path.stat().st_size == source.bytes
         data = documents.read_bytes(path, source.bytes) if has_size else b""
         if hashlib.sha256(data).hexdigest() != source.sha256:
-            text = f"{path} is not the file of {source.requirement}: its SHA-256 differs"
-            raise EncoderError(f"{text}; {cure}")
+            problem = f"{path} is not the file of {source.requirement}: its SHA-256 differs"
+            raise EncoderError(f"{problem}; {cure}")
         return read_arrays(data)
     except OSError as error:
         raise EncoderError(f"{path} cannot be read ({error.strerror}); {cure}") from None

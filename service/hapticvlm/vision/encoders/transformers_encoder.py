@@ -92,8 +92,8 @@ def load_transformers_encoder(name: str, device: str, threads: int) -> Transform
     try:
         preprocessing = read_preprocessing(network.preprocessor)
     except ValueError as error:
-        text = f"encoder `{name}`, preprocessor_config.json: {error}"
-        raise EncoderError(f"{text}; correct the file in a copy of the folder") from None
+        problem = f"encoder `{name}`, preprocessor_config.json: {error}"
+        raise EncoderError(f"{problem}; correct the file in a copy of the folder") from None
     network.model.to(place)
     words, dimension = _try(name, network, preprocessing.input_side, place)
     kind = "" if network.kind == "features" else f", {network.kind}"
@@ -200,15 +200,15 @@ def _set_up(name: str, device: str, threads: int) -> str:
     try:
         networks.quieten_libraries(threads)
     except ImportError as error:
-        text = f"encoder `{name}` needs torch and transformers ({error})"
-        raise EncoderError(f"{text}: {installing(networks.PACKAGES)}") from None
+        problem = f"encoder `{name}` needs torch and transformers ({error})"
+        raise EncoderError(f"{problem}: {installing(networks.PACKAGES)}") from None
     import torch
 
     has_cuda = torch.cuda.is_available()
     if device == "cuda" and not has_cuda:
-        text = "--encoder-device cuda: torch finds no CUDA device here"
+        problem = "--encoder-device cuda: torch finds no CUDA device here"
         raise EncoderError(
-            f"{text}; use --encoder-device cpu, or install the torch that fits the GPU"
+            f"{problem}; use --encoder-device cpu, or install the torch that fits the GPU"
         )
     return "cuda" if has_cuda and device != "cpu" else "cpu"
 
@@ -227,8 +227,8 @@ def _try(name: str, network: Network, side: int, device: str) -> tuple[Any, int]
             return words, describe(network, words, blank, blank[:, 0]).shape[1]
     except Exception as error:  # noqa: BLE001 - each kind of network fails in its own way
         kind = type(network.model).__name__
-        text = (
+        problem = (
             f"encoder `{name}` is a {kind}, which cannot embed pictures "
             f"({networks.short_line(error)})"
         )
-        raise EncoderError(f"{text}; give an image network") from None
+        raise EncoderError(f"{problem}; give an image network") from None

@@ -87,8 +87,8 @@ def find_pictures(folder: Path, known: Collection[str]) -> tuple[Picture, ...]:
     pictures: list[Picture] = []
     for inner in sorted(path for path in folder.iterdir() if path.is_dir() and _is_visible(path)):
         if inner.name not in known:
-            text = f"{inner}: `{inner.name}` is not a material{nearest(inner.name, known)}"
-            raise EnrolError(f"{text}; rename it, or add it: gallery add")
+            problem = f"{inner}: `{inner.name}` is not a material{nearest(inner.name, known)}"
+            raise EnrolError(f"{problem}; rename it, or add it: gallery add")
         pictures += with_masks(inner.name, _require_some(inner))
     if not pictures:
         raise EnrolError(f"{folder} holds no folders of pictures; make one for each material")
@@ -122,8 +122,8 @@ def enrol(chosen: Sequence[Picture], encoder: Encoder) -> Enrolled:
         # One at a time, as the service does: an int8 network's scale depends on the whole batch.
         rows.append(np.concatenate([encoder.embed([view]) for view in crops]))
         if not np.isfinite(rows[-1]).all() or not rows[-1].any(axis=1).all():
-            text = f"`{encoder.name}` gives it no usable embedding; remove it"
-            raise EnrolError(f"{picture.path}: {text}")
+            problem = f"`{encoder.name}` gives it no usable embedding; remove it"
+            raise EnrolError(f"{picture.path}: {problem}")
     stack = np.concatenate(rows) if rows else np.zeros((0, encoder.dimension), np.float32)
     return Enrolled(tuple(kept), stack, np.array(places, np.int64))
 

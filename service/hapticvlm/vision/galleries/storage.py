@@ -107,8 +107,10 @@ def load_gallery(
     known = {UNKNOWN, *table_with(user_materials)}
     for name in gallery.materials:
         if name not in known:
-            text = f"{base} has references of `{name}`, which is not a material; put the file into"
-            raise GalleryError(f"{text} a folder as {FILE_NAME}, with a {name}.toml beside it")
+            problem = (
+                f"{base} has references of `{name}`, which is not a material; put the file into"
+            )
+            raise GalleryError(f"{problem} a folder as {FILE_NAME}, with a {name}.toml beside it")
     for material in user_materials:
         if material.encoder is not None:
             file = (path or SHIPPED.parent) / f"{material.material.name}.toml"
@@ -196,9 +198,9 @@ def _check_unpacked_size(data: bytes) -> None:
 def require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:
     """Refuse references made with another encoder. Raises GalleryError naming both."""
     if made_with != encoder.name:
-        text = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
+        problem = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
         raise GalleryError(
-            f"{text}; build it again from its pictures: `hapticvlm gallery build` or `gallery add`"
+            f"{problem}; build it again from its pictures: hapticvlm gallery build, or gallery add"
         )
 
 
@@ -241,23 +243,23 @@ def _layer(
 ) -> LinearLayer:
     expected = (references.shape[1] + 1, len(names))
     if rows.shape != expected or not np.isfinite(rows).all():
-        text = f"its linear layer has shape {rows.shape}, not {expected}, or is not finite"
-        raise GalleryError(f"{path}: {text}; build it again")
+        problem = f"its linear layer has shape {rows.shape}, not {expected}, or is not finite"
+        raise GalleryError(f"{path}: {problem}; build it again")
     return LinearLayer(rows[:-1], rows[-1])
 
 
 def _require_dimension(path: Path, references: NDArray[np.float32], encoder: Encoder) -> None:
     if references.shape[1] != encoder.dimension:
-        text = f"{path}: references of {references.shape[1]} numbers, but `{encoder.name}` gives"
-        raise GalleryError(f"{text} {encoder.dimension}; build it again")
+        problem = f"{path}: references of {references.shape[1]} numbers, but `{encoder.name}` gives"
+        raise GalleryError(f"{problem} {encoder.dimension}; build it again")
 
 
 def _require_whole(
     path: Path, references: NDArray[np.float32], labels: NDArray[np.int64], names: Sequence[str]
 ) -> None:
     if references.ndim != 2 or labels.shape != references.shape[:1]:
-        text = f"references of shape {references.shape} with {labels.size} labels"
-        raise GalleryError(f"{path}: {text}; build it again")
+        problem = f"references of shape {references.shape} with {labels.size} labels"
+        raise GalleryError(f"{path}: {problem}; build it again")
     if (
         not (np.linalg.norm(references, axis=1) > SHORTEST).all()
         or not np.isfinite(references).all()

@@ -72,8 +72,10 @@ def read_folder(folder: Path | None) -> tuple[UserMaterial, ...]:
         return ()
     paths = sorted(path for path in folder.glob("*.toml") if not path.name.startswith("."))
     if len(paths) > MAX_USER_MATERIALS:
-        text = f"{folder} holds {len(paths)} materials; at most {MAX_USER_MATERIALS} are supported"
-        raise MaterialError(f"{text}; move some to another folder")
+        problem = (
+            f"{folder} holds {len(paths)} materials; at most {MAX_USER_MATERIALS} are supported"
+        )
+        raise MaterialError(f"{problem}; move some to another folder")
     return tuple(read_material(path) for path in paths)
 
 
@@ -170,12 +172,12 @@ def _references(table: object) -> tuple[str | None, Floats]:
         rows = [np.frombuffer(base64.b64decode(v, validate=True), "<f2") for v in vectors]
         stack = np.stack(rows).astype(np.float32)
     except (binascii.Error, ValueError, TypeError):
-        text = "not float16 vectors of one length in base64"
-        raise MaterialError(f"references.vectors: {text}; add the material again") from None
+        problem = "not float16 vectors of one length in base64"
+        raise MaterialError(f"references.vectors: {problem}; add the material again") from None
     norms = np.linalg.norm(stack, axis=1, keepdims=True)
     if not np.isfinite(stack).all() or not (norms > SHORTEST).all():
-        text = "not all finite and of unit length"
-        raise MaterialError(f"references.vectors: {text}; add the material again")
+        problem = "not all finite and of unit length"
+        raise MaterialError(f"references.vectors: {problem}; add the material again")
     return str(table["encoder"]), np.asarray(stack / norms, np.float32)
 
 
@@ -186,8 +188,8 @@ def _pictures(table: object, count: int) -> tuple[int, ...]:
         return (*([VIEWS] * (count // VIEWS)), *([count % VIEWS] if count % VIEWS else []))
     whole = isinstance(counts, list) and all(type(n) is int and n > 0 for n in counts)
     if not whole or sum(counts) != count:
-        text = f"expected counts of one or more that sum to the {count} vectors"
-        raise MaterialError(f"references.pictures: {text}; leave it out, or add it again")
+        problem = f"expected counts of one or more that sum to the {count} vectors"
+        raise MaterialError(f"references.pictures: {problem}; leave it out, or add it again")
     return tuple(counts)
 
 

@@ -184,5 +184,5 @@ class RemoteRecogniser:
             raise ContractError(f"its identity is {identity.hash[:64]}, not {required} as required")
         unknown = sorted(set(identity.materials) - self._known)
         if unknown:
-            text = f"its gallery has `{unknown[0][:64]}`, which this service does not know"
-            raise ContractError(f"{text}; give serve the same --gallery")
+            problem = f"its gallery has `{unknown[0][:64]}`, which this service does not know"
+            raise ContractError(f"{problem}; give serve the same --gallery")

@@ -133,8 +133,8 @@ def read_crop(sent: SentCrop, side: int) -> Crop:
     if sent.format == "jpeg":
         return Crop(_decoded(sent.image, side), _mask(sent.mask, side))
     if len(sent.image) != 4 * side * side:
-        text = f"rgba8 of {len(sent.image)} bytes; {side} x {side} has {4 * side * side}"
-        raise ContractError(f"{text}; cut at the side that /v1/identity gives")
+        problem = f"rgba8 of {len(sent.image)} bytes; {side} x {side} has {4 * side * side}"
+        raise ContractError(f"{problem}; cut at the side that /v1/identity gives")
     if sent.mask is not None:
         raise ContractError("rgba8 has its mask as alpha; leave `mask` out")
     pixels = np.frombuffer(sent.image, np.uint8).reshape(side, side, 4)

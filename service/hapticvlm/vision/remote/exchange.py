@@ -19,8 +19,8 @@ class Exchange:
         """Return the body of the response; `deadline` is a time.monotonic, s. Raises HttpError."""
         response = self._client.request(verb, path, body, deadline)
         if response.status != http.HTTPStatus.OK:
-            text = f"HTTP {response.status}: {_reason(response.body)}"
-            raise HttpError(self._client.redacted(text))
+            problem = f"HTTP {response.status}: {_reason(response.body)}"
+            raise HttpError(self._client.redacted(problem))
         return response.body
 
     def close(self) -> None:

@@ -42,8 +42,10 @@ class RemoteSettings:
 
         address = http_client.read_address(self.url, FLAG)
         if not (address.is_encrypted or address.is_loopback or self.may_be_clear):
-            text = f"{FLAG}: pictures would be sent to {address.name} in clear text"
-            raise http_client.HttpError(f"{text}; use https or allow it: --recogniser-clear-text")
+            problem = f"{FLAG}: pictures would be sent to {address.name} in clear text"
+            raise http_client.HttpError(
+                f"{problem}; use https or allow it: --recogniser-clear-text"
+            )
         http_client.check_token(self.token, address, FLAG)
         return address
 
